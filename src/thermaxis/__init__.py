@@ -1,0 +1,3 @@
+"""Make machine tools accurate while they warm up."""
+
+__version__ = "0.1.0"

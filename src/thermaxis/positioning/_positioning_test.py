@@ -1,0 +1,230 @@
+"""One measured positioning run, whatever file it came from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from enum import StrEnum
+from types import MappingProxyType
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import DataError
+from thermaxis.quantities import AxisKind
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+FORWARD = 0
+"""Index of the approach in positive direction on the last axis of every array."""
+BACKWARD = 1
+"""Index of the approach in negative direction on the last axis of every array."""
+APPROACHES = ("forward", "backward")
+
+
+class TimeSource(StrEnum):
+    """Where the time of each reading comes from."""
+
+    FILE = "file"
+    """The file states a time for every reading."""
+    INTERPOLATED = "interpolated"
+    """Start, end and the acquisition order are known; times are spread evenly between them."""
+    ORDER = "order"
+    """Only the acquisition order is known."""
+    NONE = "none"
+    """Neither times nor the acquisition order are known."""
+
+
+class Cycle(StrEnum):
+    """Order in which the targets are visited (ISO 230-2:2014, clause 5.3 and Annex B)."""
+
+    STANDARD = "standard"
+    """All targets forward, then all targets backward, once per cycle."""
+    PILGRIM = "pilgrim"
+    """Pilgrim step: some targets forward, fewer back, over and over."""
+    STEP = "step"
+    """Step cycle (Annex B): each target several times before the next."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StartEnd:
+    """A quantity of the environment at the start and at the end of a run."""
+
+    start: float | None
+    """Value at the start, None if not stated. [unit in the name of its key]"""
+    end: float | None
+    """Value at the end, None if not stated. [unit in the name of its key]"""
+
+
+def _frozen(values: FloatArray) -> FloatArray:
+    copy = np.array(values, dtype=np.float64)
+    copy.setflags(write=False)
+    return copy
+
+
+def _no_channels() -> Mapping[str, FloatArray]:
+    return MappingProxyType({})
+
+
+def _no_environment() -> Mapping[str, StartEnd]:
+    return MappingProxyType({})
+
+
+def _no_header() -> Mapping[str, str]:
+    return MappingProxyType({})
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PositioningTest:
+    """A measured positioning run: m targets, n cycles, two approaches.
+
+    Arrays of readings have the shape (m, n, 2): target, cycle, approach (0 forward,
+    1 backward). A missing reading is NaN. In a unidirectional run one approach is missing
+    throughout. The kind of the axis fixes the units: mm and µm, or deg and arcsec.
+
+    Raises
+    ------
+    DataError
+        If a shape is wrong, targets are not strictly increasing, a value is infinite, an
+        approach has readings at some targets and no cycle at all at others, or times and
+        readings do not belong together.
+
+    References
+    ----------
+    ISO 230-2:2014, clause 3 (terms); GOST ISO 230-2-2016 for their numbering.
+    """
+
+    kind: AxisKind
+    """Linear (mm, µm) or rotary (deg, arcsec)."""
+    target: FloatArray
+    """Target positions, (m,), strictly increasing. [mm or deg]"""
+    deviation: FloatArray
+    """Positional deviations, measured minus target, (m, n, 2). [µm or arcsec]"""
+    time_source: TimeSource = TimeSource.NONE
+    """Where `time_s` and `order` come from."""
+    time_s: FloatArray | None = None
+    """Time of each reading since the first one, (m, n, 2). [s]"""
+    order: FloatArray | None = None
+    """Number of each reading in acquisition order, from 1, (m, n, 2). [1]"""
+    start: datetime | None = None
+    """Time of day of the first reading; aware if the file states a zone."""
+    end: datetime | None = None
+    """Time of day of the last reading; aware if the file states a zone."""
+    cycle: Cycle = Cycle.STANDARD
+    """Order in which the targets are visited."""
+    channels: Mapping[str, FloatArray] = field(default_factory=_no_channels)
+    """Further readings taken at each stop, by the name of their column, each (m, n, 2)."""
+    environment: Mapping[str, StartEnd] = field(default_factory=_no_environment)
+    """Air, material and expansion values; the unit ends the key (`air_temperature_c`)."""
+    header: Mapping[str, str] = field(default_factory=_no_header)
+    """Texts of the file's head, by field (`machine`, `axis`, `title`, ...)."""
+    remarks: tuple[str, ...] = ()
+    """What the reader noticed, in words."""
+
+    def __post_init__(self) -> None:
+        """Check shapes and freeze every array."""
+        set_field = object.__setattr__
+        set_field(self, "target", _frozen(self.target))
+        set_field(self, "deviation", _frozen(self.deviation))
+        set_field(self, "channels", MappingProxyType({k: _frozen(v) for k, v in self.channels.items()}))
+        set_field(self, "environment", MappingProxyType(dict(self.environment)))
+        set_field(self, "header", MappingProxyType(dict(self.header)))
+        if self.time_s is not None:
+            set_field(self, "time_s", _frozen(self.time_s))
+        if self.order is not None:
+            set_field(self, "order", _frozen(self.order))
+        self._check_readings()
+        self._check_times()
+
+    def _check_readings(self) -> None:
+        if self.target.ndim != 1 or self.target.size == 0:
+            raise DataError(f"targets have the shape {self.target.shape}, not (m,)")
+        m = self.target.size
+        if self.deviation.ndim != 3 or self.deviation.shape[0] != m or self.deviation.shape[2] != 2:
+            raise DataError(
+                f"deviations have the shape {self.deviation.shape}, not ({m}, n, 2)",
+                remedy="The axes are target, cycle, approach (0 forward, 1 backward)",
+            )
+        if self.deviation.shape[1] == 0 or bool(np.all(np.isnan(self.deviation))):
+            raise DataError("the run has no readings")
+        if not bool(np.all(np.isfinite(self.target))) or bool(np.any(np.diff(self.target) <= 0)):
+            raise DataError("target positions are not finite and strictly increasing")
+        if bool(np.any(np.isinf(self.deviation))):
+            raise DataError("a deviation is infinite")
+        for name, values in self.channels.items():
+            if values.shape != self.deviation.shape:
+                raise DataError(f"channel {name} has the shape {values.shape}, not {self.deviation.shape}")
+
+    def _check_times(self) -> None:
+        measured = ~np.isnan(self.deviation)
+        for name, values in (("time_s", self.time_s), ("order", self.order)):
+            if values is None:
+                continue
+            if values.shape != self.deviation.shape:
+                raise DataError(f"{name} has the shape {values.shape}, not {self.deviation.shape}")
+            if not bool(np.all(np.isfinite(values[measured]))):
+                raise DataError(f"{name} is missing for a reading that was measured")
+        known = (self.time_s is not None, self.order is not None)
+        expected = {
+            TimeSource.FILE: (True, True),
+            TimeSource.INTERPOLATED: (True, True),
+            TimeSource.ORDER: (False, True),
+            TimeSource.NONE: (False, False),
+        }[self.time_source]
+        if known != expected:
+            raise DataError(f"times and order do not fit the time source '{self.time_source}'")
+
+    @property
+    def cycles(self) -> int:
+        """Number of cycles n, complete or not. [1]"""
+        return int(self.deviation.shape[1])
+
+    @property
+    def measured_approaches(self) -> tuple[bool, bool]:
+        """Whether the forward and the backward approach have any reading."""
+        forward, backward = (~np.isnan(self.deviation)).any(axis=(0, 1)).tolist()
+        return bool(forward), bool(backward)
+
+    @property
+    def unidirectional(self) -> bool:
+        """Whether only one approach was measured."""
+        return not all(self.measured_approaches)
+
+    @property
+    def readings(self) -> FloatArray:
+        """Number of readings per target and approach, (m, 2). [1]"""
+        return np.sum(~np.isnan(self.deviation), axis=1, dtype=np.float64)
+
+    @property
+    def measured_length(self) -> float:
+        """Distance from the first to the last target. [mm or deg]"""
+        return float(self.target[-1] - self.target[0])
+
+    def with_cycle(self, cycle: Cycle) -> "PositioningTest":
+        """Return the same readings, taken in another kind of cycle.
+
+        Parameters
+        ----------
+        cycle : Cycle
+            The order of visits that was used on the machine.
+
+        Returns
+        -------
+        PositioningTest
+            If the file states no times, its acquisition order was deduced for the standard
+            cycle; for another cycle it is dropped, with a remark.
+        """
+        deduced = self.time_source in (TimeSource.INTERPOLATED, TimeSource.ORDER)
+        if cycle is self.cycle or not deduced:
+            return replace(self, cycle=cycle)
+        remark = f"the file does not state the order of visits of a {cycle} cycle: readings have no time"
+        return replace(
+            self,
+            cycle=cycle,
+            time_source=TimeSource.NONE,
+            time_s=None,
+            order=None,
+            remarks=(*self.remarks, remark),
+        )
