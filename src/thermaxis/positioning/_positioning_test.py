@@ -108,6 +108,8 @@ class PositioningTest:
     """Time of each reading since the first one, (m, n, 2). [s]"""
     order: FloatArray | None = None
     """Number of each reading in acquisition order, from 1, (m, n, 2). [1]"""
+    order_deduced: bool = False
+    """Whether `order` was deduced for the standard cycle, because the file states run numbers only."""
     start: datetime | None = None
     """Time of day of the first reading; aware if the file states a zone."""
     end: datetime | None = None
@@ -213,11 +215,10 @@ class PositioningTest:
         Returns
         -------
         PositioningTest
-            If the file states no times, its acquisition order was deduced for the standard
-            cycle; for another cycle it is dropped, with a remark.
+            Where the acquisition order was deduced for the standard cycle, it is dropped for
+            another one, with a remark.
         """
-        deduced = self.time_source in (TimeSource.INTERPOLATED, TimeSource.ORDER)
-        if cycle is self.cycle or not deduced:
+        if cycle is self.cycle or not self.order_deduced:
             return replace(self, cycle=cycle)
         remark = f"the file does not state the order of visits of a {cycle} cycle: readings have no time"
         return replace(
@@ -226,5 +227,6 @@ class PositioningTest:
             time_source=TimeSource.NONE,
             time_s=None,
             order=None,
+            order_deduced=False,
             remarks=(*self.remarks, remark),
         )
