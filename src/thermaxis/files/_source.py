@@ -1,0 +1,441 @@
+"""Read a text file whole: what it is, its encoding, its lines, its numbers."""
+
+import codecs
+import re
+import stat
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+
+TEXT_LIMIT_BYTES = 100_000_000
+"""Largest text file that is read. [byte]"""
+NUMBER_LIMIT = 1e9
+"""Largest magnitude of a number in a file: beyond every axis, and sums of squares stay finite."""
+FALLBACK_ENCODING = "cp1250"
+"""Encoding of a file that is not UTF-8, unless the caller names one: Windows, Central Europe."""
+HEADER_TEXT_LIMIT = 1000
+"""Longest text of a header field that is kept. [character]"""
+
+_SIGNATURES: tuple[tuple[bytes, str], ...] = (
+    (b"\x89PNG", "a picture (PNG)"),
+    (b"\xff\xd8\xff", "a picture (JPEG)"),
+    (b"GIF8", "a picture (GIF)"),
+    (b"II*\x00", "a picture (TIFF)"),
+    (b"MM\x00*", "a picture (TIFF)"),
+    (b"%PDF-", "a PDF document"),
+    (b"PK\x03\x04", "a workbook (.xlsx) or another zip archive"),
+    (b"PK\x05\x06", "an empty zip archive"),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a workbook of the old kind (.xls) or encrypted"),
+    (b"\x1f\x8b", "a compressed file (gzip)"),
+    (b"7z\xbc\xaf\x27\x1c", "a compressed archive (7z)"),
+    (b"Rar!\x1a\x07", "a compressed archive (RAR)"),
+    (b"SQLite format 3\x00", "a database (SQLite)"),
+    (b"\x7fELF", "a program"),
+)
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
+_WHOLE_NUMBER = re.compile(r"[0-9]{1,10}")
+_LONGEST_NUMBER = 100
+_UNWANTED_CATEGORIES = frozenset({"Cc", "Cs", "Cn", "Zl", "Zp"})
+_DIRECTION_MARKS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SourceText:
+    """The text of a measurement file, decoded, with one kind of line end."""
+
+    path: str
+    """The file, as the caller named it: for errors."""
+    text: str
+    """All of it, without byte order mark, every line end written as a line feed."""
+    encoding: str
+    """Encoding that it was read with, by its Python name."""
+    remarks: tuple[str, ...] = ()
+    """What the reader should know about the encoding, as sentences."""
+
+    @property
+    def lines(self) -> list[str]:
+        """The lines without their ends; line 1 has the index 0."""
+        return self.text.split("\n")
+
+    def error(
+        self, what: str, *, line: int | None = None, column: str | None = None, remedy: str
+    ) -> MeasurementFileError:
+        """Make the error that says what is wrong in this file.
+
+        Parameters
+        ----------
+        what : str
+            What is wrong, without its full stop.
+        line : int, optional
+            Line in the file, from 1. [1]
+        column : str, optional
+            Column by its heading, or the word in the line.
+        remedy : str
+            What the reader can do.
+
+        Returns
+        -------
+        MeasurementFileError
+            To be raised by the caller.
+        """
+        return MeasurementFileError(what, path=self.path, line=line, column=column, remedy=remedy)
+
+
+def kind_of_content(start: bytes) -> str | None:
+    """Say what a file seems to be that is not text.
+
+    Parameters
+    ----------
+    start : bytes
+        The first bytes of the file; 16 are enough.
+
+    Returns
+    -------
+    str or None
+        Such as "a picture (PNG)", None if no known signature is there.
+    """
+    if start[:4] == b"RIFF" and start[8:12] == b"WEBP":
+        return "a picture (WebP)"
+    return next((name for magic, name in _SIGNATURES if start.startswith(magic)), None)
+
+
+def read_content(path: Path | str, *, limit_bytes: int = TEXT_LIMIT_BYTES) -> bytes:
+    """Read a regular, non-empty file of bounded size.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    limit_bytes : int
+        Largest size, checked before anything is read. Default: the limit of text files. [byte]
+
+    Returns
+    -------
+    bytes
+        The whole file.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file does not exist, is no regular file, is empty, is larger than the limit, or
+        the operating system refuses to read it.
+    """
+    name = str(path)
+    try:
+        status = Path(path).stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise MeasurementFileError(
+                "this is a folder, not a file", path=name, remedy="Name one file in it"
+            )
+        if not stat.S_ISREG(status.st_mode):
+            raise MeasurementFileError(
+                "this is not a regular file", path=name, remedy="Save the measurement as a file"
+            )
+        if status.st_size > limit_bytes:
+            raise _too_large(name, status.st_size, limit_bytes)
+        with Path(path).open("rb") as stream:
+            content = stream.read(limit_bytes + 1)
+    except FileNotFoundError:
+        raise MeasurementFileError(
+            "there is no such file", path=name, remedy="Check the name and the folder"
+        ) from None
+    except OSError as error:
+        raise MeasurementFileError(
+            f"the file cannot be read ({error.strerror or type(error).__name__})",
+            path=name,
+            remedy="Check the name, the permissions and whether another program holds it open",
+        ) from error
+    except ValueError as error:  # a NUL character in the name
+        raise MeasurementFileError(
+            "this cannot be the name of a file", path=name, remedy="Check the name"
+        ) from error
+    if len(content) > limit_bytes:  # it has grown since its size was asked for
+        raise _too_large(name, len(content), limit_bytes)
+    if not content:
+        raise MeasurementFileError(
+            "the file is empty", path=name, remedy="Export the measurement again"
+        )
+    return content
+
+
+def read_text(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> SourceText:
+    """Read a text file whole: UTF-8, UTF-16 with byte order mark, or else the fallback.
+
+    Numbers and keywords of every format are ASCII, so a wrong fallback changes names and titles
+    only, never a result; the remarks say when it was used.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    fallback_encoding : str
+        Encoding of a file that is not UTF-8. Default: cp1250, met in files of Czech Windows.
+
+    Returns
+    -------
+    SourceText
+        The decoded text with its remarks.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file cannot be read, is empty, is too large, or is not text; the error says what
+        it seems to be.
+    ConfigurationError
+        If there is no such encoding, or it writes letters and digits in another way than ASCII.
+    """
+    _check_fallback(fallback_encoding)
+    source = _decode(str(path), read_content(path), fallback_encoding)
+    if not source.text.strip():
+        raise source.error("the file is empty", remedy="Export the measurement again")
+    return source
+
+
+def parse_number(
+    text: str,
+    *,
+    path: str,
+    line: int | None = None,
+    column: str | None = None,
+    cell: str | None = None,
+    decimal: str = ".",
+) -> float:
+    """Read a finite decimal number.
+
+    Parameters
+    ----------
+    text : str
+        The word; blanks around it do not count.
+    path : str
+        The file, for the error.
+    line : int, optional
+        Line in the file, from 1, for the error. [1]
+    column : str, optional
+        Column by its heading, for the error.
+    cell : str, optional
+        Cell of a workbook, for the error.
+    decimal : str
+        The decimal sign, a point or a comma. Default: a point.
+
+    Returns
+    -------
+    float
+        The number. [unit of the column]
+
+    Raises
+    ------
+    MeasurementFileError
+        If the text is empty, is not a decimal number in ASCII digits (so neither ``nan`` nor
+        ``1_000`` nor hexadecimal), or is larger than 1e9 in magnitude.
+    """
+    word = text.strip(" \t")
+    plain = word if decimal == "." else _with_point(word, decimal)
+    if len(plain) <= _LONGEST_NUMBER and _NUMBER.fullmatch(plain) is not None:
+        value = float(plain)
+        if abs(value) <= NUMBER_LIMIT:
+            return value
+        what, remedy = (
+            f"'{word}' is too large for a measured value",
+            "Check the unit and the digits",
+        )
+    elif not word:
+        what, remedy = "a number is missing", "Write the number, or leave the whole reading out"
+    else:
+        what = f"'{word}' is not a number"
+        remedy = f"Write digits with a decimal {'point' if decimal == '.' else 'comma'}"
+    raise MeasurementFileError(what, path=path, line=line, column=column, cell=cell, remedy=remedy)
+
+
+def parse_whole_number(
+    text: str,
+    *,
+    path: str,
+    line: int | None = None,
+    column: str | None = None,
+    cell: str | None = None,
+) -> int:
+    """Read a whole number from 0 up, such as a run number or a count.
+
+    Parameters
+    ----------
+    text : str
+        The word; blanks around it do not count.
+    path : str
+        The file, for the error.
+    line : int, optional
+        Line in the file, from 1, for the error. [1]
+    column : str, optional
+        Column by its heading, for the error.
+    cell : str, optional
+        Cell of a workbook, for the error.
+
+    Returns
+    -------
+    int
+        The number. [1]
+
+    Raises
+    ------
+    MeasurementFileError
+        If the text is not one to ten ASCII digits.
+    """
+    word = text.strip(" \t")
+    if _WHOLE_NUMBER.fullmatch(word) is None:
+        what = f"'{word}' is not a whole number" if word else "a whole number is missing"
+        raise MeasurementFileError(
+            what, path=path, line=line, column=column, cell=cell, remedy="Write digits only"
+        )
+    return int(word)
+
+
+def is_number(text: str, *, decimal: str = ".") -> bool:
+    """Say whether a word has the form of a decimal number, whatever its magnitude.
+
+    Parameters
+    ----------
+    text : str
+        The word; blanks around it do not count.
+    decimal : str
+        The decimal sign, a point or a comma. Default: a point.
+
+    Returns
+    -------
+    bool
+        Whether `parse_number` would accept its form.
+    """
+    word = text.strip(" \t")
+    plain = word if decimal == "." else _with_point(word, decimal)
+    return len(plain) <= _LONGEST_NUMBER and _NUMBER.fullmatch(plain) is not None
+
+
+def clean_text(text: str, *, limit: int = HEADER_TEXT_LIMIT) -> str:
+    """Return text of a header field without what is not writing.
+
+    Control characters, line separators, marks that turn the direction of writing and code points
+    that are no characters become a space. Nothing else changes: text is data, and is escaped
+    where it is shown.
+
+    Parameters
+    ----------
+    text : str
+        Text from a file.
+    limit : int
+        Longest result; a longer text is cut and ends in three dots. [character]
+
+    Returns
+    -------
+    str
+        The text, without blanks at its ends.
+    """
+    if not text.isprintable():
+        text = "".join(" " if _is_unwanted(c) else c for c in text[: 4 * limit])
+    text = text.strip()
+    return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def first_few(names: Sequence[str], *, shown: int = 5) -> str:
+    """List names in words, the first few of many.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names in order.
+    shown : int
+        How many are named. Default: what a sentence bears. [1]
+
+    Returns
+    -------
+    str
+        Such as "a, b, c and 4 more".
+    """
+    head = ", ".join(names[:shown])
+    return head if len(names) <= shown else f"{head} and {len(names) - shown} more"
+
+
+def _is_unwanted(character: str) -> bool:
+    category = unicodedata.category(character)
+    return category in _UNWANTED_CATEGORIES or character in _DIRECTION_MARKS
+
+
+def _with_point(word: str, decimal: str) -> str:
+    # a point beside a decimal comma would be a sign for thousands: not a number
+    return "" if "." in word else word.replace(decimal, ".")
+
+
+def _too_large(name: str, size: int, limit: int) -> MeasurementFileError:
+    return MeasurementFileError(
+        f"the file has {size / 1e6:.1f} MB, more than the limit of {limit / 1e6:.0f} MB",
+        path=name,
+        remedy="Export one run per file, without raw samples",
+    )
+
+
+def _check_fallback(encoding: str) -> None:
+    try:
+        known = all(bytes([byte]).decode(encoding) == chr(byte) for byte in range(32, 127))
+    except (LookupError, UnicodeError, ValueError):
+        known = False
+    if not known:
+        raise ConfigurationError(
+            f"'{encoding}' is not a usable text encoding",
+            where="fallback encoding",
+            remedy="Name one that contains ASCII, such as cp1250, cp1252 or gbk",
+        )
+
+
+def _decode(name: str, content: bytes, fallback: str) -> SourceText:
+    seems = kind_of_content(content[:16])
+    if seems is not None:
+        raise MeasurementFileError(
+            f"this is {seems}, not a text file",
+            path=name,
+            remedy="Name the measurement file itself, or export the measurement as text",
+        )
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return _decode_utf16(name, content)
+    if b"\x00" in content:
+        raise MeasurementFileError(
+            "the file contains zero bytes: it is binary, or UTF-16 without byte order mark",
+            path=name,
+            remedy="Export the measurement as text, or save it as UTF-8",
+        )
+    content = content.removeprefix(codecs.BOM_UTF8)
+    try:
+        return SourceText(name, _one_line_end(content.decode("utf-8")), "utf-8")
+    except UnicodeDecodeError:
+        text = content.decode(fallback, errors="replace")
+    remark = f"The file is not UTF-8: its texts were read as {fallback}; numbers are not affected."
+    lost = text.count("\ufffd")
+    if lost:
+        remark += (
+            f" {lost} character{'s' if lost > 1 else ''} could not be read in this way:"
+            " name the right encoding to see them."
+        )
+    return SourceText(name, _one_line_end(text), fallback, (remark,))
+
+
+def _decode_utf16(name: str, content: bytes) -> SourceText:
+    try:
+        text = content.decode("utf-16")
+    except UnicodeDecodeError as error:
+        raise MeasurementFileError(
+            "the file starts as UTF-16 and is not",
+            path=name,
+            remedy="Copy or export the file again; it is damaged or cut short",
+        ) from error
+    if "\x00" in text:
+        raise MeasurementFileError(
+            "the file contains zero characters: it is binary",
+            path=name,
+            remedy="Export the measurement as text",
+        )
+    return SourceText(name, _one_line_end(text), "utf-16")
+
+
+def _one_line_end(text: str) -> str:
+    return text.replace("\r\n", "\n").replace("\r", "\n")
