@@ -1,0 +1,1 @@
+"""Read and write measurement files: one module per format."""

@@ -1,0 +1,278 @@
+"""Columns of readings, one row per reading, become the arrays of a positioning test."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.positioning import APPROACHES, FloatArray, PositioningTest
+from thermaxis.quantities import AxisKind
+
+IntArray: TypeAlias = NDArray[np.int64]
+
+MAX_CELLS = 20_000_000
+"""Largest m * n * 2 of one array of readings: 160 MB of float64. [1]"""
+CELLS_PER_READING = 20
+"""How many cells of the array one reading may stand for before the table is called absurd. [1]"""
+SMALL_TABLE = 20_000
+"""Number of cells below which a sparse table does no harm. [1]"""
+LONG_AXIS_MM = 2000.0
+"""Measured length above which ISO 230-2:2014 asks for one run per direction. [mm]"""
+
+
+def _no_channels() -> dict[str, FloatArray]:
+    return {}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """Arrays of readings in the shape (m, n, 2): target, cycle, approach."""
+
+    deviation: FloatArray
+    """Deviations, NaN where no reading is. [µm or arcsec]"""
+    order: FloatArray | None = None
+    """Acquisition order, if it was given. [1]"""
+    time_s: FloatArray | None = None
+    """Times, if they were given. [s]"""
+    channels: Mapping[str, FloatArray] = field(default_factory=_no_channels)
+    """Further readings by the name of their column."""
+    remarks: tuple[str, ...] = ()
+    """What was noticed: cycles without any reading."""
+
+
+def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its name
+    *,
+    path: str,
+    target: FloatArray,
+    target_index: IntArray,
+    cycle: IntArray,
+    approach: IntArray,
+    deviation: FloatArray,
+    line: IntArray,
+    order: FloatArray | None = None,
+    time_s: FloatArray | None = None,
+    channels: Mapping[str, FloatArray] | None = None,
+    line_word: str = "line",
+) -> Assembled:
+    """Put readings listed one per row into arrays of targets, cycles and approaches.
+
+    Parameters
+    ----------
+    path : str
+        The file, for errors.
+    target : FloatArray
+        Target positions, (m,). [mm or deg]
+    target_index : IntArray
+        Index of the target of each reading, from 0, (k,). [1]
+    cycle : IntArray
+        Number of the cycle of each reading, from 1, (k,). [1]
+    approach : IntArray
+        0 forward or 1 backward, (k,). [1]
+    deviation : FloatArray
+        Deviation of each reading, NaN for a reading that the file lists as missing, (k,).
+        [µm or arcsec]
+    line : IntArray
+        Line of the file that holds each reading, for errors, (k,). [1]
+    order, time_s : FloatArray, optional
+        Acquisition order [1] and time [s] of each reading, (k,).
+    channels : Mapping of str to FloatArray, optional
+        Further columns, each (k,).
+    line_word : str
+        What a line is called in this kind of file. Default: text files have lines.
+
+    Returns
+    -------
+    Assembled
+        Arrays (m, n, 2) with n the largest cycle number; NaN where no reading is.
+
+    Raises
+    ------
+    MeasurementFileError
+        If there are no readings, a cycle number is below 1, a reading is listed twice, or the
+        numbers of targets and cycles are far larger than the number of readings.
+    """
+    if not bool(np.any(np.isfinite(deviation))):
+        raise MeasurementFileError(
+            "there are no readings in the file",
+            path=path,
+            remedy="Export the run again, with its measured values",
+        )
+    cycles = _number_of_cycles(path, line_word, cycle, line)
+    shape = (int(target.size), cycles, 2)
+    _check_size(path, shape, int(deviation.size), line_word, cycle, line)
+    flat = (target_index * cycles + (cycle - 1)) * 2 + approach
+    given = ~np.isnan(deviation)
+    _check_duplicates(path, line_word, flat, given, line, target, shape)
+
+    # A row that lists a reading as missing must not hide a row that has it.
+    rank = np.concatenate((np.flatnonzero(~given), np.flatnonzero(given)))
+
+    def spread(values: FloatArray) -> FloatArray:
+        cells = np.full(shape, np.nan)
+        cells.reshape(-1)[flat[rank]] = values[rank]
+        return cells
+
+    return Assembled(
+        deviation=spread(deviation),
+        order=None if order is None else spread(order),
+        time_s=None if time_s is None else spread(time_s),
+        channels={name: spread(values) for name, values in (channels or {}).items()},
+        remarks=_empty_cycles(cycle[given], cycles),
+    )
+
+
+def check_enough_readings(test: PositioningTest, path: str) -> None:
+    """Check that every target can be evaluated in every approach that was measured.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The run as read.
+    path : str
+        The file, for errors.
+
+    Raises
+    ------
+    MeasurementFileError
+        If there is only one target, or a target has fewer than two readings in an approach that
+        was measured; on a linear axis with more than 2000 mm between its first and last target,
+        where one run is the rule, fewer than one.
+
+    References
+    ----------
+    ISO 230-2:2014, clause 5.3 (tests up to and over 2000 mm), as described by
+    GOST ISO 230-2-2016, clause 6.2.
+    """
+    if test.target.size < 2:
+        raise MeasurementFileError(
+            f"the run has only one target position ({_number(test.target[0])})",
+            path=path,
+            remedy="A positioning run needs at least two targets",
+        )
+    long_axis = test.kind is AxisKind.LINEAR and test.measured_length > LONG_AXIS_MM
+    needed = 1 if long_axis else 2
+    too_few = (test.readings < needed) & np.array(test.measured_approaches)
+    if not bool(too_few.any()):
+        return
+    i, a = (int(k) for k in np.argwhere(too_few)[0])
+    count = int(test.readings[i, a])
+    more = int(too_few.sum()) - 1
+    others = f", and so on for {more} more" if more else ""
+    have = f"{count} reading" if count else "no reading"
+    raise MeasurementFileError(
+        f"target {i + 1} ({_number(test.target[i])} {test.kind.units.position}) has {have}"
+        f" {APPROACHES[a]}{others}; ISO 230-2 needs at least {needed} per target and direction",
+        path=path,
+        remedy="Measure the missing readings, or take the target out of the file",
+    )
+
+
+def travel_remarks(test: PositioningTest) -> tuple[str, ...]:
+    """Say where the acquisition order does not fit the directions that the file states.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        A run of standard cycles whose acquisition order the file states.
+
+    Returns
+    -------
+    tuple of str
+        Empty where forward readings rise and backward readings fall; otherwise one sentence.
+    """
+    if test.order is None or test.order_deduced:
+        return ()
+    i, j, a = np.nonzero(~np.isnan(test.deviation))
+    by_pass = np.lexsort((test.order[i, j, a], a, j))
+    i, j, a = i[by_pass], j[by_pass], a[by_pass]
+    same_pass = (np.diff(j) == 0) & (np.diff(a) == 0)
+    rising = np.diff(i)[same_pass] > 0
+    expected = a[:-1][same_pass] == 0
+    wrong = rising != expected
+    if not wrong.size or not bool(wrong.any()):
+        return ()
+    if bool(wrong.all()):
+        return ("the readings called forward travel in the negative direction of the axis",)
+    first = int(np.flatnonzero(wrong)[0])
+    cycle, approach = int(j[:-1][same_pass][first]) + 1, int(a[:-1][same_pass][first])
+    remark = (
+        f"the targets were not visited one after the other in every pass (first in cycle {cycle},"
+        f" {APPROACHES[approach]}); directions are taken from the file, not from the travel"
+    )
+    return (remark,)
+
+
+def _number(value: float) -> str:
+    return f"{value:.10g}"
+
+
+def _number_of_cycles(path: str, line_word: str, cycle: IntArray, line: IntArray) -> int:
+    lowest = int(np.argmin(cycle))
+    if cycle[lowest] < 1:
+        raise MeasurementFileError(
+            f"cycle {cycle[lowest]} in {line_word} {line[lowest]}: cycles count from 1",
+            path=path,
+            remedy="Number the cycles 1, 2, 3 and so on",
+        )
+    return int(cycle.max())
+
+
+def _check_size(
+    path: str,
+    shape: tuple[int, int, int],
+    readings: int,
+    line_word: str,
+    cycle: IntArray,
+    line: IntArray,
+) -> None:
+    targets, cycles, approaches = shape
+    cells = targets * cycles * approaches
+    if cells <= MAX_CELLS and cells <= max(SMALL_TABLE, CELLS_PER_READING * readings):
+        return
+    largest = int(np.argmax(cycle))
+    raise MeasurementFileError(
+        f"{targets} targets and cycle numbers up to {cycles} ({line_word} {line[largest]})"
+        f" do not fit {readings} readings",
+        path=path,
+        remedy="Check that each target has the same position in every cycle, and the cycle numbers",
+    )
+
+
+def _check_duplicates(
+    path: str,
+    line_word: str,
+    flat: IntArray,
+    given: NDArray[np.bool_],
+    line: IntArray,
+    target: FloatArray,
+    shape: tuple[int, int, int],
+) -> None:
+    cells = flat[given]
+    lines = line[given]
+    ranked = np.argsort(cells, kind="stable")
+    twice = np.flatnonzero(np.diff(cells[ranked]) == 0)
+    if not twice.size:
+        return
+    first = twice[np.argmin(lines[ranked[twice + 1]])]
+    i, j, a = (int(k) for k in np.unravel_index(int(cells[ranked[first]]), shape))
+    raise MeasurementFileError(
+        f"the reading of cycle {j + 1}, {APPROACHES[a]}, target {_number(target[i])} is given"
+        f" twice, in {line_word} {lines[ranked[first]]} and {line_word} {lines[ranked[first + 1]]}",
+        path=path,
+        remedy="Remove one of the two",
+    )
+
+
+def _empty_cycles(cycle: IntArray, cycles: int) -> tuple[str, ...]:
+    empty = np.flatnonzero(np.bincount(cycle - 1, minlength=cycles) == 0) + 1
+    if not empty.size:
+        return ()
+    named = ", ".join(str(int(k)) for k in empty[:5])
+    if empty.size == 1:
+        return (f"cycle {named} has no readings",)
+    more = f" and {empty.size - 5} more" if empty.size > 5 else ""
+    return (f"cycles {named}{more} have no readings",)
