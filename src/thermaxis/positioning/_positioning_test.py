@@ -109,7 +109,7 @@ class PositioningTest:
     order: FloatArray | None = None
     """Number of each reading in acquisition order, from 1, (m, n, 2). [1]"""
     order_deduced: bool = False
-    """Whether `order` was deduced for the standard cycle, because the file states run numbers only."""
+    """Whether `order` was deduced for the standard cycle, as the file states run numbers only."""
     start: datetime | None = None
     """Time of day of the first reading; aware if the file states a zone."""
     end: datetime | None = None
@@ -130,7 +130,9 @@ class PositioningTest:
         set_field = object.__setattr__
         set_field(self, "target", _frozen(self.target))
         set_field(self, "deviation", _frozen(self.deviation))
-        set_field(self, "channels", MappingProxyType({k: _frozen(v) for k, v in self.channels.items()}))
+        set_field(
+            self, "channels", MappingProxyType({k: _frozen(v) for k, v in self.channels.items()})
+        )
         set_field(self, "environment", MappingProxyType(dict(self.environment)))
         set_field(self, "header", MappingProxyType(dict(self.header)))
         if self.time_s is not None:
@@ -157,7 +159,9 @@ class PositioningTest:
             raise DataError("a deviation is infinite")
         for name, values in self.channels.items():
             if values.shape != self.deviation.shape:
-                raise DataError(f"channel {name} has the shape {values.shape}, not {self.deviation.shape}")
+                raise DataError(
+                    f"channel {name} has the shape {values.shape}, not {self.deviation.shape}"
+                )
 
     def _check_times(self) -> None:
         measured = ~np.isnan(self.deviation)
@@ -186,8 +190,8 @@ class PositioningTest:
     @property
     def measured_approaches(self) -> tuple[bool, bool]:
         """Whether the forward and the backward approach have any reading."""
-        forward, backward = (~np.isnan(self.deviation)).any(axis=(0, 1)).tolist()
-        return bool(forward), bool(backward)
+        missing = np.isnan(self.deviation)
+        return not bool(np.all(missing[..., FORWARD])), not bool(np.all(missing[..., BACKWARD]))
 
     @property
     def unidirectional(self) -> bool:
@@ -197,7 +201,7 @@ class PositioningTest:
     @property
     def readings(self) -> FloatArray:
         """Number of readings per target and approach, (m, 2). [1]"""
-        return np.sum(~np.isnan(self.deviation), axis=1, dtype=np.float64)
+        return np.asarray(np.sum(~np.isnan(self.deviation), axis=1), dtype=np.float64)
 
     @property
     def measured_length(self) -> float:
@@ -220,7 +224,9 @@ class PositioningTest:
         """
         if cycle is self.cycle or not self.order_deduced:
             return replace(self, cycle=cycle)
-        remark = f"the file does not state the order of visits of a {cycle} cycle: readings have no time"
+        remark = (
+            f"the file does not state the order of visits of a {cycle} cycle: readings have no time"
+        )
         return replace(
             self,
             cycle=cycle,

@@ -1,0 +1,110 @@
+"""The command ``thermaxis``: one module per command, each imported when it is needed."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Protocol, cast
+
+from thermaxis import __version__
+
+COMMANDS = {
+    "evaluate": "evaluate a positioning run: ISO 230-2 and adjacent differences",
+    "convert": "write any measured run as tidy CSV",
+    "montecarlo": "scatter of differences by Monte Carlo, equation (10) of the method",
+    "generate": "write an example run of a virtual axis",
+}
+"""Commands in the order in which the help shows them, each with its summary."""
+
+
+class Command(Protocol):
+    """What every command module offers."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Declare the command's arguments."""
+        ...
+
+    def run(self, arguments: argparse.Namespace) -> int:
+        """Run the command and return the exit code."""
+        ...
+
+
+def _load(name: str) -> Command:
+    return cast("Command", cast("object", import_module(f"thermaxis.cli.{name}")))
+
+
+def build_parser(only: str | None = None) -> argparse.ArgumentParser:
+    """Return the parser of the command line.
+
+    Parameters
+    ----------
+    only : str, optional
+        Declare the arguments of this command alone, so that no other is imported.
+        Default: those of all commands.
+
+    Returns
+    -------
+    argparse.ArgumentParser
+        The parser; its namespace has `command`, None if no command was given.
+    """
+    parser = argparse.ArgumentParser(
+        prog="thermaxis",
+        description="Measure machine axes without thermal drift.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"thermaxis {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    for name, summary in COMMANDS.items():
+        command = commands.add_parser(
+            name,
+            help=summary,
+            description=f"{summary[0].upper()}{summary[1:]}.",
+            allow_abbrev=False,
+        )
+        if only is None or only == name:
+            _load(name).add_arguments(command)
+    return parser
+
+
+def _write_as_utf8() -> None:
+    """Let µ and ↑ reach any terminal or pipe; what a terminal cannot show is replaced."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None and (getattr(stream, "encoding", "") or "").lower() != "utf-8":
+            reconfigure(encoding="utf-8", errors="replace")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Words after the program's name. Default: those of this run of Python.
+
+    Returns
+    -------
+    int
+        0 if all went well, 2 for bad input, 130 if interrupted from the keyboard.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    wanted = next((word for word in words if not word.startswith("-")), "")
+    parser = build_parser(only=wanted if wanted in COMMANDS else "")
+    namespace = parser.parse_args(words)
+    if namespace.command is None:
+        parser.print_help()
+        return 0
+    _write_as_utf8()
+    from thermaxis.errors import ThermaxisError  # noqa: PLC0415  --help needs no errors
+
+    try:
+        return _load(namespace.command).run(namespace)
+    except ThermaxisError as error:
+        print(f"thermaxis: error: {error}", file=sys.stderr)  # noqa: T201
+        return 2
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        print(f"thermaxis: error: {place}{error.strerror or error}", file=sys.stderr)  # noqa: T201
+        return 2
+    except KeyboardInterrupt:
+        return 130

@@ -1,0 +1,133 @@
+"""The results of ``evaluate`` as JSON; its keys are documented in docs/json.md."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from thermaxis.positioning import (
+    BACKWARD,
+    FIGURE_KEYS,
+    FORWARD,
+    AdjacentDifferenceApproach,
+    AdjacentDifferenceResult,
+    Iso230_2_1988Result,
+    Iso230_2Result,
+    PositioningTest,
+    Vdi3441Result,
+)
+
+if TYPE_CHECKING:
+    from thermaxis.report import PositioningReport
+
+
+def finite_or_none(value: float | None) -> float | None:
+    """Return a number for JSON: None where it does not exist."""
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _numbers(values: Iterable[float]) -> list[float | None]:
+    return [finite_or_none(value) for value in values]
+
+
+def report_as_json(report: "PositioningReport") -> dict[str, object]:
+    """Return everything that was evaluated, by the documented keys.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        The evaluated run.
+
+    Returns
+    -------
+    dict
+        Only strings, numbers, booleans, lists, dicts and None. [µm or arcsec; mm or deg]
+    """
+    other = report.other_standard
+    return {
+        "version": report.version,
+        "input": {"name": report.source_name, "sha256": report.source_sha256},
+        "test": _test(report.test, dict(report.header)),
+        "iso230_2": _iso230_2(report.iso230_2),
+        "iso230_2_1988": asdict(other) if isinstance(other, Iso230_2_1988Result) else None,
+        "vdi3441": asdict(other) if isinstance(other, Vdi3441Result) else None,
+        "adjacent_difference": _adjacent_difference(report.adjacent_difference),
+        "limits": _limits(report),
+        "warnings": list(report.warnings),
+    }
+
+
+def _test(test: PositioningTest, header: dict[str, str]) -> dict[str, object]:
+    return {
+        "kind": str(test.kind),
+        "targets": _numbers(test.target.tolist()),
+        "cycles": test.cycles,
+        "unidirectional": test.unidirectional,
+        "cycle": str(test.cycle),
+        "start": test.start.isoformat() if test.start else None,
+        "end": test.end.isoformat() if test.end else None,
+        "time_source": str(test.time_source),
+        "header": header,
+        "environment": {key: asdict(value) for key, value in test.environment.items()},
+        "channels": list(test.channels),
+    }
+
+
+def _iso230_2(result: Iso230_2Result) -> dict[str, object]:
+    figures: dict[str, object] = {key: finite_or_none(getattr(result, key)) for key in FIGURE_KEYS}
+    columns = {
+        "position": result.target,
+        "mean_forward": result.mean[:, FORWARD],
+        "mean_backward": result.mean[:, BACKWARD],
+        "mean": result.mean_bidirectional,
+        "s_forward": result.s[:, FORWARD],
+        "s_backward": result.s[:, BACKWARD],
+        "B": result.B_i,
+        "R_forward": result.R_i_unidirectional[:, FORWARD],
+        "R_backward": result.R_i_unidirectional[:, BACKWARD],
+        "R": result.R_i,
+    }
+    rows = zip(*(_numbers(column.tolist()) for column in columns.values()), strict=True)
+    return {
+        "edition": str(result.edition),
+        **figures,
+        "targets": [dict(zip(columns, row, strict=True)) for row in rows],
+    }
+
+
+def _adjacent_difference(result: AdjacentDifferenceResult | None) -> dict[str, object] | None:
+    if result is None:
+        return None
+    return {
+        "reference_cycle": result.reference_cycle,
+        "reference_position": result.reference_position,
+        "student_factor": result.student_factor,
+        "forward": _approach(result.forward),
+        "backward": _approach(result.backward),
+    }
+
+
+def _approach(approach: AdjacentDifferenceApproach | None) -> dict[str, object] | None:
+    if approach is None:
+        return None
+    return {
+        "mean_difference": _numbers(approach.mean_difference.tolist()),
+        "standard_uncertainty": _numbers(approach.standard_uncertainty.tolist()),
+        "standard_deviation": _numbers(approach.standard_deviation.tolist()),
+        "s_ratio": _numbers(approach.s_ratio.tolist()),
+        "chart": _numbers(approach.chart.tolist()),
+        "bound": _numbers(approach.bound.tolist()),
+        "anomalies": [
+            {
+                "position": anomaly.position,
+                "position_mm": anomaly.target,
+                "statistic": finite_or_none(anomaly.statistic),
+                "p_value": anomaly.p_value,
+            }
+            for anomaly in approach.anomalies
+        ],
+    }
+
+
+def _limits(report: "PositioningReport") -> dict[str, object] | None:
+    return None if report.limits is None else report.limits.as_json()

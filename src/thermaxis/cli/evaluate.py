@@ -1,0 +1,240 @@
+"""``thermaxis evaluate``: a measured file in, figures, charts and a certificate out."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from thermaxis.positioning import (
+        Iso230_2_1988Result,
+        Iso230_2Result,
+        PositioningTest,
+        Vdi3441Result,
+    )
+    from thermaxis.report import PositioningReport
+
+NAME = "evaluate"
+SUMMARY = "evaluate a positioning run: ISO 230-2 and adjacent differences"
+
+
+def _cycle_number(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError("cycles count from 1")
+    return number
+
+
+def _hours(text: str) -> float:
+    number = float(text)
+    if not 0.0 <= number < 1e6:
+        raise argparse.ArgumentTypeError("hours from 0 on are expected")
+    return number
+
+
+def _date(text: str) -> str:
+    from datetime import date  # noqa: PLC0415  --help needs no dates
+
+    try:
+        return date.fromisoformat(text).isoformat()
+    except ValueError:
+        raise argparse.ArgumentTypeError("a date such as 2026-03-31 is expected") from None
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    add = parser.add_argument
+    add("file", metavar="FILE", type=Path, help="measured run: .rtl, CSV, _ISO230.dat or .xlsx")
+    add("--json", metavar="FILE|-", help="write all results as JSON; - for standard output alone")
+    add(
+        "--report",
+        metavar="FILE",
+        type=Path,
+        action="append",
+        default=[],
+        help="write the certificate, .pdf or .html; may be given more than once",
+    )
+    add("--figures", metavar="DIR", type=Path, help="write every chart as PNG and SVG, and its CSV")
+    add("--header", metavar="FILE", type=Path, help="fields of the certificate's head (TOML)")
+    add(
+        "--limits", metavar="FILE", type=Path, help="limits of the figures and decision rule (TOML)"
+    )
+    reference = parser.add_mutually_exclusive_group()
+    reference.add_argument(
+        "--reference-cycle",
+        metavar="N",
+        type=_cycle_number,
+        help="cycle that anchors the deviation chart (default: the first after two hours, else 1)",
+    )
+    reference.add_argument(
+        "--reference-time",
+        metavar="H",
+        type=_hours,
+        help="anchor the deviation chart at the first cycle that starts after H hours",
+    )
+    add(
+        "--cycle",
+        choices=("standard", "pilgrim", "step"),
+        help="kind of test cycle (default: what the file says, else standard)",
+    )
+    add(
+        "--edition",
+        choices=("1988", "1997", "2006", "2014", "vdi3441"),
+        default="2014",
+        help="edition of ISO 230-2 or VDI/DGQ 3441; 1988 and vdi3441 come beside 2014, unverified",
+    )
+    add("--full", action="store_true", help="s, R and A also on an axis over 2000 mm")
+    add("--date", metavar="YYYY-MM-DD", type=_date, help="date of the certificate")
+    add("--encoding", metavar="NAME", default="cp1250", help="of a text that is not UTF-8")
+
+
+def _other_standard(
+    edition: str, test: "PositioningTest"
+) -> "Iso230_2_1988Result | Vdi3441Result | None":
+    from thermaxis.positioning import (  # noqa: PLC0415  numpy comes with it
+        evaluate_iso230_2_1988,
+        evaluate_vdi_dgq_3441,
+    )
+
+    if edition == "1988":
+        return evaluate_iso230_2_1988(test)
+    return evaluate_vdi_dgq_3441(test) if edition == "vdi3441" else None
+
+
+def _single_run_warning(iso230_2: "Iso230_2Result", test: "PositioningTest") -> tuple[str, ...]:
+    if not iso230_2.single_run_rule:
+        return ()
+    more = f" although {test.cycles} runs exist (means of all of them)" if test.cycles > 1 else ""
+    return (
+        f"the axis is longer than 2000 mm: s, R and A are not evaluated{more};"
+        " ask for them with --full",
+    )
+
+
+def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
+    """Read and evaluate the run that the arguments name.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        The parsed arguments of the command.
+
+    Returns
+    -------
+    PositioningReport
+        Everything that was evaluated.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file cannot be read.
+    DataError
+        If the run cannot be evaluated.
+    ConfigurationError
+        If a header or limits file is wrong.
+    """
+    from thermaxis import __version__, report  # noqa: PLC0415  --help needs none of these
+    from thermaxis.files import read_positioning, sha256_of  # noqa: PLC0415
+    from thermaxis.positioning import (  # noqa: PLC0415
+        Cycle,
+        Edition,
+        check_test_conditions,
+        evaluate_adjacent_difference,
+        evaluate_against_cycles,
+        evaluate_iso230_2,
+    )
+
+    path: Path = arguments.file
+    test = read_positioning(path, fallback_encoding=arguments.encoding)
+    if arguments.cycle is not None:
+        test = test.with_cycle(Cycle(arguments.cycle))
+    other = arguments.edition in ("1988", "vdi3441")
+    edition = Edition.E2014 if other else Edition(arguments.edition)
+    iso230_2 = evaluate_iso230_2(test, edition=edition, full=arguments.full)
+    adjacent = None
+    hours: float | None = arguments.reference_time
+    warnings = [*test.remarks, *check_test_conditions(test), *_single_run_warning(iso230_2, test)]
+    if test.target.size >= 2:
+        adjacent = evaluate_adjacent_difference(
+            test,
+            reference_cycle=arguments.reference_cycle,
+            reference_time_s=None if hours is None else hours * 3600.0,
+        )
+        warnings += adjacent.warnings
+    else:
+        warnings.append("one target only: there are no adjacent differences")
+    wants_charts = bool(arguments.report or arguments.figures)
+    limits = report.read_limits(arguments.limits, test.kind) if arguments.limits else None
+    stated = report.read_header(arguments.header) if arguments.header else {}
+    return report.PositioningReport(
+        test=test,
+        iso230_2=iso230_2,
+        adjacent_difference=adjacent,
+        against_cycles=evaluate_against_cycles(test) if wants_charts and test.cycles > 1 else None,
+        other_standard=_other_standard(arguments.edition, test),
+        warnings=tuple(warnings),
+        header={**test.header, **stated},
+        limits=report.check_limits(limits, iso230_2) if limits else None,
+        source_name=path.name,
+        source_sha256=sha256_of(path),
+        version=__version__,
+        date=arguments.date,
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        The parsed arguments.
+
+    Returns
+    -------
+    int
+        Exit code 0; errors are raised.
+    """
+    from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs no JSON
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415
+    from thermaxis.cli._results import report_as_json  # noqa: PLC0415
+
+    evaluated = evaluate(arguments)
+    quiet = arguments.json == "-"
+    if not quiet:
+        from thermaxis.cli._tables import print_report  # noqa: PLC0415  not wanted beside JSON
+
+        print_report(evaluated)
+    if arguments.json is not None:
+        write_json(report_as_json(evaluated), arguments.json)
+    written = _write_outputs(evaluated, arguments, Progress())
+    if not quiet:
+        for path in written:
+            print(f"written: {path}")  # noqa: T201
+    return 0
+
+
+def _write_outputs(
+    evaluated: "PositioningReport", arguments: argparse.Namespace, progress: "Progress"
+) -> list[Path]:
+    from thermaxis import report  # noqa: PLC0415  only where something is to be written
+
+    written: list[Path] = []
+    reports: list[Path] = arguments.report
+    with progress:
+        for path in reports:
+            report.write_report(evaluated, path, progress=progress)
+            written.append(path)
+        if arguments.figures is not None:
+            report.write_figures(evaluated, arguments.figures, progress=progress)
+            written.append(arguments.figures)
+    return written
+
+
+if TYPE_CHECKING:
+    from thermaxis.cli._progress import Progress

@@ -1,0 +1,82 @@
+"""How the figures depend on the number of cycles that are used."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import DataError
+from thermaxis.positioning._iso230_2 import FIGURE_KEYS, iso230_2_figures
+from thermaxis.positioning._positioning_test import BACKWARD, FORWARD, FloatArray, PositioningTest
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class FiguresAgainstCycles:
+    """Figures of a run evaluated from its first k cycles only, for k = 2 ... n."""
+
+    cycles: FloatArray
+    """Number k of cycles used, (n - 1,). [1]"""
+    figures: dict[str, FloatArray]
+    """Figures of ISO 230-2 by key, (n - 1,) each; NaN where absent. [µm or arcsec]"""
+    s_rms: FloatArray
+    """Root mean square over the targets of the standard's s, (n - 1, 2). [µm or arcsec]"""
+    difference_rms: FloatArray
+    """Root mean square over the pairs of the standard deviation of the adjacent differences,
+    (n - 1, 2). [µm or arcsec]"""
+
+
+def evaluate_against_cycles(test: PositioningTest) -> FiguresAgainstCycles:
+    """Evaluate the first 2, 3, ... n cycles of a run.
+
+    With thermal drift the standard's repeatability grows with the duration of the test, while
+    the spread of adjacent differences settles.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The measured run, at least two cycles.
+
+    Returns
+    -------
+    FiguresAgainstCycles
+        Figures against the number of cycles.
+
+    Raises
+    ------
+    DataError
+        If the run has fewer than two cycles.
+
+    References
+    ----------
+    Stejskal et al. 2017, section "Order of measurements": the result of the standard's method
+    depends on the duration of the measurement and the number of repetitions.
+    """
+    if test.cycles < 2:
+        raise DataError("figures against the number of cycles need at least two cycles")
+    counts = range(2, test.cycles + 1)
+    rows: list[list[float]] = []
+    spread: list[FloatArray] = []
+    difference_spread: list[FloatArray] = []
+    for k in counts:
+        first = test.deviation[:, :k]
+        f = iso230_2_figures(first)
+        one_way = (f.E_unidirectional, f.R_unidirectional, f.A_unidirectional)
+        rows.append(
+            [float(f.B), float(f.B_mean), float(f.M)]
+            + [
+                float(v)
+                for pair, both in zip(one_way, (f.E, f.R, f.A), strict=True)
+                for v in (pair[FORWARD], pair[BACKWARD], both)
+            ]
+        )
+        difference = iso230_2_figures(first[:-1] - first[1:]) if test.target.size > 1 else f
+        spread.append(np.sqrt(np.mean(f.s**2, axis=0)))
+        difference_spread.append(np.sqrt(np.mean(difference.s**2, axis=0)))
+    table = np.array(rows)
+    return FiguresAgainstCycles(
+        cycles=np.array(counts, dtype=np.float64),
+        figures={key: table[:, i] for i, key in enumerate(FIGURE_KEYS)},
+        s_rms=np.array(spread),
+        difference_rms=np.array(difference_spread),
+    )
