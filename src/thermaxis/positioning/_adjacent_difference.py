@@ -12,7 +12,7 @@ from thermaxis.positioning._spread_anomaly import SpreadAnomaly, find_spread_ano
 
 STUDENT_CYCLES = 30
 """From this number of cycles on the paper uses 2 in place of Student's factor. [1]"""
-COVERAGE_LEVEL = 0.954499736103642
+COVERAGE_LEVEL = 0.9545
 """Two-sided probability within two standard deviations of a normal distribution. [1]"""
 REFERENCE_TIME_S = 7200.0
 """The paper takes its reference after at least two hours of measuring. [s]"""

@@ -90,7 +90,7 @@ def probability_positive(weight: FloatArray, degrees_of_freedom: int) -> float:
     if scale == 0.0:
         return 0.0
     relative = weight[np.abs(weight) > 1e-12 * scale] / scale
-    v = np.linspace(-18.0, 14.0, 3201)
+    v = np.linspace(-26.0, 14.0, 4001)
     argument = np.outer(np.exp(v), relative)
     theta = 0.5 * degrees_of_freedom * np.sum(np.arctan(argument), axis=1)
     log_rho = 0.25 * degrees_of_freedom * np.sum(np.log1p(argument**2), axis=1)

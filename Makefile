@@ -1,0 +1,60 @@
+# Needs Python 3.11 or later and make, nothing else. Without make: see README.md.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help setup setup-dev demo test system check format bench
+
+help:
+	@echo "make demo    set everything up and evaluate the example run"
+	@echo "make test    set everything up and run the tests"
+	@echo "make setup   the environment alone: .venv/bin/thermaxis"
+	@echo "make check   format, lint, types, import contracts, tests"
+	@echo "make system  clean installs, a real browser, whole commands"
+	@echo "make bench   what is fast, measured side by side"
+
+$(VENV)/.made:
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "thermaxis needs Python 3.11 or later; name one: make PYTHON=python3.12")'
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/.setup: $(VENV)/.made pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/.setup-dev: $(VENV)/.setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+setup: $(VENV)/.setup
+
+setup-dev: $(VENV)/.setup-dev
+
+demo: setup
+	@mkdir -p demo
+	$(BIN)/thermaxis evaluate examples/x_axis_100_cycles.csv --header examples/header.toml \
+		--limits examples/limits.toml --report demo/certificate.pdf --report demo/certificate.html \
+		--figures demo/figures --json demo/results.json
+	@echo "The certificate is demo/certificate.pdf; the same as a page: demo/certificate.html"
+
+test: setup-dev
+	$(BIN)/python -m pytest -m "not system" -n 2 -q
+
+system: setup-dev
+	$(BIN)/python -m pytest -m system -q
+
+check: setup-dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/basedpyright
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest -m "not system" -n 2 -q
+
+format: setup-dev
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: setup-dev
+	$(BIN)/python benchmarks/start_up.py
+	$(BIN)/python benchmarks/many_runs.py

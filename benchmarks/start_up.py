@@ -1,0 +1,61 @@
+"""Whole processes, side by side: how long a user waits for the command line.
+
+Every command runs once before it is measured, so that the compiled files exist; then all of
+them take turns, and the median of each is printed with its ratio to the process it is held
+against and the ratio that the project promises.
+"""
+
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLE = ROOT / "examples" / "x_axis_100_cycles.csv"
+REPETITIONS = 10
+
+COMMANDS = {
+    "python -c pass": ["-c", "pass"],
+    'python -c "import numpy"': ["-c", "import numpy"],
+    "thermaxis --help": ["-m", "thermaxis", "--help"],
+    "thermaxis evaluate, 100 cycles": ["-m", "thermaxis", "evaluate", str(EXAMPLE)],
+    "thermaxis evaluate --json -": ["-m", "thermaxis", "evaluate", str(EXAMPLE), "--json", "-"],
+}
+PROMISES = (
+    ("thermaxis --help", "python -c pass", 4.0),
+    ("thermaxis evaluate, 100 cycles", 'python -c "import numpy"', 3.0),
+    ("thermaxis evaluate --json -", 'python -c "import numpy"', 3.0),
+)
+
+
+def seconds(arguments: list[str]) -> float:
+    """Return how long one process takes. [s]"""
+    since = time.perf_counter()
+    subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - since
+
+
+def main() -> int:
+    """Measure, print, and return 1 if a promise is not kept."""
+    for arguments in COMMANDS.values():
+        seconds(arguments)
+    taken: dict[str, list[float]] = {name: [] for name in COMMANDS}
+    for _ in range(REPETITIONS):
+        for name, arguments in COMMANDS.items():
+            taken[name].append(seconds(arguments))
+    median = {name: statistics.median(values) for name, values in taken.items()}
+    for name, value in median.items():
+        print(f"{name:34} {value * 1000:7.1f} ms")
+    print()
+    kept = True
+    for name, reference, limit in PROMISES:
+        ratio = median[name] / median[reference]
+        kept &= ratio <= limit
+        verdict = "kept" if ratio <= limit else "NOT KEPT"
+        print(f"{name:34} {ratio:5.2f} x {reference} (at most {limit:g}: {verdict})")
+    return 0 if kept else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

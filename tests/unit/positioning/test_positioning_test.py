@@ -1,0 +1,57 @@
+"""The one type that every reader returns: shapes, freezing, consistency."""
+
+import numpy as np
+import pytest
+
+from thermaxis.errors import DataError
+from thermaxis.positioning import PositioningTest, TimeSource
+from thermaxis.quantities import AxisKind
+
+X = np.zeros((3, 4, 2))
+P = np.array([0.0, 1.0, 2.0])
+
+
+def make(**fields: object) -> PositioningTest:
+    return PositioningTest(**{"kind": AxisKind.LINEAR, "target": P, "deviation": X, **fields})  # type: ignore[arg-type]  # wrong on purpose
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"target": P[:2]}, "not \\(2, n, 2\\)"),
+        ({"deviation": np.zeros((3, 2, 4))}, "not \\(3, n, 2\\)"),
+        ({"deviation": np.zeros((3, 0, 2))}, "no readings"),
+        ({"deviation": np.full((3, 4, 2), np.nan)}, "no readings"),
+        ({"target": np.array([0.0, 2.0, 1.0])}, "strictly increasing"),
+        ({"target": np.array([0.0, 1.0, 1.0])}, "strictly increasing"),
+        ({"target": np.array([0.0, 1.0, np.nan])}, "finite"),
+        ({"target": np.zeros((3, 1))}, "not \\(m,\\)"),
+        ({"deviation": np.full((3, 4, 2), np.inf)}, "infinite"),
+        ({"channels": {"t": np.zeros(3)}}, "channel t"),
+        ({"time_source": TimeSource.FILE}, "do not fit"),
+        ({"time_s": X, "order": X}, "do not fit"),
+        ({"time_source": TimeSource.ORDER, "order": np.zeros((3, 4, 1))}, "order has the shape"),
+        ({"time_source": TimeSource.ORDER, "order": np.full((3, 4, 2), np.nan)}, "is missing"),
+    ],
+)
+def test_a_wrong_run_is_an_error(fields: dict[str, object], words: str) -> None:
+    with pytest.raises(DataError, match=words):
+        make(**fields)
+
+
+def test_a_run_cannot_be_changed_from_outside() -> None:
+    source = X.copy()
+    test = make(deviation=source, header={"axis": "X"})
+    source[0, 0, 0] = 9.0
+    assert test.deviation[0, 0, 0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        test.deviation[0, 0, 0] = 1.0
+    with pytest.raises(TypeError):
+        test.header["axis"] = "Y"  # type: ignore[index]  # wrong on purpose
+
+
+def test_units_follow_from_the_kind() -> None:
+    assert make().kind.units.deviation == "µm"
+    rotary = make(kind=AxisKind.ROTARY).kind.units
+    assert (rotary.position_suffix, rotary.deviation_suffix) == ("deg", "arcsec")
+    assert rotary.deviations_per_position == 3600.0
