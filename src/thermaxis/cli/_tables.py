@@ -23,6 +23,8 @@ from thermaxis.report import printed_decimals
 if TYPE_CHECKING:
     from thermaxis.report import PositioningReport
 
+WIDEST_TABLE = 110
+"""Columns that the widest table takes; a narrower terminal wraps its lines. [1]"""
 SYMBOLS = {
     "B": "B",
     "B_mean": "B mean",
@@ -74,6 +76,7 @@ def print_report(report: "PositioningReport") -> None:
         The evaluated run.
     """
     console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, width=max(console.width, WIDEST_TABLE))
     decimals = printed_decimals(report.test)
     _print_head(console, report)
     _print_figures(console, report, decimals)

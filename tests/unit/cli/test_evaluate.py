@@ -1,0 +1,233 @@
+"""The command ``thermaxis evaluate`` and the promise of its JSON keys."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.unit.positioning.builders import closed_form
+from thermaxis.cli import main
+
+TEST_KEYS = {"targets", "cycles", "unidirectional", "kind", "start", "end", "header"} | {
+    "environment",
+    "time_source",
+}
+FIGURE_KEYS = ["B", "B_mean", "M", "E_forward", "E_backward", "E"] + [
+    *("R_forward", "R_backward", "R", "A_forward", "A_backward", "A")
+]
+TARGET_KEYS = {"position", "mean_forward", "mean_backward", "mean", "s_forward", "s_backward"} | {
+    *("B", "R_forward", "R_backward", "R")
+}
+APPROACH_KEYS = {"mean_difference", "standard_uncertainty", "standard_deviation", "s_ratio"} | {
+    *("chart", "bound", "anomalies")
+}
+
+
+def tidy(x: np.ndarray, target: np.ndarray | None = None, *, unit: str = "mm", error: str = "um") -> str:
+    targets = np.arange(x.shape[0]) * 20.0 if target is None else target
+    lines = [f"cycle,direction,target_{unit},deviation_{error}"]
+    for j in range(x.shape[1]):
+        for d, word in enumerate(("forward", "backward")):
+            rows = range(x.shape[0]) if d == 0 else range(x.shape[0] - 1, -1, -1)
+            lines += [
+                f"{j + 1},{word},{targets[i]:.3f},{x[i, j, d]:.6f}"
+                for i in rows
+                if not math.isnan(x[i, j, d])
+            ]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def run_file(tmp_path: Path) -> Path:
+    path = tmp_path / "run.csv"
+    path.write_text(tidy(closed_form(6, 1.5, 2.0, 0.7)), encoding="utf-8")
+    return path
+
+
+def evaluated(capsys: pytest.CaptureFixture[str], path: Path, *options: str) -> dict[str, object]:
+    assert main(["evaluate", str(path), "--json", "-", *options]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    assert main(["evaluate", *words]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert captured.err.startswith("thermaxis: error: ")
+    return captured.err
+
+
+def test_every_promised_key_is_there(run_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    results = evaluated(capsys, run_file)
+    assert {"test", "iso230_2", "adjacent_difference", "warnings", "version"} <= set(results)
+    assert set(results["test"]) >= TEST_KEYS
+    assert [k for k in results["iso230_2"] if k not in ("edition", "targets")] == FIGURE_KEYS
+    assert all(set(row) == TARGET_KEYS for row in results["iso230_2"]["targets"])
+    adjacent = results["adjacent_difference"]
+    assert set(adjacent) >= {"reference_cycle", "student_factor", "forward", "backward"}
+    for way in ("forward", "backward"):
+        assert set(adjacent[way]) == APPROACH_KEYS
+        lengths = {key: len(adjacent[way][key]) for key in APPROACH_KEYS - {"anomalies"}}
+        assert lengths == {k: 6 if k in ("chart", "bound") else 5 for k in lengths}
+    assert all(isinstance(text, str) for text in results["warnings"])
+
+
+def test_closed_form_figures_through_the_command(
+    run_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = evaluated(capsys, run_file)
+    figures = results["iso230_2"]
+    assert (figures["E"], figures["R"], figures["A"]) == pytest.approx(
+        (11.5, 8.427188724, 15.927188724), abs=1e-6
+    )
+    forward = results["adjacent_difference"]["forward"]
+    assert forward["mean_difference"] == pytest.approx([-1.5] * 5, abs=1e-6)
+    assert forward["standard_deviation"] == pytest.approx([0.0] * 5, abs=1e-6)
+    chart = forward["chart"]
+    steps = [chart[i + 1] - chart[i] for i in range(5)]
+    assert steps == pytest.approx([-d for d in forward["mean_difference"]])
+
+
+def test_json_on_standard_output_is_alone_there(
+    run_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["evaluate", str(run_file), "--json", "-", "--report", str(tmp_path / "c.html")])
+    captured = capsys.readouterr()
+    json.loads(captured.out)
+    assert (tmp_path / "c.html").exists()
+
+
+def test_json_to_a_file_leaves_the_table_on_the_terminal(
+    run_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["evaluate", str(run_file), "--json", str(tmp_path / "r.json")]) == 0
+    out = capsys.readouterr().out
+    assert "ISO 230-2:2014" in out
+    assert "µm" in out
+    assert json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))["test"]["cycles"] == 5
+
+
+def test_absent_figures_are_null(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    x = closed_form(6, 1.5, 2.0, 0.7)
+    x[:, :, 1] = np.nan
+    path = tmp_path / "one_way.csv"
+    path.write_text(tidy(x), encoding="utf-8")
+    results = evaluated(capsys, path)
+    assert results["test"]["unidirectional"] is True
+    assert results["iso230_2"]["E"] is None
+    assert results["iso230_2"]["E_forward"] == pytest.approx(7.5)
+    assert results["adjacent_difference"]["backward"] is None
+
+
+def test_a_rotary_axis_is_evaluated_in_arcsec(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "c_axis.csv"
+    x = closed_form(8, 1.5, 2.0, 0.7)
+    path.write_text(tidy(x, np.arange(8) * 45.0, unit="deg", error="arcsec"), encoding="utf-8")
+    results = evaluated(capsys, path)
+    assert results["test"]["kind"] == "rotary"
+    assert results["iso230_2"]["B"] == pytest.approx(4.0)
+    main(["evaluate", str(path)])
+    assert "arcsec" in capsys.readouterr().out
+
+
+def test_a_long_axis_has_no_repeatability_unless_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "long.csv"
+    path.write_text(tidy(closed_form(12, 1.5, 2.0, 0.7), np.arange(12) * 240.0), encoding="utf-8")
+    short = evaluated(capsys, path)
+    assert short["iso230_2"]["R"] is None
+    assert any("longer than 2000 mm" in text for text in short["warnings"])
+    full = evaluated(capsys, path, "--full")
+    assert full["iso230_2"]["R"] == pytest.approx(8.427, abs=1e-3)
+    assert full["iso230_2"]["E"] == short["iso230_2"]["E"]
+
+
+@pytest.mark.parametrize("edition", ["1997", "2006", "2014"])
+def test_editions_are_named_on_the_result(
+    run_file: Path, capsys: pytest.CaptureFixture[str], edition: str
+) -> None:
+    results = evaluated(capsys, run_file, "--edition", edition)
+    assert results["iso230_2"]["edition"] == edition
+    assert results["iso230_2_1988"] is None
+    assert results["vdi3441"] is None
+
+
+@pytest.mark.parametrize(("option", "key"), [("1988", "iso230_2_1988"), ("vdi3441", "vdi3441")])
+def test_old_standards_stand_beside_the_present_one(
+    run_file: Path, capsys: pytest.CaptureFixture[str], option: str, key: str
+) -> None:
+    results = evaluated(capsys, run_file, "--edition", option)
+    assert results["iso230_2"]["edition"] == "2014"
+    assert results[key]["mark"] == "unverified: from memory"
+    main(["evaluate", str(run_file), "--edition", option])
+    assert "unverified: from memory" in capsys.readouterr().out
+
+
+def test_the_reference_cycle_is_counted_from_one(
+    run_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = evaluated(capsys, run_file, "--reference-cycle", "3")
+    assert results["adjacent_difference"]["reference_cycle"] == 3
+    assert results["adjacent_difference"]["forward"]["chart"][0] == pytest.approx(2.0)
+
+
+def test_bad_input_is_one_line_and_exit_code_2(
+    run_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "no such file" in refused(capsys, str(tmp_path / "none.csv")).lower()
+    broken = tmp_path / "broken.csv"
+    broken.write_text(run_file.read_text(encoding="utf-8").replace("-2.1", "x"), encoding="utf-8")
+    broken.write_text("cycle,direction,target_mm,deviation_um\n1,forward,0,abc\n", encoding="utf-8")
+    assert "line 2" in refused(capsys, str(broken))
+    refused(capsys, str(run_file), "--reference-cycle", "99")
+    refused(capsys, str(run_file), "--reference-time", "1")
+    refused(capsys, str(run_file), "--report", str(tmp_path / "c.docx"))
+    refused(capsys, str(run_file), "--limits", str(run_file))
+    refused(capsys, str(tmp_path))
+
+
+def test_a_report_of_unknown_kind_is_refused_before_anything_is_written(
+    run_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    json_file = tmp_path / "r.json"
+    refused(capsys, str(run_file), "--json", str(json_file), "--report", str(tmp_path / "c.docx"))
+    assert not json_file.exists()
+
+
+def test_output_never_overwrites_the_measured_run(
+    run_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = run_file.read_bytes()
+    refused(capsys, str(run_file), "--json", str(run_file))
+    assert run_file.read_bytes() == before
+
+
+def test_hostile_text_in_a_file_cannot_drive_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "hostile.csv"
+    head = "# header axis: X\x1b[31m[bold red]\n# header title: \x1b]0;owned\x07\n"
+    path.write_text(head + tidy(closed_form(6, 1.5, 2.0, 0.7)), encoding="utf-8")
+    main(["evaluate", str(path)])
+    out = capsys.readouterr().out
+    assert "\x1b" not in out
+    assert "\x07" not in out
+    assert "[bold red]" in out
+
+
+def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    assert "evaluate" in capsys.readouterr().out
+
+
+def test_unknown_words_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["evaluat"])
+    assert stopped.value.code == 2
+    assert "invalid choice" in capsys.readouterr().err
