@@ -75,8 +75,8 @@ def print_report(report: "PositioningReport") -> None:
     report : PositioningReport
         The evaluated run.
     """
-    console = Console(highlight=False, soft_wrap=True)
-    console = Console(highlight=False, soft_wrap=True, width=max(console.width, WIDEST_TABLE))
+    width = max(Console().width, WIDEST_TABLE)
+    console = Console(highlight=False, soft_wrap=True, width=width)
     decimals = printed_decimals(report.test)
     _print_head(console, report)
     _print_figures(console, report, decimals)
@@ -121,8 +121,8 @@ def _print_head(console: Console, report: "PositioningReport") -> None:
     console.print(
         Text(
             f"{test.kind} axis, {test.target.size} targets from {test.target[0]:g} to"
-            f" {test.target[-1]:g} {unit}, {test.cycles} {test.cycle} cycles, {approaches}{duration}"
-            f" ({times})"
+            f" {test.target[-1]:g} {unit}, {test.cycles} {test.cycle} cycles, {approaches}"
+            f"{duration} ({times})"
         )
     )
     console.print()
@@ -260,8 +260,8 @@ def _print_ratio_and_anomalies(
         for anomaly in approach.anomalies:
             console.print(
                 Text(
-                    f"{word}: position {anomaly.position} ({anomaly.target:g} {unit}) stands out: its"
-                    f" local spread is {anomaly.statistic:.2f} times that of the other positions"
+                    f"{word}: position {anomaly.position} ({anomaly.target:g} {unit}) stands out:"
+                    f" its local spread is {anomaly.statistic:.2f} times that of the others"
                 )
             )
         if not approach.anomalies:

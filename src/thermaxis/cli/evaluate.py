@@ -110,10 +110,43 @@ def _single_run_warning(iso230_2: "Iso230_2Result", test: "PositioningTest") -> 
     if not iso230_2.single_run_rule:
         return ()
     more = f" although {test.cycles} runs exist (means of all of them)" if test.cycles > 1 else ""
-    return (
-        f"the axis is longer than 2000 mm: s, R and A are not evaluated{more};"
-        " ask for them with --full",
-    )
+    rule = f"the axis is longer than 2000 mm: s, R and A are not evaluated{more}"
+    return (f"{rule}; ask for them with --full",)
+
+
+def _sha256_of(path: Path) -> str:
+    from hashlib import sha256  # noqa: PLC0415  --help needs no hash
+
+    return sha256(path.read_bytes()).hexdigest()
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Refuse an output that cannot be written, before anything is read or written."""
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
+
+    source: Path = arguments.file
+    reports: list[Path] = arguments.report
+    for path in reports:
+        if path.suffix.lower() not in (".pdf", ".html", ".htm"):
+            raise ConfigurationError(
+                f"a report cannot be written as '{path.suffix or path.name}'",
+                where=str(path),
+                remedy="End its name in .pdf or .html",
+            )
+    json_files = [] if arguments.json in (None, "-") else [Path(arguments.json)]
+    for path in (*reports, *json_files):
+        if path.exists() and source.exists() and path.samefile(source):
+            raise ConfigurationError(
+                "this output would overwrite the measured run",
+                where=str(path),
+                remedy="Give it another name",
+            )
+    if arguments.figures is not None and arguments.figures.is_file():
+        raise ConfigurationError(
+            "the charts need a folder, and this is a file",
+            where=str(arguments.figures),
+            remedy="Name a folder; it is made if it does not exist",
+        )
 
 
 def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
@@ -139,7 +172,7 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         If a header or limits file is wrong.
     """
     from thermaxis import __version__, report  # noqa: PLC0415  --help needs none of these
-    from thermaxis.files import read_positioning, sha256_of  # noqa: PLC0415
+    from thermaxis.files import read_positioning  # noqa: PLC0415
     from thermaxis.positioning import (  # noqa: PLC0415
         Cycle,
         Edition,
@@ -181,7 +214,7 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         header={**test.header, **stated},
         limits=report.check_limits(limits, iso230_2) if limits else None,
         source_name=path.name,
-        source_sha256=sha256_of(path),
+        source_sha256=_sha256_of(path),
         version=__version__,
         date=arguments.date,
     )
@@ -204,6 +237,7 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli._results import report_as_json  # noqa: PLC0415
 
+    _check_outputs(arguments)
     evaluated = evaluate(arguments)
     quiet = arguments.json == "-"
     if not quiet:

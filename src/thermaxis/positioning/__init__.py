@@ -17,6 +17,7 @@ from thermaxis.positioning._iso230_2 import (
     is_single_run_axis,
     iso230_2_figures,
 )
+from thermaxis.positioning._montecarlo import DifferenceMonteCarlo, montecarlo_difference
 from thermaxis.positioning._other_standards import (
     UNVERIFIED,
     Iso230_2_1988Result,
@@ -46,6 +47,7 @@ __all__ = [
     "AdjacentDifferenceApproach",
     "AdjacentDifferenceResult",
     "Cycle",
+    "DifferenceMonteCarlo",
     "Edition",
     "FiguresAgainstCycles",
     "FloatArray",
@@ -67,5 +69,6 @@ __all__ = [
     "find_spread_anomalies",
     "is_single_run_axis",
     "iso230_2_figures",
+    "montecarlo_difference",
     "student_factor",
 ]

@@ -1,0 +1,81 @@
+"""``thermaxis generate``: write an example run of a virtual axis."""
+
+import argparse
+import sys
+from pathlib import Path
+
+NAME = "generate"
+SUMMARY = "write an example run of a virtual axis"
+
+AXES = ("x-axis", "y-axis")
+"""Virtual axes that can be measured."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    add = parser.add_argument
+    add(
+        "axis",
+        choices=AXES,
+        help="x-axis: 300 mm, drift, and an anomaly at position 3; y-axis: 150 mm",
+    )
+    add("-o", "--output", metavar="FILE", type=Path, required=True, help="tidy .csv, or .rtl")
+    add("--seed", metavar="N", type=int, help="seed of everything random (default: the example's)")
+    add("--cycles", metavar="N", type=int, help="number of cycles (default: 100 on X, 50 on Y)")
+    add(
+        "--noise-um",
+        metavar="S",
+        type=float,
+        help="standard deviation of one approach in um (default: 0.19)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure the virtual axis and write the run.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file's name ends neither in .csv nor in .rtl, or a number is not possible.
+    """
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
+    from thermaxis.files.rtl import write_rtl  # noqa: PLC0415
+    from thermaxis.files.tidy_csv import write_tidy_csv  # noqa: PLC0415
+    from thermaxis.virtual import paper_x_axis, paper_y_axis  # noqa: PLC0415
+
+    output: Path = arguments.output
+    suffix = output.suffix.lower()
+    if suffix not in {".csv", ".rtl"}:
+        raise ConfigurationError(
+            f"'{suffix}' is no file type that a run can be written as",
+            where=f"--output {output}",
+            remedy="End the name in .csv (with the time of every reading) or .rtl",
+        )
+    measure = paper_x_axis if arguments.axis == "x-axis" else paper_y_axis
+    generated = measure(arguments.seed, cycles=arguments.cycles, noise_um=arguments.noise_um)
+    if suffix == ".csv":
+        write_tidy_csv(generated.test, output)
+    else:
+        write_rtl(generated.test, output, deviation_decimals=generated.axis.scatter.decimals)
+    test = generated.test
+    sys.stdout.write(
+        f"{output}: {test.target.size} targets, {test.cycles} cycles,"
+        f" generated with seed {generated.seed}\n"
+    )
+    return 0

@@ -1,0 +1,100 @@
+"""What a new user types, on a clean clone in a clean environment.
+
+Proves that the two commands of the README do all the set-up, that a plain installation carries
+every file it needs, and that the promised times are kept.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import venv
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+
+DEMO_LIMIT_S = 180.0
+
+
+def clean_environment() -> dict[str, str]:
+    """Return the environment without what the tests' own Python has put there."""
+    left_out = ("VIRTUAL_ENV", "PYTHONPATH", "MAKEFLAGS", "MAKELEVEL", "MFLAGS", "COLUMNS")
+    return {k: v for k, v in os.environ.items() if k not in left_out and "PYTEST" not in k}
+
+
+@pytest.fixture(scope="module")
+def clone(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a fresh clone of what is committed."""
+    folder = tmp_path_factory.mktemp("clone") / "thermaxis"
+    subprocess.run(["git", "clone", "--quiet", str(root), str(folder)], check=True)
+    return folder
+
+
+def test_make_demo_on_a_clean_clone_writes_the_certificate(clone: Path) -> None:
+    since = time.monotonic()
+    done = subprocess.run(
+        ["make", "demo"],
+        cwd=clone,
+        env=clean_environment(),
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    taken_s = time.monotonic() - since
+    assert done.returncode == 0, done.stderr
+    assert taken_s < DEMO_LIMIT_S
+    assert "ISO 230-2:2014" in done.stdout
+    assert "demo/certificate.pdf" in done.stdout
+    assert (clone / "demo" / "certificate.pdf").read_bytes().startswith(b"%PDF-")
+    results = json.loads((clone / "demo" / "results.json").read_text(encoding="utf-8"))
+    named = {a["position"] for a in results["adjacent_difference"]["forward"]["anomalies"]}
+    assert named == {3}
+    tracked = subprocess.run(
+        ["git", "status", "--porcelain"], cwd=clone, capture_output=True, text=True, check=True
+    )
+    assert tracked.stdout == ""
+
+
+def test_a_plain_installation_carries_every_file(clone: Path, tmp_path: Path) -> None:
+    """As on a machine without make: pip installs the folder, the command runs elsewhere."""
+    venv.create(tmp_path / "env", with_pip=True)
+    python = tmp_path / "env" / ("Scripts" if os.name == "nt" else "bin") / "python"
+    subprocess.run(
+        [python, "-m", "pip", "install", "--quiet", "-c", clone / "constraints.txt", clone],
+        env=clean_environment(),
+        check=True,
+    )
+    work = tmp_path / "work"
+    work.mkdir()
+    shutil.copy(clone / "examples" / "y_axis_50_cycles.rtl", work / "run.rtl")
+    words = ["evaluate", "run.rtl", "--json", "-", "--report", "c.pdf", "--report", "c.html"]
+    done = subprocess.run(
+        [python, "-m", "thermaxis", *words],
+        cwd=work,
+        env=clean_environment(),
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+    )
+    assert json.loads(done.stdout)["test"]["time_source"] == "interpolated"
+    assert (work / "c.pdf").read_bytes().startswith(b"%PDF-")
+    assert "<html" in (work / "c.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("script", ["start_up.py", "many_runs.py"])
+def test_the_promised_times_are_kept(root: Path, script: str) -> None:
+    for _ in range(3):  # a busy machine may spoil one measurement
+        done = subprocess.run(
+            [sys.executable, root / "benchmarks" / script],
+            cwd=root,
+            capture_output=True,
+            encoding="utf-8",
+            check=False,
+        )
+        if done.returncode == 0:
+            return
+    pytest.fail(done.stdout + done.stderr)
