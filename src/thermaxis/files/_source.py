@@ -55,7 +55,7 @@ class SourceText:
     encoding: str
     """Encoding that it was read with, by its Python name."""
     remarks: tuple[str, ...] = ()
-    """What the reader should know about the encoding, as sentences."""
+    """What the reader should know about the encoding."""
 
     @property
     def lines(self) -> list[str]:
@@ -409,12 +409,12 @@ def _decode(name: str, content: bytes, fallback: str) -> SourceText:
         return SourceText(name, _one_line_end(content.decode("utf-8")), "utf-8")
     except UnicodeDecodeError:
         text = content.decode(fallback, errors="replace")
-    remark = f"The file is not UTF-8: its texts were read as {fallback}; numbers are not affected."
+    remark = f"the file is not UTF-8: its texts were read as {fallback}, numbers are not affected"
     lost = text.count("\ufffd")
     if lost:
         remark += (
-            f" {lost} character{'s' if lost > 1 else ''} could not be read in this way:"
-            " name the right encoding to see them."
+            f"; {lost} character{'s' if lost > 1 else ''} could not be read in this way: name the"
+            " right encoding to see them"
         )
     return SourceText(name, _one_line_end(text), fallback, (remark,))
 

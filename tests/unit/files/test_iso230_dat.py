@@ -1,0 +1,391 @@
+import math
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermaxis.errors import MeasurementFileError, ThermaxisError
+from thermaxis.files.iso230_dat import read_iso230_dat
+from thermaxis.positioning import PositioningTest, TimeSource
+from thermaxis.quantities import AxisKind
+
+REAL_DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data" / "positioning"
+
+Reading = tuple[str, int, int, float]
+
+TARGETS = (-20.0, -7.5, 0.0, 12.25)
+SETTINGS = "REF_PV=IOC:Laser\nTGT_SET_PV=IOC:X-PosCmd\nUNIT=mm\nCYCLES=3\nPOSITIONS=4\nDEC=5\n"
+
+
+def deviation_um(direction: str, target: int, cycle: int) -> float:
+    """Deviation that tells where it belongs."""
+    return (target + cycle / 10) * (1 if direction == "FWD" else -1)
+
+
+def all_readings(
+    targets: Sequence[float] = TARGETS, cycles: int = 3, directions: Iterable[str] = ("FWD", "BWD")
+) -> list[Reading]:
+    return [
+        (direction, k, cycle, position + deviation_um(direction, k, cycle) / 1000)
+        for direction in directions
+        for cycle in range(1, cycles + 1)
+        for k, position in enumerate(targets, start=1)
+    ]
+
+
+def without(absent: Callable[[Reading], bool]) -> list[Reading]:
+    return [reading for reading in all_readings() if not absent(reading)]
+
+
+def number(value: float) -> str:
+    """Print a position as the tool does: sixteen decimals and no zero before the point."""
+    text = f"{value:.16f}"
+    return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) else text
+
+
+def dat(
+    targets: Sequence[float] = TARGETS,
+    readings: Iterable[Reading] | None = None,
+    *,
+    settings: str = SETTINGS,
+) -> str:
+    readings = all_readings(targets) if readings is None else readings
+    return (
+        "TEST_DATA=# Input for ISO230-2 calculations, CYCLES=99\n"
+        "# UNIT : unit of the positions\n#\n"
+        + settings
+        + "".join(f"TGT_DATA[{k}]={value:g}\n" for k, value in enumerate(targets, start=1))
+        + "".join(f"REF_DATA_{d}[{k},{cycle}]={number(v)}\n" for d, k, cycle, v in readings)
+        + "  \n"
+    )
+
+
+def saved(folder: Path, text: str) -> Path:
+    path = folder / "run_ISO230.dat"
+    path.write_bytes(text.encode())
+    return path
+
+
+def read(folder: Path, text: str) -> PositioningTest:
+    return read_iso230_dat(saved(folder, text))
+
+
+def refused(folder: Path, text: str) -> MeasurementFileError:
+    path = saved(folder, text)
+    with pytest.raises(MeasurementFileError) as caught:
+        read_iso230_dat(path)
+    assert str(path) in caught.value.where
+    assert caught.value.remedy
+    return caught.value
+
+
+def remark(test: PositioningTest, part: str) -> str:
+    found = [text for text in test.remarks if part in text]
+    assert len(found) == 1, test.remarks
+    return found[0]
+
+
+def test_every_reading_comes_to_its_target_cycle_and_direction(tmp_path: Path):
+    test = read(tmp_path, dat())
+
+    assert test.kind is AxisKind.LINEAR
+    assert test.target.tolist() == list(TARGETS)
+    assert test.deviation.shape == (4, 3, 2)
+    for k in range(4):
+        for cycle in range(3):
+            for approach, direction in enumerate(("FWD", "BWD")):
+                expected = deviation_um(direction, k + 1, cycle + 1)
+                assert test.deviation[k, cycle, approach] == pytest.approx(expected, abs=1e-9)
+    assert test.remarks == ()
+
+
+def test_the_file_knows_neither_times_nor_order(tmp_path: Path):
+    test = read(tmp_path, dat())
+
+    assert test.time_source is TimeSource.NONE
+    assert test.time_s is None
+    assert test.order is None
+
+
+def test_readings_are_filled_in_by_index_and_not_by_row(tmp_path: Path):
+    rows = all_readings()
+    shuffled = [rows[k] for k in np.random.default_rng(3).permutation(len(rows))]
+
+    first, second = read(tmp_path, dat()), read(tmp_path, dat(readings=shuffled))
+
+    assert np.array_equal(first.deviation, second.deviation)
+
+
+def test_names_of_variables_become_the_header(tmp_path: Path):
+    header = read(tmp_path, dat(settings=SETTINGS + "PLACE= hall <2>\x07 # by the door\n")).header
+
+    assert dict(header) == {
+        "ref_pv": "IOC:Laser",
+        "tgt_set_pv": "IOC:X-PosCmd",
+        "dec": "5",
+        "place": "hall <2>",
+    }
+
+
+def test_a_number_may_lack_its_leading_zero(tmp_path: Path):
+    text = dat()
+    assert "]=.00" in text
+    assert "]=-.00" in text
+
+    assert read(tmp_path, text).deviation[2, 0, 0] == pytest.approx(3.1, abs=1e-9)
+
+
+def test_nanometres_survive_the_subtraction(tmp_path: Path):
+    readings = [(d, k, c, v) for d, k, c, v in all_readings((10000.0, 10001.0))]
+    readings[0] = ("FWD", 1, 1, 10000.000000123)
+
+    test = read(
+        tmp_path,
+        dat((10000.0, 10001.0), readings, settings="CYCLES=3\nPOSITIONS=2\n"),
+    )
+
+    assert test.deviation[0, 0, 0] == pytest.approx(0.000123, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("unit", "per_mm"),
+    [("mm", 1.0), ("MM", 1.0), ("um", 1e3), ("µm", 1e3), ("nm", 1e6), ("m", 1e-3)],
+)
+def test_every_unit_of_length_gives_the_same_run(tmp_path: Path, unit: str, per_mm: float):
+    targets = [value * per_mm for value in TARGETS]
+    readings = [(d, k, c, v * per_mm) for d, k, c, v in all_readings()]
+    settings = SETTINGS.replace("UNIT=mm", f"UNIT={unit}")
+
+    test = read(tmp_path, dat(targets, readings, settings=settings))
+
+    assert test.kind is AxisKind.LINEAR
+    assert test.target.tolist() == list(TARGETS)
+    assert test.deviation[3, 1, 1] == pytest.approx(-4.2, abs=1e-7)
+
+
+def test_degrees_make_a_rotary_axis_with_arcseconds(tmp_path: Path):
+    test = read(tmp_path, dat(settings=SETTINGS.replace("UNIT=mm", "UNIT=deg")))
+
+    assert test.kind is AxisKind.ROTARY
+    assert test.target.tolist() == list(TARGETS)
+    assert test.deviation[1, 2, 0] == pytest.approx(2.3e-3 * 3600, abs=1e-7)
+
+
+@pytest.mark.parametrize("unit", ["inch", "rad", "mm/s", "5"])
+def test_an_unknown_unit_is_refused(tmp_path: Path, unit: str):
+    error = refused(tmp_path, dat(settings=SETTINGS.replace("UNIT=mm", f"UNIT={unit}")))
+
+    assert f"'{unit}'" in error.what
+    assert "line 6" in error.where
+
+
+def test_a_file_without_settings_has_the_defaults_of_the_tool(tmp_path: Path):
+    targets = [float(k) for k in range(8)]
+
+    test = read(tmp_path, dat(targets, all_readings(targets, 5), settings=""))
+
+    assert test.kind is AxisKind.LINEAR
+    assert test.deviation.shape == (8, 5, 2)
+
+
+@pytest.mark.parametrize(("direction", "measured"), [("FWD", 0), ("BWD", 1)])
+def test_a_file_with_one_direction_is_unidirectional(tmp_path: Path, direction: str, measured: int):
+    test = read(tmp_path, dat(readings=all_readings(directions=[direction])))
+
+    assert test.unidirectional
+    assert test.measured_approaches[measured]
+    assert remark(test, "readings only")
+
+
+def test_targets_from_the_largest_to_the_smallest_are_turned_round(tmp_path: Path):
+    test = read(tmp_path, dat(TARGETS[::-1]))
+
+    assert test.target.tolist() == list(TARGETS)
+    assert test.deviation[0, 0, 0] == pytest.approx(deviation_um("FWD", 4, 1), abs=1e-9)
+    assert remark(test, "largest to the smallest")
+
+
+def test_a_missing_reading_stays_missing(tmp_path: Path):
+    test = read(tmp_path, dat(readings=without(lambda r: r[:3] == ("FWD", 2, 3))))
+
+    assert math.isnan(test.deviation[1, 2, 0])
+    assert int(np.isnan(test.deviation).sum()) == 1
+    assert remark(test, "missing") == "1 of 24 readings are missing: target 2 cycle 3 forward"
+
+
+def test_a_run_stopped_early_keeps_its_complete_cycles(tmp_path: Path):
+    stopped = without(lambda r: r[2] == 3 and (r[0] == "BWD" or r[1] > 2))
+
+    test = read(tmp_path, dat(readings=stopped))
+
+    assert test.deviation.shape == (4, 3, 2)
+    assert "6 of 24" in remark(test, "missing")
+
+
+def test_an_absurd_number_of_cycles_takes_no_time(tmp_path: Path):
+    test = read(tmp_path, dat(settings=SETTINGS.replace("CYCLES=3", "CYCLES=999999999")))
+
+    assert "and others" in remark(test, "missing")
+
+
+def test_a_target_with_a_single_reading_in_a_direction_is_refused_by_name(tmp_path: Path):
+    lost = without(lambda r: r[0] == "BWD" and r[1] == 2 and r[2] > 1)
+
+    error = refused(tmp_path, dat(readings=lost))
+
+    assert "target 2" in error.what
+    assert "backward" in error.what
+
+
+def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
+    text = dat()
+    whole = read(tmp_path, text).deviation
+    end_of_forward = text.index("REF_DATA_BWD")
+    end_of_readings = text.rindex("\n  ")
+
+    for length in range(1, end_of_readings):
+        path = saved(tmp_path, text[:length])
+        try:
+            test = read_iso230_dat(path)
+        except ThermaxisError:
+            continue
+        # what is left is a unidirectional run, and says so
+        assert end_of_forward - 1 <= length < end_of_forward + len("REF_DATA_BWD[1,1]=-2")
+        assert remark(test, "forward readings only")
+        assert np.array_equal(test.deviation[:, :, 0], whole[:, :, 0])
+
+
+def test_the_end_of_the_file_lost_is_called_cut_short(tmp_path: Path):
+    error = refused(tmp_path, dat(readings=all_readings()[:-3]))
+
+    assert "cut short" in error.what
+    assert "21 of 24" in error.what
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "part"),
+    [
+        ("UNIT=mm", "UNIT mm", "neither a comment nor KEY=value"),
+        ("UNIT=mm", "=mm", "neither a comment nor KEY=value"),
+        ("UNIT=mm", "UNIT=mm\nUNIT=um", "UNIT is stated twice"),
+        ("CYCLES=3", "CYCLES=2", "no target 1 in cycle 3"),
+        ("CYCLES=3", "CYCLES=0", "CYCLES is 0"),
+        ("CYCLES=3", "CYCLES=three", "'three' is not a whole number"),
+        ("POSITIONS=4", "POSITIONS=3", "no target 4"),
+        ("POSITIONS=4", "POSITIONS=5", "POSITIONS is 5"),
+        ("POSITIONS=4\n", "", "POSITIONS is 8 (POSITIONS not stated, default)"),
+        ("TGT_DATA[2]=-7.5\n", "", "target 2 is not among them"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[3]=-7.5", "target 3 is stated twice"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=nan", "'nan' is not a number"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=", "a number is missing"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[2]=0", "neither rise nor fall"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[2,1]=-7.5", "has 2 indices"),
+        ("TGT_DATA[2]=-7.5", "TGT_DATA[two]=-7.5", "'two' is not a whole number"),
+        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2]=-", "has 1 indices"),
+        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[0,2]=-", "no target 0"),
+        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2,1]=-", "given twice"),
+        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2,2]=x", "is not a number"),
+        ("REF_DATA_FWD[2,2]=-", "REF_DATA_FWD[2,2]=-9999999999", "too large"),
+    ],
+)
+def test_a_contradiction_is_refused_with_its_place(tmp_path: Path, old: str, new: str, part: str):
+    text = dat()
+    assert old in text
+
+    error = refused(tmp_path, text.replace(old, new, 1))
+
+    assert part in str(error)
+
+
+def test_an_error_names_its_line(tmp_path: Path):
+    text = dat().replace("TGT_DATA[3]=0", "TGT_DATA[3]=zero")
+    line = text.split("\n").index("TGT_DATA[3]=zero") + 1
+
+    assert f"line {line}, column TGT_DATA[3]" in refused(tmp_path, text).where
+
+
+def test_lists_of_another_version_are_left_out_with_a_remark(tmp_path: Path):
+    test = read(tmp_path, dat() + "TEST_DATA_FWD[1,1]=4\n")
+
+    assert "TEST_DATA_FWD (line 39)" in remark(test, "not known")
+
+
+@pytest.mark.parametrize("text", ["# only a comment\n", "UNIT=mm\nTGT_DATA[1]=2\n"])
+def test_a_file_without_readings_is_refused(tmp_path: Path, text: str):
+    assert "no readings" in refused(tmp_path, text).what
+
+
+@pytest.mark.real_data
+@pytest.mark.skipif(not REAL_DATA.is_dir(), reason="the measurements are not beside the project")
+@pytest.mark.parametrize(
+    ("name", "targets", "first_forward_um", "last_backward_um", "header"),
+    [
+        (
+            "psi_ecmccfg/psi_fat_sat_2023/report.md_ISO230.dat",
+            [-10.0, -4.88, 0.24, 5.36, 10.48],
+            -0.099019,
+            -0.097019,
+            {
+                "ref_pv": "sls-sioc-ecat01:m0s001-Enc01-PosAct",
+                "test_pv": "sls-sioc-ecat01:TestNumber",
+                "tgt_set_pv": "sls-sioc-ecat01:M1-PosSet",
+                "dec": "8",
+            },
+        ),
+        (
+            "psi_ecmccfg/ess_mcu1025_2021/report.md_ISO230.dat",
+            [15.0, 25.2, 35.4, 45.6, 55.8],
+            93.184296038332,
+            44.859497217004,
+            {
+                "ref_pv": "IOC_TEST:m0s012-Enc01-PosAct",
+                "test_pv": "IOC_TEST:TestNumber",
+                "tgt_set_pv": "IOC_TEST:Axis1-PosSet",
+                "dec": "5",
+            },
+        ),
+        (
+            "ess_target_b02_x/target_x_ISO230.dat",
+            [-20.0, -15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0, 20.0],
+            -49.2258741434944,
+            40.5726224096368,
+            {
+                "ref_pv": "IOC_TEST:ILD_DownSample",
+                "test_pv": "IOC_TEST:TestNumber",
+                "tgt_set_pv": "TARGET_DU:X-PosCmd",
+                "dec": "5",
+            },
+        ),
+    ],
+)
+def test_the_real_files_are_read(
+    name: str,
+    targets: list[float],
+    first_forward_um: float,
+    last_backward_um: float,
+    header: dict[str, str],
+):
+    test = read_iso230_dat(REAL_DATA / name)
+
+    assert test.target.tolist() == targets
+    assert test.deviation.shape == (len(targets), 5, 2)
+    assert not bool(np.isnan(test.deviation).any())
+    assert test.deviation[0, 0, 0] == pytest.approx(first_forward_um, abs=1e-9)
+    assert test.deviation[-1, -1, 1] == pytest.approx(last_backward_um, abs=1e-9)
+    assert dict(test.header) == header
+    assert test.time_source is TimeSource.NONE
+    assert test.remarks == ()
+
+
+@pytest.mark.real_data
+@pytest.mark.skipif(not REAL_DATA.is_dir(), reason="the measurements are not beside the project")
+def test_the_means_of_the_drift_set_come_out_to_every_digit_known():
+    test = read_iso230_dat(REAL_DATA / "ess_target_b02_x" / "target_x_ISO230.dat")
+
+    means = np.round(test.deviation.mean(axis=1), 4)
+
+    forward = [-50.7818, 0.5598, 45.4320, 11.4422, -52.6019, -32.2155, -33.1209, -19.6133, 16.7421]
+    backward = [-20.3999, 27.6661, 70.2452, 27.4111, -19.0262, -14.0354, -3.7217, 6.0188, 39.9994]
+    assert means[:, 0].tolist() == forward
+    assert means[:, 1].tolist() == backward
