@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from thermaxis.positioning import DifferenceMonteCarlo, RatioEstimate
+    from thermaxis.positioning import DifferenceMonteCarlo
+    from thermaxis.positioning._montecarlo import RatioEstimate
 
 NAME = "montecarlo"
 SUMMARY = "scatter of differences by Monte Carlo, equation (10) of the method"
@@ -121,7 +122,6 @@ def as_json(result: "DifferenceMonteCarlo") -> dict[str, object]:
         Numbers, lists, texts and mappings.
     """
     from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
-    from thermaxis.positioning import PAPER_RATIO  # noqa: PLC0415
 
     return {
         "samples": result.samples,
@@ -133,8 +133,8 @@ def as_json(result: "DifferenceMonteCarlo") -> dict[str, object]:
         "two_sequences": _ratio_as_json(result.two_sequences),
         "to_larger": _ratio_as_json(result.to_larger),
         "to_smaller": _ratio_as_json(result.to_smaller),
-        "paper_ratio": PAPER_RATIO,
-        "paper_ratio_allowed": result.one_sequence.allows(PAPER_RATIO),
+        "paper_ratio": result.paper_ratio,
+        "paper_ratio_allowed": result.one_sequence.allows(result.paper_ratio),
         "histogram": {
             "edges": result.histogram_edges.tolist(),
             "source": result.source_counts.tolist(),
@@ -175,8 +175,6 @@ def as_text(result: "DifferenceMonteCarlo") -> str:
     str
         Lines, each with its end.
     """
-    from thermaxis.positioning import PAPER_RATIO  # noqa: PLC0415  --help needs none of these
-
     title = (
         "How much more does a difference scatter than the readings it is made of?\n"
         f"{result.repetitions} experiments with {result.samples} normal random numbers each,"
@@ -211,8 +209,8 @@ def as_text(result: "DifferenceMonteCarlo") -> str:
             ),
         ]
     parts.append(
-        f"The paper's {PAPER_RATIO} from 1000 numbers "
-        + _verdict(result.samples, allowed=result.one_sequence.allows(PAPER_RATIO))
+        f"The paper's {result.paper_ratio} from 1000 numbers "
+        + _verdict(result.samples, allowed=result.one_sequence.allows(result.paper_ratio))
     )
     return "\n".join(parts)
 

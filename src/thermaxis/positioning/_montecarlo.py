@@ -100,6 +100,8 @@ class DifferenceMonteCarlo:
     """s of a in the first experiment. [as sigma_a]"""
     derived_deviation: float
     """s of a_k - a_(k+1) in the first experiment. [as sigma_a]"""
+    paper_ratio: float = PAPER_RATIO
+    """s_b/s_a of the paper's one experiment with 1000 numbers. [1]"""
 
 
 def _require(what: str, option: str, remedy: str, *, holds: bool) -> None:
