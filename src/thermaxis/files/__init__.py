@@ -1,1 +1,22 @@
 """Read and write measurement files: one module per format."""
+
+from thermaxis.files._recognition import read_positioning
+from thermaxis.files._source import FALLBACK_ENCODING
+from thermaxis.files.iso230_dat import read_iso230_dat
+from thermaxis.files.rtl import read_rtl, write_rtl
+from thermaxis.files.tidy_csv import format_tidy_csv, read_tidy_csv, write_tidy_csv
+from thermaxis.files.wide_csv import read_wide_csv
+from thermaxis.files.xlsx import read_xlsx
+
+__all__ = [
+    "FALLBACK_ENCODING",
+    "format_tidy_csv",
+    "read_iso230_dat",
+    "read_positioning",
+    "read_rtl",
+    "read_tidy_csv",
+    "read_wide_csv",
+    "read_xlsx",
+    "write_rtl",
+    "write_tidy_csv",
+]

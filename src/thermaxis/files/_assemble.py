@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files._source import first_few
 from thermaxis.positioning import APPROACHES, FloatArray, PositioningTest
 from thermaxis.quantities import AxisKind
 
@@ -196,12 +197,12 @@ def travel_remarks(test: PositioningTest) -> tuple[str, ...]:
     if not wrong.size or not bool(wrong.any()):
         return ()
     if bool(wrong.all()):
-        return ("the readings called forward travel in the negative direction of the axis",)
+        return ("The readings called forward travel in the negative direction of the axis.",)
     first = int(np.flatnonzero(wrong)[0])
     cycle, approach = int(j[:-1][same_pass][first]) + 1, int(a[:-1][same_pass][first])
     remark = (
-        f"the targets were not visited one after the other in every pass (first in cycle {cycle},"
-        f" {APPROACHES[approach]}); directions are taken from the file, not from the travel"
+        f"The targets were not visited one after the other in every pass (first in cycle {cycle},"
+        f" {APPROACHES[approach]}); directions are taken from the file, not from the travel."
     )
     return (remark,)
 
@@ -271,8 +272,5 @@ def _empty_cycles(cycle: IntArray, cycles: int) -> tuple[str, ...]:
     empty = np.flatnonzero(np.bincount(cycle - 1, minlength=cycles) == 0) + 1
     if not empty.size:
         return ()
-    named = ", ".join(str(int(k)) for k in empty[:5])
-    if empty.size == 1:
-        return (f"cycle {named} has no readings",)
-    more = f" and {empty.size - 5} more" if empty.size > 5 else ""
-    return (f"cycles {named}{more} have no readings",)
+    named = first_few([str(k) for k in empty.tolist()])
+    return (f"Cycle{'s' if empty.size > 1 else ''} without any reading: {named}.",)

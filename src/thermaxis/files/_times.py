@@ -1,0 +1,160 @@
+"""When each reading of a table was taken, and in which order."""
+
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.positioning import FloatArray, TimeSource
+
+MOMENT_REMEDY = "Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00"
+"""How a date with time is written, for errors."""
+_YEARS = range(1900, 2201)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ReadingTimes:
+    """Times and acquisition order of the rows of a table."""
+
+    source: TimeSource
+    """Where they come from."""
+    time_s: FloatArray | None = None
+    """Time of each row since the first reading, (k,). [s]"""
+    order: FloatArray | None = None
+    """Acquisition order of each row, from 1, (k,). [1]"""
+    remarks: tuple[str, ...] = ()
+    """Why times or order of the file were not used."""
+
+
+def parse_moment(text: str) -> datetime | None:
+    """Read a date with time as ISO 8601 writes it.
+
+    Parameters
+    ----------
+    text : str
+        Such as `2022-04-06T12:48:40.001708` or `2022-04-06 12:48:40Z`.
+
+    Returns
+    -------
+    datetime or None
+        Aware if the text states a zone; None if the text is no such date or lies outside the
+        years 1900 to 2200.
+    """
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        return None
+    return moment if moment.year in _YEARS else None
+
+
+def reading_times(
+    *,
+    given: NDArray[np.bool_],
+    order: FloatArray | None,
+    time_s: FloatArray | None,
+    line: NDArray[np.int64],
+    path: str,
+    line_word: str = "line",
+) -> ReadingTimes:
+    """Decide what the columns of order and time are worth.
+
+    Parameters
+    ----------
+    given : array of bool
+        Which rows hold a reading, (k,).
+    order : FloatArray, optional
+        Column of acquisition order, NaN where empty, (k,). [1]
+    time_s : FloatArray, optional
+        Column of times from any origin, NaN where empty, (k,). [s]
+    line : array of int
+        Line of each row, for errors, (k,). [1]
+    path : str
+        The file, for errors.
+    line_word : str
+        What a line is called in this kind of file. Default: text files have lines.
+
+    Returns
+    -------
+    ReadingTimes
+        From the file where every reading has a time and times rise strictly in the order of
+        acquisition; the order alone otherwise, or nothing, with a remark that says why.
+
+    Raises
+    ------
+    MeasurementFileError
+        If two readings have the same number in the column of order.
+    """
+    remarks: list[str] = []
+    if order is not None and bool(np.isnan(order[given]).any()):
+        remarks.append("Some readings have no order number: the column order is not used.")
+        order = None
+    if time_s is not None and bool(np.isnan(time_s[given]).any()):
+        remarks.append("Some readings have no time: the column of times is not used.")
+        time_s = None
+    if time_s is not None:
+        time_s = time_s - time_s[given].min()
+    if order is not None:
+        _check_distinct(order[given], line[given], path, line_word)
+        found = _ordered_by_number(order, time_s, given)
+    elif time_s is not None:
+        found = _ordered_by_time(time_s, given)
+    else:
+        found = ReadingTimes(TimeSource.NONE)
+    return replace(found, remarks=(*remarks, *found.remarks))
+
+
+def _check_distinct(order: FloatArray, line: NDArray[np.int64], path: str, line_word: str) -> None:
+    ranked = np.argsort(order, kind="stable")
+    twice = np.flatnonzero(np.diff(order[ranked]) == 0)
+    if twice.size:
+        first, second = line[ranked[twice[0]]], line[ranked[twice[0] + 1]]
+        raise MeasurementFileError(
+            f"{line_word} {first} and {line_word} {second} have the same order number",
+            path=path,
+            remedy="Number the readings 1, 2, 3 in the order in which they were taken",
+        )
+
+
+def _ordered_by_number(
+    order: FloatArray, time_s: FloatArray | None, given: NDArray[np.bool_]
+) -> ReadingTimes:
+    remarks: tuple[str, ...] = ()
+    counts = order[~np.isnan(order)]
+    if bool(np.any(counts < 1)) or bool(np.any(counts != np.rint(counts))):
+        order = _ranks(order, given)
+        remarks = ("The order numbers were counted anew from 1.",)
+    if time_s is None:
+        return ReadingTimes(TimeSource.ORDER, None, order, remarks)
+    rows = np.flatnonzero(given)
+    in_order = rows[np.argsort(order[rows])]
+    if bool(np.all(np.diff(time_s[in_order]) > 0)):
+        return ReadingTimes(TimeSource.FILE, time_s, order, remarks)
+    contradiction = "The times do not rise with the order numbers: the run has no time axis."
+    return ReadingTimes(TimeSource.ORDER, None, order, (*remarks, contradiction))
+
+
+def _ordered_by_time(time_s: FloatArray, given: NDArray[np.bool_]) -> ReadingTimes:
+    times = time_s[given]
+    if np.unique(times).size == times.size:
+        return ReadingTimes(TimeSource.FILE, time_s, _ranks(time_s, given))
+    if bool(np.all(np.diff(times) >= 0)):
+        order = np.full(time_s.shape, np.nan)
+        order[given] = np.arange(1, times.size + 1)
+        remark = (
+            "Some readings have the same time: only their order in the file is used,"
+            " and the run has no time axis."
+        )
+        return ReadingTimes(TimeSource.ORDER, None, order, (remark,))
+    remark = "Some readings have the same time and no order is stated: times are not used."
+    return ReadingTimes(TimeSource.NONE, remarks=(remark,))
+
+
+def _ranks(values: FloatArray, given: NDArray[np.bool_]) -> FloatArray:
+    rows = np.flatnonzero(given)
+    ranks = np.full(values.shape, np.nan)
+    ranks[rows[np.argsort(values[rows])]] = np.arange(1, rows.size + 1)
+    return ranks
