@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from thermaxis.positioning import DifferenceMonteCarlo
-    from thermaxis.positioning._montecarlo import RatioEstimate
+    from thermaxis.positioning import DifferenceMonteCarlo, RatioEstimate
 
 NAME = "montecarlo"
 SUMMARY = "scatter of differences by Monte Carlo, equation (10) of the method"

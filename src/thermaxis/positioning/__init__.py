@@ -17,7 +17,12 @@ from thermaxis.positioning._iso230_2 import (
     is_single_run_axis,
     iso230_2_figures,
 )
-from thermaxis.positioning._montecarlo import DifferenceMonteCarlo, montecarlo_difference
+from thermaxis.positioning._montecarlo import (
+    PAPER_RATIO,
+    DifferenceMonteCarlo,
+    RatioEstimate,
+    montecarlo_difference,
+)
 from thermaxis.positioning._other_standards import (
     UNVERIFIED,
     Iso230_2_1988Result,
@@ -43,6 +48,7 @@ __all__ = [
     "BACKWARD",
     "FIGURE_KEYS",
     "FORWARD",
+    "PAPER_RATIO",
     "UNVERIFIED",
     "AdjacentDifferenceApproach",
     "AdjacentDifferenceResult",
@@ -55,6 +61,7 @@ __all__ = [
     "Iso230_2Result",
     "Iso230_2_1988Result",
     "PositioningTest",
+    "RatioEstimate",
     "SpreadAnomaly",
     "StartEnd",
     "TimeSource",
