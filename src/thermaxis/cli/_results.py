@@ -130,4 +130,20 @@ def _approach(approach: AdjacentDifferenceApproach | None) -> dict[str, object] 
 
 
 def _limits(report: "PositioningReport") -> dict[str, object] | None:
-    return None if report.limits is None else report.limits.as_json()
+    check = report.limits
+    if check is None:
+        return None
+    return {
+        "verdict": str(check.verdict),
+        "decision_rule": str(check.limits.decision_rule),
+        "figures": [
+            {
+                "figure": figure.key,
+                "value": finite_or_none(figure.value),
+                "limit": figure.limit,
+                "expanded_uncertainty": figure.expanded_uncertainty,
+                "verdict": str(figure.verdict),
+            }
+            for figure in check.figures
+        ],
+    }

@@ -18,53 +18,22 @@ from thermaxis.positioning import (
     PositioningTest,
     Vdi3441Result,
 )
-from thermaxis.report import printed_decimals
+from thermaxis.report._limits import RULE_IN_WORDS
+from thermaxis.report._names import (
+    FIGURE_NAMES,
+    FIGURE_SYMBOLS,
+    OTHER_NAMES,
+    absence_reason,
+    edition_name,
+    other_standard_name,
+)
+from thermaxis.report._text import decimals_of_figures, fixed
 
 if TYPE_CHECKING:
     from thermaxis.report import PositioningReport
 
 WIDEST_TABLE = 110
 """Columns that the widest table takes; a narrower terminal wraps its lines. [1]"""
-SYMBOLS = {
-    "B": "B",
-    "B_mean": "B mean",
-    "M": "M",
-    "E_forward": "E ↑",
-    "E_backward": "E ↓",
-    "E": "E",
-    "R_forward": "R ↑",
-    "R_backward": "R ↓",
-    "R": "R",
-    "A_forward": "A ↑",
-    "A_backward": "A ↓",
-    "A": "A",
-    "U_max": "U max",
-    "U_mean": "U mean",
-    "Ps_max": "Ps max",
-    "Ps_mean": "Ps mean",
-    "Pa": "Pa",
-    "P": "P",
-}
-MEANINGS = {
-    "B": "reversal value of the axis",
-    "B_mean": "mean reversal value",
-    "M": "range of the mean bidirectional deviation",
-    "E_forward": "systematic deviation, forward",
-    "E_backward": "systematic deviation, backward",
-    "E": "systematic deviation, bidirectional",
-    "R_forward": "repeatability, forward",
-    "R_backward": "repeatability, backward",
-    "R": "repeatability, bidirectional",
-    "A_forward": "accuracy, forward",
-    "A_backward": "accuracy, backward",
-    "A": "accuracy, bidirectional",
-    "U_max": "largest reversal error",
-    "U_mean": "mean reversal error",
-    "Ps_max": "largest positional scatter",
-    "Ps_mean": "mean positional scatter",
-    "Pa": "positional deviation",
-    "P": "positional uncertainty",
-}
 
 
 def print_report(report: "PositioningReport") -> None:
@@ -77,7 +46,9 @@ def print_report(report: "PositioningReport") -> None:
     """
     width = max(Console().width, WIDEST_TABLE)
     console = Console(highlight=False, soft_wrap=True, width=width)
-    decimals = printed_decimals(report.test)
+    figures = [getattr(report.iso230_2, key) for key in FIGURE_KEYS]
+    largest = max((abs(value) for value in figures if value is not None), default=0.0)
+    decimals = decimals_of_figures(report.test.deviation, largest)
     _print_head(console, report)
     _print_figures(console, report, decimals)
     _print_targets(console, report.test, report.iso230_2, decimals)
@@ -90,10 +61,9 @@ def print_report(report: "PositioningReport") -> None:
 
 
 def _number(value: float | None, decimals: int, *, signed: bool = False) -> str:
-    if value is None or not np.isfinite(value):
-        return "–"
-    rounded = round(value, decimals) + 0.0  # no minus before zero
-    return f"{rounded:+.{decimals}f}" if signed else f"{rounded:.{decimals}f}"
+    finite = value is not None and bool(np.isfinite(value))
+    text = fixed(value if finite else None, decimals, absent="–")
+    return f"+{text}" if signed and value is not None and value > 0.0 and finite else text
 
 
 def _table(title: str, *columns: str, words: int = 0) -> Table:
@@ -130,21 +100,25 @@ def _print_head(console: Console, report: "PositioningReport") -> None:
 
 def _print_figures(console: Console, report: "PositioningReport", decimals: int) -> None:
     unit = report.test.kind.units.deviation
-    checks = {} if report.limits is None else {c.key: c for c in report.limits.checks}
+    result = report.iso230_2
     columns = ["", "figure", unit]
-    if checks:
+    if report.limits is not None:
         columns += ["limit", "verdict"]
-    table = _table(f"ISO 230-2:{report.iso230_2.edition}", *columns, words=2)
+    table = _table(edition_name(result.edition), *columns, words=2)
     for key in FIGURE_KEYS:
-        value: float | None = getattr(report.iso230_2, key)
-        row = [SYMBOLS[key], MEANINGS[key], _number(value, decimals, signed=key == "B_mean")]
-        if checks:
-            check = checks.get(key)
+        value: float | None = getattr(result, key)
+        name = FIGURE_NAMES[result.edition][key]
+        if value is None:
+            name += f" (absent: {absence_reason(key, result, report.test)})"
+        row = [FIGURE_SYMBOLS[key], name, _number(value, decimals, signed=key == "B_mean")]
+        if report.limits is not None:
+            check = report.limits.of(key)
             row += ["", ""] if check is None else [f"{check.limit:g}", str(check.verdict)]
         table.add_row(*row)
     console.print(table)
     if report.limits is not None:
-        console.print(Text(f"verdict: {report.limits.verdict} ({report.limits.rule_in_words})"))
+        rule = RULE_IN_WORDS[report.limits.limits.decision_rule]
+        console.print(Text(f"verdict: {report.limits.verdict} ({rule})"))
         console.print()
 
 
@@ -185,12 +159,12 @@ def _print_other(
     result: Iso230_2_1988Result | Vdi3441Result,
     decimals: int,
 ) -> None:
-    name = "ISO 230-2:1988" if isinstance(result, Iso230_2_1988Result) else "VDI/DGQ 3441"
-    table = _table(f"{name} ({result.mark})", "", "figure", test.kind.units.deviation, words=2)
+    name = f"{other_standard_name(result)} ({result.mark})"
+    table = _table(name, "", "figure", test.kind.units.deviation, words=2)
     for key in type(result).__slots__:
         if key != "mark":
             value: float | None = getattr(result, key)
-            table.add_row(SYMBOLS[key], MEANINGS[key], _number(value, decimals))
+            table.add_row(*OTHER_NAMES[key], _number(value, decimals))
     console.print(table)
 
 
