@@ -1,0 +1,81 @@
+"""The import contracts hold, and a forbidden import is caught."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CHECK = "from importlinter.cli import lint_imports; import sys; sys.exit(lint_imports())"
+
+
+def lint_imports(folder: Path) -> tuple[int, str]:
+    """Run the contracts on the package that lies in a folder."""
+    run = subprocess.run(
+        [
+            *(sys.executable, "-c", CHECK),
+        ],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    return run.returncode, run.stdout + run.stderr
+
+
+@pytest.fixture
+def package_copy(root: Path, tmp_path: Path) -> Path:
+    """Return a folder with a copy of the package and its contracts."""
+    shutil.copytree(
+        root / "src" / "thermaxis",
+        tmp_path / "thermaxis",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
+    shutil.copy(root / "pyproject.toml", tmp_path)
+    return tmp_path
+
+
+def add_line(path: Path, line: str) -> None:
+    path.write_text(path.read_text(encoding="utf-8") + f"\n{line}\n", encoding="utf-8")
+
+
+def test_the_contracts_hold(package_copy: Path) -> None:
+    code, printed = lint_imports(package_copy)
+    assert code == 0, printed
+    assert re.search(r"Contracts: \d+ kept, 0 broken", printed)
+
+
+@pytest.mark.parametrize(
+    ("module", "line", "broken"),
+    [
+        ("positioning/_iso230_2.py", "from thermaxis.files import read_positioning", "one way"),
+        ("files/_source.py", "import thermaxis.report", "one way"),
+        ("report/_limits.py", "import thermaxis.cli", "one way"),
+        ("quantities.py", "from thermaxis.positioning import FORWARD", "one way"),
+        ("positioning/_iso230_2.py", "import csv", "pure layers"),
+        ("positioning/_spread_anomaly.py", "import logging", "pure layers"),
+        ("cli/evaluate.py", "import matplotlib.figure", "report layer"),
+        ("files/tidy_csv.py", "import typst", "report layer"),
+    ],
+)
+def test_a_forbidden_import_is_caught(
+    package_copy: Path, module: str, line: str, broken: str
+) -> None:
+    add_line(package_copy / "thermaxis" / module, line)
+    code, printed = lint_imports(package_copy)
+    assert code == 1, printed
+    assert re.search(rf"{broken}.* BROKEN", printed), printed
+
+
+def test_a_folder_without_a_place_among_the_layers_is_caught(package_copy: Path) -> None:
+    folder = package_copy / "thermaxis" / "elsewhere"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("", encoding="utf-8")
+    code, printed = lint_imports(package_copy)
+    assert code != 0
+    assert "elsewhere" in printed

@@ -1,0 +1,117 @@
+"""Public functions and classes carry numpydoc docstrings; units and sources included."""
+
+import ast
+import importlib
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Iterator
+
+import pytest
+
+PACKAGES = ("thermaxis.positioning", "thermaxis.files", "thermaxis.report")
+SECTION = re.compile(r"^([A-Z][A-Za-z]+)\n-{3,}$", re.MULTILINE)
+
+
+def public_objects() -> Iterator[tuple[str, object]]:
+    for package in PACKAGES:
+        module = importlib.import_module(package)
+        for name in module.__all__:
+            value = getattr(module, name)
+            if inspect.isfunction(value) or inspect.isclass(value):
+                yield f"{package}.{name}", value
+
+
+def public_functions() -> Iterator[tuple[str, Callable[..., object]]]:
+    for name, value in public_objects():
+        if inspect.isfunction(value):
+            yield name, value
+        elif inspect.isclass(value):
+            for method_name, method in vars(value).items():
+                if inspect.isfunction(method) and not method_name.startswith("_"):
+                    yield f"{name}.{method_name}", method
+
+
+OBJECTS = dict(public_objects())
+FUNCTIONS = dict(public_functions())
+CLASSES = {name: value for name, value in OBJECTS.items() if inspect.isclass(value)}
+
+
+def sections(text: str) -> dict[str, str]:
+    parts = SECTION.split(inspect.cleandoc(text))
+    return dict(zip(["Summary", *parts[1::2]], parts[0::2], strict=True))
+
+
+def parameters(function: Callable[..., object]) -> list[str]:
+    return [name for name in inspect.signature(function).parameters if name != "self"]
+
+
+def missing_in_docstring(function: Callable[..., object]) -> list[str]:
+    parts = sections(function.__doc__ or "")
+    missing = [] if parts["Summary"].strip() else ["summary"]
+    documented = set()
+    for line in re.findall(r"^(\S[^\n:]*?)(?: ?:|$)", parts.get("Parameters", ""), re.MULTILINE):
+        documented |= {word.strip().lstrip("*") for word in line.split(",")}
+    missing += [name for name in parameters(function) if name not in documented]
+    returns = inspect.signature(function).return_annotation
+    if returns not in (None, "None", inspect.Signature.empty) and "Returns" not in parts:
+        missing.append("Returns")
+    return missing
+
+
+def undocumented_fields(definition: ast.ClassDef) -> list[str]:
+    fields = [
+        (statement, following)
+        for statement, following in zip(
+            definition.body, [*definition.body[1:], ast.Pass()], strict=True
+        )
+        if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name)
+    ]
+    return [
+        statement.target.id
+        for statement, following in fields
+        if isinstance(statement.target, ast.Name)
+        and not statement.target.id.startswith("_")
+        and not (
+            isinstance(following, ast.Expr)
+            and isinstance(following.value, ast.Constant)
+            and isinstance(following.value.value, str)
+        )
+    ]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_public_function_documents_its_parameters_and_what_it_returns(name: str) -> None:
+    assert missing_in_docstring(FUNCTIONS[name]) == []
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_a_public_class_documents_itself_and_every_field(name: str) -> None:
+    assert (CLASSES[name].__doc__ or "").strip()
+    source = textwrap.dedent(inspect.getsource(CLASSES[name]))
+    definition = ast.parse(source).body[0]
+    assert isinstance(definition, ast.ClassDef)
+    assert undocumented_fields(definition) == []
+
+
+@pytest.mark.parametrize("name", [n for n in FUNCTIONS if ".positioning.evaluate_" in n])
+def test_an_evaluating_function_names_its_source(name: str) -> None:
+    references = sections(FUNCTIONS[name].__doc__ or "").get("References", "")
+    assert re.search(r"ISO|GOST|VDI|Stejskal", references)
+
+
+def test_an_incomplete_docstring_is_noticed() -> None:
+    def halve(length_mm: float, *, twice: bool = False) -> float:
+        """Halve a length.
+
+        Parameters
+        ----------
+        length_mm : float
+            The length. [mm]
+        """
+        return length_mm / (4.0 if twice else 2.0)
+
+    assert missing_in_docstring(halve) == ["twice", "Returns"]
+    definition = ast.parse('class A:\n    a: int\n    b: int\n    """Said."""\n').body[0]
+    assert isinstance(definition, ast.ClassDef)
+    assert undocumented_fields(definition) == ["a"]
