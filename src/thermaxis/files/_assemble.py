@@ -172,41 +172,6 @@ def check_enough_readings(test: PositioningTest, path: str) -> None:
     )
 
 
-def travel_remarks(test: PositioningTest) -> tuple[str, ...]:
-    """Say where the acquisition order does not fit the directions that the file states.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        A run of standard cycles whose acquisition order the file states.
-
-    Returns
-    -------
-    tuple of str
-        Empty where forward readings rise and backward readings fall; otherwise one sentence.
-    """
-    if test.order is None or test.order_deduced:
-        return ()
-    i, j, a = np.nonzero(~np.isnan(test.deviation))
-    by_pass = np.lexsort((test.order[i, j, a], a, j))
-    i, j, a = i[by_pass], j[by_pass], a[by_pass]
-    same_pass = (np.diff(j) == 0) & (np.diff(a) == 0)
-    rising = np.diff(i)[same_pass] > 0
-    expected = a[:-1][same_pass] == 0
-    wrong = rising != expected
-    if not wrong.size or not bool(wrong.any()):
-        return ()
-    if bool(wrong.all()):
-        return ("The readings called forward travel in the negative direction of the axis.",)
-    first = int(np.flatnonzero(wrong)[0])
-    cycle, approach = int(j[:-1][same_pass][first]) + 1, int(a[:-1][same_pass][first])
-    remark = (
-        f"The targets were not visited one after the other in every pass (first in cycle {cycle},"
-        f" {APPROACHES[approach]}); directions are taken from the file, not from the travel."
-    )
-    return (remark,)
-
-
 def _number(value: float) -> str:
     return f"{value:.10g}"
 
@@ -273,4 +238,4 @@ def _empty_cycles(cycle: IntArray, cycles: int) -> tuple[str, ...]:
     if not empty.size:
         return ()
     named = first_few([str(k) for k in empty.tolist()])
-    return (f"Cycle{'s' if empty.size > 1 else ''} without any reading: {named}.",)
+    return (f"cycle{'s' if empty.size > 1 else ''} without any reading: {named}",)

@@ -9,15 +9,17 @@ from typing import TypeAlias
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files._columns import Heading
 from thermaxis.files._metadata import Metadata
-from thermaxis.files._source import FALLBACK_ENCODING, read_text
+from thermaxis.files._source import FALLBACK_ENCODING, SourceText, read_text
 from thermaxis.files._table import (
     HEADER_ROWS,
+    MAX_ROWS,
     Layout,
     Row,
     Table,
     TableSource,
     build_table,
     no_table,
+    numeric_cells,
     read_above,
     read_comment_row,
     recognise,
@@ -30,6 +32,8 @@ LONGEST_LINE = 1_000_000
 
 _LINES_ABOVE = 20_000
 _LINES_OF_A_CELL = 20
+_REMEDY = "Export one run per file, with one row per reading or per target"
+_SEPARATOR_LINE = re.compile(r"[ \t]*sep=.?[ \t]*", re.IGNORECASE)  # for spreadsheet programs
 _OPENING_QUOTE = re.compile(r'(?:^|[,;\t])[ ]*"')
 
 _Line: TypeAlias = tuple[int, str]
@@ -57,35 +61,45 @@ def read_csv_table(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODI
     """
     text = read_text(path, fallback_encoding=fallback_encoding)
     source = TableSource(text.path)
+    if text.text.count("\n") > MAX_ROWS:
+        raise source.error(f"the file has more than {MAX_ROWS} lines", remedy=_REMEDY)
+    table = _search(text, source, commented=False) or _search(text, source, commented=True)
+    if table is None:
+        raise no_table(source)
+    return table
+
+
+def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table | None:
+    """Look for the headings, which some programs write as a comment, and read what is below."""
     metadata = Metadata(remarks=list(text.remarks))
     lines = _lines(text.text, source)
     above: list[_Line] = []
     for number, line in lines:
         if number > _LINES_ABOVE or len(above) == HEADER_ROWS:
-            break
-        if _is_comment(line):
-            read_comment_row(metadata, (number, _comment_cells(line)), source)
+            return None
+        if not line.strip() or _SEPARATOR_LINE.fullmatch(line):
             continue
-        if not line.strip():
-            continue
-        found = _headings(line)
+        comment = _is_comment(line)
+        found = None if comment and not commented else _headings(line.lstrip("# "))
         if found is None:
-            above.append((number, line))
+            if comment:
+                read_comment_row(metadata, (number, _comment_cells(line)), source)
+            else:
+                above.append((number, line))
             continue
         delimiter, layout, headings = found
         for row, text_above in above:
             cells = _split(text_above, delimiter)
             read_above(metadata, (row, [text_above] if cells is None else cells))
-        return build_table(
-            source,
-            layout,
-            headings,
-            number,
-            metadata,
-            _rows(lines, delimiter, source),
-            decimal_comma=delimiter != ",",
+        rows = _rows(lines, delimiter, source)
+        decimal_comma = delimiter != ","
+        table = build_table(
+            source, layout, headings, number, metadata, rows, decimal_comma=decimal_comma
         )
-    raise no_table(source)
+        if not text.text.endswith("\n"):
+            _check_open_end(table, text.text.count("\n") + 1)
+        return table
+    return None
 
 
 def _headings(line: str) -> tuple[str, Layout, tuple[Heading, ...]] | None:
@@ -113,6 +127,28 @@ def _rows(lines: Iterator[_Line], delimiter: str, source: TableSource) -> Iterat
                 remedy='Close every quotation mark, and write "" for one inside a text',
             )
         yield number, cells
+
+
+def _check_open_end(table: Table, last_line: int) -> None:
+    """Look whether a file without a last line end was cut short inside its last cell."""
+    if int(table.row[-1]) != last_line:
+        return
+    cells = table.columns[-1]
+    numeric = numeric_cells(cells, table.decimal) is not None
+    lengths = [
+        -1 if not cell else len(cell.partition(table.decimal)[2] if numeric else cell)
+        for cell in cells
+    ]
+    if len(lengths) > 1 and lengths[-1] < min(lengths[:-1]):
+        raise table.error(
+            "the file is cut short inside its last cell",
+            index=len(cells) - 1,
+            column=len(table.columns) - 1,
+            remedy="Copy or export the file again",
+        )
+    table.metadata.remarks.append(
+        "the last line of the file has no line end: check that the file is complete"
+    )
 
 
 def _split(line: str, delimiter: str) -> list[str] | None:
@@ -179,5 +215,5 @@ def _too_long(source: TableSource, number: int) -> MeasurementFileError:
     return source.error(
         f"the line is longer than {LONGEST_LINE} characters",
         row=number,
-        remedy="Export the run as CSV with one row per reading or per target",
+        remedy=_REMEDY,
     )

@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import final
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files._quoting import decoded, encoded
+from thermaxis.files._quoting import decoded, encoded, quoted
 from thermaxis.files._source import clean_text, parse_number
 from thermaxis.files._times import MOMENT_REMEDY, parse_moment
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
@@ -115,7 +115,7 @@ class Metadata:
         elif key == "end":
             self.end = _moment(value, key, path, line)
         elif key == "remark":
-            self.remarks.append(clean_text(decoded(value)))
+            self.remarks.append(_allowed(decoded(value)))
         elif key == "kind":
             self.kind = value
         elif key == "cycle" and value in set(Cycle):
@@ -160,7 +160,7 @@ def metadata_lines(test: PositioningTest) -> list[str]:
 
 
 def _key(key: str) -> str:
-    return key if _WORD.fullmatch(key) is not None else json.dumps(key).replace(",", "\\u002c")
+    return key if _WORD.fullmatch(key) is not None else quoted(key)
 
 
 def _key_and_value(text: str) -> tuple[str, str]:

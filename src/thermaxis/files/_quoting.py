@@ -59,6 +59,22 @@ def encoded(text: str) -> str:
     plain = text.isprintable() and text == text.strip() and not text.startswith('"')
     if plain and _NEW_CELL.search(text) is None:
         return text
+    return quoted(text)
+
+
+def quoted(text: str) -> str:
+    """Return a text as a JSON string in which nothing separates cells.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+
+    Returns
+    -------
+    str
+        ASCII in quotation marks.
+    """
     return json.dumps(text).replace(",", "\\u002c").replace(";", "\\u003b").replace("|", "\\u007c")
 
 

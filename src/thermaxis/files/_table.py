@@ -1,15 +1,16 @@
 """A table of text cells under a row of headings, whatever kind of file it came from."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import chain
 from typing import NoReturn, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files._columns import Heading, Role, parse_heading
+from thermaxis.files._columns import QUANTITIES, Heading, Role, parse_heading, unit_named
 from thermaxis.files._metadata import Metadata
 from thermaxis.files._quoting import unprotected
 from thermaxis.files._source import NUMBER_LIMIT, first_few, is_number, parse_number
@@ -22,9 +23,11 @@ HEADER_ROWS = 100
 """Rows among which the headings are looked for, comments not counted. [1]"""
 MAX_COLUMNS = 4096
 """Largest number of columns of a table. [1]"""
-MAX_ROWS = 5_000_000
+MAX_ROWS = 2_000_000
 """Largest number of rows of a table. [1]"""
 
+_CHUNK_ROWS = 4096
+_BESIDE_REMARK = "cells to the right of the headings were left out"
 _NUMBER_CHARACTERS = frozenset("0123456789+-.eE\n")
 _CELL_ERRORS = ("#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!", "#DIV/0!", "#GETTING_DATA")
 _READING_ROLES = frozenset(
@@ -383,31 +386,40 @@ def build_table(
     while width and not headings[width - 1].text:
         width -= 1
     numbers: list[int] = []
-    collected: list[Sequence[str]] = []
-    for number, cells in rows:
+    columns: list[list[str]] = [[] for _ in range(width)]
+    chunk: list[Sequence[str]] = []
+    headings, rows = _with_units_below(headings, iter(rows))
+    for number, found in rows:
+        cells = found
         if is_comment(cells):
             read_comment_row(metadata, (number, cells), source)
             continue
+        if len(cells) != width and any(cells):
+            cells = _fitted(cells, width, number, source, metadata)
         if not any(cells):
             continue
         numbers.append(number)
-        collected.append(cells if len(cells) == width else _fitted(cells, width, number, source))
+        chunk.append(cells)
+        if len(chunk) == _CHUNK_ROWS:
+            _move_to_columns(chunk, columns)
         if len(numbers) > MAX_ROWS:
             raise source.error(
                 f"the table has more than {MAX_ROWS} rows",
                 row=number,
                 remedy="Export one run per file",
             )
-    if not collected:
+    _move_to_columns(chunk, columns)
+    if not numbers:
         raise source.error(
             "there are no readings below the headings",
             row=heading_row,
             remedy="Export the run again, with its measured values",
         )
-    columns = tuple(zip(*collected, strict=True))
     row = np.array(numbers, dtype=np.int64)
     decimal = _decimal_sign(source, headings[:width], row, columns) if decimal_comma else "."
-    return Table(source, layout, heading_row, headings[:width], row, columns, decimal, metadata)
+    return Table(
+        source, layout, heading_row, headings[:width], row, tuple(columns), decimal, metadata
+    )
 
 
 def no_table(source: TableSource) -> MeasurementFileError:
@@ -421,23 +433,54 @@ def no_table(source: TableSource) -> MeasurementFileError:
     )
 
 
-def _fitted(cells: Sequence[str], width: int, row: int, source: TableSource) -> Sequence[str]:
+def _with_units_below(
+    headings: tuple[Heading, ...], rows: Iterator[Row]
+) -> tuple[tuple[Heading, ...], Iterator[Row]]:
+    """Take units from a second row of headings, if the first one states none."""
+    needy = [k for k, heading in enumerate(headings) if _lacks_unit(heading)]
+    first = next(rows, None)
+    if first is None or not needy:
+        return headings, rows if first is None else chain((first,), rows)
+    cells = [*first[1], *([""] * len(headings))]
+    units = {k: unit_named(cells[k].strip("()[] ")) for k in needy}
+    if None in units.values():
+        return headings, chain((first,), rows)
+    return tuple(
+        replace(heading, unit=units.get(k, heading.unit)) for k, heading in enumerate(headings)
+    ), rows
+
+
+def _lacks_unit(heading: Heading) -> bool:
+    return heading.role in QUANTITIES and heading.unit is None and not heading.unit_text
+
+
+def _move_to_columns(chunk: list[Sequence[str]], columns: list[list[str]]) -> None:
+    for column, cells in zip(columns, zip(*chunk, strict=True), strict=bool(chunk)):
+        column.extend(cells)
+    chunk.clear()
+
+
+def _fitted(
+    cells: Sequence[str], width: int, row: int, source: TableSource, metadata: Metadata
+) -> Sequence[str]:
     if len(cells) > width and not any(cells[width:]):
         return cells[:width]
-    if source.sheet is not None and len(cells) < width:
-        return [*cells, *([""] * (width - len(cells)))]
-    raise source.error(
-        f"the row has {len(cells)} cells under {width} headings",
-        row=row,
-        remedy="Complete the row, or remove it if it does not belong to the table",
-    )
+    if source.sheet is None:
+        raise source.error(
+            f"the row has {len(cells)} cells under {width} headings",
+            row=row,
+            remedy="Complete the row, or remove it if it does not belong to the table",
+        )
+    if len(cells) > width and _BESIDE_REMARK not in metadata.remarks:
+        metadata.remarks.append(_BESIDE_REMARK)
+    return [*cells[:width], *([""] * (width - len(cells)))]
 
 
 def _decimal_sign(
     source: TableSource,
     headings: tuple[Heading, ...],
     row: NDArray[np.int64],
-    columns: tuple[Sequence[str], ...],
+    columns: Sequence[Sequence[str]],
 ) -> str:
     first: dict[str, tuple[int, int]] = {}
     for column, cells in enumerate(columns):

@@ -90,10 +90,10 @@ def reading_times(
     """
     remarks: list[str] = []
     if order is not None and bool(np.isnan(order[given]).any()):
-        remarks.append("Some readings have no order number: the column order is not used.")
+        remarks.append("some readings have no order number: the column order is not used")
         order = None
     if time_s is not None and bool(np.isnan(time_s[given]).any()):
-        remarks.append("Some readings have no time: the column of times is not used.")
+        remarks.append("some readings have no time: the column of times is not used")
         time_s = None
     if time_s is not None:
         time_s = time_s - time_s[given].min()
@@ -126,14 +126,14 @@ def _ordered_by_number(
     counts = order[~np.isnan(order)]
     if bool(np.any(counts < 1)) or bool(np.any(counts != np.rint(counts))):
         order = _ranks(order, given)
-        remarks = ("The order numbers were counted anew from 1.",)
+        remarks = ("the order numbers were counted anew from 1",)
     if time_s is None:
         return ReadingTimes(TimeSource.ORDER, None, order, remarks)
     rows = np.flatnonzero(given)
     in_order = rows[np.argsort(order[rows])]
     if bool(np.all(np.diff(time_s[in_order]) > 0)):
         return ReadingTimes(TimeSource.FILE, time_s, order, remarks)
-    contradiction = "The times do not rise with the order numbers: the run has no time axis."
+    contradiction = "the times do not rise with the order numbers: the run has no time axis"
     return ReadingTimes(TimeSource.ORDER, None, order, (*remarks, contradiction))
 
 
@@ -145,11 +145,11 @@ def _ordered_by_time(time_s: FloatArray, given: NDArray[np.bool_]) -> ReadingTim
         order = np.full(time_s.shape, np.nan)
         order[given] = np.arange(1, times.size + 1)
         remark = (
-            "Some readings have the same time: only their order in the file is used,"
-            " and the run has no time axis."
+            "some readings have the same time: only their order in the file is used,"
+            " and the run has no time axis"
         )
         return ReadingTimes(TimeSource.ORDER, None, order, (remark,))
-    remark = "Some readings have the same time and no order is stated: times are not used."
+    remark = "some readings have the same time and no order is stated: times are not used"
     return ReadingTimes(TimeSource.NONE, remarks=(remark,))
 
 

@@ -12,12 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import DataError, MeasurementFileError
-from thermaxis.files._assemble import (
-    Assembled,
-    assemble_readings,
-    check_enough_readings,
-    travel_remarks,
-)
+from thermaxis.files._assemble import Assembled, assemble_readings, check_enough_readings
 from thermaxis.files._columns import (
     CHANNEL_PREFIX,
     Heading,
@@ -169,13 +164,10 @@ def format_tidy_csv(test: PositioningTest) -> str:
     Raises
     ------
     DataError
-        If two targets are equal after rounding to 1e-6 mm or deg.
+        If the file could not be read again: two targets are equal after rounding to 1e-6 mm or
+        deg, or a number is larger than 1e9.
     """
-    if np.unique(np.rint(test.target / TARGET_RESOLUTION)).size < test.target.size:
-        raise DataError(
-            "two targets are closer together than 1e-6 mm or deg",
-            remedy="A tidy file cannot tell them apart: remove one of them",
-        )
+    _check_readable(test)
     i, j, a = np.nonzero(_cells_to_write(test))
     if test.order is not None:
         by_order = np.lexsort((i, a, j, np.nan_to_num(test.order[i, j, a], nan=np.inf)))
@@ -221,7 +213,8 @@ def write_tidy_csv(test: PositioningTest, path: Path | str) -> None:
     Raises
     ------
     DataError
-        If two targets are equal after rounding to 1e-6 mm or deg.
+        If the file could not be read again: two targets are equal after rounding to 1e-6 mm or
+        deg, or a number is larger than 1e9.
     MeasurementFileError
         If the file cannot be written.
     """
@@ -281,7 +274,7 @@ def _difference(
     deviation = (difference - turns * _FULL_TURN_DEG) * kind.units.deviations_per_position
     if not wrapped:
         return deviation, []
-    remark = f"Whole turns were taken off the measured position of {wrapped} readings."
+    remark = f"whole turns were taken off the measured position of {wrapped} readings"
     return deviation, [remark]
 
 
@@ -320,9 +313,9 @@ def _disagreement(
         return []
     first = int(wrong[0])
     remark = (
-        f"The column of deviations disagrees with measured minus target in {wrong.size} readings,"
+        f"the column of deviations disagrees with measured minus target in {wrong.size} readings,"
         f" first in {table.source.row_word} {table.row[first]} ({stated[first]:.6g} and"
-        f" {deviation[first]:.6g}): measured minus target is used."
+        f" {deviation[first]:.6g}): measured minus target is used"
     )
     return [remark]
 
@@ -358,7 +351,7 @@ def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[str]]:
                 column=cycle_column,
                 remedy="Add a column direction with the words forward and backward",
             )
-    remark = "Directions come from the run numbers: odd runs are forward, even runs are backward."
+    remark = "directions come from the run numbers: odd runs are forward, even runs are backward"
     return cycle, approach, [remark]
 
 
@@ -379,7 +372,7 @@ def _cycles_of_runs(run: _IntArray, approach: _IntArray) -> tuple[_IntArray, _In
     passes = bool(np.all((run + 1) % 2 == approach)) and np.unique(approach).size == 2
     if not passes:
         return run, approach, []
-    return (run + 1) // 2, approach, ["Runs 1 and 2 are cycle 1, runs 3 and 4 cycle 2, and so on."]
+    return (run + 1) // 2, approach, ["runs 1 and 2 are cycle 1, runs 3 and 4 cycle 2, and so on"]
 
 
 def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:
@@ -403,9 +396,9 @@ def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:
     names = unique_names(table.headings, list(kept))
     remarks: list[str] = []
     if names:
-        remarks.append(f"Kept as channels without unit: {listed(names)}.")
+        remarks.append(f"kept as channels without unit: {listed(names)}")
     if ignored:
-        remarks.append(f"Columns without numbers were left out: {listed(ignored)}.")
+        remarks.append(f"columns without numbers were left out: {listed(ignored)}")
     return dict(zip(names, kept.values(), strict=True)), remarks
 
 
@@ -527,8 +520,23 @@ def _checked_test(
     )
     check_enough_readings(test, table.source.place)
     # A file that was written before carries the remarks of its first reading.
-    said = dict.fromkeys((*remarks, *travel_remarks(test)))
-    return replace(test, remarks=tuple(said))
+    return replace(test, remarks=tuple(dict.fromkeys(remarks)))
+
+
+def _check_readable(test: PositioningTest) -> None:
+    if np.unique(np.rint(test.target / TARGET_RESOLUTION)).size < test.target.size:
+        raise DataError(
+            "two targets are closer together than 1e-6 mm or deg",
+            remedy="A tidy file cannot tell them apart: remove one of them",
+        )
+    stated = [v for pair in test.environment.values() for v in (pair.start, pair.end)]
+    environment = np.array([np.nan if value is None else value for value in stated])
+    for values in (test.target, test.deviation, test.time_s, environment):
+        if values is not None and bool(np.any(np.abs(values) > NUMBER_LIMIT)):
+            raise DataError(
+                f"a number is larger than {NUMBER_LIMIT:g} and could not be read again",
+                remedy="Check the units of the measurement",
+            )
 
 
 def _cells_to_write(test: PositioningTest) -> NDArray[np.bool_]:

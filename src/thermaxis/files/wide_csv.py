@@ -29,8 +29,8 @@ from thermaxis.positioning import (
 _IntArray: TypeAlias = NDArray[np.int64]
 
 _ORDER_REMARK = (
-    "Odd runs were taken as forward and even runs as backward; the order of the readings was"
-    " deduced from the run numbers."
+    "odd runs were taken as forward and even runs as backward; the order of the readings was"
+    " deduced from the run numbers"
 )
 
 
@@ -104,8 +104,8 @@ def wide_test(table: Table) -> PositioningTest:
     falling = row_target.size > 1 and bool(np.all(np.diff(row_target) < 0))
     if falling:
         remarks.append(
-            "The file lists the targets in falling order: the runs called forward travel in the"
-            " negative direction."
+            "the file lists the targets in falling order: the runs called forward travel in the"
+            " negative direction"
         )
     travelled = target.size - 1 - index if falling else index
     run = np.array(list(runs), dtype=np.int64)
@@ -196,7 +196,7 @@ def _unit_of_runs(table: Table, runs: dict[int, int], target_unit: Unit) -> tupl
             )
         return unit, []
     assumed = deviation_unit(target_unit.kind)
-    remark = f"No unit of the deviations is stated: {assumed.name} was assumed."
+    remark = f"no unit of the deviations is stated: {assumed.name} was assumed"
     return assumed, [remark]
 
 
@@ -225,7 +225,7 @@ def _left_out(table: Table, used: set[int]) -> list[str]:
         for column, heading in enumerate(table.headings)
         if column not in used and (heading.text or any(table.columns[column]))
     ]
-    return [f"Columns that hold no run were left out: {listed(names)}."] if names else []
+    return [f"columns that hold no run were left out: {listed(names)}"] if names else []
 
 
 def _deduced_order(

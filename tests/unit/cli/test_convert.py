@@ -1,0 +1,113 @@
+import argparse
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermaxis.cli import convert, main
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.files import format_tidy_csv, read_positioning, write_rtl
+from thermaxis.positioning import PositioningTest
+from thermaxis.quantities import AxisKind
+
+WIDE = "target_mm;1;2;3;4\n0;1,5;2;1;2\n10;2;3;2,25;3\n"
+
+
+def run(*words: str | Path) -> int:
+    parser = argparse.ArgumentParser()
+    convert.add_arguments(parser)
+    return convert.run(parser.parse_args([str(word) for word in words]))
+
+
+@pytest.fixture
+def wide(tmp_path: Path) -> Path:
+    path = tmp_path / "wide.csv"
+    path.write_text(WIDE, encoding="utf-8")
+    return path
+
+
+def test_a_file_becomes_a_tidy_file_with_the_same_run(wide: Path, tmp_path: Path) -> None:
+    output = tmp_path / "tidy.csv"
+    assert run(wide, "-o", output) == 0
+    first, again = read_positioning(wide), read_positioning(output)
+    np.testing.assert_array_equal(again.deviation, first.deviation)
+    np.testing.assert_array_equal(again.order, first.order)
+    assert again.order_deduced
+
+
+def test_an_rtl_file_keeps_that_its_times_were_not_measured(tmp_path: Path) -> None:
+    test = PositioningTest(AxisKind.LINEAR, np.array([0.0, 1.0]), np.ones((2, 2, 2)))
+    write_rtl(test, tmp_path / "run.rtl")
+    assert run(tmp_path / "run.rtl", "-o", tmp_path / "tidy.csv") == 0
+    first, again = (read_positioning(tmp_path / name) for name in ("run.rtl", "tidy.csv"))
+    assert again.time_source is first.time_source
+    assert again.remarks == first.remarks
+
+
+def test_remarks_go_to_standard_error_and_the_table_to_standard_output(
+    wide: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    assert run(wide, "-o", "-") == 0
+    printed = capfdbinary.readouterr()
+    assert printed.out == format_tidy_csv(read_positioning(wide)).encode()
+    assert "µm was assumed".encode() in printed.err
+
+
+def test_the_input_is_never_overwritten(wide: Path, tmp_path: Path) -> None:
+    link = tmp_path / "link.csv"
+    link.hardlink_to(wide)
+    for output in (wide, wide.parent / "." / wide.name, link):
+        with pytest.raises(ConfigurationError, match="replace the measurement"):
+            run(wide, "-o", output)
+    assert wide.read_text(encoding="utf-8") == WIDE
+
+
+def test_an_older_output_is_replaced_only_by_a_good_one(wide: Path, tmp_path: Path) -> None:
+    output = tmp_path / "tidy.csv"
+    output.write_text("older", encoding="utf-8")
+    wide.write_text(WIDE.replace("2,25", "nan"), encoding="utf-8")
+    with pytest.raises(MeasurementFileError, match="line 3"):
+        run(wide, "-o", output)
+    assert output.read_text(encoding="utf-8") == "older"
+    wide.write_text(WIDE, encoding="utf-8")
+    assert run(wide, "-o", output) == 0
+    assert output.read_text(encoding="utf-8").startswith("# kind: linear\n")
+
+
+def test_the_encoding_can_be_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes("# machine: 车床\n".encode("gbk") + WIDE.encode())
+    assert run(path, "-o", tmp_path / "tidy.csv", "--encoding", "gbk") == 0
+    assert read_positioning(tmp_path / "tidy.csv").header["machine"] == "车床"
+    assert "gbk" in capsys.readouterr().err
+
+
+def test_a_remark_cannot_steer_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text('# remark: "\\u001b[31mred"\n' + WIDE, encoding="utf-8")
+    run(path, "-o", tmp_path / "tidy.csv")
+    assert "\x1b" not in capsys.readouterr().err
+
+
+def test_bad_input_ends_with_exit_code_2_and_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes(b"\x89PNG\r\n\x1a\n")
+    assert main(["convert", str(path), "-o", "-"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert "a picture" in printed.err
+    assert printed.err.count("\n") == 1
+
+
+def test_nothing_heavy_is_imported_before_the_command_runs() -> None:
+    code = "import sys, thermaxis.cli.convert; print('numpy' in sys.modules)"
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=30
+    )
+    assert result.stdout.strip() == "False"

@@ -1,0 +1,235 @@
+"""Files beyond the limits of size are refused at once: within a second and 200 MB."""
+
+import io
+import json
+import struct
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files import read_positioning
+from thermaxis.files._workbook_parts import CELL_LIMIT
+
+SHEET = "xl/worksheets/sheet1.xml"
+MAIN = b'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
+BEGIN = b'<?xml version="1.0"?><worksheet ' + MAIN + b"><sheetData>"
+END = b"</sheetData></worksheet>"
+TYPES = b"""<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
+<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
+<Default Extension="xml" ContentType="application/xml"/>
+<Override PartName="/xl/workbook.xml" ContentType="application/vnd.openxmlformats-officedocument.\
+spreadsheetml.sheet.main+xml"/>
+<Override PartName="/xl/worksheets/sheet1.xml" ContentType="application/vnd.openxmlformats-\
+officedocument.spreadsheetml.worksheet+xml"/>
+<Override PartName="/xl/sharedStrings.xml" ContentType="application/vnd.openxmlformats-\
+officedocument.spreadsheetml.sharedStrings+xml"/></Types>"""
+OFFICE = b"http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+BOOK = b"<workbook " + MAIN + b' xmlns:r="' + OFFICE + b'"><sheets><sheet name="Sheet" '
+BOOK += b'sheetId="1" r:id="rId1"/></sheets></workbook>'
+RELATIONS = b'<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+RELATIONS += b'<Relationship Id="rId1" Type="' + OFFICE + b'/worksheet" '
+RELATIONS += b'Target="worksheets/sheet1.xml"/></Relationships>'
+
+CHILD = """
+import json, sys, time
+import thermaxis.files as files
+from thermaxis.errors import MeasurementFileError
+results = {}
+for path in sys.argv[1:]:
+    begin = time.process_time()
+    try:
+        files.read_positioning(path)
+        said = "read"
+    except MeasurementFileError as error:
+        said = str(error)
+    results[path] = [time.process_time() - begin, said]
+try:
+    import resource
+except ImportError:
+    peak = None
+else:
+    scale = 1 if sys.platform == "darwin" else 1024
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * scale / 1e6
+print(json.dumps([results, peak]))
+"""
+
+
+def workbook(
+    path: Path,
+    sheet: Iterable[bytes],
+    *,
+    method: int = zipfile.ZIP_DEFLATED,
+    more: dict[str, Iterable[bytes]] | None = None,
+) -> Path:
+    """Pack a workbook whose sheet, and further parts, come in pieces."""
+    parts: dict[str, Iterable[bytes]] = {
+        "[Content_Types].xml": [TYPES],
+        "xl/workbook.xml": [BOOK],
+        "xl/_rels/workbook.xml.rels": [RELATIONS],
+        "xl/sharedStrings.xml": [b"<sst ", MAIN, b"/>"],
+        "xl/styles.xml": [b"<styleSheet ", MAIN, b"/>"],
+        SHEET: [BEGIN, *sheet, END],
+        **(more or {}),
+    }
+    with zipfile.ZipFile(path, "w", method) as archive:
+        for name, pieces in parts.items():
+            with archive.open(name, "w") as part:
+                for piece in pieces:
+                    part.write(piece)
+    return path
+
+
+def sparse(path: Path, size: int) -> Path:
+    with path.open("wb") as stream:
+        stream.seek(size - 1)
+        stream.write(b"1")
+    return path
+
+
+def lying(path: Path, source: Path) -> Path:
+    """State that the sheet unpacks to 5000 bytes."""
+    content = bytearray(source.read_bytes())
+    place = content.find(b"PK\x01\x02")
+    while place >= 0:
+        (length,) = struct.unpack_from("<H", content, place + 28)
+        if content[place + 46 : place + 46 + length] == SHEET.encode():
+            struct.pack_into("<I", content, place + 24, 5000)
+        place = content.find(b"PK\x01\x02", place + 4)
+    path.write_bytes(content)
+    return path
+
+
+def large_directory(path: Path, source: Path) -> Path:
+    content = bytearray(source.read_bytes())
+    struct.pack_into("<I", content, content.rfind(b"PK\x05\x06") + 12, 50_000_000)
+    path.write_bytes(content)
+    return path
+
+
+def hostile_files(folder: Path) -> dict[Path, str]:
+    """Make each file, with a word of the error that it has to get."""
+    row = b"".join(b'<c r="%s%%d"><v>-49.226</v></c>' % letter for letter in (b"A", b"B", b"C"))
+    many = (
+        b'<row r="%d">' % k + row % (k, k, k) + b"</row>" for k in range(1, CELL_LIMIT // 3 + 2)
+    )
+    far = b'<row r="1048576"><c r="XFD1048576"><v>1</v></c></row>'
+    wide = (b'<row r="%d"><c r="XFD%d"/></row>' % (k, k) for k in range(1, 2000))
+    bomb = workbook(folder / "bomb.xlsx", [b" " * 10_000_000] * 50)
+    return {
+        sparse(folder / "large.csv", 100_000_001): "100 MB",
+        sparse(folder / "large.xlsx", 60_000_000): "zero bytes",
+        bomb: "unpacks to 500 MB",
+        lying(folder / "lying.xlsx", bomb): "damaged",
+        large_directory(folder / "directory.xlsx", bomb): "directory",
+        workbook(folder / "far.xlsx", [far]): "spans more than 1000000 cells",
+        workbook(folder / "row.xlsx", [far.replace(b"1048576", b"99999999999")]): "spans more than",
+        workbook(folder / "wide.xlsx", wide): "spans more than",
+        workbook(folder / "cells.xlsx", many): "more than 1000000 cells",
+        workbook(folder / "tags.xlsx", [b"<a/>" * 1_000_000] * 10): "far more than cells",
+        workbook(folder / "lzma.xlsx", [], method=zipfile.ZIP_LZMA): "packed in a way",
+        workbook(folder / "texts.xlsx", [], more=texts(3_000_000)): "more than 8 MB",
+        workbook(folder / "styles.xlsx", [], more=styles(2_000_000)): "more than 4 MB",
+        workbook(folder / "parts.xlsx", [], more={f"a/{k}": [b"a"] for k in range(3000)}): "parts",
+        workbook(
+            folder / "entities.xlsx",
+            [],
+            more={SHEET: [b'<!DOCTYPE a [<!ENTITY b "cc"><!ENTITY d "&b;&b;">]><a>&d;</a>']},
+        ): "document type",
+    }
+
+
+def texts(count: int) -> dict[str, Iterable[bytes]]:
+    pieces = [b"<si><t>a</t></si>" * 100_000] * (count // 100_000)
+    return {"xl/sharedStrings.xml": [b"<sst ", MAIN, b">", *pieces, b"</sst>"]}
+
+
+def styles(count: int) -> dict[str, Iterable[bytes]]:
+    return {"xl/styles.xml": [b"<styleSheet ", MAIN, b">", b"<a/>" * count, b"</styleSheet>"]}
+
+
+def test_what_is_too_large_is_refused_within_a_second_and_200_mb(tmp_path: Path) -> None:
+    files = hostile_files(tmp_path)
+    result = subprocess.run(
+        [sys.executable, "-c", CHILD, *map(str, files)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=50,
+    )
+    results, peak_mb = json.loads(result.stdout)
+    for path, word in files.items():
+        seconds, said = results[str(path)]
+        assert word in said
+        assert seconds < 1.0, path.name
+    assert peak_mb is None or peak_mb < 200
+
+
+def test_a_workbook_just_below_the_limit_of_cells_is_read(tmp_path: Path) -> None:
+    """The limits leave room: tens of thousands of cells, and texts kept apart from them."""
+    words = (b"cycle", b"direction", b"target_mm", b"deviation_um", b"forward", b"backward")
+    shared = b"".join(b"<si><t>%s</t></si>" % word for word in words)
+    heading = b"<row r='1'>" + b"".join(b"<c t='s'><v>%d</v></c>" % k for k in range(4)) + b"</row>"
+    cell = b"<c><v>%d</v></c><c t='s'><v>%d</v></c><c><v>%d</v></c><c><v>%g</v></c>"
+    rows = [
+        b"<row>" + cell % (cycle, 4 + a, i, cycle / 8) + b"</row>"
+        for cycle in range(1, 251)
+        for a in (0, 1)
+        for i in range(20)
+    ]
+    more = {"xl/sharedStrings.xml": [b"<sst ", MAIN, b">", shared, b"</sst>"]}
+    path = workbook(tmp_path / "run.xlsx", [heading, *rows], more=more)
+    test = read_positioning(path)
+    assert test.deviation.shape == (20, 250, 2)
+    assert test.deviation[3, 7, 1] == 1.0
+
+
+@pytest.mark.parametrize(
+    "lines", [b'"\n', b"\n", b"# a: b\n", b"1,+,1,1\n", b",\n", b"a\n", b'"a\n,"\n']
+)
+def test_too_many_lines_are_refused_before_they_are_read(tmp_path: Path, lines: bytes) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes(b"cycle,direction,target_mm,deviation_um\n" + lines * 2_000_001)
+    with pytest.raises(MeasurementFileError, match="more than 2000000 lines"):
+        read_positioning(path)
+
+
+@pytest.mark.parametrize("start", [b"", b"cycle,direction,target_mm,deviation_um\n"])
+def test_a_line_without_end_is_refused(tmp_path: Path, start: bytes) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes(start + b"1," * 1_000_000)
+    with pytest.raises(MeasurementFileError, match="longer than 1000000 characters"):
+        read_positioning(path)
+
+
+def test_too_many_columns_are_no_table(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("target_mm," + ",".join(map(str, range(1, 5000))) + "\n", encoding="utf-8")
+    with pytest.raises(MeasurementFileError, match="no column headings"):
+        read_positioning(path)
+
+
+def test_a_very_long_cell_is_an_error_of_our_own(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    for cell in ("9" * 200_000, '"' + "9" * 200_000 + '"', '"' + "a" * 200_000):
+        content = f"cycle,direction,target_mm,deviation_um\n1,forward,0,{cell}\n"
+        path.write_text(content, encoding="utf-8")
+        with pytest.raises(MeasurementFileError, match="line 2") as caught:
+            read_positioning(path)
+        assert len(str(caught.value)) < 1500
+
+
+def test_a_workbook_inside_a_comment_of_the_archive_deceives_nobody(tmp_path: Path) -> None:
+    """An archive's end may be found in its comment: every candidate is checked."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("a", "b")
+        archive.comment = b"PK\x05\x06" + bytes(8) + struct.pack("<I", 90_000_000) + bytes(6)
+    path = tmp_path / "run.xlsx"
+    path.write_bytes(stream.getvalue())
+    with pytest.raises(MeasurementFileError, match="directory"):
+        read_positioning(path)

@@ -1,0 +1,148 @@
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+
+from thermaxis.errors import ConfigurationError, MeasurementFileError, ThermaxisError
+from thermaxis.files import format_tidy_csv, read_positioning, write_rtl
+from thermaxis.positioning import PositioningTest
+from thermaxis.quantities import AxisKind
+
+TARGET = (0.0, 10.0, 20.0)
+RUN = PositioningTest(
+    AxisKind.LINEAR, np.array(TARGET), np.round(np.arange(12.0).reshape(3, 2, 2) / 7, 3)
+)
+
+
+def tidy_bytes() -> bytes:
+    return format_tidy_csv(RUN).encode()
+
+
+def wide_rows() -> list[list[float | str]]:
+    rows: list[list[float | str]] = [["target_mm", "1", "2", "3", "4"]]
+    runs = RUN.deviation.reshape(3, 4).tolist()
+    return rows + [[target, *row] for target, row in zip(TARGET, runs, strict=True)]
+
+
+def wide_bytes() -> bytes:
+    return "".join(";".join(map(str, row)) + "\r\n" for row in wide_rows()).encode("utf-16")
+
+
+def dat_bytes() -> bytes:
+    lines = ["TEST_DATA=# a comment", "CYCLES=2", "POSITIONS=3"]
+    for (i, j, a), value in np.ndenumerate(RUN.deviation):
+        lines.append(
+            f"REF_DATA_{('FWD', 'BWD')[a]}[{i + 1},{j + 1}]={TARGET[i] + value / 1000:.6f}"
+        )
+    lines += [f"TGT_DATA[{i + 1}]={target}" for i, target in enumerate(TARGET)]
+    return "".join(f"{line}\n" for line in lines).encode()
+
+
+def write(path: Path, kind: str) -> None:
+    if kind == "rtl":
+        write_rtl(RUN, path)
+    elif kind == "xlsx":
+        book = openpyxl.Workbook()
+        for row in wide_rows():
+            book.worksheets[0].append(row)
+        book.save(path)
+    else:
+        path.write_bytes({"tidy": tidy_bytes, "wide": wide_bytes, "dat": dat_bytes}[kind]())
+
+
+@pytest.mark.parametrize("name", ["run.csv", "run.rtl", "run.xlsx", "run", "run.pdf"])
+@pytest.mark.parametrize("kind", ["tidy", "wide", "dat", "rtl", "xlsx"])
+def test_the_format_is_told_from_the_content_whatever_the_name(
+    tmp_path: Path, kind: str, name: str
+) -> None:
+    path = tmp_path / name
+    write(path, kind)
+    for given in (path, str(path)):
+        test = read_positioning(given)
+        np.testing.assert_allclose(test.deviation, RUN.deviation, atol=1e-9)
+
+
+@pytest.mark.parametrize("line_end", [b"\r\n", b"\r"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("kind", ["tidy", "dat", "rtl"])
+def test_line_ends_and_byte_order_marks_make_no_difference(
+    tmp_path: Path, kind: str, mark: bytes, line_end: bytes
+) -> None:
+    path = tmp_path / "run"
+    write(path, kind)
+    lines = path.read_bytes().splitlines()
+    path.write_bytes(mark + line_end.join([*lines, b""]))
+    np.testing.assert_allclose(read_positioning(path).deviation, RUN.deviation, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "empty"),
+        (b" \r\n\t\n", "empty"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(50), "a picture"),
+        (b"\xff\xd8\xff\xe0" + bytes(50), "a picture"),
+        (b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n", "a PDF"),
+        (b"\x1f\x8b\x08\x00" + bytes(50), "compressed"),
+        (b"HEADER::\nOwner : CARTO-Dynamic\nData:\n" + bytes(800), "binary"),
+        (b"Dear colleague,\nplease find attached the run of Monday.\n", "no column headings"),
+        (b"PK\x03\x04 not really", "cut short"),
+        (b"<!DOCTYPE html><html><body>Not found</body></html>", "no column headings"),
+        (b'{"targets": [1, 2], "cycles": 5}', "no column headings"),
+    ],
+)
+def test_what_is_no_measurement_gets_one_error_that_names_the_file(
+    tmp_path: Path, content: bytes, said: str
+) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes(content)
+    with pytest.raises(MeasurementFileError, match=said) as caught:
+        read_positioning(path)
+    assert str(path) in str(caught.value)
+    assert caught.value.remedy
+
+
+def test_a_folder_and_a_missing_file_get_an_error(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "missing.csv", "a\0b"):
+        with pytest.raises(ThermaxisError):
+            read_positioning(path)
+
+
+def test_the_fallback_encoding_can_be_named(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes("# location: 北京\n".encode("gbk") + tidy_bytes())
+    assert read_positioning(path, fallback_encoding="gbk").header["location"] == "北京"
+    with pytest.raises(ConfigurationError, match="klingon"):
+        read_positioning(path, fallback_encoding="klingon")
+
+
+@pytest.mark.real_data
+def test_the_real_runs_are_recognised(real_data: Path) -> None:
+    shapes = {
+        path.parent.name + "/" + path.name: read_positioning(path).deviation.shape
+        for folder in ("psi_ecmccfg", "ess_target_b02_x")
+        for pattern in ("*_ISO230.dat", "*.csv")
+        for path in (real_data / "positioning" / folder).rglob(pattern)
+    }
+    assert shapes == {
+        "psi_fat_sat_2023/report.md_ISO230.dat": (5, 5, 2),
+        "ess_mcu1025_2021/report.md_ISO230.dat": (5, 5, 2),
+        "ess_target_b02_x/target_x_ISO230.dat": (9, 5, 2),
+        "ess_target_b02_x/x_positioning_with_times.csv": (9, 5, 2),
+    }
+
+
+@pytest.mark.real_data
+@pytest.mark.parametrize(
+    "name",
+    [
+        "positioning/linuxcnc/screwcompX.dat",
+        "positioning/siemens/REN_raw_row_from_data.sqlite.csv",
+        "positioning/psi_ecmccfg/psi_fat_sat_2023/report.md",
+        "SOURCES.md",
+    ],
+)
+def test_other_real_files_are_refused(real_data: Path, name: str) -> None:
+    with pytest.raises(MeasurementFileError):
+        read_positioning(real_data / name)

@@ -1,0 +1,281 @@
+import io
+import re
+import zipfile
+from collections.abc import Callable, Sequence
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files import read_xlsx
+from thermaxis.positioning import BACKWARD, FORWARD, PositioningTest, TimeSource
+
+HEADING = ("cycle", "direction", "target_mm", "deviation_um")
+ROWS = tuple(
+    (cycle, ("forward", "backward")[a], target, cycle + target / 8 - a)
+    for cycle in (1, 2)
+    for a in (0, 1)
+    for target in (0.0, 12.5)
+)
+SHEET = "xl/worksheets/sheet1.xml"
+
+
+def save(tmp_path: Path, *sheets: Sequence[Sequence[object]]) -> Path:
+    book = openpyxl.Workbook()
+    book.remove(book.worksheets[0])
+    for rows in sheets:
+        sheet = book.create_sheet()
+        for row in rows:
+            sheet.append(list(row))
+    path = tmp_path / "run.xlsx"
+    book.save(path)
+    return path
+
+
+def with_part(path: Path, name: str, change: Callable[[bytes], bytes]) -> Path:
+    """Change one part of a workbook."""
+    content = path.read_bytes()
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(stream, "w") as new:
+        for part in old.namelist():
+            data = old.read(part)
+            new.writestr(part, change(data) if part == name else data)
+    path.write_bytes(stream.getvalue())
+    return path
+
+
+def refused(path: Path) -> str:
+    with pytest.raises(MeasurementFileError) as caught:
+        read_xlsx(path)
+    assert str(path) in str(caught.value)
+    assert caught.value.remedy
+    return str(caught.value)
+
+
+def assert_the_run(test: PositioningTest) -> None:
+    np.testing.assert_array_equal(test.target, [0.0, 12.5])
+    for cycle, word, target, deviation in ROWS:
+        a = BACKWARD if word == "backward" else FORWARD
+        assert test.deviation[int(target > 0), cycle - 1, a] == deviation
+
+
+def test_a_tidy_sheet_is_read(tmp_path: Path) -> None:
+    test = read_xlsx(save(tmp_path, [HEADING, *ROWS]))
+    assert_the_run(test)
+    assert test.remarks == ()
+
+
+def test_a_wide_sheet_is_read(tmp_path: Path) -> None:
+    rows = [("Target (mm)", 1, 2, 3, 4), (0, 1, 0, 2, 1), (12.5, 2.5625, 1.5625, 3.5625, 2.5625)]
+    test = read_xlsx(save(tmp_path, rows))
+    assert_the_run(test)
+    assert test.time_source is TimeSource.ORDER
+
+
+def test_comments_fields_and_empty_rows_stand_above_the_headings(tmp_path: Path) -> None:
+    above = [("Machine", "MCV 750"), ("Serial No: 12-345",), (), ("# axis: X",), ()]
+    test = read_xlsx(save(tmp_path, [*above, HEADING, *ROWS]))
+    assert_the_run(test)
+    assert dict(test.header) == {"machine": "MCV 750", "serial_number": "12-345", "axis": "X"}
+
+
+def test_the_table_may_stand_anywhere_on_the_sheet(tmp_path: Path) -> None:
+    path = save(tmp_path, [(), (), *((None, None, *row) for row in (HEADING, *ROWS))])
+    assert_the_run(read_xlsx(path))
+
+
+def test_the_first_visible_sheet_with_a_run_is_read(tmp_path: Path) -> None:
+    path = save(tmp_path, [("notes",), ("x", 1)], [HEADING, *ROWS])
+    assert_the_run(read_xlsx(path))
+    book = openpyxl.load_workbook(path)
+    hidden = book.create_sheet("hidden", 0)
+    hidden.append(HEADING)
+    hidden.sheet_state = "hidden"
+    book.save(path)
+    assert_the_run(read_xlsx(path))
+
+
+def test_no_sheet_with_a_run_is_an_error(tmp_path: Path) -> None:
+    assert "no column headings" in refused(save(tmp_path, [("a", 1)], [("b", 2)]))
+    assert "cell Sheet" in refused(save(tmp_path, [("a", 1)]))
+
+
+def test_cells_with_a_date_are_times(tmp_path: Path) -> None:
+    begin = datetime(2026, 3, 2, 8, 0)  # noqa: DTZ001  workbooks know no zones
+    rows = [(*row, begin + timedelta(seconds=10 * k)) for k, row in enumerate(ROWS)]
+    test = read_xlsx(save(tmp_path, [(*HEADING, "time"), *rows]))
+    assert test.time_source is TimeSource.FILE
+    assert test.start == begin
+    assert test.time_s is not None
+    assert test.time_s[1, 1, BACKWARD] == 70.0
+
+
+def test_a_time_without_date_is_an_error_that_names_the_cell(tmp_path: Path) -> None:
+    rows = [(*row, datetime(2026, 3, 2, 8, 0).time()) for row in ROWS]  # noqa: DTZ001
+    assert "Sheet!E2" in refused(save(tmp_path, [(*HEADING, "time"), *rows]))
+
+
+@pytest.mark.parametrize("value", ["abc", "nan", "#DIV/0!", True, datetime(2026, 3, 2), 1e300])  # noqa: DTZ001
+def test_what_is_no_number_is_an_error_that_names_the_cell(tmp_path: Path, value: object) -> None:
+    rows = [*ROWS[:3], (*ROWS[3][:3], value), *ROWS[4:]]
+    assert "column deviation_um, cell Sheet!D5" in refused(save(tmp_path, [HEADING, *rows]))
+
+
+def test_a_formula_without_stored_value_is_an_error_that_names_the_cell(tmp_path: Path) -> None:
+    rows = [*ROWS[:3], (*ROWS[3][:3], "=1+2"), *ROWS[4:]]
+    message = refused(save(tmp_path, [HEADING, *rows]))
+    assert "cell Sheet!D5" in message
+    assert "no stored value" in message
+
+
+def test_a_formula_counts_with_its_stored_value(tmp_path: Path) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    deviation = ROWS[0][3]
+    plain = f"<v>{deviation:g}</v>".encode()
+    path = with_part(
+        path, SHEET, lambda part: part.replace(b'D2" t="n">' + plain, b'D2"><f>A2*1</f>' + plain)
+    )
+    with zipfile.ZipFile(path) as archive:
+        assert b"<f>" in archive.read(SHEET)
+    assert_the_run(read_xlsx(path))
+
+
+def test_formulas_beside_the_table_do_no_harm(tmp_path: Path) -> None:
+    rows = [(*row, None, "=SUM(D2:D9)") for row in ROWS]
+    test = read_xlsx(save(tmp_path, [HEADING, *rows]))
+    assert_the_run(test)
+    assert test.remarks == ("cells to the right of the headings were left out",)
+
+
+def test_a_text_that_looks_like_a_formula_is_a_text(tmp_path: Path) -> None:
+    test = read_xlsx(save(tmp_path, [("# title: =1+2",), HEADING, *ROWS]))
+    assert test.header["title"] == "=1+2"
+
+
+def test_an_empty_cell_is_a_missing_reading(tmp_path: Path) -> None:
+    third = [(3, *row[1:]) for row in ROWS[:4]]
+    rows = [(*ROWS[0][:3], None), *ROWS[1:], *third]
+    assert np.isnan(read_xlsx(save(tmp_path, [HEADING, *rows])).deviation[0, 0, FORWARD])
+
+
+def test_a_reading_given_twice_is_an_error_that_names_both_rows(tmp_path: Path) -> None:
+    message = refused(save(tmp_path, [HEADING, *ROWS, ROWS[1]]))
+    assert "sheet Sheet: " in message
+    assert "row 3 and row 10" in message
+
+
+def test_what_the_sheet_says_of_its_size_is_not_trusted(tmp_path: Path) -> None:
+    for size in (b"A1", b"A1:XFD1048576", b"B5:C6"):
+        path = save(tmp_path, [HEADING, *ROWS])
+        stated = b'<dimension ref="%s"'
+        path = with_part(
+            path, SHEET, lambda part, s=stated, n=size: part.replace(s % b"A1:D9", s % n)
+        )
+        with zipfile.ZipFile(path) as archive:
+            assert stated % size in archive.read(SHEET)
+        assert_the_run(read_xlsx(path))
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"),
+    [
+        (SHEET, b"<worksheet", b"<!DOCTYPE worksheet><worksheet", "document type"),
+        ("xl/styles.xml", b"<styleSheet", b'<!DOCTYPE s [<!ENTITY a "b">]><styleSheet', "type"),
+        (SHEET, b"</row>", b"", "damaged"),
+        (SHEET, b"<sheetData>", b'<?xml version="1.0" encoding="utf-16"?><sheetData>', "damaged"),
+        ("xl/workbook.xml", b"<sheets>", b"<sheets", "damaged"),
+        ("xl/workbook.xml", b"r:id", b"r:if", "damaged"),
+        ("[Content_Types].xml", b"sheet.main+xml", b"sheet.other+xml", "damaged"),
+        (SHEET, b'r="A2"', b'r="2A"', "damaged"),
+    ],
+)
+def test_a_damaged_or_dangerous_part_is_an_error(
+    tmp_path: Path, name: str, old: bytes, new: bytes, message: str
+) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    with zipfile.ZipFile(path) as archive:
+        assert old in archive.read(name)
+    assert message in refused(with_part(path, name, lambda part: part.replace(old, new, 1)))
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_a_part_in_another_encoding_cannot_hide_anything(tmp_path: Path, encoding: str) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    path = with_part(path, SHEET, lambda part: part.decode().encode(encoding))
+    assert "not UTF-8" in refused(path)
+
+
+def test_a_part_that_states_another_encoding_is_refused(tmp_path: Path) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    declared = b'<?xml version="1.0" encoding="UTF-7"?>'
+    assert "not UTF-8" in refused(with_part(path, SHEET, lambda part: declared + part))
+
+
+def test_a_password_an_old_workbook_and_other_files_are_told_apart(tmp_path: Path) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    content = bytearray(path.read_bytes())
+    place = content.find(b"PK\x01\x02")
+    content[place + 8] |= 1
+    (tmp_path / "locked.xlsx").write_bytes(content)
+    assert "password" in refused(tmp_path / "locked.xlsx")
+    (tmp_path / "old.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600))
+    assert "save it as .xlsx" in refused(tmp_path / "old.xls")
+    (tmp_path / "text.xlsx").write_bytes(b"cycle,direction")
+    assert "not a workbook" in refused(tmp_path / "text.xlsx")
+    with zipfile.ZipFile(tmp_path / "archive.xlsx", "w") as archive:
+        archive.writestr("a.txt", "a")
+    assert "a zip archive" in refused(tmp_path / "archive.xlsx")
+    with zipfile.ZipFile(tmp_path / "sheet.ods", "w") as archive:
+        archive.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")
+    assert "OpenDocument" in refused(tmp_path / "sheet.ods")
+    (tmp_path / "short.xlsx").write_bytes(path.read_bytes()[:-300])
+    assert "cut short" in refused(tmp_path / "short.xlsx")
+
+
+SHARED = b"""<sst xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">
+<si><t>cycle</t></si><si><t>direction</t></si><si><r><t>target</t></r><r><t>_mm</t></r></si>
+<si><t>deviation_um</t></si><si><t>+</t></si><si><t>-</t></si></sst>"""
+
+
+def with_shared_texts(path: Path, shared: bytes = SHARED) -> Path:
+    """Keep texts in a part of their own, as spreadsheet programs do."""
+    main = "application/vnd.openxmlformats-officedocument.spreadsheetml"
+    override = (
+        f'<Override PartName="/xl/sharedStrings.xml" ContentType="{main}.sharedStrings+xml"/>'
+    )
+    cells = [[(k, "s") for k in range(4)]]
+    cells += [
+        [(row[0], "n"), (4 + ("b" in row[1]), "s"), (row[2], "n"), (row[3], "n")] for row in ROWS
+    ]
+    rows = "".join(
+        "<row>" + "".join(f'<c t="{kind}"><v>{value}</v></c>' for value, kind in row) + "</row>"
+        for row in cells
+    )
+    path = with_part(path, SHEET, lambda part: re.sub(b"<row.*</row>", rows.encode(), part))
+    path = with_part(
+        path,
+        "[Content_Types].xml",
+        lambda part: part.replace(b"</Types>", f"{override}</Types>".encode()),
+    )
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("xl/sharedStrings.xml", shared)
+    return path
+
+
+def test_texts_kept_in_a_part_of_their_own_are_read(tmp_path: Path) -> None:
+    assert_the_run(read_xlsx(with_shared_texts(save(tmp_path, [HEADING, *ROWS]))))
+
+
+def test_a_text_that_is_not_there_is_an_error(tmp_path: Path) -> None:
+    shared = SHARED.replace(b"<si><t>-</t></si>", b"")
+    assert "damaged" in refused(with_shared_texts(save(tmp_path, [HEADING, *ROWS]), shared))
+
+
+def test_two_parts_of_the_same_name_are_refused(tmp_path: Path) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate"):
+        archive.writestr(SHEET, b"<worksheet/>")
+    assert f"two parts named {SHEET}" in refused(path)
