@@ -1,0 +1,247 @@
+"""Show results: charts as PNG and SVG, certificates as PDF and HTML."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.report._positioning_report import PositioningReport
+
+if TYPE_CHECKING:
+    from thermaxis.positioning import DifferenceMonteCarlo, Iso230_2Result
+    from thermaxis.quantities import AxisKind
+    from thermaxis.report._limits import Limits, LimitsCheck
+
+__all__ = [
+    "PositioningReport",
+    "Progress",
+    "check_limits",
+    "read_header",
+    "read_limits",
+    "write_certificate_html",
+    "write_certificate_pdf",
+    "write_figures",
+    "write_montecarlo_figures",
+    "write_report",
+]
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+"""Called with the name of a step, the steps done and the number of steps."""
+
+# Every function imports its module when it is called: matplotlib and typst take longer to import
+# than a run takes to evaluate, and most calls of the program write no report.
+
+
+def read_header(path: Path) -> Mapping[str, str]:
+    """Read a file with fields of the certificate's head.
+
+    Parameters
+    ----------
+    path : Path
+        TOML with a table for each group, such as ``[machine]`` with ``name = "..."``.
+
+    Returns
+    -------
+    Mapping
+        Text by the key of the field; numbers are in the unit that the key names.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read, a table or key is unknown, or a value is of a wrong kind or
+        too long.
+    """
+    from thermaxis.report import _header  # noqa: PLC0415  see above
+
+    return _header.read_header(path)
+
+
+def read_limits(path: Path, kind: "AxisKind") -> "Limits":
+    """Read a file of limits.
+
+    Parameters
+    ----------
+    path : Path
+        TOML with a table ``[limits]`` (keys of the figures with the unit as suffix, such as
+        ``A_um``, and ``decision_rule``) and, where uncertainties are known, a table
+        ``[expanded_uncertainty]`` with the same keys.
+    kind : AxisKind
+        Kind of the axis, which fixes the unit.
+
+    Returns
+    -------
+    Limits
+        The limits. The default rule is simple acceptance.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read, a key is unknown, a value is not a positive number, no figure
+        is limited, or the rule needs an uncertainty that is not there.
+    """
+    from thermaxis.report import _limits  # noqa: PLC0415  see above
+
+    return _limits.read_limits(path, kind)
+
+
+def check_limits(limits: "Limits", iso230_2: "Iso230_2Result") -> "LimitsCheck":
+    """Compare the figures of a run with their limits.
+
+    Parameters
+    ----------
+    limits : Limits
+        The limits and the decision rule.
+    iso230_2 : Iso230_2Result
+        The figures. The mean reversal value is compared by its magnitude.
+
+    Returns
+    -------
+    LimitsCheck
+        A verdict per figure and one for the run. An absent figure is not decided.
+    """
+    from thermaxis.report import _limits  # noqa: PLC0415  see above
+
+    return _limits.check_limits(limits, iso230_2)
+
+
+def write_figures(
+    report: PositioningReport, folder: Path, *, progress: Progress | None = None
+) -> tuple[Path, ...]:
+    """Write every chart of a run as PNG and SVG, and the numbers behind it as CSV.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    folder : Path
+        Where the files go; it is made if it does not exist.
+    progress : callable, optional
+        Called before each chart and at the end.
+
+    Returns
+    -------
+    tuple of Path
+        The files. The same report gives the same bytes.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder or a file cannot be written.
+
+    References
+    ----------
+    Stejskal et al. 2017, figures 6, 7, 10 to 13 (their numbers are in the names of the files).
+    """
+    from thermaxis.report import _figures  # noqa: PLC0415  see above
+
+    return _figures.write_figures(report, folder, progress=progress)
+
+
+def write_montecarlo_figures(result: "DifferenceMonteCarlo", folder: Path) -> tuple[Path, ...]:
+    """Write the distributions of the Monte Carlo as PNG and SVG, and their counts as CSV.
+
+    Parameters
+    ----------
+    result : DifferenceMonteCarlo
+        Outcome of the experiments.
+    folder : Path
+        Where the files go; it is made if it does not exist.
+
+    Returns
+    -------
+    tuple of Path
+        The files.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder or a file cannot be written.
+
+    References
+    ----------
+    Stejskal et al. 2017, figure 1.
+    """
+    from thermaxis.report import _figures  # noqa: PLC0415  see above
+
+    return _figures.write_montecarlo_figures(result, folder)
+
+
+def write_certificate_pdf(
+    report: PositioningReport, path: Path, *, progress: Progress | None = None
+) -> None:
+    """Write the certificate of a run as PDF.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    path : Path
+        The file; it is replaced if it exists.
+    progress : callable, optional
+        Called before each step and at the end.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be written.
+    """
+    from thermaxis.report import _certificate_pdf, _output  # noqa: PLC0415  see above
+
+    _output.write_bytes(path, _certificate_pdf.certificate_pdf(report, progress=progress))
+
+
+def write_certificate_html(
+    report: PositioningReport, path: Path, *, progress: Progress | None = None
+) -> None:
+    """Write the certificate of a run as one HTML page that needs no other file.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    path : Path
+        The file; it is replaced if it exists.
+    progress : callable, optional
+        Called before each step and at the end.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be written.
+    """
+    from thermaxis.report import _certificate_html, _output  # noqa: PLC0415  see above
+
+    page = _certificate_html.certificate_html(report, progress=progress)
+    _output.write_bytes(path, page.encode("utf-8"))
+
+
+def write_report(
+    report: PositioningReport, path: Path, *, progress: Progress | None = None
+) -> None:
+    """Write the certificate of a run in the format that the file's suffix names.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    path : Path
+        A file that ends in ``.pdf``, ``.html`` or ``.htm``.
+    progress : callable, optional
+        Called before each step and at the end.
+
+    Raises
+    ------
+    ConfigurationError
+        If the suffix is another one, or the file cannot be written.
+    """
+    match path.suffix.lower():
+        case ".pdf":
+            write_certificate_pdf(report, path, progress=progress)
+        case ".html" | ".htm":
+            write_certificate_html(report, path, progress=progress)
+        case _:
+            raise ConfigurationError(
+                f"a certificate cannot be written as '{path.suffix}'",
+                where=str(path),
+                remedy="End the name in .pdf or .html",
+            )

@@ -1,0 +1,87 @@
+"""Write what was made, and say in words why it cannot be written."""
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from thermaxis.errors import ConfigurationError
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class NumberTable:
+    """The numbers behind a chart."""
+
+    columns: tuple[str, ...]
+    """Names of the columns with their units."""
+    rows: Sequence[Sequence[float | int | str]]
+    """Rows; a NaN is written as an empty cell. Texts are the project's own words."""
+
+    def as_csv(self) -> bytes:
+        """Return the table as CSV with every digit of every number."""
+        buffer = io.StringIO(newline="")
+        writer = csv.writer(buffer, lineterminator="\n")
+        writer.writerow(self.columns)
+        for row in self.rows:
+            writer.writerow(
+                ["" if isinstance(cell, float) and math.isnan(cell) else cell for cell in row]
+            )
+        return buffer.getvalue().encode("utf-8")
+
+
+def _cannot_write(path: Path, error: OSError) -> ConfigurationError:
+    return ConfigurationError(
+        f"cannot be written ({error.strerror or type(error).__name__})",
+        where=str(path),
+        remedy="Choose another place, or make room and permission there",
+    )
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder; it may exist.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _cannot_write(folder, error) from None
+
+
+def write_bytes(path: Path, content: bytes) -> Path:
+    """Write a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is replaced if it exists.
+    content : bytes
+        Its content.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be written.
+    """
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+    return path

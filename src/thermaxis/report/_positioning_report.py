@@ -1,0 +1,105 @@
+"""Everything that was evaluated from one run, as charts and certificates show it."""
+
+import datetime as dt
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, final
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning import (
+    AdjacentDifferenceResult,
+    FiguresAgainstCycles,
+    Iso230_2_1988Result,
+    Iso230_2Result,
+    PositioningTest,
+    Vdi3441Result,
+)
+
+if TYPE_CHECKING:
+    from thermaxis.report._limits import LimitsCheck
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PositioningReport:
+    """Results of one positioning run with what a certificate says about them.
+
+    Raises
+    ------
+    ConfigurationError
+        If `date` is not an ISO date.
+    """
+
+    test: PositioningTest
+    """The measured run."""
+    iso230_2: Iso230_2Result
+    """Figures after ISO 230-2."""
+    adjacent_difference: AdjacentDifferenceResult | None
+    """The adjacent-difference method; None if not evaluated."""
+    against_cycles: FiguresAgainstCycles | None
+    """Figures against the number of cycles; None if not evaluated."""
+    other_standard: Iso230_2_1988Result | Vdi3441Result | None
+    """Figures after another standard; None if not asked for."""
+    warnings: tuple[str, ...]
+    """What the reader of the results must know, in words."""
+    header: Mapping[str, str]
+    """Fields of the head by key: those of the file, replaced by stated ones."""
+    limits: "LimitsCheck | None"
+    """The figures against their limits; None without limits."""
+    source_name: str
+    """Name of the measurement file without its folder."""
+    source_sha256: str
+    """SHA-256 of its bytes, 64 hexadecimal digits."""
+    version: str
+    """Version of this program."""
+    date: str | None = None
+    """ISO date of the certificate; None takes the day of the end, or else start, of the run."""
+
+    def __post_init__(self) -> None:
+        """Check the date and freeze the header."""
+        object.__setattr__(self, "header", MappingProxyType(dict(self.header)))
+        if self.date is None:
+            return
+        try:
+            dt.date.fromisoformat(self.date)
+        except ValueError:
+            raise ConfigurationError(
+                f"{self.date} is not a date",
+                where="date of the certificate",
+                remedy="Write it as 2026-03-31",
+            ) from None
+
+    @property
+    def certificate_date(self) -> dt.date | None:
+        """Day that is printed as date of the certificate; None if nothing states one."""
+        if self.date is not None:
+            return dt.date.fromisoformat(self.date)
+        moment = self.test.end or self.test.start
+        return None if moment is None else moment.date()
+
+    @property
+    def settings_sha256(self) -> str:
+        """SHA-256 of everything besides the measured file that the results depend on."""
+        adjacent, limits = self.adjacent_difference, self.limits
+        settings = {
+            "edition": str(self.iso230_2.edition),
+            "single_run_rule": self.iso230_2.single_run_rule,
+            "cycle": str(self.test.cycle),
+            "reference_cycle": None if adjacent is None else adjacent.reference_cycle,
+            "reference_position": None if adjacent is None else adjacent.reference_position,
+            "other_standard": type(self.other_standard).__name__ if self.other_standard else None,
+            "header": dict(self.header),
+            "date": self.date,
+            "limits": None
+            if limits is None
+            else {
+                "limit": dict(limits.limits.limit),
+                "expanded_uncertainty": dict(limits.limits.expanded_uncertainty),
+                "decision_rule": str(limits.limits.decision_rule),
+            },
+        }
+        text = json.dumps(settings, sort_keys=True, ensure_ascii=True)
+        return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,179 @@
+"""How charts look: one style, independent of the machine, with the same bytes every time."""
+
+# matplotlib leaves the types of keyword arguments open
+# pyright: reportUnknownMemberType=false
+
+import io
+import re
+from collections.abc import Generator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ft2font import FT2Font
+from matplotlib.text import Text
+
+from thermaxis.report._text import plain_text
+
+FIGURE_WIDTH_IN = 6.7
+"""Width of the text of an A4 certificate. [in]"""
+PNG_DPI = 200
+"""Dots per inch of a PNG. [1/in]"""
+GREY = "#8c8c8c"
+DARK = "#333333"
+COLOURS = ("#0072b2", "#c84e00")
+"""Forward and backward: told apart with all usual colour deficiencies, and dark on paper."""
+MARKERS = ("^", "v")
+"""Forward and backward: triangle up and down."""
+FACES = ("#0072b2", "#ffffff")
+"""Forward markers are filled, backward ones open: readable without colour."""
+BOUND_STYLES = ("--", "-.")
+"""Line of a bound, forward and backward."""
+ARROWS = ("↑", "↓")
+"""Index of the approach in the standard's symbols."""
+
+_SETTINGS: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 7.5,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 7.5,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.5,
+    "legend.fontsize": 7.0,
+    "legend.frameon": False,
+    "legend.handlelength": 3.0,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 4.0,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "figure.titlesize": 8.5,
+    "svg.fonttype": "path",
+    "text.parse_math": False,
+    "text.usetex": False,
+    "path.simplify": True,
+}
+_NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+
+
+@contextmanager
+def drawing(name: str) -> Generator[None]:
+    """Set the style for the charts drawn and saved inside, whatever the machine's own settings.
+
+    Parameters
+    ----------
+    name : str
+        Name of the chart; identifiers inside an SVG depend on it and on nothing else.
+    """
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_SETTINGS)
+        mpl.rcParams["svg.hashsalt"] = f"thermaxis {name}"
+        yield
+
+
+def new_figure(height_in: float) -> Figure:
+    """Return an empty figure of the certificate's width.
+
+    Parameters
+    ----------
+    height_in : float
+        Its height. [in]
+    """
+    figure = Figure(figsize=(FIGURE_WIDTH_IN, height_in), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+@cache
+def _font() -> FT2Font:
+    return FT2Font(str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")))
+
+
+def drawable(text: str, limit: int = 120) -> str:
+    """Return text from a file so that a chart shows it, and nothing of it is obeyed.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    limit : int
+        Longest result. Default: what fits a heading. [1]
+
+    Returns
+    -------
+    str
+        One line; a character without a glyph in the charts' font is shown as a box.
+    """
+    return "".join(
+        c if ord(c) < 128 or _font().get_char_index(ord(c)) else "□"
+        for c in plain_text(text, limit)
+    )
+
+
+def set_heading(figure: Figure, first: str, second: str) -> None:
+    """Put two lines above a figure, each shortened until it fits.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    first, second : str
+        The lines; text from files has passed `drawable`.
+    """
+    lines = [_fitting(figure, line) for line in (first, second)]
+    figure.suptitle("\n".join(lines), linespacing=1.35)
+
+
+def _fitting(figure: Figure, line: str) -> str:
+    width = 0.97 * figure.get_figwidth() * figure.dpi
+    probe = Text(0, 0, line, fontsize=mpl.rcParams["figure.titlesize"], figure=figure)
+    while len(line) > 8:
+        drawn = probe.get_window_extent(FigureCanvasAgg(figure).get_renderer()).width
+        if drawn <= width:
+            break
+        line = line[: min(len(line) - 2, int(len(line) * width / drawn) - 1)].rstrip() + "…"
+        probe.set_text(line)
+    return line
+
+
+def svg_bytes(figure: Figure) -> bytes:
+    """Return a figure as SVG, text as outlines, without date and comments."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="svg", metadata=_NO_METADATA)
+    text = buffer.getvalue().decode("utf-8")
+    return re.sub(r"\s*<!--.*?-->", "", text, flags=re.DOTALL).encode("utf-8")
+
+
+def png_bytes(figure: Figure) -> bytes:
+    """Return a figure as PNG, without date and name of the program."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=PNG_DPI, metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def mark_targets(axes: Axes, target: list[float]) -> None:
+    """Draw a tick at every target along the lower edge, also where a number stands."""
+    axes.xaxis.remove_overlapping_locs = False
+    axes.set_xticks(target, minor=True)
+    axes.tick_params(axis="x", which="minor", length=4.5, width=1.1, color="black")
+
+
+def zero_line(axes: Axes) -> None:
+    """Draw the line of no deviation."""
+    axes.axhline(0.0, color="black", linewidth=0.7, zorder=1.5)
+
+
+def legend_below(figure: Figure, axes: Axes, columns: int) -> None:
+    """Put the legend of an axes below the figure, outside the data."""
+    entries, labels = axes.get_legend_handles_labels()
+    figure.legend(entries, labels, loc="outside lower center", ncols=columns)

@@ -1,0 +1,140 @@
+"""Text and numbers as a certificate prints them."""
+
+import unicodedata
+
+import numpy as np
+
+from thermaxis.positioning import FloatArray
+
+NOT_STATED = "not stated"
+"""Printed for a field that nobody filled in."""
+ABSENT = "absent"
+"""Printed for a figure that does not exist in this run."""
+MISSING = "missing"
+"""Printed for a reading that was not taken."""
+
+_DROPPED = {"Cf", "Cs", "Co", "Cn"}
+"""Categories that show nothing or change how their neighbours show (bidirectional overrides)."""
+FINEST_DECIMALS = 6
+"""Readings finer than a picometre (or a millionth of an arcsecond) are round-off. [1]"""
+_ROUND_OFF = 1e-9
+"""What is left of a difference of two positions of some metres. [µm or arcsec]"""
+_SIGNIFICANT = 5
+"""Digits of the largest figure that are worth printing. [1]"""
+
+
+def plain_text(text: str, limit: int = 300) -> str:
+    """Return text from a file or a person as one line that only shows itself.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    limit : int
+        Longest result; a longer text is cut and ends in an ellipsis. Default: some lines of a
+        table. [1]
+
+    Returns
+    -------
+    str
+        The text without control characters and without characters that reorder or hide others;
+        runs of white space are one space.
+    """
+    cut = text[: 4 * limit + 64]
+    kept: list[str] = []
+    for character in unicodedata.normalize("NFC", cut):
+        category = unicodedata.category(character)
+        if category[0] == "Z" or category == "Cc":
+            kept.append(" ")
+        elif category not in _DROPPED:
+            kept.append(character)
+    line = " ".join("".join(kept).split())
+    if len(line) <= limit and len(cut) == len(text):
+        return line
+    return line[: limit - 1].rstrip() + "…"
+
+
+def decimals_of(values: FloatArray, *, finest: int = FINEST_DECIMALS) -> int:
+    """Return how many decimals numbers were written with.
+
+    Parameters
+    ----------
+    values : FloatArray
+        Numbers of any shape; NaN is left out. [any]
+    finest : int
+        Largest result. Default: one more would show round-off. [1]
+
+    Returns
+    -------
+    int
+        Fewest decimals that show all numbers. [1]
+    """
+    known = values[~np.isnan(values)]
+    for decimals in range(finest):
+        if bool(np.all(np.abs(known - np.round(known, decimals)) < _ROUND_OFF)):
+            return decimals
+    return finest
+
+
+def decimals_of_figures(readings: FloatArray, largest_figure: float) -> int:
+    """Return with how many decimals figures are printed.
+
+    Parameters
+    ----------
+    readings : FloatArray
+        The readings that the figures come from. [µm or arcsec]
+    largest_figure : float
+        Largest magnitude of a figure. [µm or arcsec]
+
+    Returns
+    -------
+    int
+        The decimals of the readings, at least one, and not more than five significant digits of
+        the largest figure need. [1]
+    """
+    useful = FINEST_DECIMALS
+    if largest_figure > 0.0:
+        useful = _SIGNIFICANT - 1 - int(np.floor(np.log10(largest_figure)))
+    return max(1, min(decimals_of(readings), useful))
+
+
+def fixed(value: float | None, decimals: int, *, absent: str = ABSENT) -> str:
+    """Return a number with a fixed number of decimals.
+
+    Parameters
+    ----------
+    value : float or None
+        The number; None and NaN print as `absent`. [any]
+    decimals : int
+        Number of decimals. [1]
+    absent : str
+        Word for a number that does not exist.
+
+    Returns
+    -------
+    str
+        The number; zero has no sign.
+    """
+    if value is None or np.isnan(value):
+        return absent
+    text = f"{value:.{decimals}f}"
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+
+
+def two_digits(value: float) -> str:
+    """Return an uncertainty with two significant digits, without an exponent."""
+    if value <= 0.0:
+        return "0"
+    return f"{value:.{max(0, 1 - int(np.floor(np.log10(value))))}f}"
+
+
+def as_given(value: float) -> str:
+    """Return a number with the digits that a person gave it, without an exponent."""
+    text = f"{value:.12f}".rstrip("0").rstrip(".")
+    return text if text.strip("-0.") else f"{value:g}"
+
+
+def positions(target: FloatArray) -> list[str]:
+    """Return target positions with the decimals that all of them need, at most four."""
+    decimals = decimals_of(target, finest=4)
+    return [fixed(float(value), decimals) for value in target]

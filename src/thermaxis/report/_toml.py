@@ -1,0 +1,122 @@
+"""Read configuration files: a table of known keys, and errors that name the nearest one."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import cast
+
+from thermaxis.errors import ConfigurationError, printable
+
+_LARGEST_FILE = 1_000_000
+"""A file of header fields or limits is never larger. [bytes]"""
+
+
+def read_toml(path: Path) -> Mapping[str, object]:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        The file, UTF-8.
+
+    Returns
+    -------
+    Mapping
+        Its tables and values.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file does not exist, is larger than 1 MB, is not UTF-8 or not TOML.
+    """
+    import tomllib  # noqa: PLC0415  evaluating a run without such a file does not need it
+
+    try:
+        if path.is_file() and path.stat().st_size > _LARGEST_FILE:
+            raise ConfigurationError(
+                f"the file is larger than {_LARGEST_FILE // 1_000_000} MB",
+                where=str(path),
+                remedy="Give the TOML file with the fields, not the measured run",
+            )
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise ConfigurationError(
+            f"the file cannot be read ({error.strerror or type(error).__name__})",
+            where=str(path),
+            remedy="Check its name and that it may be read",
+        ) from None
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(
+            f"the file is not UTF-8 (byte {error.start + 1})",
+            where=str(path),
+            remedy="Save it as UTF-8",
+        ) from None
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        # a number of thousands of digits is a ValueError that is no TOMLDecodeError
+        what = str(error) if isinstance(error, ValueError) else "nested too deeply"
+        raise ConfigurationError(
+            f"the file is not TOML: {what}",
+            where=str(path),
+            remedy='Write lines such as key = "text" under headings such as [machine]',
+        ) from None
+
+
+def unknown_key(path: Path, key: str, known: Iterable[str]) -> ConfigurationError:
+    """Return the error for a key that nobody knows.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    key : str
+        The key, with its table.
+    known : iterable of str
+        Keys that may stand there, with their table.
+
+    Returns
+    -------
+    ConfigurationError
+        It names the nearest known key.
+    """
+    import difflib  # noqa: PLC0415  needed only where something is wrong
+
+    choices = sorted(known)
+    nearest = difflib.get_close_matches(key[:100], choices, n=1, cutoff=0.5)
+    listed = ", ".join(choices[:12]) + (", ..." if len(choices) > 12 else "")
+    return ConfigurationError(
+        f"unknown key {printable(key, 80)}",
+        where=str(path),
+        remedy=f"Did you mean {nearest[0]}?" if nearest else f"Known keys are {listed}",
+    )
+
+
+def as_table(path: Path, name: str, value: object) -> Mapping[str, object]:
+    """Return a value that must be a table.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str
+        Name of the table.
+    value : object
+        What stands there.
+
+    Returns
+    -------
+    Mapping
+        The table.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not a table.
+    """
+    if not isinstance(value, dict):
+        raise ConfigurationError(
+            f"{name} is not a table",
+            where=str(path),
+            remedy=f"Write [{name}] on a line of its own and its keys below",
+        )
+    return cast("Mapping[str, object]", value)

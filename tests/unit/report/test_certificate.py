@@ -1,0 +1,340 @@
+"""What certificates say."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning import (
+    FIGURE_KEYS,
+    Cycle,
+    Edition,
+    PositioningTest,
+    StartEnd,
+    evaluate_iso230_2,
+    evaluate_iso230_2_1988,
+    evaluate_vdi_dgq_3441,
+)
+from thermaxis.quantities import AxisKind
+from thermaxis.report import PositioningReport, check_limits
+from thermaxis.report._certificate import build_certificate
+from thermaxis.report._document import Document, Fields, ItemList, Table, Verdict
+from thermaxis.report._limits import DecisionRule, Limits
+from thermaxis.report._names import FIGURE_NAMES
+
+MakeRun = Callable[..., PositioningTest]
+MakeReport = Callable[..., PositioningReport]
+
+LIMITS = Limits(
+    {"B": 4.0, "A": 20.0, "R": 30.0},
+    DecisionRule.ISO14253_1,
+    {"B": 0.3, "A": 0.8, "R": 1.0},
+    "limits.toml",
+)
+
+
+def document_of(report: PositioningReport) -> Document:
+    return build_certificate(report, {})
+
+
+def section_of(document: Document, start: str) -> str:
+    """Return all text of the section whose heading begins so."""
+    section = next(s for s in document.sections if s.heading.startswith(start))
+    return f"{section.heading} {section.blocks}"
+
+
+def result_rows(document: Document) -> list[tuple[str, ...]]:
+    table = next(b for b in document.sections[0].blocks if isinstance(b, Table))
+    return list(table.rows)
+
+
+def notes_of(document: Document) -> str:
+    return " ".join(next(b for b in document.sections[0].blocks if isinstance(b, ItemList)).items)
+
+
+@pytest.fixture(scope="module")
+def small(make_run: MakeRun, make_report: MakeReport) -> PositioningReport:
+    return make_report(make_run(), limits=LIMITS)
+
+
+@pytest.fixture(scope="module")
+def small_document(small: PositioningReport) -> Document:
+    return document_of(small)
+
+
+def test_the_result_table_has_the_figures_in_the_order_of_the_standard(
+    small: PositioningReport, small_document: Document
+) -> None:
+    rows = result_rows(small_document)
+    assert [row[0] for row in rows] == [
+        *("B", "B̄", "M"),
+        *("E↑", "E↓", "E"),
+        *("R↑", "R↓", "R"),
+        *("A↑", "A↓", "A"),
+    ]
+    assert [row[2] for row in rows] == [
+        f"{getattr(small.iso230_2, key):.2f}" for key in FIGURE_KEYS
+    ]
+
+
+def test_a_limited_figure_has_its_uncertainty_limit_and_verdict(small_document: Document) -> None:
+    by_symbol = {row[0]: row[3:] for row in result_rows(small_document)}
+    assert by_symbol["B"] == ("0.30", "4.00", "pass")
+    assert by_symbol["R"] == ("1.0", "30.00", "pass")
+    assert by_symbol["A"] == ("0.80", "20.00", "pass")
+    assert by_symbol["M"] == ("not evaluated", "", "")
+    verdict = next(b for b in small_document.opening if isinstance(b, Verdict))
+    assert verdict.word == "PASS"
+    assert "ISO 14253-1: a figure passes if figure + U" in verdict.sentence
+    assert "limits.toml" in verdict.sentence
+
+
+@pytest.mark.parametrize(("limit", "word"), [(3.0, "FAIL"), (3.4, "NOT DECIDED")])
+def test_a_figure_above_or_near_its_limit_decides_the_run(
+    small: PositioningReport, make_report: MakeReport, limit: float, word: str
+) -> None:
+    assert small.iso230_2.B is not None
+    assert limit - 0.3 < small.iso230_2.B
+    limits = Limits({"B": limit}, DecisionRule.ISO14253_1, {"B": 0.3}, "limits.toml")
+    document = document_of(make_report(small.test, limits=limits))
+    verdict = next(b for b in document.opening if isinstance(b, Verdict))
+    assert verdict.word == word
+    assert verdict.sentence.startswith("B: ")
+
+
+def test_rounding_never_hides_on_which_side_of_its_limit_a_figure_is(
+    small: PositioningReport, make_report: MakeReport
+) -> None:
+    b = small.iso230_2.B
+    assert b is not None
+    limit = round(b, 2) if round(b, 2) < b else round(b, 2) + 0.0
+    printed: list[str] = []
+    for shifted in (limit - 1e-5, limit + 1e-5):
+        result = replace(small.iso230_2, B=shifted)
+        limits = Limits({"B": limit}, DecisionRule.SIMPLE, {}, "limits.toml")
+        report = replace(small, iso230_2=result, limits=check_limits(limits, result))
+        printed.append(result_rows(document_of(report))[0][2])
+    assert float(printed[0]) <= limit < float(printed[1])
+
+
+def test_without_limits_there_is_no_verdict_and_a_note_says_so(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    document = document_of(make_report(make_run()))
+    assert not any(isinstance(block, Verdict) for block in document.opening)
+    assert "No limits were stated: this certificate gives no verdict." in notes_of(document)
+    assert "The measurement uncertainty was not evaluated." in notes_of(document)
+    assert all(len(row) == 3 for row in result_rows(document))
+
+
+def test_the_names_follow_the_edition(small: PositioningReport) -> None:
+    words: dict[str, str] = {}
+    for edition in Edition:
+        result = evaluate_iso230_2(small.test, edition=edition)
+        document = document_of(replace(small, iso230_2=result))
+        assert document.subtitle.endswith(f"ISO 230-2:{edition}")
+        words[edition] = result_rows(document)[0][1]
+        assert words[edition] == FIGURE_NAMES[edition]["B"]
+    assert words[Edition.E2014] == "reversal error"
+    assert words[Edition.E2006] == words[Edition.E1997] == "reversal value"
+
+
+def test_a_unidirectional_run_says_why_figures_are_absent(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    document = document_of(make_report(make_run(approaches="forward")))
+    rows = {row[0]: row for row in result_rows(document)}
+    for symbol in ("B", "B̄", "M", "E↓", "E", "R↓", "R", "A↓", "A"):
+        assert rows[symbol][2] == "absent"
+        assert "measured forward only" in rows[symbol][1]
+    for symbol in ("E↑", "R↑", "A↑"):
+        assert float(rows[symbol][2]) > 0
+    assert "Not evaluated: B, B̄, M, E↓, E, R↓, R, A↓, A (measured forward only)." in notes_of(
+        document
+    )
+    columns = next(b for b in document.sections[-2].blocks if isinstance(b, Table)).columns
+    assert [c.label for c in columns] == ["i", "Target [mm]", "x̄↑", "s↑", "R↑"]
+
+
+def test_a_long_axis_says_why_repeatability_is_absent(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = make_report(make_run(12, 1, length=2750.0))
+    rows = {row[0]: row for row in result_rows(document_of(report))}
+    for symbol in ("R↑", "R↓", "R", "A↑", "A↓", "A"):
+        assert rows[symbol][2] == "absent"
+        assert "axis longer than 2000 mm" in rows[symbol][1]
+    assert float(rows["E"][2]) > 0
+    full = make_report(make_run(12, 3, length=2750.0), full=True)
+    assert all(row[2] != "absent" for row in result_rows(document_of(full)))
+
+
+def test_a_rotary_axis_is_certified_in_degrees_and_arcseconds(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    header = {"feed_deg_per_min": "720", "feed_mm_per_min": "300"}
+    report = make_report(make_run(kind=AxisKind.ROTARY, length=360.0), header=header)
+    document = document_of(report)
+    table = next(b for b in document.sections[0].blocks if isinstance(b, Table))
+    assert table.columns[2].label == "Value [arcsec]"
+    conditions = section_of(document, "Conditions")
+    assert "('Feed', '720 °/min')" in conditions
+    assert "mm/min" not in conditions
+    assert "µm" not in section_of(document, "Annex")
+
+
+@pytest.mark.parametrize(
+    ("cycle", "words"),
+    [(Cycle.STEP, "Step cycle (Annex B): not for acceptance"), (Cycle.PILGRIM, "Pilgrim-step")],
+)
+def test_another_test_cycle_is_named(small: PositioningReport, cycle: Cycle, words: str) -> None:
+    document = document_of(replace(small, test=replace(small.test, cycle=cycle)))
+    assert words in notes_of(document)
+
+
+def test_another_standard_carries_its_mark(small: PositioningReport) -> None:
+    for other, heading in (
+        (evaluate_vdi_dgq_3441(small.test), "Figures after VDI/DGQ 3441:1977"),
+        (evaluate_iso230_2_1988(small.test), "Figures after ISO 230-2:1988"),
+    ):
+        text = section_of(document_of(replace(small, other_standard=other)), heading)
+        assert "(unverified: from memory)" in text
+        assert "do not use them for acceptance" in text
+        numbers = [
+            v for k in type(other).__dataclass_fields__ if k != "mark" for v in [getattr(other, k)]
+        ]
+        assert all(f"'{value:.2f}'" in text for value in numbers)
+
+
+def test_the_other_method_stands_apart_and_says_that_it_is_no_result_of_the_standard(
+    small: PositioningReport, small_document: Document
+) -> None:
+    text = section_of(small_document, "Adjacent-difference method")
+    assert "not results of ISO 230-2 and do not replace them" in text
+    assert "position 1 (0 mm) in cycle 1" in text
+    assert "Student's factor t = 2.869" in text
+    adjacent = small.adjacent_difference
+    assert adjacent is not None
+    assert adjacent.forward is not None
+    for values in (adjacent.forward.mean_difference, adjacent.forward.standard_uncertainty):
+        assert all(f"'{value:.3f}'" in text for value in values)
+    headings = [section.heading for section in small_document.sections]
+    assert headings.index("Results according to ISO 230-2:2014") == 0
+    assert [h for h in headings if "Adjacent" in h] == [
+        "Adjacent-difference method (not results of ISO 230-2)"
+    ]
+
+
+def test_a_position_that_stands_out_is_named_in_words(hundred_cycles: PositioningReport) -> None:
+    text = section_of(document_of(hundred_cycles), "Adjacent-difference method")
+    assert "Stands out by its spread" in text
+    assert "position 3 (" in text
+    assert "±2s of the mean, equation (6)" in text
+
+
+def test_all_readings_are_printed_with_all_their_decimals(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    test = make_run(cycles=3)
+    deviation = test.deviation.copy()
+    deviation[4, 2, 0] = np.nan
+    deviation[0, 0, 0] = -12.125
+    report = make_report(replace(test, deviation=deviation))
+    annex = document_of(report).sections[-1]
+    tables = [block for block in annex.blocks if isinstance(block, Table)]
+    cells = [cell for table in tables for row in table.rows for cell in row[2:]]
+    assert len(cells) == deviation.size
+    assert cells.count("missing") == 1
+    assert "-12.125" in cells
+    printed = sorted(float(cell) for cell in cells if cell != "missing")
+    np.testing.assert_array_equal(printed, np.sort(deviation[~np.isnan(deviation)]))
+    assert "53 readings, 1 missing" in str(annex.blocks[0])
+
+
+def test_a_wide_run_is_printed_in_several_tables_that_hold_every_target(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = make_report(make_run(41, 2, length=1000.0))
+    tables = [b for b in document_of(report).sections[-1].blocks if isinstance(b, Table)]
+    assert len(tables) > 1
+    labels = [column.label for table in tables for column in table.columns[2:]]
+    assert [float(label) for label in labels] == report.test.target.tolist()
+
+
+def test_a_very_long_run_is_not_printed_reading_by_reading(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = make_report(make_run(11, 1000, times=False))
+    text = section_of(document_of(report), "Annex B")
+    assert "The 22000 readings are not printed here" in text
+    assert "Table" not in text
+
+
+def test_further_channels_and_header_lines_are_shown(
+    small: PositioningReport, make_report: MakeReport
+) -> None:
+    channel = np.full(small.test.deviation.shape, 28.5)
+    channel[0, 0, 0] = 31.0
+    channel[1, 0, 0] = np.nan
+    test = replace(
+        small.test,
+        channels={"Tm": channel},
+        environment={"air_temperature_c": StartEnd(20.0, None), "oil_c": StartEnd(31.5, 33.0)},
+    )
+    document = document_of(make_report(test, header={"counter": "7", "feed": "300 mm/min"}))
+    assert "('Tm', '89', '28.50', '28.53', '31.00')" in section_of(document, "Annex B")
+    conditions = section_of(document, "Conditions")
+    assert "('Air temperature', '20 °C (start)')" in conditions
+    assert "('oil c', '31.5 (start), 33 (end)')" in conditions
+    assert "('counter', '7')" in conditions
+    assert "('Feed', '300 mm/min')" in conditions
+
+
+def test_a_stated_field_goes_before_the_file(small: PositioningReport) -> None:
+    header = {**small.header, "air_temperature_c": "19.8 to 20.1", "dwell_s": "2.5"}
+    conditions = section_of(document_of(replace(small, header=header)), "Conditions")
+    assert "('Air temperature', '19.8 to 20.1 °C')" in conditions
+    assert "('Dwell', '2.5 s')" in conditions
+    assert "('Duration', '7 h 01 min 00 s')" in conditions
+
+
+def test_what_nobody_stated_is_printed_as_not_stated(make_report: MakeReport) -> None:
+    readings = np.array([[[0.1, 0.2], [0.3, 0.1]], [[0.5, 0.4], [0.2, 0.1]]])
+    test = PositioningTest(kind=AxisKind.LINEAR, target=np.array([0.0, 10.0]), deviation=readings)
+    document = document_of(make_report(test))
+    section = next(s for s in document.sections if s.heading.startswith("Conditions"))
+    fields = [b for b in section.blocks if isinstance(b, Fields)]
+    stated = {label for group in fields for label, value in group.fields if value != "not stated"}
+    assert stated == {
+        *("Targets", "Runs per direction", "Kind of cycle", "Directions", "Source of the times"),
+        *("Measurement file", "SHA-256 of the measurement file", "Software"),
+        *("SHA-256 of the settings in effect", "Edition of the standard"),
+    }
+    assert document.date is None
+
+
+def test_the_settings_hash_follows_what_the_results_depend_on(
+    small: PositioningReport, make_report: MakeReport
+) -> None:
+    other_header = replace(small, header={**small.header, "dwell_s": "3"})
+    no_limits = replace(small, limits=None)
+    other_date = replace(small, date="2026-11-20")
+    hashes = {r.settings_sha256 for r in (small, other_header, no_limits, other_date)}
+    assert len(hashes) == 4
+    assert small.settings_sha256 == make_report(small.test, limits=LIMITS).settings_sha256
+
+
+def test_the_date_is_the_stated_one_or_that_of_the_run(small: PositioningReport) -> None:
+    assert str(small.certificate_date) == "2026-03-02"
+    assert str(replace(small, date="2026-11-20").certificate_date) == "2026-11-20"
+    untimed = replace(small.test, start=None, end=None)
+    assert replace(small, test=untimed).certificate_date is None
+    with pytest.raises(ConfigurationError, match="not a date"):
+        replace(small, date="20.11.2026")
+
+
+def test_warnings_are_printed_in_words(small: PositioningReport) -> None:
+    report = replace(small, warnings=("the clock of the laser was wrong",))
+    assert "the clock of the laser was wrong" in section_of(document_of(report), "Remarks")

@@ -1,0 +1,305 @@
+"""Certificates as files: PDF and HTML."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pypdfium2
+import pytest
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning import FIGURE_KEYS, PositioningTest, StartEnd
+from thermaxis.quantities import AxisKind
+from thermaxis.report import PositioningReport, write_report
+from thermaxis.report._certificate_html import certificate_html
+from thermaxis.report._certificate_pdf import certificate_pdf
+from thermaxis.report._header import HEADER_FIELDS, HEADER_GROUPS
+from thermaxis.report._limits import DecisionRule, Limits
+from thermaxis.report._names import FIGURE_NAMES, FIGURE_SYMBOLS
+
+MakeRun = Callable[..., PositioningTest]
+MakeReport = Callable[..., PositioningReport]
+
+HOSTILE = (
+    "<script>alert(1)</script>",
+    '"><img src=x onerror=alert(1)>',
+    '#import "x"',
+    "#panic() $\\frac{$ *_`@label<label>",
+    "]]> --> <!-- &amp; &#60;b&#62;",
+    "=cmd|' /C calc'!A0",
+    "\u202egnp.exe\u2066 \u0000\u001b]0;owned\u0007",
+    "😀 主轴 العربية עברית",
+    "javascript:alert(1) {{7*7}} ${7*7} %s %n",
+    "x" * 5000,
+)
+LIMITS = Limits({"B": 4.0}, DecisionRule.SIMPLE, {}, "limits.toml")
+
+
+def squeezed(text: str) -> str:
+    """Return text without anything that the breaking of lines may change."""
+    return "".join(text.replace("\u200b", "").replace("\ufffe", "-").split())
+
+
+def pdf_pages(pdf: bytes) -> list[str]:
+    document = pypdfium2.PdfDocument(pdf)
+    pages = [page.get_textpage().get_text_range() for page in document]
+    document.close()
+    return pages
+
+
+class PageReader(HTMLParser):
+    """Collects what a browser would act on, and what it would show."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.tags: set[str] = set()
+        self.attributes: list[tuple[str, str]] = []
+        self.identifiers: list[str] = []
+        self.text = ""
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.attributes += [(name, value or "") for name, value in attrs]
+        self.identifiers += [value or "" for name, value in attrs if name == "id"]
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def assert_harmless(page: str) -> None:
+    reader = PageReader(page)
+    active = {"script", "iframe", "object", "embed", "link", "base", "form", "img", "a", "video"}
+    assert not reader.tags & active
+    for name, value in reader.attributes:
+        assert not name.startswith("on")
+        if name in {"href", "xlink:href", "src", "srcset", "action", "data", "poster"}:
+            assert value.startswith("#")
+        if not name.startswith("xmlns"):
+            assert "://" not in value
+            assert "url(" not in value.replace("url(#", "")
+    assert len(reader.identifiers) == len(set(reader.identifiers))
+    style = page[page.index("<style>") : page.index("</style>")]
+    assert "url(" not in style
+    assert "@import" not in style
+
+
+@pytest.fixture(scope="module")
+def small(make_run: MakeRun, make_report: MakeReport) -> PositioningReport:
+    return make_report(make_run(), limits=LIMITS)
+
+
+@pytest.fixture(scope="module")
+def small_pdf(small: PositioningReport) -> bytes:
+    return certificate_pdf(small)
+
+
+@pytest.fixture(scope="module")
+def small_page(small: PositioningReport) -> str:
+    return certificate_html(small)
+
+
+def printed_figures(report: PositioningReport) -> list[tuple[str, str, str]]:
+    """Return symbol, name and value of each figure as they are printed."""
+    result = report.iso230_2
+    names = FIGURE_NAMES[result.edition]
+    return [(FIGURE_SYMBOLS[k], names[k], f"{getattr(result, k):.2f}") for k in FIGURE_KEYS]
+
+
+def test_two_renderings_of_a_report_are_the_same_bytes(
+    small: PositioningReport, small_pdf: bytes, small_page: str
+) -> None:
+    assert certificate_pdf(small) == small_pdf
+    assert certificate_html(small) == small_page
+
+
+def test_the_pdf_holds_every_label_every_figure_and_the_hash(
+    small: PositioningReport, small_pdf: bytes
+) -> None:
+    text = squeezed(" ".join(pdf_pages(small_pdf)))
+    for group in HEADER_GROUPS:
+        assert squeezed(group.title) in text
+        for field in group.fields:
+            if field.only is not AxisKind.ROTARY:
+                assert squeezed(field.label) in text
+    for symbol, name, value in printed_figures(small):
+        assert squeezed(symbol + name + value.replace("-", "−")) in text
+    assert small.source_sha256 in text
+    assert small.settings_sha256 in text
+    assert "notstated" in text
+    assert "PASS" in text
+
+
+def test_the_pdf_shows_czech_greek_and_the_symbols_of_the_standard(small_pdf: bytes) -> None:
+    text = squeezed(" ".join(pdf_pages(small_pdf)))
+    assert "Přejímkapoopravě:přílišžluťoučkýkůň" in text
+    assert "FrézkaFNG32" in text
+    for sign in ("µm", "E↑", "A↓", "B̄", "±", "x̄", "°C"):
+        assert sign in text
+
+
+def test_every_page_has_its_number_and_the_hash(small_pdf: bytes) -> None:
+    pages = pdf_pages(small_pdf)
+    assert 5 <= len(pages) <= 9
+    for number, page in enumerate(pages, 1):
+        assert f"page {number} of {len(pages)}" in page
+        assert "SHA-256 0123456789ab" in page
+        assert "thermaxis 1.2.3" in page
+
+
+def test_the_pdf_embeds_its_fonts_and_states_its_date(small: PositioningReport) -> None:
+    pdf = certificate_pdf(replace(small, date="2026-11-20"))
+    document = pypdfium2.PdfDocument(pdf)
+    metadata = document.get_metadata_dict()
+    size = document[0].get_size()
+    document.close()
+    assert metadata["Title"] == "Accuracy and repeatability of positioning, axis X"
+    assert metadata["Author"] == "thermaxis 1.2.3"
+    assert metadata["CreationDate"].startswith("D:20261120")
+    assert size == pytest.approx((595.3, 841.9), abs=0.1)
+    assert pdf.count(b"/FontFile3") + pdf.count(b"/FontFile2") > 0
+
+
+def test_a_hundred_cycles_fill_a_reasonable_number_of_pages(
+    hundred_cycles: PositioningReport,
+) -> None:
+    pages = pdf_pages(certificate_pdf(hundred_cycles))
+    assert 7 <= len(pages) <= 12
+    annex = [page for page in pages if "page" in page and page.count("\n") > 60]
+    targets = f"{hundred_cycles.test.target[-1]:.3f}"
+    assert sum(targets in page for page in annex) >= 2
+    text = squeezed(" ".join(pages))
+    last = hundred_cycles.test.deviation[:, -1, 1]
+    row = "".join(f"{value:.2f}".replace("-", "−") for value in last)
+    assert f"100↓{row}" in text
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_hostile_text_is_shown_and_not_obeyed(
+    make_run: MakeRun, make_report: MakeReport, text: str
+) -> None:
+    test = replace(
+        make_run(3, 1, length=2750.0),
+        channels={text: np.zeros((3, 1, 2))},
+        environment={text: StartEnd(1.0, 2.0)},
+    )
+    header = {**dict.fromkeys(HEADER_FIELDS, text), text: text}
+    report = make_report(
+        test, header=header, source_name=text, warnings=(text,), adjacent_difference=None
+    )
+    page = certificate_html(report)
+    assert_harmless(page)
+    shown = PageReader(page).text
+    pdf = squeezed(" ".join(pdf_pages(certificate_pdf(report))))
+    for sign in ("\x00", "\x1b", "\u202e", "\u2066"):
+        assert sign not in page
+        assert sign not in pdf
+    if text.isascii() and text.isprintable() and len(text) < 100:
+        assert text in shown
+        assert squeezed(text).replace("-", "") in pdf.replace("-", "").replace("−", "")
+    assert "accuracy" in pdf
+
+
+def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_page: str) -> None:
+    page = small_page
+    assert_harmless(page)
+    assert page.startswith('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">')
+    policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+    assert f'http-equiv="Content-Security-Policy" content="{policy}"' in page
+    reader = PageReader(page)
+    assert page.count("<svg") == page.count("<figure>") == 6
+    assert not {"html:script", "foreignobject", "use:script"} & reader.tags
+    for symbol in FIGURE_SYMBOLS.values():
+        assert symbol in reader.text
+    for field in HEADER_FIELDS.values():
+        if field.only is not AxisKind.ROTARY:
+            assert field.label in reader.text
+    assert small.source_sha256 in reader.text
+
+
+def test_the_page_holds_every_figure(small: PositioningReport, small_page: str) -> None:
+    text = squeezed(PageReader(small_page).text)
+    for symbol, name, value in printed_figures(small):
+        assert squeezed(symbol + name + value) in text
+
+
+@pytest.mark.parametrize(
+    ("targets", "cycles", "options"),
+    [
+        (5, 3, {"approaches": "backward"}),
+        (12, 1, {"length": 2750.0}),
+        (8, 5, {"kind": AxisKind.ROTARY, "length": 360.0}),
+        (3, 2, {}),
+        (5, 2, {"times": False, "decimals": 6}),
+    ],
+)
+def test_every_kind_of_run_has_a_certificate(
+    make_run: MakeRun,
+    make_report: MakeReport,
+    targets: int,
+    cycles: int,
+    options: dict[str, object],
+) -> None:
+    report = make_report(make_run(targets, cycles, **options), against_cycles=None)
+    assert len(pdf_pages(certificate_pdf(report))) >= 3
+    assert_harmless(certificate_html(report))
+
+
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [("a.pdf", b"%PDF-"), ("a.PDF", b"%PDF-"), ("a.html", b"<!DOCTYPE"), ("a.htm", b"<!DOCTYPE")],
+)
+def test_the_suffix_chooses_the_format(
+    make_run: MakeRun, make_report: MakeReport, tmp_path: Path, name: str, start: bytes
+) -> None:
+    write_report(
+        make_report(make_run(3, 1, length=2750.0), adjacent_difference=None), tmp_path / name
+    )
+    assert (tmp_path / name).read_bytes().startswith(start)
+
+
+@pytest.mark.parametrize("name", ["certificate", "certificate.docx"])
+def test_another_suffix_is_an_error_in_words(
+    small: PositioningReport, tmp_path: Path, name: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=r"End the name in \.pdf or \.html"):
+        write_report(small, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_that_cannot_be_written_is_an_error_in_words(
+    make_run: MakeRun, make_report: MakeReport, tmp_path: Path
+) -> None:
+    report = make_report(make_run(3, 1, length=2750.0), adjacent_difference=None)
+    with pytest.raises(ConfigurationError, match="cannot be written"):
+        write_report(report, tmp_path / "no" / "such" / "folder.html")
+
+
+@pytest.mark.parametrize("name", ["a.pdf", "a.html"])
+def test_progress_ends_at_its_total(
+    make_run: MakeRun, make_report: MakeReport, tmp_path: Path, name: str
+) -> None:
+    told: list[tuple[int, int]] = []
+    write_report(
+        make_report(make_run(3, 2), against_cycles=None),
+        tmp_path / name,
+        progress=lambda _, done, total: told.append((done, total)),
+    )
+    total = told[0][1]
+    assert told == [(done, total) for done in range(total + 1)]
+
+
+def test_importing_the_package_brings_no_chart_library_and_no_typesetter() -> None:
+    code = (
+        "import sys, thermaxis.report;"
+        "print([m for m in ('matplotlib', 'typst', 'tomllib', 'scipy') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True
+    )
+    assert done.stdout.strip() == "[]"

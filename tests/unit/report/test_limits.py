@@ -1,0 +1,145 @@
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, PositioningTest, evaluate_iso230_2
+from thermaxis.quantities import AxisKind
+from thermaxis.report import check_limits, read_limits
+from thermaxis.report._limits import DecisionRule, Limits, Verdict
+
+MakeRun = Callable[..., PositioningTest]
+
+
+def limits_of(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> Limits:
+    path = folder / "limits.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_limits(path, kind)
+
+
+@pytest.fixture(scope="module")
+def result(make_run: MakeRun) -> Iso230_2Result:
+    return evaluate_iso230_2(make_run())
+
+
+def with_figure(result: Iso230_2Result, **figures: float | None) -> Iso230_2Result:
+    return replace(result, **figures)
+
+
+def test_every_figure_can_have_a_limit(tmp_path: Path) -> None:
+    lines = "".join(f"{key}_um = {i + 1}\n" for i, key in enumerate(FIGURE_KEYS))
+    limits = limits_of(tmp_path, "[limits]\n" + lines)
+    assert list(limits.limit.items()) == [(key, i + 1.0) for i, key in enumerate(FIGURE_KEYS)]
+    assert limits.decision_rule is DecisionRule.SIMPLE
+    assert limits.source_name == "limits.toml"
+
+
+def test_a_rotary_axis_has_limits_in_arcsec(tmp_path: Path) -> None:
+    limits = limits_of(tmp_path, "[limits]\nA_arcsec = 8\n", AxisKind.ROTARY)
+    assert limits.limit == {"A": 8.0}
+    with pytest.raises(ConfigurationError, match=r"Did you mean limits\.A_arcsec\?"):
+        limits_of(tmp_path, "[limits]\nA_um = 8\n", AxisKind.ROTARY)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[limits]\nA_mm = 1\n", ["limits.A_mm", "limits.A_um"]),
+        ("[limits]\nA_um = 0\n", ["limits.A_um is not a positive number", "µm"]),
+        ("[limits]\nA_um = -1.0\n", ["not a positive number"]),
+        ("[limits]\nA_um = inf\n", ["not a positive number"]),
+        ("[limits]\nA_um = nan\n", ["not a positive number"]),
+        ("[limits]\nA_um = true\n", ["not a positive number"]),
+        ("[limits]\nA_um = '12'\n", ["not a positive number"]),
+        ("[limits]\n", ["no figure has a limit"]),
+        ("", ["no figure has a limit"]),
+        ("limits = 3\n", ["limits is not a table"]),
+        ("[limit]\nA_um = 1\n", ["unknown key limit", "Did you mean limits?"]),
+        ("[limits]\nA_um = 1\ndecision_rule = 'iso14253'\n", ["iso14253-1", "simple"]),
+        ("[limits]\nA_um = 1\ndecision_rule = 5\n", ["decision_rule"]),
+        (
+            (
+                "[limits]\nA_um = 1\nB_um = 1\ndecision_rule = 'iso14253-1'\n"
+                "[expanded_uncertainty]\nA_um = 0.1\n"
+            ),
+            ["needs the expanded uncertainty of B", "B_um"],
+        ),
+        ("[limits]\nA_um = 1\n[expanded_uncertainty]\nQ = 0.1\n", ["expanded_uncertainty.Q"]),
+    ],
+)
+def test_wrong_limits_are_an_error_that_names_file_and_key(
+    tmp_path: Path, text: str, words: list[str]
+) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        limits_of(tmp_path, text)
+    assert "limits.toml" in str(caught.value)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "verdict"),
+    [(12.0, Verdict.PASS), (12.0000001, Verdict.FAIL), (None, Verdict.NOT_DECIDED)],
+)
+def test_simple_acceptance_passes_up_to_the_limit(
+    result: Iso230_2Result, value: float | None, verdict: Verdict
+) -> None:
+    limits = Limits({"A": 12.0}, DecisionRule.SIMPLE, {"A": 5.0}, "limits.toml")
+    check = check_limits(limits, with_figure(result, A=value))
+    assert check.verdict is verdict
+    assert check.figures[0].expanded_uncertainty == 5.0
+
+
+@pytest.mark.parametrize(
+    ("value", "verdict"),
+    [
+        (11.0, Verdict.PASS),
+        (11.25, Verdict.PASS),
+        (11.26, Verdict.NOT_DECIDED),
+        (12.0, Verdict.NOT_DECIDED),
+        (12.75, Verdict.NOT_DECIDED),
+        (12.76, Verdict.FAIL),
+        (None, Verdict.NOT_DECIDED),
+    ],
+)
+def test_the_uncertainty_counts_on_both_sides_of_the_limit(
+    result: Iso230_2Result, value: float | None, verdict: Verdict
+) -> None:
+    limits = Limits({"A": 12.0}, DecisionRule.ISO14253_1, {"A": 0.75}, "limits.toml")
+    assert check_limits(limits, with_figure(result, A=value)).verdict is verdict
+
+
+def test_the_mean_reversal_value_is_compared_by_its_magnitude(result: Iso230_2Result) -> None:
+    limits = Limits({"B_mean": 3.0}, DecisionRule.SIMPLE, {}, "limits.toml")
+    assert check_limits(limits, with_figure(result, B_mean=-3.5)).verdict is Verdict.FAIL
+    assert check_limits(limits, with_figure(result, B_mean=-2.5)).verdict is Verdict.PASS
+
+
+@pytest.mark.parametrize(
+    ("b", "e", "overall"),
+    [
+        (1.0, 1.0, Verdict.PASS),
+        (9.0, None, Verdict.FAIL),
+        (None, 9.0, Verdict.FAIL),
+        (1.0, None, Verdict.NOT_DECIDED),
+    ],
+)
+def test_one_failure_fails_the_run_and_one_gap_leaves_it_open(
+    result: Iso230_2Result, b: float | None, e: float | None, overall: Verdict
+) -> None:
+    limits = Limits({"B": 2.0, "E": 2.0}, DecisionRule.SIMPLE, {}, "limits.toml")
+    check = check_limits(limits, with_figure(result, B=b, E=e))
+    assert check.verdict is overall
+    assert check.of("B") is check.figures[0]
+    assert check.of("A") is None
+
+
+def test_the_limits_of_the_how_to_and_of_the_example_read(root: Path, tmp_path: Path) -> None:
+    page = (root / "docs" / "how-to" / "certificate-header.md").read_text(encoding="utf-8")
+    example = next(t for t in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[limits]" in t)
+    assert limits_of(tmp_path, example).decision_rule is DecisionRule.ISO14253_1
+    shipped = read_limits(root / "examples" / "limits.toml", AxisKind.LINEAR)
+    assert set(shipped.limit) == {"B", "E", "R", "A"}
