@@ -16,6 +16,8 @@ IntArray: TypeAlias = NDArray[np.int64]
 
 MAX_CELLS = 20_000_000
 """Largest m * n * 2 of one array of readings: 160 MB of float64. [1]"""
+MAX_CHANNEL_CELLS = 40_000_000
+"""Largest number of cells of all further readings together: 320 MB of float64. [1]"""
 CELLS_PER_READING = 20
 """How many cells of the array one reading may stand for before the table is called absurd. [1]"""
 SMALL_TABLE = 20_000
@@ -93,8 +95,9 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
     Raises
     ------
     MeasurementFileError
-        If there are no readings, a cycle number is below 1, a reading is listed twice, or the
-        numbers of targets and cycles are far larger than the number of readings.
+        If there are no readings, a cycle number is below 1, a reading is listed twice, the
+        numbers of targets and cycles are far larger than the number of readings, or there are
+        too many further columns.
     """
     if not bool(np.any(np.isfinite(deviation))):
         raise MeasurementFileError(
@@ -105,6 +108,7 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
     cycles = _number_of_cycles(path, line_word, cycle, line)
     shape = (int(target.size), cycles, 2)
     _check_size(path, shape, int(deviation.size), line_word, cycle, line)
+    _check_channels(path, shape, len(channels or {}))
     flat = (target_index * cycles + (cycle - 1)) * 2 + approach
     given = ~np.isnan(deviation)
     _check_duplicates(path, line_word, flat, given, line, target, shape)
@@ -206,6 +210,17 @@ def _check_size(
         path=path,
         remedy="Check that each target has the same position in every cycle, and the cycle numbers",
     )
+
+
+def _check_channels(path: str, shape: tuple[int, int, int], channels: int) -> None:
+    targets, cycles, approaches = shape
+    if channels * targets * cycles * approaches > MAX_CHANNEL_CELLS:
+        raise MeasurementFileError(
+            f"{channels} columns of further readings are too many for {targets} targets and"
+            f" {cycles} cycles",
+            path=path,
+            remedy="Remove the columns that are not needed",
+        )
 
 
 def _check_duplicates(

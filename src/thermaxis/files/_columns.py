@@ -14,6 +14,8 @@ from thermaxis.quantities import AxisKind
 
 CHANNEL_PREFIX = "channel "
 """Starts a heading whose remainder is the name of a channel, whatever it says."""
+LONGEST_HEADING = 200
+"""Longest heading in which a role is looked for. [character]"""
 
 
 class Role(StrEnum):
@@ -176,7 +178,7 @@ def parse_heading(text: str) -> Heading:
         Without role where the name is not known.
     """
     text = text.strip()
-    if text.startswith(CHANNEL_PREFIX):
+    if text.startswith(CHANNEL_PREFIX) or len(text) > LONGEST_HEADING:
         return Heading(text, None)
     name, unit_word, in_brackets = _split_unit(text)
     role = _ROLES.get(name)

@@ -13,7 +13,7 @@ from thermaxis.files._times import MOMENT_REMEDY, parse_moment
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
 
 MAX_FIELDS = 500
-"""Number of header fields that are kept. [1]"""
+"""Number of header fields, of environment values and of remarks that are kept. [1]"""
 
 _NAMED = re.compile(r"(header|environment)\s+(\S.*)", re.DOTALL)
 _WORD = re.compile(r"[^\W\d]\w{0,79}")
@@ -77,7 +77,7 @@ class Metadata:
             key, value = _key_and_value(named[2])
             if key and named[1] == "header":
                 self._keep(key, value)
-            elif key:
+            elif key and len(self.environment) < MAX_FIELDS:
                 self.environment[key] = _start_end(value, path, line)
             return
         key, separator, value = text.partition(":")
@@ -115,7 +115,8 @@ class Metadata:
         elif key == "end":
             self.end = _moment(value, key, path, line)
         elif key == "remark":
-            self.remarks.append(_allowed(decoded(value)))
+            if len(self.remarks) < MAX_FIELDS:
+                self.remarks.append(_allowed(decoded(value)))
         elif key == "kind":
             self.kind = value
         elif key == "cycle" and value in set(Cycle):

@@ -524,15 +524,14 @@ def unique_names(headings: Sequence[Heading], columns: Sequence[int]) -> list[st
     list of str
         The headings; `column 3` for the third without one, and `name (2)` for a second one.
     """
-    names: list[str] = []
+    names: dict[str, int] = {}
     for column in columns:
-        base = headings[column].channel_name or f"column {column + 1}"
-        name, count = base, 1
+        name = base = headings[column].channel_name or f"column {column + 1}"
         while name in names:
-            count += 1
-            name = f"{base} ({count})"
-        names.append(name)
-    return names
+            names[base] += 1
+            name = f"{base} ({names[base]})"
+        names[name] = 1
+    return list(names)
 
 
 def listed(names: Sequence[str]) -> str:

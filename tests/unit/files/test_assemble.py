@@ -98,6 +98,14 @@ def test_a_mistyped_cycle_number_is_refused_before_memory_is_taken() -> None:
     assert time.process_time() - begin < 0.5
 
 
+def test_thousands_of_further_columns_are_refused_before_memory_is_taken() -> None:
+    one = np.array([1.0, 2.0])
+    channels = {str(k): one for k in range(4000)}
+    rows = [(0, 1, 0, 1.0), (1, 5000, 0, 1.0)]
+    with pytest.raises(MeasurementFileError, match="4000 columns of further readings"):
+        listed(*rows, channels=channels)
+
+
 def test_a_million_readings_are_assembled_within_a_second() -> None:
     m, n = 100, 5000
     i, j, a = (k.reshape(-1) for k in np.indices((m, n, 2)))

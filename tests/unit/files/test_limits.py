@@ -5,6 +5,7 @@ import json
 import struct
 import subprocess
 import sys
+import time
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -211,6 +212,31 @@ def test_too_many_columns_are_no_table(tmp_path: Path) -> None:
     path.write_text("target_mm," + ",".join(map(str, range(1, 5000))) + "\n", encoding="utf-8")
     with pytest.raises(MeasurementFileError, match="no column headings"):
         read_positioning(path)
+
+
+@pytest.mark.parametrize(
+    "heading", ["(" * 300_000, "a" + " " * 300_000 + "(", "=" * 300_000, '"' * 300_000]
+)
+def test_a_very_long_heading_takes_no_time(tmp_path: Path, heading: str) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(f"cycle,direction,target_mm,deviation_um,{heading}\n", encoding="utf-8")
+    begin = time.process_time()
+    with pytest.raises(MeasurementFileError):
+        read_positioning(path)
+    assert time.process_time() - begin < 1.0
+
+
+def test_thousands_of_columns_of_the_same_name_take_no_time(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    rows = [f"{c},{w},{t},1" for c in (1, 2) for w in "+-" for t in (0, 1)]
+    lines = ["cycle,direction,target_mm,deviation_um" + ",t" * 4000]
+    lines += [row + ",7" * 4000 for row in rows]
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    begin = time.process_time()
+    test = read_positioning(path)
+    assert time.process_time() - begin < 1.0
+    assert len(test.channels) == 4000
+    assert "t (4000)" in test.channels
 
 
 def test_a_very_long_cell_is_an_error_of_our_own(tmp_path: Path) -> None:
