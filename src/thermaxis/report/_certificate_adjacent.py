@@ -3,6 +3,7 @@
 import numpy as np
 
 from thermaxis.positioning import APPROACHES, AdjacentDifferenceResult
+from thermaxis.positioning._spread_anomaly import MINIMUM_CYCLES, MINIMUM_POSITIONS
 from thermaxis.report._chart_adjacent import bound_words
 from thermaxis.report._chart_parts import at_position, detail_decimals
 from thermaxis.report._document import Block, Column, ItemList, Paragraph, Picture, Section, Table
@@ -78,10 +79,20 @@ def _anomalies(report: PositioningReport, result: AdjacentDifferenceResult) -> s
         if found is not None
         for a in found.anomalies
     ]
+    if not _can_stand_out(report):
+        return "Too few positions or complete cycles to tell whether a position stands out."
     test = "exact test, at most 5 % false alarms per run"
     if not named:
         return f"No position stands out by its spread ({test})."
     return f"Stands out by its spread ({test}): {'; '.join(named)}."
+
+
+def _can_stand_out(report: PositioningReport) -> bool:
+    """Return whether an approach has enough positions and complete cycles for the test."""
+    complete = ~np.any(np.isnan(report.test.deviation), axis=0)
+    return report.test.target.size >= MINIMUM_POSITIONS and bool(
+        np.any(np.sum(complete, axis=0) >= MINIMUM_CYCLES)
+    )
 
 
 def _pair_table(report: PositioningReport, result: AdjacentDifferenceResult) -> Table:

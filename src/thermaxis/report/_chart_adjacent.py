@@ -105,7 +105,7 @@ def draw_standard_deviation(report: PositioningReport) -> Figure:
             label=f"standard's s at the second position, {name}",
         )
     for axes in (upper, lower):
-        axes.set_ylim(0.0, 1.25 * axes.dataLim.ymax)
+        axes.set_ylim(0.0, 1.25 * axes.dataLim.ymax or 1.0)
     stars = _mark_anomalies(upper, result)
     upper.set_title("standard uncertainty of the mean, equation (6)")
     lower.set_title("sample standard deviation (divisor n - 1)")
@@ -253,7 +253,8 @@ def draw_deviation_chart(report: PositioningReport) -> Figure:
     axes.set_ylabel(f"deviation [{report.test.kind.units.deviation}]")
     mark_targets(axes, result.target.tolist())
     entries, labels = axes.get_legend_handles_labels()
-    places = [*range(2), len(entries) - 1, *range(2, len(entries) - 1)]
+    each, last = (1 if result.student_factor is None else 2), len(entries) - 1
+    places = [*range(each), last, *range(each, last)]
     what = "Deviation chart by adjacent differences (no result of ISO 230-2)"
     set_heading(figure, heading_line(report, what), describe_run(report))
     figure.legend(

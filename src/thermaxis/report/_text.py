@@ -104,7 +104,7 @@ def fixed(value: float | None, decimals: int, *, absent: str = ABSENT) -> str:
     Parameters
     ----------
     value : float or None
-        The number; None and NaN print as `absent`. [any]
+        The number; None, NaN and infinity print as `absent`. [any]
     decimals : int
         Number of decimals. [1]
     absent : str
@@ -115,7 +115,7 @@ def fixed(value: float | None, decimals: int, *, absent: str = ABSENT) -> str:
     str
         The number; zero has no sign.
     """
-    if value is None or np.isnan(value):
+    if value is None or not np.isfinite(value):
         return absent
     text = f"{value:.{decimals}f}"
     return text[1:] if text.startswith("-") and not text.strip("-0.") else text

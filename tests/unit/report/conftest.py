@@ -89,7 +89,7 @@ def report(
     made = PositioningReport(
         test=test,
         iso230_2=result,
-        adjacent_difference=evaluate_adjacent_difference(test),
+        adjacent_difference=evaluate_adjacent_difference(test) if test.target.size > 1 else None,
         against_cycles=evaluate_against_cycles(test) if test.cycles > 1 else None,
         other_standard=None,
         warnings=(*test.remarks, *check_test_conditions(test)),

@@ -234,6 +234,14 @@ def test_a_position_that_stands_out_is_named_in_words(hundred_cycles: Positionin
     assert "±2s of the mean, equation (6)" in text
 
 
+def test_a_short_run_does_not_claim_that_no_position_stands_out(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    for targets, cycles in ((4, 5), (9, 2)):
+        text = section_of(document_of(make_report(make_run(targets, cycles))), "Adjacent")
+        assert "Too few positions or complete cycles" in text
+
+
 def test_all_readings_are_printed_with_all_their_decimals(
     make_run: MakeRun, make_report: MakeReport
 ) -> None:

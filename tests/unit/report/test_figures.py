@@ -226,6 +226,28 @@ def test_a_single_run_has_no_bands_and_says_so(
     assert brackets == ["M", "E"]
 
 
+def test_a_single_run_in_one_direction_names_each_curve_once(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = make_report(make_run(12, 1, length=2750.0, approaches="forward"))
+    chart = next(c for c in charts_of(report) if c.name == "figure_12_deviation_chart")
+    with drawing(chart.name):
+        labels = [text.get_text() for text in chart.draw(report).legends[0].get_texts()]
+    assert labels == ["deviation forward ↑", "reference: position 1 in cycle 1"]
+
+
+@pytest.mark.parametrize("targets", [1, 3])
+def test_readings_without_any_spread_are_drawn(make_report: MakeReport, targets: int) -> None:
+    test = PositioningTest(
+        kind=AxisKind.LINEAR,
+        target=np.arange(float(targets)),
+        deviation=np.full((targets, 2, 2), 7.5),
+    )
+    report = make_report(test)
+    for chart in charts_of(report):
+        assert chart.svg(report).startswith(b"<?xml")
+
+
 def test_several_runs_of_a_long_axis_have_no_bands_either(
     make_run: MakeRun, make_report: MakeReport
 ) -> None:
