@@ -5,7 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.report._names import (
+    FIGURE_NAMES,
+    FIGURE_SYMBOLS,
+    OTHER_NAMES,
+    absence_reason,
+    edition_name,
+    other_standard_name,
+)
 from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._text import fixed
 
 if TYPE_CHECKING:
     from thermaxis.positioning import DifferenceMonteCarlo, Iso230_2Result
@@ -13,9 +22,16 @@ if TYPE_CHECKING:
     from thermaxis.report._limits import Limits, LimitsCheck
 
 __all__ = [
+    "FIGURE_NAMES",
+    "FIGURE_SYMBOLS",
+    "OTHER_NAMES",
     "PositioningReport",
     "Progress",
+    "absence_reason",
     "check_limits",
+    "edition_name",
+    "fixed",
+    "other_standard_name",
     "read_header",
     "read_limits",
     "write_certificate_html",

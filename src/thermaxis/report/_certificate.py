@@ -8,7 +8,6 @@ from thermaxis.positioning import FIGURE_KEYS, UNVERIFIED, Cycle
 from thermaxis.report._certificate_adjacent import adjacent_section
 from thermaxis.report._certificate_annex import raw_section, target_section
 from thermaxis.report._certificate_header import condition_section, identification, stated
-from thermaxis.report._chart_parts import figure_decimals
 from thermaxis.report._document import (
     Block,
     Column,
@@ -21,7 +20,7 @@ from thermaxis.report._document import (
     Verdict,
 )
 from thermaxis.report._figures import charts_of
-from thermaxis.report._limits import RULE_IN_WORDS, FigureCheck
+from thermaxis.report._limits import FigureCheck
 from thermaxis.report._limits import Verdict as LimitVerdict
 from thermaxis.report._names import (
     CYCLE_NAMES,
@@ -143,7 +142,7 @@ def _verdict(report: PositioningReport) -> list[Block]:
         LimitVerdict.FAIL: f"{which}: above the limit.",
         LimitVerdict.NOT_DECIDED: f"{which}: not decided; no limited figure fails.",
     }[check.verdict]
-    rule = RULE_IN_WORDS[check.limits.decision_rule]
+    rule = check.limits.decision_rule.in_words
     source = plain_text(check.limits.source_name, 80)
     return [Verdict(word, f"{outcome} Decision rule: {rule}. Limits from {source}.")]
 
@@ -180,7 +179,7 @@ def _printed_limit(limit: float, decimals: int) -> str:
 def _result_table(report: PositioningReport) -> Table:
     result, check = report.iso230_2, report.limits
     unit = report.test.kind.units.deviation
-    decimals = figure_decimals(report)
+    decimals = report.figure_decimals
     uncertainty: Mapping[str, float] = {}
     if check is not None:
         uncertainty = check.limits.expanded_uncertainty
@@ -270,7 +269,7 @@ def _other_section(report: PositioningReport) -> list[Section]:
     if other is None:
         return []
     unit = report.test.kind.units.deviation
-    decimals = figure_decimals(report)
+    decimals = report.figure_decimals
     rows: list[tuple[str, ...]] = []
     for key in type(other).__dataclass_fields__:
         if key == "mark":

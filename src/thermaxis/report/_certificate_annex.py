@@ -69,7 +69,7 @@ def raw_section(report: PositioningReport) -> Section:
         What was evaluated. More than 20 000 readings are not printed; the file's check sum
         says where they are.
     """
-    heading = "Annex B: all readings"
+    heading = "Annex B: raw data (all readings)"
     test = report.test
     readings = int(np.sum(~np.isnan(test.deviation)))
     if test.deviation.size > _MOST_PRINTED:

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.positioning import BACKWARD, FIGURE_KEYS, FORWARD
+from thermaxis.positioning import BACKWARD, FORWARD
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import drawable
-from thermaxis.report._text import FINEST_DECIMALS, decimals_of_figures, fixed
+from thermaxis.report._text import FINEST_DECIMALS, fixed
 
 _MOST_DRAWN = 200
 """More runs than these are one grey area, and a file of many megabytes. [1]"""
@@ -17,21 +17,14 @@ def measured_approaches(report: PositioningReport) -> list[int]:
     return [a for a in (FORWARD, BACKWARD) if report.test.measured_approaches[a]]
 
 
-def figure_decimals(report: PositioningReport) -> int:
-    """Return the decimals with which all figures of a run are printed. [1]"""
-    figures: list[float | None] = [getattr(report.iso230_2, key) for key in FIGURE_KEYS]
-    largest = max((abs(f) for f in figures if f is not None), default=0.0)
-    return decimals_of_figures(report.test.deviation, largest)
-
-
 def detail_decimals(report: PositioningReport) -> int:
     """Return the decimals of the tables that let a reader follow the figures: one more. [1]"""
-    return min(figure_decimals(report) + 1, FINEST_DECIMALS)
+    return min(report.figure_decimals + 1, FINEST_DECIMALS)
 
 
 def value_label(report: PositioningReport, value: float) -> str:
     """Return a figure as charts print it, with its unit."""
-    return f"{fixed(value, figure_decimals(report))} {report.test.kind.units.deviation}"
+    return f"{fixed(value, report.figure_decimals)} {report.test.kind.units.deviation}"
 
 
 def position_label(report: PositioningReport) -> str:

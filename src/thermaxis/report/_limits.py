@@ -24,6 +24,20 @@ class DecisionRule(StrEnum):
     ISO14253_1 = "iso14253-1"
     """The expanded uncertainty counts against whoever proves: ISO 14253-1."""
 
+    @property
+    def in_words(self) -> str:
+        """The rule as certificates and terminals word it."""
+        if self is DecisionRule.SIMPLE:
+            return (
+                "simple acceptance: a figure passes if it is not larger than its limit; the"
+                " measurement uncertainty is not taken into account"
+            )
+        return (
+            "ISO 14253-1: a figure passes if figure + U is not larger than its limit, fails if"
+            " figure - U is larger, and is not decided in between (U: expanded uncertainty,"
+            " k = 2, as stated in the limits file)"
+        )
+
 
 class Verdict(StrEnum):
     """What a limit says."""
@@ -31,20 +45,6 @@ class Verdict(StrEnum):
     PASS = "pass"  # noqa: S105  a verdict, not a password
     FAIL = "fail"
     NOT_DECIDED = "not decided"
-
-
-RULE_IN_WORDS = {
-    DecisionRule.SIMPLE: (
-        "simple acceptance: a figure passes if it is not larger than its limit; the measurement"
-        " uncertainty is not taken into account"
-    ),
-    DecisionRule.ISO14253_1: (
-        "ISO 14253-1: a figure passes if figure + U is not larger than its limit, fails if"
-        " figure - U is larger, and is not decided in between (U: expanded uncertainty, k = 2,"
-        " as stated in the limits file)"
-    ),
-}
-"""The decision rules as a certificate words them."""
 
 
 @final

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, final
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import (
+    FIGURE_KEYS,
     AdjacentDifferenceResult,
     FiguresAgainstCycles,
     Iso230_2_1988Result,
@@ -17,6 +18,7 @@ from thermaxis.positioning import (
     PositioningTest,
     Vdi3441Result,
 )
+from thermaxis.report._text import decimals_of_figures
 
 if TYPE_CHECKING:
     from thermaxis.report._limits import LimitsCheck
@@ -79,6 +81,13 @@ class PositioningReport:
             return dt.date.fromisoformat(self.date)
         moment = self.test.end or self.test.start
         return None if moment is None else moment.date()
+
+    @property
+    def figure_decimals(self) -> int:
+        """Decimals with which all figures of the run are printed. [1]"""
+        figures: list[float | None] = [getattr(self.iso230_2, key) for key in FIGURE_KEYS]
+        largest = max((abs(f) for f in figures if f is not None), default=0.0)
+        return decimals_of_figures(self.test.deviation, largest)
 
     @property
     def settings_sha256(self) -> str:

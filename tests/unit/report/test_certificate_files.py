@@ -234,7 +234,6 @@ def test_the_page_holds_every_figure(small: PositioningReport, small_page: str) 
         (5, 3, {"approaches": "backward"}),
         (12, 1, {"length": 2750.0}),
         (8, 5, {"kind": AxisKind.ROTARY, "length": 360.0}),
-        (3, 2, {}),
         (5, 2, {"times": False, "decimals": 6}),
     ],
 )
