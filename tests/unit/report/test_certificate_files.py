@@ -15,7 +15,8 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import FIGURE_KEYS, PositioningTest, StartEnd
 from thermaxis.quantities import AxisKind
 from thermaxis.report import PositioningReport, write_report
-from thermaxis.report._certificate_html import certificate_html
+from thermaxis.report._certificate import build_certificate
+from thermaxis.report._certificate_html import certificate_html, render_html
 from thermaxis.report._certificate_pdf import certificate_pdf
 from thermaxis.report._header import HEADER_FIELDS, HEADER_GROUPS
 from thermaxis.report._limits import DecisionRule, Limits
@@ -192,7 +193,7 @@ def test_hostile_text_is_shown_and_not_obeyed(
     report = make_report(
         test, header=header, source_name=text, warnings=(text,), adjacent_difference=None
     )
-    page = certificate_html(report)
+    page = render_html(build_certificate(report, {}))
     assert_harmless(page)
     shown = PageReader(page).text
     pdf = squeezed(" ".join(pdf_pages(certificate_pdf(report))))
@@ -203,6 +204,15 @@ def test_hostile_text_is_shown_and_not_obeyed(
         assert text in shown
         assert squeezed(text).replace("-", "") in pdf.replace("-", "").replace("−", "")
     assert "accuracy" in pdf
+
+
+def test_a_hostile_title_stays_text_in_the_charts_too(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    text = "".join(HOSTILE[:5])
+    header = {"title": text, "axis": text}
+    report = make_report(make_run(3, 2), header=header, source_name=text, against_cycles=None)
+    assert_harmless(certificate_html(report))
 
 
 def test_the_page_needs_nothing_from_outside(small: PositioningReport, small_page: str) -> None:
