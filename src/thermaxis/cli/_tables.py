@@ -18,16 +18,15 @@ from thermaxis.positioning import (
     PositioningTest,
     Vdi3441Result,
 )
-from thermaxis.report._limits import RULE_IN_WORDS
-from thermaxis.report._names import (
+from thermaxis.report import (
     FIGURE_NAMES,
     FIGURE_SYMBOLS,
     OTHER_NAMES,
     absence_reason,
     edition_name,
+    fixed,
     other_standard_name,
 )
-from thermaxis.report._text import decimals_of_figures, fixed
 
 if TYPE_CHECKING:
     from thermaxis.report import PositioningReport
@@ -46,9 +45,7 @@ def print_report(report: "PositioningReport") -> None:
     """
     width = max(Console().width, WIDEST_TABLE)
     console = Console(highlight=False, soft_wrap=True, width=width)
-    figures = [getattr(report.iso230_2, key) for key in FIGURE_KEYS]
-    largest = max((abs(value) for value in figures if value is not None), default=0.0)
-    decimals = decimals_of_figures(report.test.deviation, largest)
+    decimals = report.figure_decimals
     _print_head(console, report)
     _print_figures(console, report, decimals)
     _print_targets(console, report.test, report.iso230_2, decimals)
@@ -117,7 +114,7 @@ def _print_figures(console: Console, report: "PositioningReport", decimals: int)
         table.add_row(*row)
     console.print(table)
     if report.limits is not None:
-        rule = RULE_IN_WORDS[report.limits.limits.decision_rule]
+        rule = report.limits.limits.decision_rule.in_words
         console.print(Text(f"verdict: {report.limits.verdict} ({rule})"))
         console.print()
 

@@ -203,7 +203,9 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         warnings.append("one target only: there are no adjacent differences")
     wants_charts = bool(arguments.report or arguments.figures)
     limits = report.read_limits(arguments.limits, test.kind) if arguments.limits else None
-    stated = report.read_header(arguments.header) if arguments.header else {}
+    stated: dict[str, str] = {}
+    if arguments.header:
+        stated.update(report.read_header(arguments.header))
     return report.PositioningReport(
         test=test,
         iso230_2=iso230_2,

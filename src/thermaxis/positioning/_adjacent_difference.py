@@ -155,6 +155,7 @@ def _evaluate_approach(
         s_ratio = s[1:, 0] / standard_deviation
     position, cycle = reference
     pair_before = np.concatenate((uncertainty[:1], uncertainty))
+    bound = np.full(pair_before.size, np.nan) if factor is None else factor * pair_before
     return AdjacentDifferenceApproach(
         mean_difference=mean_difference,
         standard_uncertainty=uncertainty,
@@ -162,7 +163,7 @@ def _evaluate_approach(
         s_ratio=s_ratio,
         cycles=n,
         chart=_anchored(mean_difference, position, float(deviation[position, cycle])),
-        bound=np.full(deviation.shape[0], np.nan) if factor is None else factor * pair_before,
+        bound=bound,
         anomalies=find_spread_anomalies(test.target, deviation, level=level),
     )
 

@@ -110,6 +110,54 @@ def _band_width(mean: FloatArray, half_width: FloatArray) -> tuple[FloatArray, F
     return upper - lower, np.max(upper, axis=-1) - np.min(lower, axis=-1)
 
 
+def figures_of(mean: FloatArray, s: FloatArray, *, coverage_factor: float = 2.0) -> Iso230_2Figures:
+    """Return the figures of ISO 230-2 from means and standard deviations of every target.
+
+    Parameters
+    ----------
+    mean, s : FloatArray
+        Mean deviation and its standard deviation, (..., m, 2) each. [µm or arcsec]
+    coverage_factor : float
+        Factor of s in repeatability and accuracy. Default 2, of the editions since 1997. [1]
+
+    Returns
+    -------
+    Iso230_2Figures
+        A figure is NaN where a mean or standard deviation that it needs is NaN.
+
+    References
+    ----------
+    ISO 230-2:2014, clause 3.
+    """
+    k = coverage_factor
+    reversal = mean[..., FORWARD] - mean[..., BACKWARD]
+    r_i_unidirectional = 2 * k * s
+    r_i = np.maximum(
+        k * s[..., FORWARD] + k * s[..., BACKWARD] + np.abs(reversal),
+        np.max(r_i_unidirectional, axis=-1),
+    )
+    mean_bidirectional = (mean[..., FORWARD] + mean[..., BACKWARD]) / 2
+    e_unidirectional, e = _band_width(mean, np.zeros_like(mean))
+    a_unidirectional, a = _band_width(mean, k * s)
+    return Iso230_2Figures(
+        B=np.max(np.abs(reversal), axis=-1),
+        B_mean=np.mean(reversal, axis=-1),
+        M=np.max(mean_bidirectional, axis=-1) - np.min(mean_bidirectional, axis=-1),
+        E_unidirectional=e_unidirectional,
+        E=e,
+        R_unidirectional=np.max(r_i_unidirectional, axis=-2),
+        R=np.max(r_i, axis=-1),
+        A_unidirectional=a_unidirectional,
+        A=a,
+        mean=mean,
+        mean_bidirectional=mean_bidirectional,
+        s=s,
+        B_i=reversal,
+        R_i_unidirectional=r_i_unidirectional,
+        R_i=r_i,
+    )
+
+
 def iso230_2_figures(deviation: FloatArray, *, coverage_factor: float = 2.0) -> Iso230_2Figures:
     """Return the figures of ISO 230-2 of one run, or of many runs in one vectorised call.
 
@@ -141,34 +189,7 @@ def iso230_2_figures(deviation: FloatArray, *, coverage_factor: float = 2.0) -> 
             f"deviations have the shape {deviation.shape}, not (..., m, n, 2)",
             remedy="The last axes are target, cycle, approach",
         )
-    mean, s = mean_and_s(deviation)
-    k = coverage_factor
-    reversal = mean[..., FORWARD] - mean[..., BACKWARD]
-    r_i_unidirectional = 2 * k * s
-    r_i = np.maximum(
-        k * s[..., FORWARD] + k * s[..., BACKWARD] + np.abs(reversal),
-        np.max(r_i_unidirectional, axis=-1),
-    )
-    mean_bidirectional = (mean[..., FORWARD] + mean[..., BACKWARD]) / 2
-    e_unidirectional, e = _band_width(mean, np.zeros_like(mean))
-    a_unidirectional, a = _band_width(mean, k * s)
-    return Iso230_2Figures(
-        B=np.max(np.abs(reversal), axis=-1),
-        B_mean=np.mean(reversal, axis=-1),
-        M=np.max(mean_bidirectional, axis=-1) - np.min(mean_bidirectional, axis=-1),
-        E_unidirectional=e_unidirectional,
-        E=e,
-        R_unidirectional=np.max(r_i_unidirectional, axis=-2),
-        R=np.max(r_i, axis=-1),
-        A_unidirectional=a_unidirectional,
-        A=a,
-        mean=mean,
-        mean_bidirectional=mean_bidirectional,
-        s=s,
-        B_i=reversal,
-        R_i_unidirectional=r_i_unidirectional,
-        R_i=r_i,
-    )
+    return figures_of(*mean_and_s(deviation), coverage_factor=coverage_factor)
 
 
 @final
@@ -244,6 +265,11 @@ def is_single_run_axis(test: PositioningTest) -> bool:
     ----------
     test : PositioningTest
         The run; its length is the distance from the first to the last target.
+
+    Returns
+    -------
+    bool
+        True if one run per direction is the rule.
 
     References
     ----------

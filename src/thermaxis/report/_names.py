@@ -104,12 +104,34 @@ CYCLE_NAMES: Mapping[Cycle, str] = MappingProxyType(
 
 
 def edition_name(edition: Edition) -> str:
-    """Return the edition as a certificate names it, such as ISO 230-2:2014."""
+    """Return the edition as a certificate names it.
+
+    Parameters
+    ----------
+    edition : Edition
+        The edition.
+
+    Returns
+    -------
+    str
+        Such as ISO 230-2:2014.
+    """
     return f"ISO 230-2:{edition}"
 
 
 def other_standard_name(result: Iso230_2_1988Result | Vdi3441Result) -> str:
-    """Return the name of another standard."""
+    """Return the name of another standard.
+
+    Parameters
+    ----------
+    result : Iso230_2_1988Result or Vdi3441Result
+        Its figures.
+
+    Returns
+    -------
+    str
+        The standard and its year.
+    """
     return "VDI/DGQ 3441:1977" if isinstance(result, Vdi3441Result) else "ISO 230-2:1988"
 
 

@@ -1,0 +1,30 @@
+"""The README's picture is what the program draws, and its Python lines run."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from thermaxis.cli import main
+
+
+def test_the_picture_is_the_chart_of_the_example(root: Path, tmp_path: Path) -> None:
+    example = root / "examples" / "x_axis_100_cycles.csv"
+    header, limits = root / "examples" / "header.toml", root / "examples" / "limits.toml"
+    words = ["evaluate", str(example), "--json", str(tmp_path / "r.json")]
+    words += ["--header", str(header), "--limits", str(limits), "--figures", str(tmp_path)]
+    assert main(words) == 0
+    drawn = (tmp_path / "figure_10_standard_deviation.png").read_bytes()
+    assert drawn == (root / "docs" / "images" / "figure_10.png").read_bytes()
+
+
+def test_the_python_lines_run(
+    root: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    readme = (root / "README.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
+    monkeypatch.chdir(root)
+    exec(compile(code, "README.md", "exec"), {})  # noqa: S102  the README's own lines
+    out = capsys.readouterr().out
+    assert out.startswith("21.7")
+    assert "position=3" in out
