@@ -1,13 +1,11 @@
 """The results of ``evaluate`` as tables on the terminal."""
 
+import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich import box
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
+from thermaxis.cli._text_table import text_table
 from thermaxis.errors import printable
 from thermaxis.positioning import (
     FIGURE_KEYS,
@@ -31,9 +29,6 @@ from thermaxis.report import (
 if TYPE_CHECKING:
     from thermaxis.report import PositioningReport
 
-WIDEST_TABLE = 110
-"""Columns that the widest table takes; a narrower terminal wraps its lines. [1]"""
-
 
 def print_report(report: "PositioningReport") -> None:
     """Print what was evaluated: the standard's figures first, the others after them.
@@ -43,18 +38,19 @@ def print_report(report: "PositioningReport") -> None:
     report : PositioningReport
         The evaluated run.
     """
-    width = max(Console().width, WIDEST_TABLE)
-    console = Console(highlight=False, soft_wrap=True, width=width)
     decimals = report.figure_decimals
-    _print_head(console, report)
-    _print_figures(console, report, decimals)
-    _print_targets(console, report.test, report.iso230_2, decimals)
+    test = report.test
+    parts = [
+        _head(report),
+        _figures(report, decimals),
+        _targets(test, report.iso230_2, decimals),
+    ]
     if report.other_standard is not None:
-        _print_other(console, report.test, report.other_standard, decimals)
+        parts.append(_other(test, report.other_standard, decimals))
     if report.adjacent_difference is not None:
-        _print_adjacent(console, report.test, report.adjacent_difference, decimals)
-    for warning in report.warnings:
-        console.print(Text(f"warning: {printable(warning, 400)}"))
+        parts.append(_adjacent(test, report.adjacent_difference, decimals))
+    parts += [f"warning: {printable(warning, 400)}" for warning in report.warnings]
+    sys.stdout.write("\n".join(parts) + "\n")
 
 
 def _number(value: float | None, decimals: int, *, signed: bool = False) -> str:
@@ -63,14 +59,7 @@ def _number(value: float | None, decimals: int, *, signed: bool = False) -> str:
     return f"+{text}" if signed and value is not None and value > 0.0 and finite else text
 
 
-def _table(title: str, *columns: str, words: int = 0) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i < words else "right", no_wrap=True)
-    return table
-
-
-def _print_head(console: Console, report: "PositioningReport") -> None:
+def _head(report: "PositioningReport") -> str:
     test = report.test
     unit = test.kind.units.position
     axis = printable(report.header.get("axis", ""), 40)
@@ -84,122 +73,89 @@ def _print_head(console: Console, report: "PositioningReport") -> None:
     duration = ""
     if test.time_s is not None:
         duration = f", {float(np.nanmax(test.time_s)) / 3600.0:.2f} h"
-    console.print(Text(f"{printable(report.source_name)}{', axis ' + axis if axis else ''}"))
-    console.print(
-        Text(
-            f"{test.kind} axis, {test.target.size} targets from {test.target[0]:g} to"
-            f" {test.target[-1]:g} {unit}, {test.cycles} {test.cycle} cycles, {approaches}"
-            f"{duration} ({times})"
-        )
+    name = printable(report.source_name) + (f", axis {axis}" if axis else "")
+    run = (
+        f"{test.kind} axis, {test.target.size} targets from {test.target[0]:g} to"
+        f" {test.target[-1]:g} {unit}, {test.cycles} {test.cycle} cycles, {approaches}"
+        f"{duration} ({times})"
     )
-    console.print()
+    return f"{name}\n{run}\n"
 
 
-def _print_figures(console: Console, report: "PositioningReport", decimals: int) -> None:
-    unit = report.test.kind.units.deviation
-    result = report.iso230_2
-    columns = ["", "figure", unit]
-    if report.limits is not None:
-        columns += ["limit", "verdict"]
-    table = _table(edition_name(result.edition), *columns, words=2)
+def _figures(report: "PositioningReport", decimals: int) -> str:
+    result, limits = report.iso230_2, report.limits
+    heads = ["", "figure", report.test.kind.units.deviation]
+    if limits is not None:
+        heads += ["limit", "verdict"]
+    rows: list[list[str]] = []
     for key in FIGURE_KEYS:
         value: float | None = getattr(result, key)
         name = FIGURE_NAMES[result.edition][key]
         if value is None:
             name += f" (absent: {absence_reason(key, result, report.test)})"
         row = [FIGURE_SYMBOLS[key], name, _number(value, decimals, signed=key == "B_mean")]
-        if report.limits is not None:
-            check = report.limits.of(key)
+        if limits is not None:
+            check = limits.of(key)
             row += ["", ""] if check is None else [f"{check.limit:g}", str(check.verdict)]
-        table.add_row(*row)
-    console.print(table)
-    if report.limits is not None:
-        rule = report.limits.limits.decision_rule.in_words
-        console.print(Text(f"verdict: {report.limits.verdict} ({rule})"))
-        console.print()
+        rows.append(row)
+    table = text_table(edition_name(result.edition), heads, rows, words=2)
+    if limits is None:
+        return table
+    return f"{table}\nverdict: {limits.verdict} ({limits.limits.decision_rule.in_words})\n"
 
 
-def _print_targets(
-    console: Console, test: PositioningTest, result: Iso230_2Result, decimals: int
-) -> None:
+def _targets(test: PositioningTest, result: Iso230_2Result, decimals: int) -> str:
     units = test.kind.units
-    table = _table(
-        f"Targets, {units.deviation}",
-        units.position,
-        "mean ↑",
-        "mean ↓",
-        "mean",
-        "s ↑",
-        "s ↓",
-        "B",
-        "R ↑",
-        "R ↓",
-        "R",
-    )
+    heads = (units.position, "mean ↑", "mean ↓", "mean", "s ↑", "s ↓", "B", "R ↑", "R ↓", "R")
+    rows: list[tuple[str, ...]] = []
     for i, target in enumerate(result.target.tolist()):
         means = (*result.mean[i].tolist(), float(result.mean_bidirectional[i]))
-        spread = result.s[i].tolist()
         repeatability = (*result.R_i_unidirectional[i].tolist(), float(result.R_i[i]))
-        table.add_row(
-            f"{target:.3f}",
-            *(_number(v, decimals, signed=True) for v in means),
-            *(_number(v, decimals + 1) for v in spread),
-            _number(float(result.B_i[i]), decimals, signed=True),
-            *(_number(v, decimals) for v in repeatability),
+        rows.append(
+            (
+                f"{target:.3f}",
+                *(_number(v, decimals, signed=True) for v in means),
+                *(_number(v, decimals + 1) for v in result.s[i].tolist()),
+                _number(float(result.B_i[i]), decimals, signed=True),
+                *(_number(v, decimals) for v in repeatability),
+            )
         )
-    console.print(table)
+    return text_table(f"Targets, {units.deviation}", heads, rows)
 
 
-def _print_other(
-    console: Console,
-    test: PositioningTest,
-    result: Iso230_2_1988Result | Vdi3441Result,
-    decimals: int,
-) -> None:
-    name = f"{other_standard_name(result)} ({result.mark})"
-    table = _table(name, "", "figure", test.kind.units.deviation, words=2)
-    for key in type(result).__slots__:
-        if key != "mark":
-            value: float | None = getattr(result, key)
-            table.add_row(*OTHER_NAMES[key], _number(value, decimals))
-    console.print(table)
+def _other(
+    test: PositioningTest, result: Iso230_2_1988Result | Vdi3441Result, decimals: int
+) -> str:
+    title = f"{other_standard_name(result)} ({result.mark})"
+    keys = [key for key in type(result).__slots__ if key != "mark"]
+    rows = [(*OTHER_NAMES[key], _number(getattr(result, key), decimals)) for key in keys]
+    return text_table(title, ("", "figure", test.kind.units.deviation), rows, words=2)
 
 
-def _print_adjacent(
-    console: Console, test: PositioningTest, result: AdjacentDifferenceResult, decimals: int
-) -> None:
-    for arrow, approach in zip("↑↓", result.approaches, strict=True):
-        if approach is not None:
-            console.print(_adjacent_table(test, approach, arrow, decimals))
+def _adjacent(test: PositioningTest, result: AdjacentDifferenceResult, decimals: int) -> str:
+    tables = [
+        _pairs(test, approach, arrow, decimals)
+        for arrow, approach in zip("↑↓", result.approaches, strict=True)
+        if approach is not None
+    ]
     factor = "none" if result.student_factor is None else f"{result.student_factor:.3f}"
-    console.print(
-        Text(
-            f"deviation chart from position {result.reference_position} in cycle"
-            f" {result.reference_cycle}, bounds ±{factor} u; u is the standard uncertainty of the"
-            " mean difference (6), s its sample standard deviation"
-        )
+    chart = (
+        f"deviation chart from position {result.reference_position} in cycle"
+        f" {result.reference_cycle}, bounds ±{factor} u; u is the standard uncertainty of the"
+        " mean difference (6), s its sample standard deviation"
     )
-    _print_ratio_and_anomalies(console, test, result)
+    return "\n".join((*tables, chart, *_ratio_and_anomalies(test, result), ""))
 
 
-def _adjacent_table(
+def _pairs(
     test: PositioningTest, approach: AdjacentDifferenceApproach, arrow: str, decimals: int
-) -> Table:
+) -> str:
     units = test.kind.units
-    table = _table(
-        f"Adjacent differences {arrow}, {units.deviation} (not a result of ISO 230-2)",
-        "pair",
-        f"from {units.position}",
-        f"to {units.position}",
-        "mean difference",
-        "u",
-        "s",
-        "s of standard / s",
-        "chart",
-        "± bound",
-    )
-    for i, mean in enumerate(approach.mean_difference.tolist()):
-        table.add_row(
+    title = f"Adjacent differences {arrow}, {units.deviation} (not a result of ISO 230-2)"
+    ends = (f"from {units.position}", f"to {units.position}")
+    heads = ("pair", *ends, "mean difference", "u", "s", "s of standard / s", "chart", "± bound")
+    rows = [
+        (
             f"{i + 1}-{i + 2}",
             f"{test.target[i]:.3f}",
             f"{test.target[i + 1]:.3f}",
@@ -210,31 +166,28 @@ def _adjacent_table(
             _number(float(approach.chart[i + 1]), decimals, signed=True),
             _number(float(approach.bound[i + 1]), decimals + 1),
         )
-    return table
+        for i, mean in enumerate(approach.mean_difference.tolist())
+    ]
+    return text_table(title, heads, rows)
 
 
-def _print_ratio_and_anomalies(
-    console: Console, test: PositioningTest, result: AdjacentDifferenceResult
-) -> None:
+def _ratio_and_anomalies(test: PositioningTest, result: AdjacentDifferenceResult) -> list[str]:
     unit = test.kind.units.position
+    said: list[str] = []
     for word, approach in zip(("forward", "backward"), result.approaches, strict=True):
         if approach is None:
             continue
         ratio = approach.s_ratio[np.isfinite(approach.s_ratio)]
         if ratio.size:
-            console.print(
-                Text(
-                    f"{word}: the standard's s is {float(np.median(ratio)):.2f} times the s of the"
-                    " adjacent differences (median)"
-                )
+            said.append(
+                f"{word}: the standard's s is {float(np.median(ratio)):.2f} times the s of the"
+                " adjacent differences (median)"
             )
-        for anomaly in approach.anomalies:
-            console.print(
-                Text(
-                    f"{word}: position {anomaly.position} ({anomaly.target:g} {unit}) stands out:"
-                    f" its local spread is {anomaly.statistic:.2f} times that of the others"
-                )
-            )
+        said += [
+            f"{word}: position {anomaly.position} ({anomaly.target:g} {unit}) stands out:"
+            f" its local spread is {anomaly.statistic:.2f} times that of the others"
+            for anomaly in approach.anomalies
+        ]
         if not approach.anomalies:
-            console.print(Text(f"{word}: no position stands out"))
-    console.print()
+            said.append(f"{word}: no position stands out")
+    return said

@@ -1,12 +1,17 @@
 """Read and write measurement files: one module per format."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 from thermaxis.files._recognition import read_positioning
 from thermaxis.files._source import FALLBACK_ENCODING
-from thermaxis.files.iso230_dat import read_iso230_dat
-from thermaxis.files.rtl import read_rtl, write_rtl
-from thermaxis.files.tidy_csv import format_tidy_csv, read_tidy_csv, write_tidy_csv
-from thermaxis.files.wide_csv import read_wide_csv
-from thermaxis.files.xlsx import read_xlsx
+
+if TYPE_CHECKING:
+    from thermaxis.files.iso230_dat import read_iso230_dat
+    from thermaxis.files.rtl import read_rtl, write_rtl
+    from thermaxis.files.tidy_csv import format_tidy_csv, read_tidy_csv, write_tidy_csv
+    from thermaxis.files.wide_csv import read_wide_csv
+    from thermaxis.files.xlsx import read_xlsx
 
 __all__ = [
     "FALLBACK_ENCODING",
@@ -20,3 +25,21 @@ __all__ = [
     "write_rtl",
     "write_tidy_csv",
 ]
+
+_MODULES = {
+    "format_tidy_csv": "tidy_csv",
+    "read_iso230_dat": "iso230_dat",
+    "read_rtl": "rtl",
+    "read_tidy_csv": "tidy_csv",
+    "read_wide_csv": "wide_csv",
+    "read_xlsx": "xlsx",
+    "write_rtl": "rtl",
+    "write_tidy_csv": "tidy_csv",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import a format when it is first asked for: most runs of the program read one file."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)

@@ -1,0 +1,49 @@
+"""Tables of plain text: aligned columns under a rule."""
+
+import unicodedata
+from collections.abc import Sequence
+
+
+def _width(text: str) -> int:
+    """Return how many columns of a terminal a text takes; marks over a letter take none."""
+    return sum(not unicodedata.combining(character) for character in text)
+
+
+def _aligned(text: str, width: int, *, left: bool) -> str:
+    blank = " " * (width - _width(text))
+    return text + blank if left else blank + text
+
+
+def text_table(
+    title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], *, words: int = 0
+) -> str:
+    """Return a table as text.
+
+    Parameters
+    ----------
+    title : str
+        Line above the table.
+    heads : sequence of str
+        Heads of the columns.
+    rows : sequence of sequence of str
+        Cells, as many in each row as there are heads.
+    words : int
+        Number of columns, from the left, that hold words and are aligned to the left; numbers
+        are aligned to the right. Default: none. [1]
+
+    Returns
+    -------
+    str
+        Lines without trailing blanks; the last one ends in a line feed.
+    """
+    widths = [max(map(_width, column)) for column in zip(heads, *rows, strict=True)]
+
+    def line(cells: Sequence[str]) -> str:
+        placed = (
+            _aligned(c, w, left=i < words)
+            for i, (c, w) in enumerate(zip(cells, widths, strict=True))
+        )
+        return ("  " + "  ".join(placed)).rstrip()
+
+    rule = " " + "─" * (sum(widths) + 2 * len(widths))
+    return "\n".join((title, "", line(heads), rule, *map(line, rows), ""))
