@@ -74,6 +74,19 @@ def _write_as_utf8() -> None:
             reconfigure(encoding="utf-8", errors="replace")
 
 
+def _refuse(why: str) -> int:
+    sys.stderr.write(f"thermaxis: error: {why}\n")
+    return 2
+
+
+def _pipe_was_closed() -> int:
+    """Stop quietly when the reader of the output has gone, as `head` does."""
+    import os  # noqa: PLC0415  only on the way out
+
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -100,11 +113,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _load(namespace.command).run(namespace)
     except ThermaxisError as error:
-        print(f"thermaxis: error: {error}", file=sys.stderr)  # noqa: T201
-        return 2
+        return _refuse(str(error))
+    except BrokenPipeError:
+        return _pipe_was_closed()
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        print(f"thermaxis: error: {place}{error.strerror or error}", file=sys.stderr)  # noqa: T201
-        return 2
+        return _refuse(f"{place}{error.strerror or error}. Check the name and the permissions.")
     except KeyboardInterrupt:
         return 130

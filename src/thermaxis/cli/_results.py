@@ -126,6 +126,7 @@ def _approach(approach: AdjacentDifferenceApproach | None) -> dict[str, object] 
             }
             for anomaly in approach.anomalies
         ],
+        "anomalies_tested": approach.anomalies_tested,
     }
 
 

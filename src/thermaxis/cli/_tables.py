@@ -139,10 +139,16 @@ def _adjacent(test: PositioningTest, result: AdjacentDifferenceResult, decimals:
         if approach is not None
     ]
     factor = "none" if result.student_factor is None else f"{result.student_factor:.3f}"
+    start = ", ".join(
+        f"{arrow} {_number(float(approach.chart[0]), decimals, signed=True)}"
+        for arrow, approach in zip("↑↓", result.approaches, strict=True)
+        if approach is not None
+    )
     chart = (
-        f"deviation chart from position {result.reference_position} in cycle"
-        f" {result.reference_cycle}, bounds ±{factor} u; u is the standard uncertainty of the"
-        " mean difference (6), s its sample standard deviation"
+        f"deviation chart anchored at position {result.reference_position} in cycle"
+        f" {result.reference_cycle} (position 1: {start} {test.kind.units.deviation}), bounds"
+        f" ±{factor} u; u is the standard uncertainty of the mean difference (6), s its sample"
+        " standard deviation"
     )
     return "\n".join((*tables, chart, *_ratio_and_anomalies(test, result), ""))
 
@@ -185,9 +191,13 @@ def _ratio_and_anomalies(test: PositioningTest, result: AdjacentDifferenceResult
             )
         said += [
             f"{word}: position {anomaly.position} ({anomaly.target:g} {unit}) stands out:"
-            f" its local spread is {anomaly.statistic:.2f} times that of the others"
+            f" its spread is {anomaly.statistic:.2f} times that of the others"
             for anomaly in approach.anomalies
         ]
-        if not approach.anomalies:
+        if not approach.anomalies_tested:
+            said.append(
+                f"{word}: not tested which position stands out (5 to 500, 3 cycles or more)"
+            )
+        elif not approach.anomalies:
             said.append(f"{word}: no position stands out")
     return said

@@ -2,11 +2,6 @@
 
 import argparse
 
-NAME = "convert"
-"""Name of the command."""
-SUMMARY = "write any measured run as tidy CSV"
-"""What the command does, for the list of commands."""
-
 _DESCRIPTION = """\
 Read a positioning run from a Renishaw .rtl file, an _ISO230.dat file, a tidy or wide CSV file or an
 .xlsx workbook, and write it as tidy CSV: one reading per row, header and environment in lines of

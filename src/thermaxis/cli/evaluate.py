@@ -1,20 +1,19 @@
 """``thermaxis evaluate``: a measured file in, figures, charts and a certificate out."""
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from thermaxis.positioning import (
+        AdjacentDifferenceResult,
         Iso230_2_1988Result,
         Iso230_2Result,
         PositioningTest,
         Vdi3441Result,
     )
     from thermaxis.report import PositioningReport
-
-NAME = "evaluate"
-SUMMARY = "evaluate a positioning run: ISO 230-2 and adjacent differences"
 
 
 def _cycle_number(text: str) -> int:
@@ -106,6 +105,30 @@ def _other_standard(
     return evaluate_vdi_dgq_3441(test) if edition == "vdi3441" else None
 
 
+def _adjacent_difference(
+    arguments: argparse.Namespace, test: "PositioningTest"
+) -> "tuple[AdjacentDifferenceResult | None, tuple[str, ...]]":
+    """Evaluate the adjacent differences; where they cannot be formed, say so and go on.
+
+    A reference that the user names and the run does not have is an error all the same.
+    """
+    from thermaxis.errors import DataError  # noqa: PLC0415  --help needs no errors
+    from thermaxis.positioning import evaluate_adjacent_difference  # noqa: PLC0415  nor numpy
+
+    hours: float | None = arguments.reference_time
+    try:
+        result = evaluate_adjacent_difference(
+            test,
+            reference_cycle=arguments.reference_cycle,
+            reference_time_s=None if hours is None else hours * 3600.0,
+        )
+    except DataError as error:
+        if hours is not None or arguments.reference_cycle is not None:
+            raise
+        return None, (f"no adjacent differences: {error}",)
+    return result, result.warnings
+
+
 def _single_run_warning(iso230_2: "Iso230_2Result", test: "PositioningTest") -> tuple[str, ...]:
     if not iso230_2.single_run_rule:
         return ()
@@ -134,12 +157,22 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
                 remedy="End its name in .pdf or .html",
             )
     json_files = [] if arguments.json in (None, "-") else [Path(arguments.json)]
-    for path in (*reports, *json_files):
-        if path.exists() and source.exists() and path.samefile(source):
+    outputs = [*reports, *json_files]
+    inputs = [source, *(f for f in (arguments.header, arguments.limits) if f is not None)]
+    for k, path in enumerate(outputs):
+        if not path.absolute().parent.is_dir():
             raise ConfigurationError(
-                "this output would overwrite the measured run",
+                "the folder of this output does not exist", where=str(path), remedy="Make it first"
+            )
+        if path.exists() and any(f.exists() and path.samefile(f) for f in inputs):
+            raise ConfigurationError(
+                "this output would overwrite an input of the evaluation, such as the measured run",
                 where=str(path),
                 remedy="Give it another name",
+            )
+        if path.absolute() in [other.absolute() for other in outputs[:k]]:
+            raise ConfigurationError(
+                "two outputs have the same name", where=str(path), remedy="Rename one of them"
             )
     if arguments.figures is not None and arguments.figures.is_file():
         raise ConfigurationError(
@@ -177,7 +210,6 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         Cycle,
         Edition,
         check_test_conditions,
-        evaluate_adjacent_difference,
         evaluate_against_cycles,
         evaluate_iso230_2,
     )
@@ -189,18 +221,10 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
     other = arguments.edition in ("1988", "vdi3441")
     edition = Edition.E2014 if other else Edition(arguments.edition)
     iso230_2 = evaluate_iso230_2(test, edition=edition, full=arguments.full)
-    adjacent = None
-    hours: float | None = arguments.reference_time
-    warnings = [*test.remarks, *check_test_conditions(test), *_single_run_warning(iso230_2, test)]
-    if test.target.size >= 2:
-        adjacent = evaluate_adjacent_difference(
-            test,
-            reference_cycle=arguments.reference_cycle,
-            reference_time_s=None if hours is None else hours * 3600.0,
-        )
-        warnings += adjacent.warnings
-    else:
-        warnings.append("one target only: there are no adjacent differences")
+    conditions = check_test_conditions(test)
+    warnings = [*test.remarks, *conditions, *_single_run_warning(iso230_2, test)]
+    adjacent, said = _adjacent_difference(arguments, test)
+    warnings += said
     wants_charts = bool(arguments.report or arguments.figures)
     limits = report.read_limits(arguments.limits, test.kind) if arguments.limits else None
     stated: dict[str, str] = {}
@@ -240,18 +264,20 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.cli._results import report_as_json  # noqa: PLC0415
 
     _check_outputs(arguments)
-    evaluated = evaluate(arguments)
     quiet = arguments.json == "-"
-    if not quiet:
-        from thermaxis.cli._tables import print_report  # noqa: PLC0415  not wanted beside JSON
+    with Progress() as progress:
+        progress("reading and evaluating", 0, 0)
+        evaluated = evaluate(arguments)
+        if not quiet:
+            from thermaxis.cli._tables import print_report  # noqa: PLC0415  not beside JSON
 
-        print_report(evaluated)
-    if arguments.json is not None:
-        write_json(report_as_json(evaluated), arguments.json)
-    written = _write_outputs(evaluated, arguments, Progress())
+            progress.hide()
+            print_report(evaluated)
+        if arguments.json is not None:
+            write_json(report_as_json(evaluated), arguments.json)
+        written = _write_outputs(evaluated, arguments, progress)
     if not quiet:
-        for path in written:
-            print(f"written: {path}")  # noqa: T201
+        sys.stdout.write("".join(f"written: {path}\n" for path in written))
     return 0
 
 
@@ -262,13 +288,12 @@ def _write_outputs(
 
     written: list[Path] = []
     reports: list[Path] = arguments.report
-    with progress:
-        for path in reports:
-            report.write_report(evaluated, path, progress=progress)
-            written.append(path)
-        if arguments.figures is not None:
-            report.write_figures(evaluated, arguments.figures, progress=progress)
-            written.append(arguments.figures)
+    for path in reports:
+        report.write_report(evaluated, path, progress=progress)
+        written.append(path)
+    if arguments.figures is not None:
+        report.write_figures(evaluated, arguments.figures, progress=progress)
+        written.append(arguments.figures)
     return written
 
 

@@ -4,9 +4,6 @@ import argparse
 import sys
 from pathlib import Path
 
-NAME = "generate"
-SUMMARY = "write an example run of a virtual axis"
-
 AXES = ("x-axis", "y-axis")
 """Virtual axes that can be measured."""
 

@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from thermaxis.positioning import DifferenceMonteCarlo, RatioEstimate
 
-NAME = "montecarlo"
-SUMMARY = "scatter of differences by Monte Carlo, equation (10) of the method"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command.

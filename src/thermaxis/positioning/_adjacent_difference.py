@@ -1,14 +1,26 @@
 """The adjacent-difference method of Stejskal et al. 2017, equations (4) to (6)."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.errors import DataError
 from thermaxis.positioning._iso230_2 import mean_and_s
-from thermaxis.positioning._positioning_test import APPROACHES, FloatArray, PositioningTest
-from thermaxis.positioning._spread_anomaly import SpreadAnomaly, find_spread_anomalies
+from thermaxis.positioning._positioning_test import (
+    APPROACHES,
+    FloatArray,
+    PositioningTest,
+    freeze_arrays,
+)
+from thermaxis.positioning._spread_anomaly import (
+    SpreadAnomaly,
+    find_spread_anomalies,
+    spread_can_be_tested,
+)
+
+BoolArray: TypeAlias = NDArray[np.bool_]
 
 STUDENT_CYCLES = 30
 """From this number of cycles on the paper uses 2 in place of Student's factor. [1]"""
@@ -45,6 +57,12 @@ class AdjacentDifferenceApproach:
     the pair before; position 1 as position 2. [µm or arcsec]"""
     anomalies: tuple[SpreadAnomaly, ...]
     """Positions whose spread stands out."""
+    anomalies_tested: bool
+    """Whether there were enough positions and complete cycles to look for them."""
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        freeze_arrays(self)
 
 
 @final
@@ -66,6 +84,10 @@ class AdjacentDifferenceResult:
     """Backward approach; None if it was not measured."""
     warnings: tuple[str, ...]
     """What the reader of the result must know, in words."""
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        freeze_arrays(self)
 
     @property
     def approaches(
@@ -120,10 +142,17 @@ def adjacent_differences(deviation: FloatArray) -> tuple[FloatArray, FloatArray,
     cycles : FloatArray
         Cycles with both readings, (m - 1,). [1]
 
+    Raises
+    ------
+    DataError
+        If the array does not have two axes.
+
     References
     ----------
     Stejskal et al. 2017, equations (4) and (6).
     """
+    if deviation.ndim != 2:
+        raise DataError(f"deviations have the shape {deviation.shape}, not (m, n)")
     difference = deviation[:-1] - deviation[1:]
     mean, s = mean_and_s(difference[..., None])
     n = np.asarray(np.sum(~np.isnan(difference), axis=1), dtype=np.float64)
@@ -165,6 +194,7 @@ def _evaluate_approach(
         chart=_anchored(mean_difference, position, float(deviation[position, cycle])),
         bound=bound,
         anomalies=find_spread_anomalies(test.target, deviation, level=level),
+        anomalies_tested=spread_can_be_tested(deviation),
     )
 
 
@@ -176,24 +206,24 @@ def _cycle_start_s(test: PositioningTest) -> FloatArray | None:
     return np.min(times, axis=(0, 2))
 
 
-def _has_reference(test: PositioningTest, position: int) -> FloatArray:
+def _has_reference(test: PositioningTest, position: int) -> BoolArray:
     """Return for each cycle whether the reference position was read in every approach, (n,)."""
     approaches = [a for a, measured in enumerate(test.measured_approaches) if measured]
-    return np.all(~np.isnan(test.deviation[position][:, approaches]), axis=1)
+    return ~np.any(np.isnan(test.deviation[position][:, approaches]), axis=1)
 
 
-def _first_cycle_from(test: PositioningTest, time_s: float, usable: FloatArray) -> int | None:
+def _first_cycle_from(test: PositioningTest, time_s: float, usable: BoolArray) -> int | None:
     start = _cycle_start_s(test)
     if start is None:
         return None
-    late = np.flatnonzero((start >= time_s) & np.isfinite(start) & (usable > 0))
+    late = np.flatnonzero((start >= time_s) & np.isfinite(start) & usable)
     return int(late[0]) if late.size else None
 
 
 def _choose_reference_cycle(
     test: PositioningTest, position: int, cycle: int | None, time_s: float | None
 ) -> int:
-    usable = _has_reference(test, position).astype(np.float64)
+    usable = _has_reference(test, position)
     if cycle is not None:
         if not 1 <= cycle <= test.cycles:
             raise DataError(
@@ -237,23 +267,26 @@ def _choose_reference_cycle(
     return int(np.flatnonzero(usable)[0])
 
 
-def _warnings(fewest: int, factor: float | None) -> tuple[str, ...]:
-    if factor is None:
+def _warnings(test: PositioningTest, fewest: int, factor: float | None) -> tuple[str, ...]:
+    if test.cycles < 2:
         return ("one cycle only: the adjacent differences have no spread and the chart no bounds",)
+    if factor is None:
+        return ("no pair has two complete cycles: the chart has no bounds",)
     if fewest >= STUDENT_CYCLES:
         return ()
     few = f"{fewest} cycles are fewer than {STUDENT_CYCLES}: the bounds of the deviation chart"
     return (f"{few} are widened by Student's factor ({factor:.3f} in place of 2)",)
 
 
-def _fewest_pairs(test: PositioningTest) -> int:
-    """Return the smallest number of cycles that have both readings of a pair."""
-    fewest = test.cycles
+def _complete_cycles_of_pairs(test: PositioningTest) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return how many cycles have both readings of each pair, and which pairs have one only."""
+    counts: list[FloatArray] = []
+    single: list[str] = []
     for approach, measured in enumerate(test.measured_approaches):
         if not measured:
             continue
         read = ~np.isnan(test.deviation[:, :, approach])
-        pairs = np.sum(read[:-1] & read[1:], axis=1)
+        pairs = np.sum(read[:-1] & read[1:], axis=1).astype(np.float64)
         if np.min(pairs) == 0:
             i = int(np.argmin(pairs)) + 1
             raise DataError(
@@ -261,8 +294,14 @@ def _fewest_pairs(test: PositioningTest) -> int:
                 where=f"positions {i} and {i + 1}",
                 remedy="The adjacent differences cannot be formed; measure the missing stops",
             )
-        fewest = min(fewest, int(np.min(pairs)))
-    return fewest
+        if test.cycles > 1:
+            single += [
+                f"positions {i + 1} and {i + 2} {APPROACHES[approach]} have one complete cycle"
+                " only: their difference has no spread"
+                for i in np.flatnonzero(pairs == 1).tolist()
+            ]
+        counts.append(pairs)
+    return np.concatenate(counts), tuple(single)
 
 
 def evaluate_adjacent_difference(
@@ -324,8 +363,9 @@ def evaluate_adjacent_difference(
         )
     position = reference_position - 1
     cycle = _choose_reference_cycle(test, position, reference_cycle, reference_time_s)
-    fewest = _fewest_pairs(test)
-    factor = student_factor(fewest)
+    pairs, single = _complete_cycles_of_pairs(test)
+    fewest = int(np.min(pairs[pairs > 1], initial=test.cycles))
+    factor = student_factor(fewest) if bool(np.any(pairs > 1)) else None
     level = FALSE_ALARM_LEVEL / sum(test.measured_approaches)
     forward, backward = (
         _evaluate_approach(test, approach, reference=(position, cycle), factor=factor, level=level)
@@ -340,5 +380,5 @@ def evaluate_adjacent_difference(
         student_factor=factor,
         forward=forward,
         backward=backward,
-        warnings=_warnings(fewest, factor),
+        warnings=(*single, *_warnings(test, fewest, factor)),
     )

@@ -1,33 +1,48 @@
 """How the figures depend on the number of cycles that are used."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import final
 
 import numpy as np
 
 from thermaxis.errors import DataError
 from thermaxis.positioning._iso230_2 import FIGURE_KEYS, iso230_2_figures
-from thermaxis.positioning._positioning_test import BACKWARD, FORWARD, FloatArray, PositioningTest
+from thermaxis.positioning._positioning_test import (
+    BACKWARD,
+    FORWARD,
+    FloatArray,
+    PositioningTest,
+    freeze_arrays,
+)
+
+MOST_EVALUATIONS = 200
+"""Numbers of cycles that are evaluated at most; a chart shows no more. [1]"""
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class FiguresAgainstCycles:
-    """Figures of a run evaluated from its first k cycles only, for k = 2 ... n."""
+    """Figures of a run evaluated from its first k cycles only."""
 
     cycles: FloatArray
-    """Number k of cycles used, (n - 1,). [1]"""
-    figures: dict[str, FloatArray]
-    """Figures of ISO 230-2 by key, (n - 1,) each; NaN where absent. [µm or arcsec]"""
+    """Numbers k of cycles used, 2 ... n, (K,). [1]"""
+    figures: Mapping[str, FloatArray]
+    """Figures of ISO 230-2 by key, (K,) each; NaN where absent. [µm or arcsec]"""
     s_rms: FloatArray
-    """Root mean square over the targets of the standard's s, (n - 1, 2). [µm or arcsec]"""
+    """Root mean square over the targets of the standard's s, (K, 2). [µm or arcsec]"""
     difference_rms: FloatArray
     """Root mean square over the pairs of the standard deviation of the adjacent differences,
-    (n - 1, 2). [µm or arcsec]"""
+    (K, 2). [µm or arcsec]"""
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        freeze_arrays(self)
 
 
 def evaluate_against_cycles(test: PositioningTest) -> FiguresAgainstCycles:
-    """Evaluate the first 2, 3, ... n cycles of a run.
+    """Evaluate the first 2, 3, ... n cycles of a run, at most 200 of these numbers.
 
     With thermal drift the standard's repeatability grows with the duration of the test, while
     the spread of adjacent differences settles.
@@ -54,7 +69,8 @@ def evaluate_against_cycles(test: PositioningTest) -> FiguresAgainstCycles:
     """
     if test.cycles < 2:
         raise DataError("figures against the number of cycles need at least two cycles")
-    counts = range(2, test.cycles + 1)
+    points = min(test.cycles - 1, MOST_EVALUATIONS)
+    counts = np.unique(np.round(np.linspace(2, test.cycles, points)).astype(np.intp)).tolist()
     rows: list[list[float]] = []
     spread: list[FloatArray] = []
     difference_spread: list[FloatArray] = []
@@ -76,7 +92,7 @@ def evaluate_against_cycles(test: PositioningTest) -> FiguresAgainstCycles:
     table = np.array(rows)
     return FiguresAgainstCycles(
         cycles=np.array(counts, dtype=np.float64),
-        figures={key: table[:, i] for i, key in enumerate(FIGURE_KEYS)},
+        figures=MappingProxyType({key: table[:, i] for i, key in enumerate(FIGURE_KEYS)}),
         s_rms=np.array(spread),
         difference_rms=np.array(difference_spread),
     )

@@ -13,6 +13,7 @@ from thermaxis.positioning._positioning_test import (
     FORWARD,
     FloatArray,
     PositioningTest,
+    freeze_arrays,
 )
 from thermaxis.quantities import AxisKind
 
@@ -66,6 +67,10 @@ class Iso230_2Figures:
     """Unidirectional repeatability per target, (..., m, 2). [µm or arcsec]"""
     R_i: FloatArray
     """Bidirectional repeatability per target, (..., m). [µm or arcsec]"""
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        freeze_arrays(self)
 
 
 def mean_and_s(deviation: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -239,6 +244,10 @@ class Iso230_2Result:
     """Unidirectional repeatability per target, (m, 2); NaN where absent. [µm or arcsec]"""
     R_i: FloatArray
     """Bidirectional repeatability per target, (m,); NaN where absent. [µm or arcsec]"""
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        freeze_arrays(self)
 
 
 FIGURE_KEYS = (

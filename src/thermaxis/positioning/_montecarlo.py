@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.positioning._positioning_test import FloatArray
+from thermaxis.positioning._positioning_test import FloatArray, freeze_arrays
 
 PAPER_RATIO = 1.4076
 """s_b/s_a that the paper found with 1000 numbers. [1]"""
@@ -102,6 +102,10 @@ class DifferenceMonteCarlo:
     """s of a_k - a_(k+1) in the first experiment. [as sigma_a]"""
     paper_ratio: float = PAPER_RATIO
     """s_b/s_a of the paper's one experiment with 1000 numbers. [1]"""
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        freeze_arrays(self)
 
 
 def _require(what: str, option: str, remedy: str, *, holds: bool) -> None:

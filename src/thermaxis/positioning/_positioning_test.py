@@ -1,7 +1,7 @@
 """One measured positioning run, whatever file it came from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from datetime import datetime
 from enum import StrEnum
 from types import MappingProxyType
@@ -15,6 +15,8 @@ from thermaxis.quantities import AxisKind
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
+INTERPOLATED_REMARK = "times are interpolated"
+"""How the remark begins that says times were spread evenly over the run."""
 FORWARD = 0
 """Index of the approach in positive direction on the last axis of every array."""
 BACKWARD = 1
@@ -36,7 +38,7 @@ class TimeSource(StrEnum):
 
 
 class Cycle(StrEnum):
-    """Order in which the targets are visited (ISO 230-2:2014, clause 5.3 and Annex B)."""
+    """Order in which the targets are visited (ISO 230-2:2014; step cycle: its Annex B)."""
 
     STANDARD = "standard"
     """All targets forward, then all targets backward, once per cycle."""
@@ -55,6 +57,14 @@ class StartEnd:
     """Value at the start, None if not stated. [unit in the name of its key]"""
     end: float | None
     """Value at the end, None if not stated. [unit in the name of its key]"""
+
+
+def freeze_arrays(result: object) -> None:
+    """Make every array in the fields of a result read-only."""
+    for entry in fields(result):  # type: ignore[arg-type]  # dataclasses only
+        value = getattr(result, entry.name)
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
 
 
 def _frozen(values: FloatArray) -> FloatArray:
@@ -87,9 +97,8 @@ class PositioningTest:
     Raises
     ------
     DataError
-        If a shape is wrong, targets are not strictly increasing, a value is infinite, an
-        approach has readings at some targets and no cycle at all at others, or times and
-        readings do not belong together.
+        If a shape is wrong, targets are not strictly increasing, a value is infinite, there is
+        no reading at all, or times and readings do not belong together.
 
     References
     ----------
@@ -227,6 +236,7 @@ class PositioningTest:
         remark = (
             f"the file does not state the order of visits of a {cycle} cycle: readings have no time"
         )
+        kept = tuple(r for r in self.remarks if not r.startswith(INTERPOLATED_REMARK))
         return replace(
             self,
             cycle=cycle,
@@ -234,5 +244,5 @@ class PositioningTest:
             time_s=None,
             order=None,
             order_deduced=False,
-            remarks=(*self.remarks, remark),
+            remarks=(*kept, remark),
         )

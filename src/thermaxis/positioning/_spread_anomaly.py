@@ -17,8 +17,30 @@ from thermaxis.positioning._positioning_test import FloatArray
 
 MINIMUM_POSITIONS = 5
 """With fewer positions the local deviations are too few to tell them apart. [1]"""
+SMALLEST_RATIO = 1.5
+"""A spread that is less above that of the other positions is not named, however certain: with
+many cycles any real axis would get names. Own choice. [1]"""
+MOST_POSITIONS = 500
+"""With more positions the exact distribution takes too long (cost: third power). [1]"""
 MINIMUM_CYCLES = 3
 """With fewer complete cycles a spread says nothing. [1]"""
+
+
+def spread_can_be_tested(deviation: FloatArray) -> bool:
+    """Return whether there are enough positions and complete cycles to test for anomalies.
+
+    Parameters
+    ----------
+    deviation : FloatArray
+        Deviations of one approach, (m, n). [µm or arcsec]
+
+    Returns
+    -------
+    bool
+        True for 5 to 500 positions and at least three complete cycles.
+    """
+    complete = int(np.sum(~np.any(np.isnan(deviation), axis=0)))
+    return MINIMUM_POSITIONS <= deviation.shape[0] <= MOST_POSITIONS and complete >= MINIMUM_CYCLES
 
 
 @final
@@ -31,7 +53,7 @@ class SpreadAnomaly:
     target: float
     """The target position. [mm or deg]"""
     statistic: float
-    """Spread of the local deviation here, over that of the other positions. [1]"""
+    """Estimated spread of the position over that of the others. [1]"""
     p_value: float
     """Probability of such a ratio at this one position if all scatter alike. [1]"""
 
@@ -98,13 +120,27 @@ def probability_positive(weight: FloatArray, degrees_of_freedom: int) -> float:
     return float(np.clip(0.5 + integral / np.pi, 0.0, 1.0))
 
 
+def _spread_ratio(variance: FloatArray, p: int, *, own_share: float) -> float:
+    """Return the spread of position p over that of the others.
+
+    A local deviation holds the position's own scatter to a share only; the rest is that of the
+    positions it is compared with, taken to scatter like all others.
+    """
+    others = (float(np.sum(variance)) - float(variance[p])) / (variance.size - 1)
+    if others <= 0.0:
+        return float("inf")
+    own = (float(variance[p]) / others - (1.0 - own_share)) / own_share
+    return float(np.sqrt(max(own, 0.0)))
+
+
 def find_spread_anomalies(
     target: FloatArray, deviation: FloatArray, *, level: float
 ) -> tuple[SpreadAnomaly, ...]:
     """Name the positions whose spread stands out, one approach of one run.
 
     The position with the largest ratio is named if its probability is below `level` divided by
-    the number of positions; it is then left out and the rest is tested again.
+    the number of positions and its spread is at least 1.5 times that of the others; it is then
+    left out and the rest is tested again.
 
     Parameters
     ----------
@@ -119,19 +155,25 @@ def find_spread_anomalies(
     Returns
     -------
     tuple of SpreadAnomaly
-        In the order in which they were found; empty also where there are fewer than five
-        positions or fewer than three complete cycles.
+        In the order in which they were found; empty also where `spread_can_be_tested` says no.
+
+    Notes
+    -----
+    The probability is exact for readings that are independent, normal and scatter alike at all
+    positions. Heavier tails, or a spread that changes along the axis, name more.
 
     References
     ----------
     Stejskal et al. 2017, figure 10 (the idea); W. G. Cochran 1941 (largest variance as a
     fraction of all), here for correlated differences.
     """
+    if not spread_can_be_tested(deviation):
+        return ()
     complete = deviation[:, ~np.any(np.isnan(deviation), axis=0)]
     n = complete.shape[1]
     kept = np.arange(target.size)
     found: list[SpreadAnomaly] = []
-    while n >= MINIMUM_CYCLES and kept.size >= MINIMUM_POSITIONS:
+    while kept.size >= MINIMUM_POSITIONS:
         m = kept.size
         contrast = local_deviation_contrasts(target[kept])
         contrast /= np.sqrt(np.sum(contrast**2, axis=1, keepdims=True))
@@ -146,14 +188,14 @@ def find_spread_anomalies(
         probability = probability_positive(
             np.asarray(np.linalg.eigvalsh(form), dtype=np.float64), n - 1
         )
-        if probability * m >= level:
+        ratio = _spread_ratio(variance, p, own_share=float(contrast[p, p] ** 2))
+        if probability * m >= level or ratio < SMALLEST_RATIO:
             break
-        others = (total - float(variance[p])) / (m - 1)
         found.append(
             SpreadAnomaly(
                 position=int(kept[p]) + 1,
                 target=float(target[kept[p]]),
-                statistic=float(np.sqrt(variance[p] / others)) if others > 0.0 else float("inf"),
+                statistic=ratio,
                 p_value=probability,
             )
         )

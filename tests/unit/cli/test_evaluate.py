@@ -2,6 +2,8 @@
 
 import json
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 
 from tests.unit.positioning.builders import closed_form
 from thermaxis.cli import main
+from thermaxis.cli._progress import Progress
 
 TEST_KEYS = {"targets", "cycles", "unidirectional", "kind", "start", "end", "header"} | {
     "environment",
@@ -22,7 +25,7 @@ TARGET_KEYS = {"position", "mean_forward", "mean_backward", "mean", "s_forward",
     *("B", "R_forward", "R_backward", "R")
 }
 APPROACH_KEYS = {"mean_difference", "standard_uncertainty", "standard_deviation", "s_ratio"} | {
-    *("chart", "bound", "anomalies")
+    *("chart", "bound", "anomalies", "anomalies_tested")
 }
 
 
@@ -73,7 +76,10 @@ def test_every_promised_key_is_there(run_file: Path, capsys: pytest.CaptureFixtu
     assert set(adjacent) >= {"reference_cycle", "student_factor", "forward", "backward"}
     for way in ("forward", "backward"):
         assert set(adjacent[way]) == APPROACH_KEYS
-        lengths = {key: len(adjacent[way][key]) for key in APPROACH_KEYS - {"anomalies"}}
+        lengths = {
+            key: len(adjacent[way][key])
+            for key in APPROACH_KEYS - {"anomalies", "anomalies_tested"}
+        }
         assert lengths == {k: 6 if k in ("chart", "bound") else 5 for k in lengths}
     assert all(isinstance(text, str) for text in results["warnings"])
 
@@ -208,6 +214,52 @@ def test_output_never_overwrites_the_measured_run(
     before = run_file.read_bytes()
     refused(capsys, str(run_file), "--json", str(run_file))
     assert run_file.read_bytes() == before
+
+
+def test_outputs_that_cannot_be_written_are_refused_before_the_evaluation(
+    run_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = tmp_path / "nowhere" / "r.json"
+    assert "folder" in refused(capsys, str(run_file), "--json", str(missing))
+    report = str(tmp_path / "c.pdf")
+    assert "same name" in refused(capsys, str(run_file), "--report", report, "--report", report)
+
+
+def test_without_adjacent_differences_the_standard_is_evaluated_all_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    x = closed_form(6, 1.5, 2.0, 0.7)[:, :4]
+    x[0, 2:] = np.nan
+    x[1, :2] = np.nan
+    path = tmp_path / "gaps.csv"
+    path.write_text(tidy(x), encoding="utf-8")
+    results = evaluated(capsys, path)
+    assert results["iso230_2"]["A"] > 0
+    assert results["adjacent_difference"] is None
+    assert any("positions 1 and 2" in text for text in results["warnings"])
+    refused(capsys, str(path), "--reference-cycle", "1")
+
+
+def test_a_closed_pipe_is_no_error(run_file: Path) -> None:
+    command = f'"{sys.executable}" -m thermaxis evaluate "{run_file}" | head -n 1'
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+
+
+def test_the_progress_bar_appears_by_itself_and_goes_again(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with Progress() as progress:
+        progress("first", 0, 2)
+        progress._timer.cancel()
+        progress._show()
+        progress("second", 1, 2)
+        assert progress._bar is not None
+        assert progress._bar.tasks[0].description == "second"
+        assert progress._bar.tasks[0].completed == 1
+    assert progress._bar is None
+    assert capsys.readouterr().out == ""
 
 
 def test_hostile_text_in_a_file_cannot_drive_the_terminal(

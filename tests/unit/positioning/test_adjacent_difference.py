@@ -10,7 +10,12 @@ from hypothesis.extra.numpy import arrays
 
 from tests.unit.positioning.builders import run, stop_times
 from thermaxis.errors import DataError
-from thermaxis.positioning import evaluate_adjacent_difference, evaluate_iso230_2, student_factor
+from thermaxis.positioning import (
+    evaluate_adjacent_difference,
+    evaluate_against_cycles,
+    evaluate_iso230_2,
+    student_factor,
+)
 
 RNG = np.random.default_rng(4)
 
@@ -203,3 +208,35 @@ def test_one_approach_and_one_cycle() -> None:
     assert single.forward is not None
     assert np.all(np.isnan(single.forward.bound))
     assert np.all(np.isfinite(single.forward.chart))
+
+
+def test_a_pair_with_one_complete_cycle_is_named_and_the_others_keep_their_bounds() -> None:
+    x = RNG.normal(size=(4, 4, 2))
+    x[1, 1:, 0] = np.nan
+    result = evaluate_adjacent_difference(run(x))
+    assert result.student_factor == pytest.approx(student_factor(4))
+    assert result.forward is not None
+    assert np.isnan(result.forward.bound[1])
+    assert np.isfinite(result.forward.bound[3])
+    assert any("positions 1 and 2 forward" in text for text in result.warnings)
+
+
+def test_results_cannot_be_changed() -> None:
+    result = evaluate_adjacent_difference(run(RNG.normal(size=(4, 4, 2))))
+    assert result.forward is not None
+    with pytest.raises(ValueError, match="read-only"):
+        result.forward.chart[0] = 1.0
+
+
+def test_many_cycles_are_evaluated_at_two_hundred_numbers_of_cycles() -> None:
+    against = evaluate_against_cycles(run(RNG.normal(size=(5, 1000, 2))))
+    assert against.cycles.size == 200
+    assert (against.cycles[0], against.cycles[-1]) == (2, 1000)
+
+
+def test_figures_against_cycles_are_those_of_the_first_cycles() -> None:
+    x = RNG.normal(size=(5, 7, 2))
+    against = evaluate_against_cycles(run(x))
+    assert against.cycles.tolist() == [2, 3, 4, 5, 6, 7]
+    for k, a in zip(against.cycles, against.figures["A"], strict=True):
+        assert a == evaluate_iso230_2(run(x[:, : int(k)])).A

@@ -26,6 +26,7 @@ def test_a_run_as_the_standard_asks_gets_no_warning() -> None:
     [
         (RANDOM_TARGETS[:4], 5, "4 targets are fewer than the 5"),
         (RANDOM_TARGETS, 3, "3 cycles are fewer than the 5"),
+        (RANDOM_TARGETS, 50, "50 cycles are more than the 5"),
         (np.arange(6) * 300.0 + RANDOM_TARGETS / 50, 5, "6 targets are fewer than the 8"),
         (np.arange(6) * 50.0, 5, "equidistant (50 mm)"),
         (np.array([0.0, 10.0, 21.0, 33.0, 41.0, 160.0]), 5, "after target 5"),
