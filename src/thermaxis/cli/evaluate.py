@@ -17,16 +17,18 @@ if TYPE_CHECKING:
 
 
 def _cycle_number(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError("cycles count from 1")
-    return number
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is no cycle; they count from 1")
+    return int(text)
 
 
 def _hours(text: str) -> float:
-    number = float(text)
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
     if not 0.0 <= number < 1e6:
-        raise argparse.ArgumentTypeError("hours from 0 on are expected")
+        raise argparse.ArgumentTypeError(f"'{text}' is no number of hours from 0 on")
     return number
 
 
@@ -94,15 +96,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _other_standard(
     edition: str, test: "PositioningTest"
-) -> "Iso230_2_1988Result | Vdi3441Result | None":
+) -> "tuple[Iso230_2_1988Result | Vdi3441Result | None, tuple[str, ...]]":
+    from thermaxis.errors import DataError  # noqa: PLC0415  --help needs no errors
     from thermaxis.positioning import (  # noqa: PLC0415  numpy comes with it
         evaluate_iso230_2_1988,
         evaluate_vdi_dgq_3441,
     )
 
-    if edition == "1988":
-        return evaluate_iso230_2_1988(test)
-    return evaluate_vdi_dgq_3441(test) if edition == "vdi3441" else None
+    try:
+        if edition == "1988":
+            return evaluate_iso230_2_1988(test), ()
+        if edition == "vdi3441":
+            return evaluate_vdi_dgq_3441(test), ()
+    except DataError as error:
+        return None, (f"no figures of the other standard: {error}",)
+    return None, ()
 
 
 def _adjacent_difference(
@@ -156,6 +164,8 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
                 where=str(path),
                 remedy="End its name in .pdf or .html",
             )
+    if arguments.json == "":
+        raise ConfigurationError("--json has no name", remedy="Name a file, or - for the output")
     json_files = [] if arguments.json in (None, "-") else [Path(arguments.json)]
     outputs = [*reports, *json_files]
     inputs = [source, *(f for f in (arguments.header, arguments.limits) if f is not None)]
@@ -216,15 +226,20 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
 
     path: Path = arguments.file
     test = read_positioning(path, fallback_encoding=arguments.encoding)
+    stated_cycle = test.cycle
     if arguments.cycle is not None:
         test = test.with_cycle(Cycle(arguments.cycle))
     other = arguments.edition in ("1988", "vdi3441")
     edition = Edition.E2014 if other else Edition(arguments.edition)
     iso230_2 = evaluate_iso230_2(test, edition=edition, full=arguments.full)
     conditions = check_test_conditions(test)
-    warnings = [*test.remarks, *conditions, *_single_run_warning(iso230_2, test)]
+    warnings = [*test.remarks]
+    if stated_cycle is not Cycle.STANDARD and stated_cycle is not test.cycle:
+        warnings.append(f"the file names a {stated_cycle} cycle, the option a {test.cycle} cycle")
+    warnings += [*conditions, *_single_run_warning(iso230_2, test)]
     adjacent, said = _adjacent_difference(arguments, test)
-    warnings += said
+    other_standard, also_said = _other_standard(arguments.edition, test)
+    warnings += (*said, *also_said)
     wants_charts = bool(arguments.report or arguments.figures)
     limits = report.read_limits(arguments.limits, test.kind) if arguments.limits else None
     stated: dict[str, str] = {}
@@ -235,7 +250,7 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         iso230_2=iso230_2,
         adjacent_difference=adjacent,
         against_cycles=evaluate_against_cycles(test) if wants_charts and test.cycles > 1 else None,
-        other_standard=_other_standard(arguments.edition, test),
+        other_standard=other_standard,
         warnings=tuple(warnings),
         header={**test.header, **stated},
         limits=report.check_limits(limits, iso230_2) if limits else None,

@@ -26,6 +26,8 @@ STUDENT_CYCLES = 30
 """From this number of cycles on the paper uses 2 in place of Student's factor. [1]"""
 COVERAGE_LEVEL = 0.9545
 """Two-sided probability within two standard deviations of a normal distribution. [1]"""
+OUTLYING = 6.0
+"""A difference this many robust standard deviations from the median is an outlier. [1]"""
 REFERENCE_TIME_S = 7200.0
 """The paper takes its reference after at least two hours of measuring. [s]"""
 FALSE_ALARM_LEVEL = 0.05
@@ -267,20 +269,46 @@ def _choose_reference_cycle(
     return int(np.flatnonzero(usable)[0])
 
 
-def _warnings(test: PositioningTest, fewest: int, factor: float | None) -> tuple[str, ...]:
+def _warning_of_anchor(
+    test: PositioningTest, approach: int, position: int, cycle: int
+) -> tuple[str, ...]:
+    """Say so where the reading that anchors the chart is itself far out."""
+    deviation = test.deviation[:, :, approach]
+    neighbour = position + 1 if position + 1 < deviation.shape[0] else position - 1
+    difference = deviation[position] - deviation[neighbour]
+    known = difference[~np.isnan(difference)]
+    if known.size < 5 or np.isnan(difference[cycle]):
+        return ()
+    centre = float(np.median(known))
+    spread = 1.4826 * float(np.median(np.abs(known - centre)))
+    if abs(float(difference[cycle]) - centre) <= OUTLYING * spread:
+        return ()
+    reading = f"the reading of position {position + 1} {APPROACHES[approach]} in cycle {cycle + 1}"
+    shifted = "lies far from the others: the whole chart is shifted; choose another reference cycle"
+    return (f"{reading}, which anchors the deviation chart, {shifted}",)
+
+
+def _warnings(
+    test: PositioningTest, fewest: int, factor: float | None, where: str
+) -> tuple[str, ...]:
     if test.cycles < 2:
         return ("one cycle only: the adjacent differences have no spread and the chart no bounds",)
     if factor is None:
         return ("no pair has two complete cycles: the chart has no bounds",)
     if fewest >= STUDENT_CYCLES:
         return ()
-    few = f"{fewest} cycles are fewer than {STUDENT_CYCLES}: the bounds of the deviation chart"
+    pair = "" if fewest == test.cycles else f" complete at {where}"
+    few = (
+        f"{fewest} cycles{pair} are fewer than {STUDENT_CYCLES}: the bounds of the deviation chart"
+    )
     return (f"{few} are widened by Student's factor ({factor:.3f} in place of 2)",)
 
 
-def _complete_cycles_of_pairs(test: PositioningTest) -> tuple[FloatArray, tuple[str, ...]]:
+def _complete_cycles_of_pairs(
+    test: PositioningTest,
+) -> tuple[list[tuple[int, str]], tuple[str, ...]]:
     """Return how many cycles have both readings of each pair, and which pairs have one only."""
-    counts: list[FloatArray] = []
+    counts: list[tuple[int, str]] = []
     single: list[str] = []
     for approach, measured in enumerate(test.measured_approaches):
         if not measured:
@@ -300,8 +328,11 @@ def _complete_cycles_of_pairs(test: PositioningTest) -> tuple[FloatArray, tuple[
                 " only: their difference has no spread"
                 for i in np.flatnonzero(pairs == 1).tolist()
             ]
-        counts.append(pairs)
-    return np.concatenate(counts), tuple(single)
+        counts += [
+            (n, f"positions {i + 1} and {i + 2} {APPROACHES[approach]}")
+            for i, n in enumerate(pairs.astype(np.intp).tolist())
+        ]
+    return counts, tuple(single)
 
 
 def evaluate_adjacent_difference(
@@ -364,9 +395,15 @@ def evaluate_adjacent_difference(
     position = reference_position - 1
     cycle = _choose_reference_cycle(test, position, reference_cycle, reference_time_s)
     pairs, single = _complete_cycles_of_pairs(test)
-    fewest = int(np.min(pairs[pairs > 1], initial=test.cycles))
-    factor = student_factor(fewest) if bool(np.any(pairs > 1)) else None
+    fewest, where = min((p for p in pairs if p[0] > 1), default=(1, ""))
+    factor = student_factor(fewest)
     level = FALSE_ALARM_LEVEL / sum(test.measured_approaches)
+    far_out = [
+        text
+        for approach, measured in enumerate(test.measured_approaches)
+        if measured
+        for text in _warning_of_anchor(test, approach, position, cycle)
+    ]
     forward, backward = (
         _evaluate_approach(test, approach, reference=(position, cycle), factor=factor, level=level)
         if measured
@@ -380,5 +417,5 @@ def evaluate_adjacent_difference(
         student_factor=factor,
         forward=forward,
         backward=backward,
-        warnings=(*single, *_warnings(test, fewest, factor)),
+        warnings=(*single, *_warnings(test, fewest, factor, where), *far_out),
     )

@@ -74,13 +74,22 @@ def _number_of_targets(test: PositioningTest) -> list[str]:
 
 
 def _number_of_cycles(test: PositioningTest) -> list[str]:
-    if is_single_run_axis(test) or test.cycles == RUNS_PER_DIRECTION:
+    if is_single_run_axis(test):
         return []
     asked = f"the {RUNS_PER_DIRECTION} that ISO 230-2 asks for"
-    if test.cycles < RUNS_PER_DIRECTION:
-        return [f"{test.cycles} cycles are fewer than {asked}"]
-    longer = f"{test.cycles} cycles are more than {asked}: the figures follow its formulas, but on"
-    return [f"{longer} a longer test, in which the machine warms up more"]
+    warnings: list[str] = []
+    for approach, measured in enumerate(test.measured_approaches):
+        readings = test.readings[:, approach]
+        fewest = int(np.min(readings))
+        if not measured or fewest >= RUNS_PER_DIRECTION:
+            continue
+        short = np.flatnonzero(readings == fewest)
+        where = f"target {int(short[0]) + 1}" if short.size < readings.size else "every target"
+        warnings.append(f"{where} has {fewest} readings {APPROACHES[approach]}, fewer than {asked}")
+    if not warnings and test.cycles > RUNS_PER_DIRECTION:
+        longer = f"{test.cycles} cycles are more than {asked}: the figures follow its formulas,"
+        warnings.append(f"{longer} but on a longer test, in which the machine warms up more")
+    return warnings
 
 
 def _spacing(test: PositioningTest) -> list[str]:
@@ -156,7 +165,20 @@ def _travel(test: PositioningTest) -> list[str]:
                 f" other {direction}, as a standard test cycle does: check the directions, or name"
                 " the kind of cycle"
             )
+    if _cycles_interleave(test.order):
+        warnings.append(
+            "readings of one cycle were taken among those of another, as in a step cycle and not"
+            " in a standard test cycle: name the kind of cycle"
+        )
     return warnings
+
+
+def _cycles_interleave(order: FloatArray) -> bool:
+    """Return whether a cycle begins before the one before it has ended."""
+    known = np.any(~np.isnan(order), axis=(0, 2))
+    first = np.nanmin(order[:, known], axis=(0, 2))
+    last = np.nanmax(order[:, known], axis=(0, 2))
+    return bool(np.any(first[1:] < last[:-1]))
 
 
 def _travels(order: FloatArray, deviation: FloatArray, sign: float) -> bool:

@@ -240,6 +240,28 @@ def test_without_adjacent_differences_the_standard_is_evaluated_all_the_same(
     refused(capsys, str(path), "--reference-cycle", "1")
 
 
+def test_an_option_that_contradicts_the_file_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "step.csv"
+    path.write_text("# cycle: step\n" + tidy(closed_form(6, 1.5, 2.0, 0.7)), encoding="utf-8")
+    assert any("Annex B" in w for w in evaluated(capsys, path)["warnings"])
+    warnings = evaluated(capsys, path, "--cycle", "standard")["warnings"]
+    assert "the file names a step cycle, the option a standard cycle" in warnings
+
+
+def test_an_old_standard_that_needs_more_readings_is_left_out_with_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "long.csv"
+    x = closed_form(12, 1.5, 2.0, 0.7)[:, :1]
+    path.write_text(tidy(x, np.arange(12) * 240.0), encoding="utf-8")
+    results = evaluated(capsys, path, "--edition", "1988")
+    assert results["iso230_2"]["E"] > 0
+    assert results["iso230_2_1988"] is None
+    assert any("other standard" in w for w in results["warnings"])
+
+
 def test_a_closed_pipe_is_no_error(run_file: Path) -> None:
     command = f'"{sys.executable}" -m thermaxis evaluate "{run_file}" | head -n 1'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)

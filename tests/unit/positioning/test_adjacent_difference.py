@@ -240,3 +240,20 @@ def test_figures_against_cycles_are_those_of_the_first_cycles() -> None:
     assert against.cycles.tolist() == [2, 3, 4, 5, 6, 7]
     for k, a in zip(against.cycles, against.figures["A"], strict=True):
         assert a == evaluate_iso230_2(run(x[:, : int(k)])).A
+
+
+def test_the_warning_of_few_cycles_names_the_pair_that_has_them() -> None:
+    x = RNG.normal(size=(5, 60, 2))
+    x[3, 4:, 1] = np.nan
+    text = " | ".join(evaluate_adjacent_difference(run(x)).warnings)
+    assert "4 cycles complete at positions 3 and 4 backward are fewer than 30" in text
+
+
+def test_an_anchor_that_is_an_outlier_is_named() -> None:
+    x = RNG.normal(size=(5, 20, 2))
+    assert not any("anchors" in w for w in evaluate_adjacent_difference(run(x)).warnings)
+    x[0, 0, 0] += 100.0
+    text = " | ".join(evaluate_adjacent_difference(run(x)).warnings)
+    assert "position 1 forward in cycle 1" in text
+    later = evaluate_adjacent_difference(run(x), reference_cycle=2)
+    assert not any("anchors" in w for w in later.warnings)

@@ -25,7 +25,7 @@ def test_a_run_as_the_standard_asks_gets_no_warning() -> None:
     ("target", "n", "words"),
     [
         (RANDOM_TARGETS[:4], 5, "4 targets are fewer than the 5"),
-        (RANDOM_TARGETS, 3, "3 cycles are fewer than the 5"),
+        (RANDOM_TARGETS, 3, "every target has 3 readings forward, fewer than the 5"),
         (RANDOM_TARGETS, 50, "50 cycles are more than the 5"),
         (np.arange(6) * 300.0 + RANDOM_TARGETS / 50, 5, "6 targets are fewer than the 8"),
         (np.arange(6) * 50.0, 5, "equidistant (50 mm)"),
@@ -84,3 +84,23 @@ def test_a_deduced_order_is_dropped_for_another_kind_of_cycle() -> None:
     other = deduced.with_cycle(Cycle.PILGRIM)
     assert (other.time_source, other.time_s, other.order) == (TimeSource.NONE, None, None)
     assert "does not state the order of visits" in other.remarks[-1]
+
+
+def test_a_target_with_few_readings_is_named_however_many_cycles_there_are() -> None:
+    x = RNG.normal(size=(6, 60, 2))
+    x[3, 2:, 1] = np.nan
+    text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS)))
+    assert "target 4 has 2 readings backward, fewer than the 5" in text
+    gaps = RNG.normal(size=(6, 7, 2))
+    gaps[:, 1:6] = np.nan
+    assert "every target has 2 readings" in " | ".join(
+        check_test_conditions(run(gaps, RANDOM_TARGETS))
+    )
+
+
+def test_cycles_that_interleave_are_noticed_as_a_step_cycle() -> None:
+    m, n = 6, 5
+    order = np.arange(m * n * 2).reshape(m, n, 2).astype(float)
+    x = RNG.normal(size=(m, n, 2))
+    text = " | ".join(check_test_conditions(run(x, RANDOM_TARGETS, time_s=order)))
+    assert "as in a step cycle" in text
