@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from thermaxis.files._recognition import read_positioning
+from thermaxis.files._recognition import read_positioning, read_positioning_with_sha256
 from thermaxis.files._source import FALLBACK_ENCODING
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ __all__ = [
     "format_tidy_csv",
     "read_iso230_dat",
     "read_positioning",
+    "read_positioning_with_sha256",
     "read_rtl",
     "read_tidy_csv",
     "read_wide_csv",

@@ -9,8 +9,12 @@ from numpy.typing import NDArray
 
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files._source import first_few
-from thermaxis.positioning import APPROACHES, FloatArray, PositioningTest
-from thermaxis.quantities import AxisKind
+from thermaxis.positioning import (
+    APPROACHES,
+    FloatArray,
+    PositioningTest,
+    is_single_run_axis,
+)
 
 IntArray: TypeAlias = NDArray[np.int64]
 
@@ -22,8 +26,8 @@ CELLS_PER_READING = 20
 """How many cells of the array one reading may stand for before the table is called absurd. [1]"""
 SMALL_TABLE = 20_000
 """Number of cells below which a sparse table does no harm. [1]"""
-LONG_AXIS_MM = 2000.0
-"""Measured length above which ISO 230-2:2014 asks for one run per direction. [mm]"""
+MAX_TARGETS = 10_000
+"""Largest number of targets of an axis: more is a continuous record, not a positioning run. [1]"""
 
 
 def _no_channels() -> dict[str, FloatArray]:
@@ -95,15 +99,23 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
     Raises
     ------
     MeasurementFileError
-        If there are no readings, a cycle number is below 1, a reading is listed twice, the
-        numbers of targets and cycles are far larger than the number of readings, or there are
-        too many further columns.
+        If there are no readings, a cycle number is below 1, a reading is listed twice, there are
+        more than 10000 targets, the numbers of targets and cycles are far larger than the number
+        of readings, or there are too many further columns.
     """
     if not bool(np.any(np.isfinite(deviation))):
         raise MeasurementFileError(
             "there are no readings in the file",
             path=path,
             remedy="Export the run again, with its measured values",
+        )
+    if target.size > MAX_TARGETS:
+        raise MeasurementFileError(
+            f"there are {target.size} different target positions, more than the limit of"
+            f" {MAX_TARGETS}",
+            path=path,
+            remedy="Check that each target has the same position in every cycle, and export one"
+            " reading per stop instead of a continuous record",
         )
     cycles = _number_of_cycles(path, line_word, cycle, line)
     shape = (int(target.size), cycles, 2)
@@ -158,8 +170,7 @@ def check_enough_readings(test: PositioningTest, path: str) -> None:
             path=path,
             remedy="A positioning run needs at least two targets",
         )
-    long_axis = test.kind is AxisKind.LINEAR and test.measured_length > LONG_AXIS_MM
-    needed = 1 if long_axis else 2
+    needed = 1 if is_single_run_axis(test) else 2
     too_few = (test.readings < needed) & np.array(test.measured_approaches)
     if not bool(too_few.any()):
         return

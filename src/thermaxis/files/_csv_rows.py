@@ -59,7 +59,27 @@ def read_csv_table(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODI
     MeasurementFileError
         If the file is no text, no row of headings is found, or a row does not fit the headings.
     """
-    text = read_text(path, fallback_encoding=fallback_encoding)
+    return csv_table(read_text(path, fallback_encoding=fallback_encoding))
+
+
+def csv_table(text: SourceText) -> Table:
+    """Make a table from the text of a CSV file.
+
+    Parameters
+    ----------
+    text : SourceText
+        The decoded file.
+
+    Returns
+    -------
+    Table
+        As `read_csv_table`.
+
+    Raises
+    ------
+    MeasurementFileError
+        If no row of headings is found, or a row does not fit the headings.
+    """
     source = TableSource(text.path)
     if text.text.count("\n") > MAX_ROWS:
         raise source.error(f"the file has more than {MAX_ROWS} lines", remedy=_REMEDY)
@@ -144,7 +164,7 @@ def _check_open_end(table: Table, last_line: int) -> None:
             "the file is cut short inside its last cell",
             index=len(cells) - 1,
             column=len(table.columns) - 1,
-            remedy="Copy or export the file again",
+            remedy="Copy or export the file again; if it is complete, add an empty line at the end",
         )
     table.metadata.remarks.append(
         "the last line of the file has no line end: check that the file is complete"

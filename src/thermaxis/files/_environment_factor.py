@@ -93,35 +93,61 @@ def environment_factor_remarks(environment: Mapping[str, StartEnd]) -> list[str]
     """
     remarks: list[str] = []
     for moment in ("start", "end"):
-        stated = {
-            key: value
-            for key, both in environment.items()
-            if (value := both.start if moment == "start" else both.end) is not None
-        }
-        remarks += _remarks_of_moment(stated, moment)
+        remarks += _remarks_of_moment(_stated(environment, moment), moment)
     return remarks
 
 
-def _remarks_of_moment(stated: Mapping[str, float], moment: str) -> list[str]:
-    impossible = [
+def reduction_to_20_c(environment: Mapping[str, StartEnd]) -> str | None:
+    """Say with which expansion coefficient the instrument has reduced its readings to 20 °C.
+
+    Parameters
+    ----------
+    environment : Mapping of str to StartEnd
+        Environment of a run, by the keys of `PositioningTest.environment`.
+
+    Returns
+    -------
+    str or None
+        Such as "8 ppm/K": the stated factor is that of `environment_factor_um` within 0.5 ppm at
+        start and end, and at one of them it is not that without expansion. None where a value is
+        not stated, the factor does not fit, or the material is too near 20 °C to tell.
+    """
+    coefficients: list[str] = []
+    told = False
+    for moment in ("start", "end"):
+        stated = _stated(environment, moment)
+        smallest_ppm = None if _impossible(stated) else _smallest_difference_ppm(stated)
+        if smallest_ppm is None or abs(smallest_ppm) > FACTOR_TOLERANCE_PPM:
+            return None
+        plain_ppm = _difference_ppm(stated, 20.0)
+        told |= abs(plain_ppm) > FACTOR_TOLERANCE_PPM
+        coefficients.append(f"{stated['expansion_coefficient_ppm_per_k']:.6g}")
+    return f"{' to '.join(dict.fromkeys(coefficients))} ppm/K" if told else None
+
+
+def _stated(environment: Mapping[str, StartEnd], moment: str) -> dict[str, float]:
+    return {
+        key: value
+        for key, both in environment.items()
+        if (value := both.start if moment == "start" else both.end) is not None
+    }
+
+
+def _impossible(stated: Mapping[str, float]) -> list[str]:
+    return [
         key
         for key, (low, high) in AIR_LIMITS.items()
         if key in stated and not low <= stated[key] <= high
     ]
+
+
+def _remarks_of_moment(stated: Mapping[str, float], moment: str) -> list[str]:
+    impossible = _impossible(stated)
     if impossible:
         named = ", ".join(f"{key} {stated[key]:.6g}" for key in impossible)
         return [f"at the {moment} of the run the air cannot have had the values stated: {named}"]
-    needed = (*AIR_LIMITS, "environment_factor_um", "expansion_coefficient_ppm_per_k")
-    materials = [stated[key] for key in _MATERIALS if key in stated]
-    if _MATERIALS[0] not in stated or any(key not in stated for key in needed):
-        return []
-    # whether the instrument averages several sensors is not known: either way passes
-    differences_ppm = [
-        _difference_ppm(stated, material_c)
-        for material_c in (materials[0], sum(materials) / len(materials))
-    ]
-    smallest_ppm = min(differences_ppm, key=abs)
-    if abs(smallest_ppm) <= FACTOR_TOLERANCE_PPM:
+    smallest_ppm = _smallest_difference_ppm(stated)
+    if smallest_ppm is None or abs(smallest_ppm) <= FACTOR_TOLERANCE_PPM:
         return []
     remark = (
         f"the environment factor at the {moment} of the run is {smallest_ppm:+.2g} ppm off what"
@@ -129,6 +155,20 @@ def _remarks_of_moment(stated: Mapping[str, float], moment: str) -> list[str]:
         " hand"
     )
     return [remark]
+
+
+def _smallest_difference_ppm(stated: Mapping[str, float]) -> float | None:
+    """Return how far the stated factor is off, None where a value is not stated. [ppm]"""
+    needed = (*AIR_LIMITS, "environment_factor_um", "expansion_coefficient_ppm_per_k")
+    materials = [stated[key] for key in _MATERIALS if key in stated]
+    if _MATERIALS[0] not in stated or any(key not in stated for key in needed):
+        return None
+    # whether the instrument averages several sensors is not known: either way passes
+    differences_ppm = [
+        _difference_ppm(stated, material_c)
+        for material_c in (materials[0], sum(materials) / len(materials))
+    ]
+    return min(differences_ppm, key=abs)
 
 
 def _difference_ppm(stated: Mapping[str, float], material_temperature_c: float) -> float:

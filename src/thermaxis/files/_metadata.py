@@ -181,7 +181,11 @@ def _key_and_value(text: str) -> tuple[str, str]:
 
 
 def _allowed(text: str) -> str:
-    """Replace what no file of text or XML may contain, so that every report can show the text."""
+    """Replace what no file of text or XML may contain, so that every report can show the text.
+
+    Not `clean_text`, which also cuts, strips and flattens: what this package wrote has to come
+    back as it was, line ends and blanks included.
+    """
     return "".join(c if _is_allowed(c) else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 

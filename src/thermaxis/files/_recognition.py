@@ -1,18 +1,17 @@
 """Tell the format of a measurement file from what is in it."""
 
-import codecs
 import re
 from pathlib import Path
 
-from thermaxis.files._csv_rows import read_csv_table
-from thermaxis.files._source import FALLBACK_ENCODING, read_content
+from thermaxis.files._csv_rows import csv_table
+from thermaxis.files._source import FALLBACK_ENCODING, SourceText, decode_text, read_content
 from thermaxis.files._table import Layout
 from thermaxis.positioning import PositioningTest
 
 # Each reader is imported where its format is recognised: together they take as long to import as
 # a run of 100 cycles takes to read.
 
-_START_BYTES = 65_536
+_START_CHARACTERS = 65_536
 _WORKBOOK_STARTS = (b"PK\x03\x04", b"PK\x05\x06", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
 _RTL_SECTION = re.compile(r"^[ \t]*(?:HEADER|TARGET DATA|RUNS|DEVIATIONS) ?::", re.MULTILINE)
 _DAT_ENTRY = re.compile(r"^[ \t]*(?:TGT_DATA|REF_DATA_FWD|REF_DATA_BWD) ?\[", re.MULTILINE)
@@ -46,23 +45,63 @@ def read_positioning(
     ConfigurationError
         If there is no such fallback encoding.
     """
-    start = read_content(path)[:_START_BYTES]
-    if start.startswith(_WORKBOOK_STARTS):
-        from thermaxis.files.xlsx import read_xlsx  # noqa: PLC0415  see above
+    return _test_of(str(path), read_content(path), fallback_encoding)
 
-        return read_xlsx(path)
-    utf16 = start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    text = start.decode("utf-16" if utf16 else "latin-1", errors="replace")
-    text = text.removeprefix(codecs.BOM_UTF8.decode("latin-1")).replace("\r", "\n")
-    if _RTL_SECTION.search(text):
-        from thermaxis.files.rtl import read_rtl  # noqa: PLC0415  see above
 
-        return read_rtl(path, fallback_encoding=fallback_encoding)
-    if _DAT_ENTRY.search(text):
-        from thermaxis.files.iso230_dat import read_iso230_dat  # noqa: PLC0415  see above
+def read_positioning_with_sha256(
+    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
+) -> tuple[PositioningTest, str]:
+    """Read a positioning run, and identify the very bytes that it was made of.
 
-        return read_iso230_dat(path, fallback_encoding=fallback_encoding)
-    table = read_csv_table(path, fallback_encoding=fallback_encoding)
+    The file is read once: a program that writes to it at the same time cannot make the run and
+    the hash belong to different contents.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    fallback_encoding : str
+        Encoding of a text file that is not UTF-8. Default: as `read_positioning`.
+
+    Returns
+    -------
+    test : PositioningTest
+        As `read_positioning`.
+    sha256 : str
+        SHA-256 of the content of the file, 64 hexadecimal digits in lower case.
+
+    Raises
+    ------
+    MeasurementFileError
+        As `read_positioning`.
+    ConfigurationError
+        As `read_positioning`.
+    """
+    from hashlib import sha256  # noqa: PLC0415  not every reader of a run wants the hash
+
+    content = read_content(path)
+    return _test_of(str(path), content, fallback_encoding), sha256(content).hexdigest()
+
+
+def _test_of(name: str, content: bytes, fallback_encoding: str) -> PositioningTest:
+    if content.startswith(_WORKBOOK_STARTS):
+        from thermaxis.files.xlsx import workbook_test  # noqa: PLC0415  see above
+
+        return workbook_test(name, content)
+    return _test_of_text(decode_text(name, content, fallback_encoding=fallback_encoding))
+
+
+def _test_of_text(source: SourceText) -> PositioningTest:
+    start = source.text[:_START_CHARACTERS]
+    if _RTL_SECTION.search(start):
+        from thermaxis.files.rtl import rtl_test  # noqa: PLC0415  see above
+
+        return rtl_test(source)
+    if _DAT_ENTRY.search(start):
+        from thermaxis.files.iso230_dat import dat_test  # noqa: PLC0415  see above
+
+        return dat_test(source)
+    table = csv_table(source)
     if table.layout is Layout.TIDY:
         from thermaxis.files.tidy_csv import tidy_test  # noqa: PLC0415  see above
 

@@ -13,6 +13,8 @@ from thermaxis.errors import ConfigurationError, MeasurementFileError
 
 TEXT_LIMIT_BYTES = 100_000_000
 """Largest text file that is read. [byte]"""
+WORKBOOK_LIMIT_BYTES = 50_000_000
+"""Largest workbook file that is read. [byte]"""
 NUMBER_LIMIT = 1e9
 """Largest magnitude of a number in a file: beyond every axis, and sums of squares stay finite."""
 FALLBACK_ENCODING = "cp1250"
@@ -20,6 +22,7 @@ FALLBACK_ENCODING = "cp1250"
 HEADER_TEXT_LIMIT = 1000
 """Longest text of a header field that is kept. [character]"""
 
+_ARCHIVE_START = b"PK"
 _SIGNATURES: tuple[tuple[bytes, str], ...] = (
     (b"\x89PNG", "a picture (PNG)"),
     (b"\xff\xd8\xff", "a picture (JPEG)"),
@@ -39,6 +42,8 @@ _SIGNATURES: tuple[tuple[bytes, str], ...] = (
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _WHOLE_NUMBER = re.compile(r"[0-9]{1,10}")
 _LONGEST_NUMBER = 100
+_LOST = "\N{REPLACEMENT CHARACTER}"
+_LINES_NAMED = 5
 _UNWANTED_CATEGORIES = frozenset({"Cc", "Cs", "Cn", "Zl", "Zp"})
 _DIRECTION_MARKS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
@@ -104,15 +109,13 @@ def kind_of_content(start: bytes) -> str | None:
     return next((name for magic, name in _SIGNATURES if start.startswith(magic)), None)
 
 
-def read_content(path: Path | str, *, limit_bytes: int = TEXT_LIMIT_BYTES) -> bytes:
-    """Read a regular, non-empty file of bounded size.
+def read_content(path: Path | str) -> bytes:
+    """Read a regular, non-empty file of bounded size, once.
 
     Parameters
     ----------
     path : Path or str
         The file.
-    limit_bytes : int
-        Largest size, checked before anything is read. Default: the limit of text files. [byte]
 
     Returns
     -------
@@ -122,8 +125,9 @@ def read_content(path: Path | str, *, limit_bytes: int = TEXT_LIMIT_BYTES) -> by
     Raises
     ------
     MeasurementFileError
-        If the file does not exist, is no regular file, is empty, is larger than the limit, or
-        the operating system refuses to read it.
+        If the file does not exist, is no regular file, is empty, is larger than the limit of
+        its kind (told from its first bytes, before the rest is read), or the operating system
+        refuses to read it.
     """
     name = str(path)
     try:
@@ -136,9 +140,13 @@ def read_content(path: Path | str, *, limit_bytes: int = TEXT_LIMIT_BYTES) -> by
             raise MeasurementFileError(
                 "this is not a regular file", path=name, remedy="Save the measurement as a file"
             )
-        if status.st_size > limit_bytes:
-            raise _too_large(name, status.st_size, limit_bytes)
+        if status.st_size > TEXT_LIMIT_BYTES:
+            raise _too_large(name, status.st_size, TEXT_LIMIT_BYTES)
         with Path(path).open("rb") as stream:
+            is_archive = stream.peek(len(_ARCHIVE_START)).startswith(_ARCHIVE_START)
+            limit_bytes = WORKBOOK_LIMIT_BYTES if is_archive else TEXT_LIMIT_BYTES
+            if status.st_size > limit_bytes:
+                raise _too_large(name, status.st_size, limit_bytes)
             content = stream.read(limit_bytes + 1)
     except FileNotFoundError:
         raise MeasurementFileError(
@@ -189,8 +197,37 @@ def read_text(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -
     ConfigurationError
         If there is no such encoding, or it writes letters and digits in another way than ASCII.
     """
+    return decode_text(str(path), read_content(path), fallback_encoding=fallback_encoding)
+
+
+def decode_text(
+    path: str, content: bytes, *, fallback_encoding: str = FALLBACK_ENCODING
+) -> SourceText:
+    """Decode the bytes of a text file, as `read_text` does.
+
+    Parameters
+    ----------
+    path : str
+        The file, for errors.
+    content : bytes
+        The whole file.
+    fallback_encoding : str
+        Encoding of a file that is not UTF-8. Default: as `read_text`.
+
+    Returns
+    -------
+    SourceText
+        The decoded text with its remarks.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the bytes are not text, or blank.
+    ConfigurationError
+        As `read_text`.
+    """
     _check_fallback(fallback_encoding)
-    source = _decode(str(path), read_content(path), fallback_encoding)
+    source = _decode(path, content, fallback_encoding)
     if not source.text.strip():
         raise source.error("the file is empty", remedy="Export the measurement again")
     return source
@@ -408,15 +445,31 @@ def _decode(name: str, content: bytes, fallback: str) -> SourceText:
     try:
         return SourceText(name, _one_line_end(content.decode("utf-8")), "utf-8")
     except UnicodeDecodeError:
-        text = content.decode(fallback, errors="replace")
+        text = _one_line_end(content.decode(fallback, errors="replace"))
     remark = f"the file is not UTF-8: its texts were read as {fallback}, numbers are not affected"
-    lost = text.count("\ufffd")
+    lost = text.count(_LOST)
     if lost:
         remark += (
-            f"; {lost} character{'s' if lost > 1 else ''} could not be read in this way: name the"
-            " right encoding to see them"
+            f"; {lost} character{'s' if lost > 1 else ''} could not be read in this way"
+            f" ({_lines_with_lost(text)}): name the right encoding to see them, with --encoding on"
+            " the command line or fallback_encoding in Python"
         )
-    return SourceText(name, _one_line_end(text), fallback, (remark,))
+    return SourceText(name, text, fallback, (remark,))
+
+
+def _lines_with_lost(text: str) -> str:
+    """Name the first lines that hold a character that could not be decoded."""
+    lines: list[int] = []
+    line, start = 1, 0
+    place = text.find(_LOST)
+    while place >= 0 and len(lines) <= _LINES_NAMED:
+        line += text.count("\n", start, place)
+        lines.append(line)
+        start = text.find("\n", place)
+        place = text.find(_LOST, start) if start >= 0 else -1
+    named = ", ".join(map(str, lines[:_LINES_NAMED]))
+    others = " and others" if len(lines) > _LINES_NAMED else ""
+    return f"line{'s' if len(lines) > 1 else ''} {named}{others}"
 
 
 def _decode_utf16(name: str, content: bytes) -> SourceText:

@@ -6,18 +6,18 @@ import struct
 import zipfile
 import zlib
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
 from thermaxis.errors import MeasurementFileError
 
-WORKBOOK_LIMIT_BYTES = 50_000_000
-"""Largest workbook file that is opened. [byte]"""
 UNPACKED_LIMIT_BYTES = 80_000_000
 """Largest sum of the unpacked parts: a million cells of about 55 bytes, and texts. [byte]"""
 CELL_LIMIT = 1_000_000
 """Largest number of cells of all sheets, and of the rectangle that a sheet spans. [1]"""
 
+_COLUMN_LIMIT = 16_384  # XFD, the last column of spreadsheet programs
 _DIRECTORY_LIMIT_BYTES = 1_000_000
 _PART_LIMIT = 2000
 _TREE_LIMIT_BYTES = 4_000_000  # parts that are parsed as a whole tree: styles, relations
@@ -36,6 +36,12 @@ _BIG_LOCATOR_BYTES = 20
 _SHEET = re.compile(r"/?xl/worksheets/[^/]+\.xml", re.IGNORECASE)
 _TEXTS = "xl/sharedstrings.xml"
 _ENCODING = re.compile(rb"<\?xml[^>]*encoding\s*=\s*[\"']([^\"']*)[\"']")
+_PLACE = re.compile(
+    rb"<(?:[\w.-]+:)?(?:(row)|c)(?=[\s/>])"
+    rb"(?:[^<>]*?\sr\s*=\s*[\"']([A-Za-z]{0,3})([0-9]{1,12})[\"'])?"
+)
+_LONGEST_TAG = 4096
+_TAG_ENDS = bytes.maketrans(b"\t\r\n/>", b"     ")
 _METHODS = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
 
 _ARCHIVE_ERRORS = (
@@ -83,8 +89,9 @@ def check_parts(content: bytes, *, path: str) -> bool:
     ------
     MeasurementFileError
         If the archive is damaged, has a password or is no workbook, its parts are too many or
-        unpack to too much, there are more than a million cells, or a part declares a document
-        type or is not UTF-8.
+        unpack to too much, there are more than a million cells, rows or the cells of a row do
+        not stand in rising order (the parser would leave some of them out), or a part declares a
+        document type or is not UTF-8.
     """
     _check_directory_size(content, path)
     try:
@@ -95,6 +102,9 @@ def check_parts(content: bytes, *, path: str) -> bool:
             for part in parts:
                 if not part.is_dir():
                     _check_part(archive, part, counts, path)
+            for part in parts:
+                if _SHEET.fullmatch(part.filename) is not None:
+                    _check_places(archive, part, path)
     except _ARCHIVE_ERRORS as error:
         raise damaged(path, error) from error
     return counts.formulas > 0
@@ -245,16 +255,70 @@ def _check_start(part: zipfile.ZipInfo, start: bytes, *, is_sheet: bool, path: s
 
 def _count(window: bytes, overlap: int, counts: _Counts) -> None:
     """Count what starts in a window; what lies whole in the overlap was counted before."""
-    end = len(window)
-    for tag in (b"<c ", b"<c>", b":c ", b":c>"):
-        counts.cells += window.count(tag, max(0, overlap - len(tag) + 1), end)
-    for tag in (b"<row", b":row"):
-        counts.rows += window.count(tag, max(0, overlap - len(tag) + 1), end)
-    for tag in (b"<f>", b"<f ", b"<f/", b":f>", b":f ", b":f/"):
-        counts.formulas += window.count(tag, max(0, overlap - len(tag) + 1), end)
-    counts.tags += window.count(b"<", overlap, end)
+    counts.tags += window.count(b"<", overlap)
+    window = window.translate(_TAG_ENDS)  # whatever ends the name of a tag is now a blank
+    for tag in (b"<c ", b":c "):
+        counts.cells += window.count(tag, max(0, overlap - len(tag) + 1))
+    for tag in (b"<row ", b":row "):
+        counts.rows += window.count(tag, max(0, overlap - len(tag) + 1))
+    for tag in (b"<f ", b":f "):
+        counts.formulas += window.count(tag, max(0, overlap - len(tag) + 1))
 
 
 def _check_counts(counts: _Counts, path: str) -> None:
     if max(counts.cells, counts.rows) > CELL_LIMIT:
         raise _too_large(path, f"the workbook has more than {CELL_LIMIT} cells")
+
+
+def _check_places(archive: zipfile.ZipFile, part: zipfile.ZipInfo, path: str) -> None:
+    """Check that rows and cells rise: the parser drops those that do not, without a word."""
+    row = column = 0
+    columns: dict[bytes, int] = {}
+    for is_row, letters, digits in _places(archive, part):
+        if is_row:
+            before, column = row, 0
+            row = int(digits) if digits else row + 1
+            if row <= before:
+                raise _not_rising(path, part, f"row {row} stands behind row {before}")
+            continue
+        before = column
+        if letters not in columns:
+            columns[letters] = _column_number(letters)
+        column = columns[letters] if letters else column + 1
+        if column <= before:
+            cell = letters.decode().upper()
+            raise _not_rising(path, part, f"the cell {cell}{row} is not in the order of columns")
+        if column > _COLUMN_LIMIT:
+            raise _too_large(path, f"row {row} has more than {_COLUMN_LIMIT} columns")
+
+
+def _places(
+    archive: zipfile.ZipFile, part: zipfile.ZipInfo
+) -> Iterator[tuple[bytes, bytes, bytes]]:
+    """Yield of each row and cell whether it is a row, its letters and its digits, if stated."""
+    rest = b""
+    with archive.open(part) as stream:
+        while chunk := stream.read(_CHUNK_BYTES):
+            window = rest + chunk
+            cut = window.rfind(
+                b"<", max(0, len(window) - _LONGEST_TAG)
+            )  # this tag may not be complete
+            cut = len(window) if cut < 0 else cut
+            yield from _PLACE.findall(window[:cut])
+            rest = window[cut:]
+    yield from _PLACE.findall(rest)
+
+
+def _column_number(letters: bytes) -> int:
+    number = 0
+    for letter in letters.upper():
+        number = 26 * number + letter - ord("A") + 1
+    return number
+
+
+def _not_rising(path: str, part: zipfile.ZipInfo, what: str) -> MeasurementFileError:
+    return _refused(
+        path,
+        f"{what} in the part {part.filename}: some cells would be lost",
+        "Open it in a spreadsheet program and save it again",
+    )

@@ -95,7 +95,27 @@ def read_iso230_dat(
     The tool fits the reference to the targets with a gain and an offset before it writes the
     file: the straight-line part of the error is not in it.
     """
-    source = read_text(path, fallback_encoding=fallback_encoding)
+    return dat_test(read_text(path, fallback_encoding=fallback_encoding))
+
+
+def dat_test(source: SourceText) -> PositioningTest:
+    """Make a positioning test from the text of an ``_ISO230.dat`` file.
+
+    Parameters
+    ----------
+    source : SourceText
+        The decoded file.
+
+    Returns
+    -------
+    PositioningTest
+        As `read_iso230_dat`.
+
+    Raises
+    ------
+    MeasurementFileError
+        As `read_iso230_dat`.
+    """
     content = _read_lines(source)
     if not content.position:
         raise source.error(
@@ -335,7 +355,7 @@ def _check_last_number(source: SourceText, content: _Content) -> None:
         raise source.error(
             "the file is cut short inside a number",
             line=last_line,
-            remedy="Copy or export the file again",
+            remedy="Copy or export the file again; if it is complete, add an empty line at the end",
         )
 
 

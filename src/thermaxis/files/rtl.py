@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files._assemble import assemble_readings, check_enough_readings
-from thermaxis.files._environment_factor import environment_factor_remarks
+from thermaxis.files._environment_factor import environment_factor_remarks, reduction_to_20_c
 from thermaxis.files._source import (
     FALLBACK_ENCODING,
     SourceText,
@@ -92,6 +92,9 @@ _ENVIRONMENT_LINES = (  # label, key, decimals, flag
     ("Exp coeff  : ", "expansion_coefficient_ppm_per_k", 6, " 0"),
 )
 _MATERIAL_KEYS = tuple(f"material_temperature_{k}_c" for k in (1, 2, 3))
+_FLAGS = "environment_flags"
+_NORMALISED = "normalised_to_20_c"
+_FLAG = re.compile(r"(\w+) ([0-9]{1,9})(?=,|$)", re.ASCII)
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _TIME_OF_DAY = re.compile(
     r"\s*([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?\s+([A-Za-z]{3,9})\s+([0-9]{1,2})\s+([0-9]{4})\s*"
@@ -164,10 +167,31 @@ def read_rtl(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) ->
 
     Notes
     -----
-    Deviations are taken as they are: the instrument has already reduced them to 20 °C where an
-    expansion coefficient and a material sensor are stated.
+    Deviations are taken as they are. Where the environment factor of the file holds the expansion
+    of the material, they are already reduced to 20 °C: the header field `normalised_to_20_c` and
+    a remark say so.
     """
-    source = read_text(path, fallback_encoding=fallback_encoding)
+    return rtl_test(read_text(path, fallback_encoding=fallback_encoding))
+
+
+def rtl_test(source: SourceText) -> PositioningTest:
+    """Make a positioning test from the text of an ``.rtl`` file.
+
+    Parameters
+    ----------
+    source : SourceText
+        The decoded file.
+
+    Returns
+    -------
+    PositioningTest
+        As `read_rtl`.
+
+    Raises
+    ------
+    MeasurementFileError
+        As `read_rtl`.
+    """
     sections = _split_into_sections(source)
     _check_sections(source, sections)
     header, header_remarks = _read_header(sections)
@@ -554,7 +578,7 @@ def _check_last_row(source: SourceText, sections: _Sections, lines: Sequence[_Li
         raise source.error(
             "the file is cut short inside a number",
             line=lines[-1][0],
-            remedy="Copy or export the file again",
+            remedy="Copy or export the file again; if it is complete, add an empty line at the end",
         )
 
 
@@ -655,6 +679,7 @@ def _time_remark(*, interpolated: bool) -> str:
 def _read_environment(source: SourceText, lines: Sequence[_Line]) -> _Environment:
     values: dict[str, StartEnd] = {}
     header: dict[str, str] = {}
+    flags: list[str] = []
     start, end, remarks = None, None, list[str]()
     for key, (text, number) in islice(_pairs(lines).items(), _MOST_TEXT_LINES):
         name = _ENVIRONMENT_NAMES.get(key)
@@ -665,6 +690,8 @@ def _read_environment(source: SourceText, lines: Sequence[_Line]) -> _Environmen
             header[f"environment_{_field_name(key)}"] = clean_text(text)
         elif text:
             values[name] = _start_end(source, text, number, name)
+            if len(words := text.split()) > 2:
+                flags.append(" ".join([name, *words[2:]]))
     absent = [key for key in _MATERIAL_KEYS if values.get(key) == StartEnd(None, None)]
     for key in absent:
         del values[key]
@@ -672,12 +699,21 @@ def _read_environment(source: SourceText, lines: Sequence[_Line]) -> _Environmen
         sensors = ", ".join(key.split("_")[2] for key in absent)
         remarks.append(f"material sensor{'s' if len(absent) > 1 else ''} {sensors} marked absent")
     remarks += environment_factor_remarks(values)
+    reduction = reduction_to_20_c(values)
+    if reduction is not None:
+        header[_NORMALISED] = f"yes, with {reduction} (environment factor)"
+        remarks.append(
+            f"the environment factor of the file holds the expansion of the material: the"
+            f" deviations are already reduced to 20 °C, with {reduction}, and must not be corrected"
+            " for temperature again (the rule was found from one published file)"
+        )
+    header[_FLAGS] = clean_text(", ".join(flags))
     header = {name: value for name, value in header.items() if value}
     return _Environment(values, start, end, header, tuple(remarks))
 
 
 def _start_end(source: SourceText, text: str, number: int, name: str) -> StartEnd:
-    """Read the values at start and end; what the flag behind them means is not known."""
+    """Read the values at start and end; the flag behind them is kept as text by the caller."""
     both: list[float | None] = []
     for word in text.split()[:2]:
         value = parse_number(word, path=source.path, line=number, column=name)
@@ -769,6 +805,7 @@ def _is_user_text(key: str) -> bool:
     return (
         key not in _HEADER_KEYS
         and key not in _FILE_KEYS
+        and key != _NORMALISED  # the environment says it
         and not key.startswith(("equipment_", "environment_"))
     )
 
@@ -793,8 +830,11 @@ def _deviation_lines(test: PositioningTest, decimals: int) -> Iterator[str]:
 
 
 def _environment_lines(test: PositioningTest) -> list[str]:
+    stated = test.header.get(_FLAGS)
+    flags = None if stated is None else {name: f" {flag}" for name, flag in _FLAG.findall(stated)}
     lines = [
-        f"{label}{_printed(both.start, decimals)} {_printed(both.end, decimals)}{flag}"
+        f"{label}{_printed(both.start, decimals)} {_printed(both.end, decimals)}"
+        f"{flag if flags is None else flags.get(key, '')}"
         for label, key, decimals, flag in _ENVIRONMENT_LINES
         if (both := test.environment.get(key)) is not None
         and (key in _MATERIAL_KEYS or None not in (both.start, both.end))

@@ -259,6 +259,7 @@ def _deviations(
         _last_digit(table, deviation_column, table.headings[deviation_column].unit),
     )
     remarks += _disagreement(table, deviation, stated, step)
+    remarks += _mixture(table, deviation, stated)
     return np.where(np.isnan(deviation), stated, deviation), remarks
 
 
@@ -316,6 +317,18 @@ def _disagreement(
         f"the column of deviations disagrees with measured minus target in {wrong.size} readings,"
         f" first in {table.source.row_word} {table.row[first]} ({stated[first]:.6g} and"
         f" {deviation[first]:.6g}): measured minus target is used"
+    )
+    return [remark]
+
+
+def _mixture(table: Table, deviation: FloatArray, stated: FloatArray) -> list[str]:
+    """Say which readings have a deviation only, beside others that have a measured position."""
+    alone = np.flatnonzero(np.isnan(deviation) & ~np.isnan(stated))
+    if not alone.size or bool(np.all(np.isnan(deviation))):
+        return []
+    remark = (
+        f"{alone.size} reading{'s have' if alone.size > 1 else ' has'} no measured position, first"
+        f" in {table.source.row_word} {table.row[alone[0]]}: there the column of deviations is used"
     )
     return [remark]
 

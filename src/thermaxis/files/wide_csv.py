@@ -196,7 +196,11 @@ def _unit_of_runs(table: Table, runs: dict[int, int], target_unit: Unit) -> tupl
             )
         return unit, []
     assumed = deviation_unit(target_unit.kind)
-    remark = f"no unit of the deviations is stated: {assumed.name} was assumed"
+    word = assumed.kind.units.deviation_suffix
+    remark = (
+        f"no unit of the deviations is stated: {assumed.name} was assumed; to state it, write a"
+        f" line '# unit: {word}' above the headings, or head the runs as run_1_{word}"
+    )
     return assumed, [remark]
 
 

@@ -28,7 +28,6 @@ from thermaxis.files._table import (
 )
 from thermaxis.files._workbook_parts import (
     CELL_LIMIT,
-    WORKBOOK_LIMIT_BYTES,
     check_parts,
     damaged,
 )
@@ -81,8 +80,29 @@ def read_xlsx(path: Path | str) -> PositioningTest:
         If the file is no workbook or a damaged one, it is too large, no sheet holds a run, or a
         cell does not hold what its column promises; the error names the sheet and the cell.
     """
-    name = str(path)
-    content = read_content(path, limit_bytes=WORKBOOK_LIMIT_BYTES)
+    return workbook_test(str(path), read_content(path))
+
+
+def workbook_test(name: str, content: bytes) -> PositioningTest:
+    """Make a positioning test from the bytes of a workbook.
+
+    Parameters
+    ----------
+    name : str
+        The file, for errors.
+    content : bytes
+        The whole file.
+
+    Returns
+    -------
+    PositioningTest
+        As `read_xlsx`.
+
+    Raises
+    ------
+    MeasurementFileError
+        As `read_xlsx`.
+    """
     if not content.startswith(b"PK"):
         raise _not_a_workbook(name, content)
     has_formulas = check_parts(content, path=name)

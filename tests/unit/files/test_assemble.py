@@ -160,3 +160,22 @@ def test_a_rotary_axis_has_no_such_rule() -> None:
 def test_a_single_target_is_no_run() -> None:
     with pytest.raises(MeasurementFileError, match="only one target"):
         check_enough_readings(run_of(np.zeros((1, 5, 2))), "run.csv")
+
+
+def test_an_axis_of_more_than_ten_thousand_targets_is_refused() -> None:
+    for count, refused in ((10_000, False), (10_001, True)):
+        index = np.repeat(np.arange(count), 2)
+        cycle = np.tile([1, 2], count)
+        columns = {
+            "target": np.arange(float(count)),
+            "target_index": index,
+            "cycle": cycle,
+            "approach": np.zeros_like(cycle),
+            "deviation": np.ones(cycle.size),
+            "line": np.arange(cycle.size),
+        }
+        if refused:
+            with pytest.raises(MeasurementFileError, match="10001 different target positions"):
+                assemble_readings(path="run.csv", **columns)
+        else:
+            assert assemble_readings(path="run.csv", **columns).deviation.shape == (count, 2, 2)

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import struct
 import subprocess
 import sys
@@ -13,7 +14,16 @@ from pathlib import Path
 import pytest
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files import read_positioning
+from thermaxis.files import (
+    _assemble,
+    _columns,
+    _csv_rows,
+    _metadata,
+    _source,
+    _table,
+    _workbook_parts,
+    read_positioning,
+)
 from thermaxis.files._workbook_parts import CELL_LIMIT
 
 SHEET = "xl/worksheets/sheet1.xml"
@@ -84,8 +94,9 @@ def workbook(
     return path
 
 
-def sparse(path: Path, size: int) -> Path:
+def sparse(path: Path, size: int, *, start: bytes = b"") -> Path:
     with path.open("wb") as stream:
+        stream.write(start)
         stream.seek(size - 1)
         stream.write(b"1")
     return path
@@ -123,6 +134,7 @@ def hostile_files(folder: Path) -> dict[Path, str]:
     return {
         sparse(folder / "large.csv", 100_000_001): "100 MB",
         sparse(folder / "large.xlsx", 60_000_000): "zero bytes",
+        sparse(folder / "packed.xlsx", 60_000_000, start=b"PK"): "more than the limit of 50 MB",
         bomb: "unpacks to 500 MB",
         lying(folder / "lying.xlsx", bomb): "damaged",
         large_directory(folder / "directory.xlsx", bomb): "directory",
@@ -246,6 +258,37 @@ def test_a_very_long_cell_is_an_error_of_our_own(tmp_path: Path) -> None:
         with pytest.raises(MeasurementFileError, match="line 2") as caught:
             read_positioning(path)
         assert len(str(caught.value)) < 1500
+
+
+def test_every_limit_stands_in_the_page_of_files(root: Path) -> None:
+    page = (root / "docs" / "files.md").read_text(encoding="utf-8")
+    limits = page.partition("## 6. Limits")[2].partition("## 7.")[0]
+    said = limits.replace(",", "")
+    megabytes = (
+        _source.TEXT_LIMIT_BYTES,
+        _source.WORKBOOK_LIMIT_BYTES,
+        _workbook_parts.UNPACKED_LIMIT_BYTES,
+    )
+    for size in megabytes:
+        assert f" {size // 1_000_000} MB" in said
+    numbers = (
+        _workbook_parts.CELL_LIMIT,
+        _table.MAX_ROWS,
+        _table.MAX_COLUMNS,
+        _table.HEADER_ROWS,
+        _csv_rows.LONGEST_LINE,
+        _assemble.MAX_TARGETS,
+        _assemble.MAX_CELLS,
+        _assemble.MAX_CHANNEL_CELLS,
+        _assemble.CELLS_PER_READING,
+        _assemble.SMALL_TABLE,
+        _metadata.MAX_FIELDS,
+        _columns.LONGEST_HEADING,
+        _source.HEADER_TEXT_LIMIT,
+    )
+    for number in numbers:
+        assert re.search(rf"(?<![0-9]){number}(?![0-9])", said), number
+    assert f"{_source.NUMBER_LIMIT:.0e}".replace("+0", "") in said
 
 
 def test_a_workbook_inside_a_comment_of_the_archive_deceives_nobody(tmp_path: Path) -> None:

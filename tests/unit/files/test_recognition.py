@@ -1,3 +1,5 @@
+import hashlib
+import io
 from pathlib import Path
 
 import numpy as np
@@ -5,7 +7,13 @@ import openpyxl
 import pytest
 
 from thermaxis.errors import ConfigurationError, MeasurementFileError, ThermaxisError
-from thermaxis.files import format_tidy_csv, read_positioning, write_rtl
+from thermaxis.files import (
+    _recognition,
+    format_tidy_csv,
+    read_positioning,
+    read_positioning_with_sha256,
+    write_rtl,
+)
 from thermaxis.positioning import PositioningTest
 from thermaxis.quantities import AxisKind
 
@@ -146,3 +154,43 @@ def test_the_real_runs_are_recognised(real_data: Path) -> None:
 def test_other_real_files_are_refused(real_data: Path, name: str) -> None:
     with pytest.raises(MeasurementFileError):
         read_positioning(real_data / name)
+
+
+@pytest.mark.parametrize("kind", ["tidy", "wide", "dat", "rtl", "xlsx"])
+def test_the_hash_is_that_of_the_bytes_that_were_read_once(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run"
+    write(path, kind)
+    expected = hashlib.sha256(path.read_bytes()).hexdigest()
+    opened: list[object] = []
+    really_open = io.open
+
+    def spy(file: object, *arguments: object, **named: object) -> object:
+        if file == path:
+            opened.append(file)
+        return really_open(file, *arguments, **named)  # type: ignore[call-overload]  # any mode
+
+    monkeypatch.setattr(io, "open", spy)
+    test, sha256 = read_positioning_with_sha256(path)
+    assert sha256 == expected
+    assert opened == [path]
+    np.testing.assert_array_equal(test.deviation, read_positioning(path).deviation)
+
+
+def test_run_and_hash_belong_together_while_another_program_writes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes(tidy_bytes())
+    really_read = _recognition.read_content
+
+    def read_then_overwritten(name: Path | str) -> bytes:
+        content = really_read(name)
+        path.write_bytes(b"target_mm,1,2,3,4\n")
+        return content
+
+    monkeypatch.setattr(_recognition, "read_content", read_then_overwritten)
+    test, sha256 = read_positioning_with_sha256(path)
+    np.testing.assert_array_equal(test.deviation, RUN.deviation)
+    assert sha256 == hashlib.sha256(tidy_bytes()).hexdigest()

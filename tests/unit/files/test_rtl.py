@@ -365,8 +365,61 @@ def test_the_refractive_index_agrees_with_a_shop_floor_formula(
     assert 0.632990577 / 2 / factor == pytest.approx(index, abs=1.5e-7)
 
 
-def test_the_published_factors_pass_without_a_remark(tmp_path: Path):
-    assert not any("factor" in text for text in read(tmp_path, rtl()).remarks)
+def test_the_published_factors_say_that_the_readings_are_reduced_to_20_c(tmp_path: Path):
+    test = read(tmp_path, rtl())
+
+    assert not any("ppm off" in text for text in test.remarks)
+    assert test.header["normalised_to_20_c"] == "yes, with 8 ppm/K (environment factor)"
+    assert "already reduced to 20 °C, with 8 ppm/K, and must not" in remark(test, "reduced")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("20.203292", "20.303292"),  # does not fit at the start
+        ("20.321342", "20.421342"),  # does not fit at the end
+        ("Env factor : 0.31641096 0.31641067\n", ""),
+        ("Exp coeff  : 8.000000 8.000000 0\n", ""),
+        ("Mat temp 1 : 20.203292 20.321342 0\n", "Mat temp 1 : -10.000000 -10.000000 0\n"),
+        ("99.039005 99.049346", "990.39005 990.49346"),
+    ],
+)
+def test_no_reduction_is_claimed_where_the_factor_does_not_show_it(
+    tmp_path: Path, old: str, new: str
+):
+    assert old in PUBLISHED_ENVIRONMENT
+
+    test = read(tmp_path, rtl(environment=PUBLISHED_ENVIRONMENT.replace(old, new)))
+
+    assert "normalised_to_20_c" not in test.header
+    assert not any("reduced to 20" in text for text in test.remarks)
+
+
+@pytest.mark.parametrize(("material_c", "claimed"), [(20.0, False), (20.05, False), (21.0, True)])
+def test_a_material_too_near_20_c_shows_nothing(tmp_path: Path, material_c: float, claimed: bool):
+    factor = environment_factor_um(
+        20.5, 99.0, 50.0, expansion_coefficient_ppm_per_k=8.0, material_temperature_c=material_c
+    )
+    environment = (
+        "Air temp : 20.5 20.5 0\nAir press : 99 99 1\nAir humid : 50 50\n"
+        f"Mat temp 1 : {material_c} {material_c} 0\nEnv factor : {factor:.8f} {factor:.8f}\n"
+        "Exp coeff : 8 8 0\n"
+    )
+
+    test = read(tmp_path, rtl(environment=environment))
+
+    assert ("normalised_to_20_c" in test.header) is claimed
+
+
+def test_the_flags_of_the_environment_are_kept_as_text(tmp_path: Path):
+    environment = PUBLISHED_ENVIRONMENT.replace("99.049346 1", "99.049346 7 8")
+
+    test = read(tmp_path, rtl(environment=environment))
+
+    assert test.header["environment_flags"] == (
+        "air_temperature_c 0, air_pressure_kpa 7 8, material_temperature_1_c 0,"
+        " material_temperature_2_c 0, material_temperature_3_c 0, expansion_coefficient_ppm_per_k 0"
+    )
 
 
 def test_a_factor_that_does_not_fit_its_sensors_is_told(tmp_path: Path):
@@ -629,7 +682,9 @@ def test_a_file_written_and_read_again_is_the_same_run(tmp_path: Path):
     assert np.array_equal(again.time_s, original.time_s)
     assert dict(again.environment) == dict(original.environment)
     assert (again.start, again.end) == (original.start, original.end)
-    header = {k: v for k, v in original.header.items() if not k.startswith("environment_")}
+    flags = "air_temperature_c 0, air_pressure_kpa 1, material_temperature_1_c 0,"
+    header = {k: v for k, v in original.header.items() if k != "environment_final_data"}
+    header["environment_flags"] = f"{flags} expansion_coefficient_ppm_per_k 0"
     assert dict(again.header) == header
 
 

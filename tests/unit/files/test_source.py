@@ -66,7 +66,18 @@ def test_a_wrong_fallback_leaves_numbers_alone_and_says_what_it_lost(tmp_path: P
     source = read_text(written(tmp_path, b"TITLE:\x81\xa1\n1.25"))
 
     assert source.lines[1] == "1.25"
-    assert "1 character could not be read" in source.remarks[0]
+    assert "1 character could not be read in this way (line 1)" in source.remarks[0]
+    assert "--encoding" in source.remarks[0]
+
+
+def test_the_lines_that_hold_lost_characters_are_named(tmp_path: Path):
+    lines = [b"a\x81\x81" if k in {2, 5} else b"a" for k in range(1, 9)]
+
+    few = read_text(written(tmp_path, b"\r\n".join(lines))).remarks[0]
+    many = read_text(written(tmp_path, b"a\x81\r\n" * 9)).remarks[0]
+
+    assert "4 characters could not be read in this way (lines 2, 5)" in few
+    assert "(lines 1, 2, 3, 4, 5 and others)" in many
 
 
 @pytest.mark.parametrize("name", ["no-such-encoding", "utf-16", "hex", "unicode_escape", "a\x00b"])

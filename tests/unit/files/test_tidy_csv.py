@@ -568,3 +568,24 @@ def test_a_real_run_with_times_is_read_as_it_is(real_data: Path) -> None:
     assert test.time_s is not None
     assert test.time_s.max() == pytest.approx(40.58 * 60, abs=1)
     assert test.remarks == ()
+
+
+def test_a_complete_file_without_last_line_end_is_told_its_way_out(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    text = "\n".join([HEADING, *rows_of("{c},{w},{t},{d:.3f}")])[:-2]
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(MeasurementFileError, match="add an empty line at the end"):
+        read_tidy_csv(path)
+    path.write_text(text + "\n", encoding="utf-8")
+    assert read_tidy_csv(path).target.size == 3
+
+
+def test_readings_with_a_deviation_only_beside_measured_ones_are_told(tmp_path: Path) -> None:
+    heading = "cycle,direction,target_mm,measured_mm,deviation_um"
+    rows = rows_of("{c},{w},{t},{m:.6f},{d}")
+    alone = rows_of("{c},{w},{t},,{d}")
+    test = read(tmp_path, heading, *rows[:4], *alone[4:6], *rows[6:])
+    assert_the_run(test)
+    (said,) = test.remarks
+    assert said.startswith("2 readings have no measured position, first in line 6:")
+    assert read(tmp_path, heading, *alone).remarks == ()

@@ -279,3 +279,44 @@ def test_two_parts_of_the_same_name_are_refused(tmp_path: Path) -> None:
     with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate"):
         archive.writestr(SHEET, b"<worksheet/>")
     assert f"two parts named {SHEET}" in refused(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (rb'<row r="4"', b'<row r="2"', "row 2 stands behind row 3"),
+        (rb'<row r="4"', b"<row spans=\"1:4\" r = '3'", "row 3 stands behind row 3"),
+        (rb'<row r="1"', b'<row r="0"', "row 0"),
+        (rb'r="D3"', b'r="A3"', "cell A3 is not in the order"),
+        (rb'r="B3"', b'r="F3"', "cell C3 is not in the order"),
+        (rb'r="D3"', b'r="XFE3"', "more than 16384 columns"),
+    ],
+)
+def test_rows_and_cells_that_do_not_rise_are_refused_not_lost(
+    tmp_path: Path, old: bytes, new: bytes, said: str
+) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    assert said in refused(with_part(path, SHEET, lambda data: re.sub(old, new, data)))
+
+
+def test_rows_out_of_order_are_found_wherever_they_stand(tmp_path: Path) -> None:
+    """Tags that lie across two pieces of the stream count as well."""
+    comments = [[f"# {k:0{20 + k % 7}d}"] for k in range(20_000)]
+    path = save(tmp_path, [*comments[:50], HEADING, *ROWS, *comments])
+    assert_the_run(read_xlsx(path))
+    for row in (2001, 9876, 15_432):
+        changed = with_part(
+            save(tmp_path, [*comments[:50], HEADING, *ROWS, *comments]),
+            SHEET,
+            lambda data, row=row: data.replace(b'<row r="%d"' % row, b'<row r="7"'),
+        )
+        assert f"row 7 stands behind row {row - 1}" in refused(changed)
+
+
+def test_empty_tags_of_cells_count_as_cells(tmp_path: Path) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    cells = b"<row>" + b"<c/>" * 1000 + b"</row>"
+    with_part(
+        path, SHEET, lambda data: data.replace(b"</sheetData>", cells * 1001 + b"</sheetData>")
+    )
+    assert "more than 1000000 cells" in refused(path)
