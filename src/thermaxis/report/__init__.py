@@ -1,8 +1,8 @@
 """Show results: charts as PNG and SVG, certificates as PDF and HTML."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.report._names import (
@@ -14,6 +14,7 @@ from thermaxis.report._names import (
     other_standard_name,
 )
 from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._progress import Progress
 from thermaxis.report._text import fixed
 
 if TYPE_CHECKING:
@@ -41,9 +42,6 @@ __all__ = [
     "write_report",
 ]
 
-Progress: TypeAlias = Callable[[str, int, int], None]
-"""Called with the name of a step, the steps done and the number of steps."""
-
 # Every function imports its module when it is called: matplotlib and typst take longer to import
 # than a run takes to evaluate, and most calls of the program write no report.
 
@@ -59,7 +57,8 @@ def read_header(path: Path) -> Mapping[str, str]:
     Returns
     -------
     Mapping
-        Text by the key of the field; numbers are in the unit that the key names.
+        Text by the key of the field; numbers are in the unit that the key names. An empty text
+        counts as not stated and is left out.
 
     Raises
     ------
@@ -114,6 +113,10 @@ def check_limits(limits: "Limits", iso230_2: "Iso230_2Result") -> "LimitsCheck":
     -------
     LimitsCheck
         A verdict per figure and one for the run. An absent figure is not decided.
+
+    References
+    ----------
+    ISO 14253-1 (decision rules), its principle from general knowledge.
     """
     from thermaxis.report import _limits  # noqa: PLC0415  see above
 

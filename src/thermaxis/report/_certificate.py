@@ -1,13 +1,12 @@
 """The certificate of a positioning run: what it says, in which order."""
 
-from collections.abc import Callable, Mapping
-
 import numpy as np
 
-from thermaxis.positioning import FIGURE_KEYS, UNVERIFIED, Cycle
+from thermaxis.positioning import FIGURE_KEYS, UNVERIFIED, Cycle, is_single_run_axis
+from thermaxis.positioning._test_conditions import RUNS_PER_DIRECTION
 from thermaxis.report._certificate_adjacent import adjacent_section
 from thermaxis.report._certificate_annex import raw_section, target_section
-from thermaxis.report._certificate_header import condition_section, identification, stated
+from thermaxis.report._certificate_header import condition_section, identification, prevailing
 from thermaxis.report._document import (
     Block,
     Column,
@@ -32,6 +31,7 @@ from thermaxis.report._names import (
     other_standard_name,
 )
 from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._progress import Progress
 from thermaxis.report._text import ABSENT, as_given, fixed, plain_text, two_digits
 
 _CAPTIONS = {
@@ -56,9 +56,7 @@ _CAPTIONS = {
 _OVER_CYCLES = ("figure_06_all_cycles", "against_cycles", "figure_07_one_position")
 
 
-def draw_pictures(
-    report: PositioningReport, progress: Callable[[str, int, int], None]
-) -> dict[str, Picture]:
+def draw_pictures(report: PositioningReport, progress: Progress) -> dict[str, Picture]:
     """Return the charts of a certificate, with their captions, by name.
 
     Parameters
@@ -102,9 +100,9 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
     Document
         Strings only; every text from files has passed `plain_text`.
     """
-    axis = stated(report, "axis")
+    axis = prevailing(report, "axis")
     title = "Accuracy and repeatability of positioning"
-    date = report.certificate_date
+    date = report.document_date
     sections = [
         _result_section(report, pictures),
         *_warning_section(report),
@@ -142,9 +140,20 @@ def _verdict(report: PositioningReport) -> list[Block]:
         LimitVerdict.FAIL: f"{which}: above the limit.",
         LimitVerdict.NOT_DECIDED: f"{which}: not decided; no limited figure fails.",
     }[check.verdict]
-    rule = check.limits.decision_rule.in_words
+    # no break between the sign and what it subtracts
+    rule = check.limits.decision_rule.in_words.replace("figure - U", "figure\N{NBSP}-\N{NBSP}U")
     source = plain_text(check.limits.source_name, 80)
-    return [Verdict(word, f"{outcome} Decision rule: {rule}. Limits from {source}.")]
+    sentence = f"{outcome} Decision rule: {rule}. Limits from {source}."
+    return [Verdict(word, sentence, _reservation(report))]
+
+
+def _reservation(report: PositioningReport) -> str:
+    """Return what keeps a verdict from being one on the standard's test; empty if nothing."""
+    unusual = report.test.cycle is not Cycle.STANDARD
+    if not (report.conditions or unusual):
+        return ""
+    not_met = "Test conditions of the standard not met: see remarks."
+    return f"{not_met} Not for acceptance unless agreed." if unusual else not_met
 
 
 def _result_section(report: PositioningReport, pictures: dict[str, Picture]) -> Section:
@@ -180,9 +189,7 @@ def _result_table(report: PositioningReport) -> Table:
     result, check = report.iso230_2, report.limits
     unit = report.test.kind.units.deviation
     decimals = report.figure_decimals
-    uncertainty: Mapping[str, float] = {}
-    if check is not None:
-        uncertainty = check.limits.expanded_uncertainty
+    uncertainty = dict(check.limits.expanded_uncertainty) if check is not None else {}
     columns = [Column("", "left"), Column("Figure", "left", wide=True), Column(f"Value [{unit}]")]
     if uncertainty:
         columns.append(Column(f"U (k = 2) [{unit}]"))
@@ -215,20 +222,16 @@ def _notes(report: PositioningReport) -> list[str]:
     if test.unidirectional:
         direction = "forward" if test.measured_approaches[0] else "backward"
         runs = f"{test.cycles} run{'s' * (test.cycles > 1)}, {direction} only"
+    edition = edition_name(result.edition)
     notes = [
         f"{test.target.size} targets, {runs}, {CYCLE_NAMES[test.cycle]}.",
+        *_condition_notes(report),
         (
-            f"{edition_name(result.edition)}; factor of s: 2. Names of the figures as in this"
-            " edition, from memory (2014 says error where 2006 and 1997 say deviation or value)."
+            f"{edition}; factor of s: 2. Formulas checked against four independent implementations"
+            " and the clause list of GOST ISO 230-2-2016; names of the figures from memory (2014:"
+            " error, before: deviation or value). The text of ISO 230-2 itself was not available."
         ),
     ]
-    if test.cycle is Cycle.STEP:
-        notes.append("Step cycle (Annex B): not for acceptance except by agreement.")
-    if test.cycle is Cycle.PILGRIM:
-        notes.append(
-            "Pilgrim-step cycle: not the standard test cycle; not for acceptance except"
-            " by agreement."
-        )
     absent = [key for key in FIGURE_KEYS if getattr(result, key) is None]
     if absent:
         reasons = {absence_reason(key, result, test): None for key in absent}
@@ -245,6 +248,22 @@ def _notes(report: PositioningReport) -> list[str]:
     if report.limits is None:
         notes.append("No limits were stated: this certificate gives no verdict.")
     notes.append(_uncertainty_note(report))
+    return notes
+
+
+def _condition_notes(report: PositioningReport) -> list[str]:
+    """Return in which respects the run is not the standard's test."""
+    if report.conditions:
+        listed = "; ".join(plain_text(condition, 600) for condition in report.conditions)
+        return [f"Test conditions of the standard that this run does not meet: {listed}."]
+    test = report.test
+    notes: list[str] = []
+    if test.cycles != RUNS_PER_DIRECTION and not is_single_run_axis(test):
+        asked = f"ISO 230-2 asks for {RUNS_PER_DIRECTION} runs per direction"
+        notes.append(f"{asked}; these figures are of {test.cycles}.")
+    if test.cycle is not Cycle.STANDARD:
+        name = CYCLE_NAMES[test.cycle]
+        notes.append(f"A {name} is not the standard's: not for acceptance unless agreed.")
     return notes
 
 

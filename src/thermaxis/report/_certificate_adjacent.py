@@ -3,7 +3,7 @@
 import numpy as np
 
 from thermaxis.positioning import APPROACHES, AdjacentDifferenceResult
-from thermaxis.positioning._spread_anomaly import MINIMUM_CYCLES, MINIMUM_POSITIONS
+from thermaxis.positioning._spread_anomaly import MOST_POSITIONS, SMALLEST_RATIO
 from thermaxis.report._chart_adjacent import bound_words
 from thermaxis.report._chart_parts import at_position, detail_decimals
 from thermaxis.report._document import Block, Column, ItemList, Paragraph, Picture, Section, Table
@@ -17,6 +17,16 @@ _WHAT_IT_IS = (
     " Stejskal et al. 2017, equations (4) to (6): differences of two neighbouring positions of the"
     " same run, from which slow thermal drift drops out. The chart of means is the classical mean"
     " curve, moved to the reference; what the method gains is the spread without the drift."
+)
+_ON_THE_TEST = (
+    f"Named are spreads of at least {SMALLEST_RATIO:g} times that of the other positions. The test"
+    " is exact, with at most 5 % false alarms per run, for normal and independent readings whose"
+    " scatter is equal at all positions; another distribution, or a scatter that varies along the"
+    " axis, raises the alarms."
+)
+_UNTESTED = (
+    f"Too few positions or complete cycles (or more than {MOST_POSITIONS} positions) to tell"
+    " whether a position stands out by its spread."
 )
 
 
@@ -79,19 +89,13 @@ def _anomalies(report: PositioningReport, result: AdjacentDifferenceResult) -> s
         if found is not None
         for a in found.anomalies
     ]
-    if not _can_stand_out(report):
-        return "Too few positions or complete cycles to tell whether a position stands out."
-    test = "exact test, at most 5 % false alarms per run"
+    if not any(found is not None and found.anomalies_tested for found in result.approaches):
+        return _UNTESTED
     if not named:
-        return f"No position stands out by its spread ({test})."
-    return f"Stands out by its spread ({test}): {'; '.join(named)}."
-
-
-def _can_stand_out(report: PositioningReport) -> bool:
-    """Return whether an approach has enough positions and complete cycles for the test."""
-    complete = ~np.any(np.isnan(report.test.deviation), axis=0)
-    return report.test.target.size >= MINIMUM_POSITIONS and bool(
-        np.any(np.sum(complete, axis=0) >= MINIMUM_CYCLES)
+        return f"No position stands out by its spread. {_ON_THE_TEST}"
+    return (
+        f"A prompt to look, not a verdict: the spread stands out at {'; '.join(named)}."
+        f" {_ON_THE_TEST}"
     )
 
 

@@ -1,5 +1,7 @@
 """The head of the certificate: what was stated about machine, instrument and environment."""
 
+from collections.abc import Mapping
+
 from thermaxis.positioning import PositioningTest, StartEnd
 from thermaxis.report._document import Block, Fields, Section, Signature
 from thermaxis.report._header import (
@@ -7,33 +9,119 @@ from thermaxis.report._header import (
     HEADER_GROUPS,
     LONGEST_COMMENT,
     LONGEST_TEXT,
+    NORMALISED,
     HeaderField,
+)
+from thermaxis.report._moments import (
+    ZONE_NOT_STATED,
+    duration_words,
+    in_file,
+    moment_of,
+    moment_words,
+    prevailing_moment,
+    same_moment,
 )
 from thermaxis.report._names import CYCLE_NAMES, edition_name
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._text import NOT_STATED, as_given, plain_text
 
 _MOST_OTHER_LINES = 40
-_FRONT_PAGE_TEXT = 80
+_FRONT_PAGE_TEXT = 120
 """Longest text on the first page; the whole of it stands among the conditions. [1]"""
 
 
+_BY_INSTRUMENT = (
+    "instrument: the deviations are already reduced to 20 °C (evidence: the environment factor;"
+    " the rule was found from one published file)"
+)
+_MOMENTS = ("start", "end")
+
+
+def _with_unit(text: str, unit: str) -> str:
+    return f"{text} {unit}" if text and unit else text
+
+
 def _start_end(value: StartEnd, unit: str) -> str:
+    if value.start is not None and value.start == value.end:
+        return f"{_with_unit(as_given(value.start), unit)} (start and end)"
     parts = [
-        f"{as_given(number)}{f' {unit}' if unit else ''} ({moment})"
+        f"{_with_unit(as_given(number), unit)} ({moment})"
         for number, moment in ((value.start, "start"), (value.end, "end"))
         if number is not None
     ]
     return ", ".join(parts)
 
 
-def _from_test(test: PositioningTest, key: str) -> str:
-    """Return what the measured run itself says about a field; empty if nothing."""
-    if key == "start" and test.start is not None:
-        return test.start.isoformat(sep=" ", timespec="seconds")
-    if key == "end" and test.end is not None:
-        return test.end.isoformat(sep=" ", timespec="seconds")
+def _text(header: Mapping[str, str], key: str) -> str:
+    limit = LONGEST_COMMENT if key == "comments" else LONGEST_TEXT
+    return plain_text(header.get(key, ""), limit)
+
+
+def _typed(report: PositioningReport, key: str) -> str:
+    """Return what was stated about a field beside the measured file; empty if nothing."""
+    text = _text(report.header, key)
+    return "" if text == _text(report.test.header, key) else text
+
+
+def _measured(report: PositioningReport, field: HeaderField) -> str:
+    """Return what the measured file says about a field, as it is printed; empty if nothing."""
+    test = report.test
+    if field.key in _MOMENTS and (moment := in_file(test, field.key)) is not None:
+        return moment_words(moment)
+    if text := _text(test.header, field.key):
+        return _with_unit(text, field.unit)
+    if text := _text(report.header, field.in_file):
+        return text
+    if field.key in test.environment:
+        return _start_end(test.environment[field.key], field.unit)
+    if field.key == "nde_applied_by" and _text(report.header, NORMALISED).startswith("yes"):
+        return _BY_INSTRUMENT
     return ""
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _same_number(report: PositioningReport, field: HeaderField, measured: str) -> bool:
+    """Return whether a typed number is the one of the measured file, there perhaps twice."""
+    typed = _number(_typed(report, field.key))
+    both = report.test.environment.get(field.key)
+    if both is not None and field.key not in report.test.header:
+        return typed is not None and {both.start, both.end} - {None} == {typed}
+    return typed is not None and typed == _number(measured.removesuffix(field.unit))
+
+
+def _same_moment(report: PositioningReport, key: str) -> bool:
+    typed, measured = moment_of(_typed(report, key)), in_file(report.test, key)
+    return typed is not None and measured is not None and same_moment(typed, measured)
+
+
+def _both(typed: str, measured: str) -> str:
+    """Return two statements about one thing, or the only one."""
+    if typed and measured and typed != measured:
+        return f"stated {typed}; in the file {measured}"
+    return typed or measured
+
+
+def prevailing(report: PositioningReport, key: str) -> str:
+    """Return the value of a field without what else was said about it; empty if nobody stated it.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated. The head goes before the measured file.
+    key : str
+        Key of the field.
+    """
+    field = HEADER_FIELDS[key]
+    typed = _typed(report, key)
+    if key in _MOMENTS and (moment := moment_of(typed)) is not None:
+        return moment_words(moment)
+    return _with_unit(typed, field.unit) or _measured(report, field)
 
 
 def stated(report: PositioningReport, key: str) -> str:
@@ -42,30 +130,35 @@ def stated(report: PositioningReport, key: str) -> str:
     Parameters
     ----------
     report : PositioningReport
-        What was evaluated.
+        What was evaluated. Where head and measured file differ, both are printed.
     key : str
         Key of the field.
     """
     field = HEADER_FIELDS[key]
-    limit = LONGEST_COMMENT if key == "comments" else LONGEST_TEXT
-    text = plain_text(report.header.get(key, ""), limit)
-    if text:
-        return f"{text} {field.unit}" if field.unit else text
-    text = plain_text(report.header.get(field.in_file, ""), limit)
-    if text:
-        return text
-    measured = report.test.environment.get(key)
-    if measured is not None:
-        return _start_end(measured, field.unit)
-    return plain_text(_from_test(report.test, key), limit)
+    shown, measured = prevailing(report, key), _measured(report, field)
+    if measured.startswith((f"{shown},", f"{shown}:")):
+        return measured
+    if key in _MOMENTS and _same_moment(report, key):
+        return measured if shown.endswith(ZONE_NOT_STATED) else shown
+    return shown if _same_number(report, field, measured) else _both(shown, measured)
 
 
-def _duration(test: PositioningTest) -> str:
-    if test.start is None or test.end is None:
-        return NOT_STATED
-    seconds = round((test.end - test.start).total_seconds())
-    hours, rest = divmod(max(0, seconds), 3600)
-    return f"{hours} h {rest // 60:02d} min {rest % 60:02d} s"
+def _duration(report: PositioningReport) -> str:
+    """Return the time between the start and the end that are printed."""
+    test, header = report.test, report.header
+    measured = duration_words(in_file(test, "start"), in_file(test, "end"))
+    typed = duration_words(
+        prevailing_moment(test, header, "start"), prevailing_moment(test, header, "end")
+    )
+    return _both(typed, measured) or NOT_STATED
+
+
+def _date_row(report: PositioningReport) -> tuple[str, str]:
+    """Return the date of the certificate if one was stated, else that of the measurement."""
+    if report.date is not None:
+        return "Date of the certificate", report.date
+    date = report.measurement_date
+    return "Date of the measurement", NOT_STATED if date is None else date.isoformat()
 
 
 def _known_by_the_run(report: PositioningReport, group: str) -> list[tuple[str, str]]:
@@ -82,7 +175,7 @@ def _known_by_the_run(report: PositioningReport, group: str) -> list[tuple[str, 
             ("Directions", directions),
         ]
     if group == "time":
-        return [("Duration", _duration(test)), ("Source of the times", _time_source(test))]
+        return [("Duration", _duration(report)), ("Source of the times", _time_source(test))]
     return []
 
 
@@ -123,9 +216,7 @@ def _traceability(report: PositioningReport) -> Fields:
 
 def _other_lines(report: PositioningReport) -> list[Block]:
     """Return header lines and environment values that no field of the certificate takes."""
-    shown_elsewhere = {
-        field.in_file for key, field in HEADER_FIELDS.items() if key not in report.header
-    }
+    shown_elsewhere = {field.in_file for field in HEADER_FIELDS.values()}
     lines = [
         (plain_text(key, 60).replace("_", " ") or "?", plain_text(value, 300) or NOT_STATED)
         for key, value in report.header.items()
@@ -152,7 +243,6 @@ def identification(report: PositioningReport) -> Fields:
     report : PositioningReport
         What was evaluated.
     """
-    date = report.certificate_date
     machine = [stated(report, key) for key in ("machine", "machine_model", "machine_type")]
 
     def first(text: str) -> str:
@@ -167,7 +257,7 @@ def identification(report: PositioningReport) -> Fields:
             ("Title", first(stated(report, "title"))),
             ("Customer", first(stated(report, "customer"))),
             ("Inspector", first(stated(report, "inspector"))),
-            ("Date of the certificate", NOT_STATED if date is None else date.isoformat()),
+            _date_row(report),
             ("Measurement file", first(report.source_name)),
         ),
     )

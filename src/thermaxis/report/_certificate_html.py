@@ -1,7 +1,7 @@
 """The certificate as one HTML page that needs no other file."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from html import escape
 
 from thermaxis.report._certificate import build_certificate, draw_pictures
@@ -18,6 +18,7 @@ from thermaxis.report._document import (
     Verdict,
 )
 from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._progress import Progress, silent
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 _STYLE = """
@@ -31,6 +32,7 @@ h3 { font-size: .95rem; margin: 1rem 0 .3rem; }
 .verdict { border: 2px solid #111; padding: .8rem 1rem; margin: 1rem 0; display: flex; gap: 1.2rem;
   align-items: center; }
 .verdict.alarm { border-width: 5px; }
+.verdict p { margin: 0; } .verdict .reservation { margin-top: .4rem; font-weight: bold; }
 .verdict strong { font-size: 1.7rem; white-space: nowrap; }
 dl { display: grid; grid-template-columns: 11rem 1fr 11rem 1fr;
   gap: .2rem .8rem; margin: .3rem 0 .6rem; font-size: .87rem; border-bottom: 1px solid #bbb;
@@ -43,7 +45,7 @@ dt { color: #444; } dd { margin: 0; }
 .scroll { overflow-x: auto; margin: .6rem 0 1rem; }
 table { border-collapse: collapse; font-size: .87rem; font-variant-numeric: tabular-nums;
   border-top: 2px solid #111; border-bottom: 2px solid #111; overflow-wrap: normal; }
-caption { caption-side: top; text-align: left; font-style: italic; padding-bottom: .3rem; }
+.caption { font-size: .87rem; font-style: italic; margin: 1rem 0 .3rem; break-after: avoid; }
 th { border-bottom: 2px solid #111; }
 th, td { padding: .18rem .5rem; text-align: right; white-space: nowrap; }
 .left { text-align: left; } .center { text-align: center; }
@@ -69,9 +71,7 @@ footer { margin-top: 2rem; border-top: 1px solid #888; font-size: .8rem; color: 
 """
 
 
-def certificate_html(
-    report: PositioningReport, *, progress: Callable[[str, int, int], None] | None = None
-) -> str:
+def certificate_html(report: PositioningReport, *, progress: Progress | None = None) -> str:
     """Return the certificate as one HTML page.
 
     Parameters
@@ -86,16 +86,12 @@ def certificate_html(
     str
         A page without script and without references to anything outside itself.
     """
-    tell = progress or _silent
+    tell = progress or silent
     pictures = draw_pictures(report, tell)
     document = build_certificate(report, pictures)
     page = render_html(document)
     tell("certificate", len(pictures) + 1, len(pictures) + 1)
     return page
-
-
-def _silent(_step: str, _done: int, _total: int) -> None:
-    """Tell nobody."""
 
 
 def render_html(document: Document) -> str:
@@ -171,9 +167,12 @@ def _text(block: Paragraph | ItemList | Signature) -> str:
 
 
 def _verdict(verdict: Verdict) -> str:
-    kind = "verdict" if verdict.word == "PASS" else "verdict alarm"
-    word, sentence = escape(verdict.word), escape(verdict.sentence)
-    return f'<div class="{kind}"><strong>{word}</strong><span>{sentence}</span></div>'
+    plain = verdict.word == "PASS" and not verdict.reservation
+    kind = "verdict" if plain else "verdict alarm"
+    word, text = escape(verdict.word), f"<p>{escape(verdict.sentence)}</p>"
+    if verdict.reservation:
+        text += f'<p class="reservation">{escape(verdict.reservation)}</p>'
+    return f'<div class="{kind}"><strong>{word}</strong><div>{text}</div></div>'
 
 
 def _table(table: Table) -> str:
@@ -196,10 +195,11 @@ def _table(table: Table) -> str:
         + "</tr>"
         for number, row in enumerate(table.rows)
     )
-    caption = f"<caption>{escape(table.caption)}</caption>" if table.caption else ""
+    # a caption element would be as narrow as its table
+    caption = f'<p class="caption">{escape(table.caption)}</p>\n' if table.caption else ""
     dense = ' class="dense"' if table.dense else ""
     return (
-        f'<div class="scroll"><table{dense}>{caption}\n<thead><tr>{head}</tr></thead>\n'
+        f'{caption}<div class="scroll"><table{dense}>\n<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{rows}\n</tbody></table></div>"
     )
 

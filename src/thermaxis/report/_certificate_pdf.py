@@ -2,7 +2,6 @@
 
 import datetime as dt
 import json
-from collections.abc import Callable
 from dataclasses import asdict
 from importlib import resources
 
@@ -10,11 +9,10 @@ import typst
 
 from thermaxis.report._certificate import build_certificate, draw_pictures
 from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._progress import Progress, silent
 
 
-def certificate_pdf(
-    report: PositioningReport, *, progress: Callable[[str, int, int], None] | None = None
-) -> bytes:
+def certificate_pdf(report: PositioningReport, *, progress: Progress | None = None) -> bytes:
     """Return the certificate as PDF.
 
     Parameters
@@ -28,13 +26,13 @@ def certificate_pdf(
     -------
     bytes
         The same report gives the same bytes: fonts are those inside the typesetter, and the
-        file's time is the certificate's date, or 1970-01-01 if there is none.
+        file's time is the document's date, or 1970-01-01 if there is none.
     """
-    tell = progress or _silent
+    tell = progress or silent
     pictures = draw_pictures(report, tell)
     document = build_certificate(report, pictures)
     template = resources.files("thermaxis.report").joinpath("certificate.typ").read_bytes()
-    date = report.certificate_date or dt.date(1970, 1, 1)
+    date = report.document_date or dt.date(1970, 1, 1)
     pdf = typst.compile(
         template,
         font_paths=typst.Fonts(include_system_fonts=False),
@@ -44,7 +42,3 @@ def certificate_pdf(
     )
     tell("certificate", len(pictures) + 1, len(pictures) + 1)
     return pdf
-
-
-def _silent(_step: str, _done: int, _total: int) -> None:
-    """Tell nobody."""

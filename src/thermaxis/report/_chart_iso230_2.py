@@ -49,7 +49,7 @@ def draw_iso230_2(report: PositioningReport) -> Figure:
         The chart. Unidirectional: one curve; no bands where s was not evaluated.
     """
     result = report.iso230_2
-    figure = new_figure(4.1)
+    figure = new_figure(3.8)
     axes, margin = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 0.17))
     _draw_means(axes, report)
     _draw_bands(axes, report)

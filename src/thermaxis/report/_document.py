@@ -85,6 +85,8 @@ class Verdict:
 
     word: str
     sentence: str
+    reservation: str = ""
+    """What must be read with it."""
     kind: Literal["verdict"] = "verdict"
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias, final
+from typing import final
 
 from matplotlib.figure import Figure
 
@@ -26,10 +26,8 @@ from thermaxis.report._chart_iso230_2 import draw_iso230_2
 from thermaxis.report._chart_montecarlo import draw_montecarlo
 from thermaxis.report._output import NumberTable, make_folder, write_bytes
 from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._progress import Progress
 from thermaxis.report._style import drawing, png_bytes, svg_bytes
-
-Progress: TypeAlias = Callable[[str, int, int], None]
-"""Called with the name of a step, the steps done and the number of steps."""
 
 
 @final

@@ -16,6 +16,8 @@ LONGEST_TEXT = 300
 """Longest value of a field. [1]"""
 LONGEST_COMMENT = 2000
 """Longest comment. [1]"""
+NORMALISED = "normalised_to_20_c"
+"""Key under which a reader says whether the instrument has reduced the deviations to 20 °C."""
 
 
 @final
@@ -112,7 +114,12 @@ HEADER_GROUPS: tuple[HeaderGroup, ...] = (
     _group(
         "correction",
         "Correction to 20 °C",
-        HeaderField("nde_correction", "nde_correction", "Correction of nominal expansion (NDE)"),
+        HeaderField(
+            "nde_correction",
+            "nde_correction",
+            "Correction of nominal expansion (NDE)",
+            in_file=NORMALISED,
+        ),
         HeaderField(
             "expansion_coefficient_ppm_per_k",
             "expansion_coefficient_ppm_per_k",
@@ -164,7 +171,7 @@ HEADER_GROUPS: tuple[HeaderGroup, ...] = (
         "Time",
         HeaderField("start", "start", "Start"),
         HeaderField("end", "end", "End"),
-        HeaderField("date", "date", "Date in the measurement file"),
+        HeaderField("date", "date", "Date of the run"),
     ),
     _group(
         "people",
@@ -251,25 +258,7 @@ def _text_of(path: Path, place: str, value: object, field: HeaderField) -> str:
 
 
 def read_header(path: Path) -> Mapping[str, str]:
-    """Read a file with fields of the certificate's head.
-
-    Parameters
-    ----------
-    path : Path
-        TOML with a table for each group, such as ``[machine]`` with ``name = "..."``.
-
-    Returns
-    -------
-    Mapping
-        Text by the key of the field; numbers are in the unit that the key names. An empty text
-        counts as not stated and is left out.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read, a table or key is unknown, or a value is of a wrong kind or
-        too long.
-    """
+    """Read a file with fields of the certificate's head; see `thermaxis.report.read_header`."""
     content = read_toml(path)
     groups = {group.name: group for group in HEADER_GROUPS}
     known = [f"{group.name}.{field.name}" for group in HEADER_GROUPS for field in group.fields]

@@ -50,7 +50,7 @@ class Verdict(StrEnum):
 @final
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of figures, in the deviation unit of the axis."""
+    """Limits of figures; the kind of axis fixes the unit: linear µm, rotary arcsec."""
 
     limit: Mapping[str, float]
     """Largest magnitude allowed, by key of the figure. [µm or arcsec]"""
@@ -65,7 +65,7 @@ class Limits:
 @final
 @dataclass(frozen=True, slots=True)
 class FigureCheck:
-    """One figure against its limit."""
+    """One figure against its limit; the kind of axis fixes the unit: linear µm, rotary arcsec."""
 
     key: str
     """Key of the figure."""
@@ -134,28 +134,7 @@ def _decision_rule(path: Path, value: object) -> DecisionRule:
 
 
 def read_limits(path: Path, kind: AxisKind) -> Limits:
-    """Read a file of limits.
-
-    Parameters
-    ----------
-    path : Path
-        TOML with a table ``[limits]`` (keys of the figures with the unit as suffix, such as
-        ``A_um``, and ``decision_rule``) and, where uncertainties are known, a table
-        ``[expanded_uncertainty]`` with the same keys.
-    kind : AxisKind
-        Kind of the axis, which fixes the unit.
-
-    Returns
-    -------
-    Limits
-        The limits. The default rule is simple acceptance.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read, a key is unknown, a value is not a positive number, no figure
-        is limited, or the rule needs an uncertainty that is not there.
-    """
+    """Read a file of limits; see `thermaxis.report.read_limits`."""
     content = read_toml(path)
     for key in content:
         if key not in ("limits", "expanded_uncertainty"):
@@ -193,24 +172,7 @@ def _verdict(value: float | None, limit: float, uncertainty: float) -> Verdict:
 
 
 def check_limits(limits: Limits, iso230_2: Iso230_2Result) -> LimitsCheck:
-    """Compare the figures of a run with their limits.
-
-    Parameters
-    ----------
-    limits : Limits
-        The limits and the decision rule.
-    iso230_2 : Iso230_2Result
-        The figures. The mean reversal value is compared by its magnitude.
-
-    Returns
-    -------
-    LimitsCheck
-        A verdict per figure and one for the run. An absent figure is not decided.
-
-    References
-    ----------
-    ISO 14253-1 (decision rules), its principle from general knowledge.
-    """
+    """Compare the figures of a run with their limits; see `thermaxis.report.check_limits`."""
     checks: list[FigureCheck] = []
     for key, limit in limits.limit.items():
         value: float | None = getattr(iso230_2, key)

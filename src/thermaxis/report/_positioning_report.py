@@ -18,6 +18,7 @@ from thermaxis.positioning import (
     PositioningTest,
     Vdi3441Result,
 )
+from thermaxis.report._moments import day_of, in_file
 from thermaxis.report._text import decimals_of_figures
 
 if TYPE_CHECKING:
@@ -58,7 +59,9 @@ class PositioningReport:
     version: str
     """Version of this program."""
     date: str | None = None
-    """ISO date of the certificate; None takes the day of the end, or else start, of the run."""
+    """ISO date of the certificate; None prints the day of the measurement in its place."""
+    conditions: tuple[str, ...] = ()
+    """Test conditions of the standard that the run does not meet, in words; also in `warnings`."""
 
     def __post_init__(self) -> None:
         """Check the date and freeze the header."""
@@ -75,12 +78,19 @@ class PositioningReport:
             ) from None
 
     @property
-    def certificate_date(self) -> dt.date | None:
-        """Day that is printed as date of the certificate; None if nothing states one."""
-        if self.date is not None:
-            return dt.date.fromisoformat(self.date)
-        moment = self.test.end or self.test.start
-        return None if moment is None else moment.date()
+    def measurement_date(self) -> dt.date | None:
+        """Day on which the run ended, or else started; None if nothing states one."""
+        for which in ("end", "start"):
+            moment = in_file(self.test, which)
+            day = day_of(self.header.get(which, "")) or (None if moment is None else moment.date())
+            if day is not None:
+                return day
+        return None
+
+    @property
+    def document_date(self) -> dt.date | None:
+        """Stated date of the certificate, else day of the measurement; None without either."""
+        return self.measurement_date if self.date is None else dt.date.fromisoformat(self.date)
 
     @property
     def figure_decimals(self) -> int:
@@ -91,9 +101,10 @@ class PositioningReport:
 
     @property
     def settings_sha256(self) -> str:
-        """SHA-256 of everything besides the measured file that the results depend on."""
+        """SHA-256 of everything besides the measured file that the certificate depends on."""
         adjacent, limits = self.adjacent_difference, self.limits
         settings = {
+            "version": self.version,
             "edition": str(self.iso230_2.edition),
             "single_run_rule": self.iso230_2.single_run_rule,
             "cycle": str(self.test.cycle),

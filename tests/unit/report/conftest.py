@@ -86,18 +86,20 @@ def report(
 ) -> PositioningReport:
     """Return everything that the command would evaluate from a run."""
     result = evaluate_iso230_2(test, full=full)
+    conditions = check_test_conditions(test)
     made = PositioningReport(
         test=test,
         iso230_2=result,
         adjacent_difference=evaluate_adjacent_difference(test) if test.target.size > 1 else None,
         against_cycles=evaluate_against_cycles(test) if test.cycles > 1 else None,
         other_standard=None,
-        warnings=(*test.remarks, *check_test_conditions(test)),
+        warnings=(*test.remarks, *conditions),
         header={**test.header, **(header or {})},
         limits=None if limits is None else check_limits(limits, result),
         source_name="x_axis.csv",
         source_sha256="0123456789abcdef" * 4,
         version="1.2.3",
+        conditions=conditions,
     )
     return replace(made, **fields)
 

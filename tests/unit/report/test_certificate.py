@@ -54,6 +54,18 @@ def notes_of(document: Document) -> str:
     return " ".join(next(b for b in document.sections[0].blocks if isinstance(b, ItemList)).items)
 
 
+def verdict_of(document: Document) -> Verdict:
+    return next(block for block in document.opening if isinstance(block, Verdict))
+
+
+def fields_of(report: PositioningReport) -> dict[str, str]:
+    """Return the labelled values of the conditions of the test."""
+    document = document_of(report)
+    section = next(s for s in document.sections if s.heading.startswith("Conditions"))
+    groups = [block for block in section.blocks if isinstance(block, Fields)]
+    return {label: value for group in groups for label, value in group.fields}
+
+
 @pytest.fixture(scope="module")
 def small(make_run: MakeRun, make_report: MakeReport) -> PositioningReport:
     return make_report(make_run(), limits=LIMITS)
@@ -85,7 +97,7 @@ def test_a_limited_figure_has_its_uncertainty_limit_and_verdict(small_document: 
     assert by_symbol["R"] == ("1.0", "30.00", "pass")
     assert by_symbol["A"] == ("0.80", "20.00", "pass")
     assert by_symbol["M"] == ("not evaluated", "", "")
-    verdict = next(b for b in small_document.opening if isinstance(b, Verdict))
+    verdict = verdict_of(small_document)
     assert verdict.word == "PASS"
     assert "ISO 14253-1: a figure passes if figure + U" in verdict.sentence
     assert "limits.toml" in verdict.sentence
@@ -99,7 +111,7 @@ def test_a_figure_above_or_near_its_limit_decides_the_run(
     assert limit - 0.3 < small.iso230_2.B
     limits = Limits({"B": limit}, DecisionRule.ISO14253_1, {"B": 0.3}, "limits.toml")
     document = document_of(make_report(small.test, limits=limits))
-    verdict = next(b for b in document.opening if isinstance(b, Verdict))
+    verdict = verdict_of(document)
     assert verdict.word == word
     assert verdict.sentence.startswith("B: ")
 
@@ -187,11 +199,55 @@ def test_a_rotary_axis_is_certified_in_degrees_and_arcseconds(
 
 @pytest.mark.parametrize(
     ("cycle", "words"),
-    [(Cycle.STEP, "Step cycle (Annex B): not for acceptance"), (Cycle.PILGRIM, "Pilgrim-step")],
+    [(Cycle.STEP, "step cycle (Annex B)"), (Cycle.PILGRIM, "pilgrim-step cycle")],
 )
-def test_another_test_cycle_is_named(small: PositioningReport, cycle: Cycle, words: str) -> None:
-    document = document_of(replace(small, test=replace(small.test, cycle=cycle)))
-    assert words in notes_of(document)
+def test_another_test_cycle_is_named_and_is_not_for_acceptance(
+    small: PositioningReport, make_report: MakeReport, cycle: Cycle, words: str
+) -> None:
+    test = replace(small.test, cycle=cycle)
+    unfilled = replace(small, test=test)
+    for report in (unfilled, make_report(test, limits=LIMITS)):
+        document = document_of(report)
+        assert f"9 targets, 5 runs per direction, {words}." in notes_of(document)
+        assert "not for acceptance unless agreed" in notes_of(document)
+        assert verdict_of(document).reservation == (
+            "Test conditions of the standard not met: see remarks."
+            " Not for acceptance unless agreed."
+        )
+
+
+def test_a_verdict_on_a_run_that_misses_a_condition_says_so(
+    small: PositioningReport, make_run: MakeRun, make_report: MakeReport
+) -> None:
+    assert verdict_of(document_of(small)).reservation == ""
+    assert "does not meet" not in notes_of(document_of(small))
+    report = make_report(make_run(cycles=8), limits=LIMITS)
+    assert len(report.conditions) == 1
+    document = document_of(report)
+    assert verdict_of(document).reservation == (
+        "Test conditions of the standard not met: see remarks."
+    )
+    assert report.conditions[0] in notes_of(document)
+    assert report.conditions[0] in section_of(document, "Remarks")
+
+
+@pytest.mark.parametrize(("targets", "cycles", "length"), [(9, 5, 300.0), (12, 1, 2750.0)])
+def test_the_number_of_runs_is_remarked_upon_only_where_the_standard_asks_for_another(
+    make_run: MakeRun, make_report: MakeReport, targets: int, cycles: int, length: float
+) -> None:
+    words = "ISO 230-2 asks for 5 runs per direction; these figures are of"
+    usual = make_report(make_run(targets, cycles, length=length), conditions=())
+    assert words not in notes_of(document_of(usual))
+    other = make_report(make_run(9, 7), conditions=())
+    assert f"{words} 7." in notes_of(document_of(other))
+
+
+def test_a_note_says_what_the_formulas_were_checked_against(small_document: Document) -> None:
+    notes = notes_of(small_document)
+    assert "checked against four independent implementations" in notes
+    assert "GOST ISO 230-2-2016" in notes
+    assert "names of the figures from memory" in notes
+    assert "The text of ISO 230-2 itself was not available." in notes
 
 
 def test_another_standard_carries_its_mark(small: PositioningReport) -> None:
@@ -229,8 +285,9 @@ def test_the_other_method_stands_apart_and_says_that_it_is_no_result_of_the_stan
 
 def test_a_position_that_stands_out_is_named_in_words(hundred_cycles: PositioningReport) -> None:
     text = section_of(document_of(hundred_cycles), "Adjacent-difference method")
-    assert "Stands out by its spread" in text
-    assert "position 3 (" in text
+    assert "A prompt to look, not a verdict: the spread stands out at position 3 (" in text
+    assert "exact, with at most 5 % false alarms per run, for normal and independent" in text
+    assert "scatter that varies along the axis, raises the alarms" in text
     assert "±2s of the mean, equation (6)" in text
 
 
@@ -300,12 +357,98 @@ def test_further_channels_and_header_lines_are_shown(
     assert "('Feed', '300 mm/min')" in conditions
 
 
-def test_a_stated_field_goes_before_the_file(small: PositioningReport) -> None:
-    header = {**small.header, "air_temperature_c": "19.8 to 20.1", "dwell_s": "2.5"}
-    conditions = section_of(document_of(replace(small, header=header)), "Conditions")
-    assert "('Air temperature', '19.8 to 20.1 °C')" in conditions
-    assert "('Dwell', '2.5 s')" in conditions
-    assert "('Duration', '7 h 01 min 00 s')" in conditions
+def test_a_stated_field_stands_beside_what_the_file_says_of_it(small: PositioningReport) -> None:
+    test = replace(
+        small.test,
+        header={**small.test.header, "dwell": "2 s", "feed": "300 mm/min", "machine": "FNG 32"},
+        environment={
+            "air_temperature_c": StartEnd(23.6, 24.4),
+            "expansion_coefficient_ppm_per_k": StartEnd(8.0, 8.0),
+            "air_pressure_kpa": StartEnd(99.0, 99.0),
+        },
+    )
+    stated = {
+        "air_temperature_c": "19.8 to 20.1",
+        "expansion_coefficient_ppm_per_k": "11.7",
+        "air_pressure_kpa": "99",
+        "dwell_s": "2.5",
+        "feed_mm_per_min": "300.0",
+        "machine": "FNG 32 B",
+        "location": "hall 2",
+    }
+    report = replace(small, test=test, header={**test.header, **stated})
+    fields = fields_of(report)
+    assert fields["Air temperature"] == (
+        "stated 19.8 to 20.1 °C; in the file 23.6 °C (start), 24.4 °C (end)"
+    )
+    assert fields["Expansion coefficient used"] == (
+        "stated 11.7 ppm/K; in the file 8 ppm/K (start and end)"
+    )
+    assert fields["Air pressure"] == "99 kPa"
+    assert fields["Dwell"] == "stated 2.5 s; in the file 2 s"
+    assert fields["Feed"] == "300.0 mm/min"
+    assert fields["Location"] == "hall 2"
+    front = document_of(report).opening[0]
+    assert isinstance(front, Fields)
+    assert dict(front.fields)["Machine"] == "stated FNG 32 B; in the file FNG 32"
+
+
+def test_the_title_of_a_certificate_names_one_axis(small: PositioningReport) -> None:
+    document = document_of(replace(small, header={**small.header, "axis": "X1"}))
+    assert document.title.endswith(", axis X1")
+    assert "stated X1; in the file X" in section_of(document, "Conditions")
+
+
+def test_the_duration_is_that_between_the_printed_start_and_end(small: PositioningReport) -> None:
+    fields = fields_of(small)
+    assert fields["Start"] == "2026-03-02 07:30:00 (zone not stated)"
+    assert fields["Duration"] == "7 h 01 min 00 s"
+    typed = {"start": "2026-03-02 08:00:00+01:00", "end": "2026-03-02 14:31:00+01:00"}
+    fields = fields_of(replace(small, header={**small.header, **typed}))
+    assert fields["Start"] == (
+        "stated 2026-03-02 08:00:00+01:00; in the file 2026-03-02 07:30:00 (zone not stated)"
+    )
+    assert fields["End"] == "2026-03-02 14:31:00+01:00"
+    assert fields["Duration"] == "stated 6 h 31 min 00 s; in the file 7 h 01 min 00 s"
+    fields = fields_of(replace(small, header={**small.header, "end": "2026-03-02 15:31:00"}))
+    assert fields["Duration"] == "stated 8 h 01 min 00 s; in the file 7 h 01 min 00 s"
+
+
+@pytest.mark.parametrize(
+    ("typed", "printed"),
+    [
+        ({"start": "in the morning"}, "7 h 01 min 00 s"),
+        (
+            {"end": "2026-03-01 08:00:00"},
+            "stated none: the end lies before the start; in the file 7 h 01 min 00 s",
+        ),
+        (
+            {"start": "2026-03-02T07:30:00+01:00", "end": "2026-03-02T13:31:00Z"},
+            "7 h 01 min 00 s",
+        ),
+    ],
+)
+def test_a_typed_time_of_any_kind_has_a_duration_in_words(
+    small: PositioningReport, typed: dict[str, str], printed: str
+) -> None:
+    assert fields_of(replace(small, header={**small.header, **typed}))["Duration"] == printed
+
+
+def test_a_run_that_the_instrument_reduced_to_20_c_says_by_what(small: PositioningReport) -> None:
+    assert fields_of(small)["Applied by (instrument or software)"] == "not stated"
+    words = "yes, with 8 ppm/K (environment factor)"
+    test = replace(small.test, header={**small.test.header, "normalised_to_20_c": words})
+    report = replace(small, test=test, header=test.header)
+    fields = fields_of(report)
+    assert fields["Correction of nominal expansion (NDE)"] == words
+    applied = fields["Applied by (instrument or software)"]
+    assert applied.startswith("instrument: the deviations are already reduced to 20 °C")
+    assert "environment factor" in applied
+    assert "normalised to 20 c" not in fields
+    typed = {**test.header, "nde_correction": "no", "nde_applied_by": "instrument"}
+    fields = fields_of(replace(report, header=typed))
+    assert fields["Correction of nominal expansion (NDE)"] == f"stated no; in the file {words}"
+    assert fields["Applied by (instrument or software)"] == applied
 
 
 def test_what_nobody_stated_is_printed_as_not_stated(make_report: MakeReport) -> None:
@@ -329,16 +472,29 @@ def test_the_settings_hash_follows_what_the_results_depend_on(
     other_header = replace(small, header={**small.header, "dwell_s": "3"})
     no_limits = replace(small, limits=None)
     other_date = replace(small, date="2026-11-20")
-    hashes = {r.settings_sha256 for r in (small, other_header, no_limits, other_date)}
-    assert len(hashes) == 4
+    newer = replace(small, version="1.2.4")
+    hashes = {r.settings_sha256 for r in (small, other_header, no_limits, other_date, newer)}
+    assert len(hashes) == 5
     assert small.settings_sha256 == make_report(small.test, limits=LIMITS).settings_sha256
 
 
-def test_the_date_is_the_stated_one_or_that_of_the_run(small: PositioningReport) -> None:
-    assert str(small.certificate_date) == "2026-03-02"
-    assert str(replace(small, date="2026-11-20").certificate_date) == "2026-11-20"
-    untimed = replace(small.test, start=None, end=None)
-    assert replace(small, test=untimed).certificate_date is None
+def test_a_date_is_that_of_the_measurement_unless_one_of_the_certificate_is_stated(
+    small: PositioningReport,
+) -> None:
+    dated = replace(small, date="2026-11-20")
+    untimed = replace(small, test=replace(small.test, start=None, end=None))
+    typed = replace(small, header={**small.header, "end": "2026-03-04"})
+    for report, row, of_the_file in (
+        (small, ("Date of the measurement", "2026-03-02"), "2026-03-02"),
+        (dated, ("Date of the certificate", "2026-11-20"), "2026-11-20"),
+        (untimed, ("Date of the measurement", "not stated"), None),
+        (typed, ("Date of the measurement", "2026-03-04"), "2026-03-04"),
+    ):
+        document = document_of(report)
+        front = document.opening[0]
+        assert isinstance(front, Fields)
+        assert [field for field in front.fields if field[0].startswith("Date")] == [row]
+        assert document.date == of_the_file
     with pytest.raises(ConfigurationError, match="not a date"):
         replace(small, date="20.11.2026")
 

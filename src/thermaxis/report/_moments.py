@@ -1,0 +1,115 @@
+"""Start and end of a run: as typed into the head, and as the measured file has them."""
+
+import datetime as dt
+from collections.abc import Mapping
+
+from thermaxis.positioning import PositioningTest
+
+ZONE_NOT_STATED = "(zone not stated)"
+"""Printed behind a time whose place on the globe nobody stated."""
+
+
+def moment_of(text: str) -> dt.datetime | None:
+    """Return the date and time that a text states in ISO form; None if it is another text.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``2026-03-02 07:30:00+01:00``. A date alone is no moment.
+    """
+    if ":" not in text:
+        return None
+    try:
+        return dt.datetime.fromisoformat(text.strip())
+    except ValueError:
+        return None
+
+
+def day_of(text: str) -> dt.date | None:
+    """Return the day with which a text in ISO form begins; None if it is another text.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``2026-03-02``, with or without a time.
+    """
+    try:
+        return dt.date.fromisoformat(text.strip()[:10])
+    except ValueError:
+        return None
+
+
+def moment_words(moment: dt.datetime) -> str:
+    """Return date and time as a certificate prints them, and that a zone is missing.
+
+    Parameters
+    ----------
+    moment : datetime
+        Date and time.
+    """
+    whole = moment.microsecond == 0
+    text = moment.isoformat(sep=" ", timespec="seconds" if whole else "auto")
+    return text if moment.tzinfo is not None else f"{text} {ZONE_NOT_STATED}"
+
+
+def same_moment(first: dt.datetime, second: dt.datetime) -> bool:
+    """Return whether two statements agree; a missing zone contradicts nothing.
+
+    Parameters
+    ----------
+    first, second : datetime
+        Dates and times.
+    """
+    if first.tzinfo is not None and second.tzinfo is not None:
+        return first == second
+    return first.replace(tzinfo=None) == second.replace(tzinfo=None)
+
+
+def in_file(test: PositioningTest, which: str) -> dt.datetime | None:
+    """Return start or end as the measured file has it.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The run.
+    which : str
+        Start or end.
+    """
+    known = test.start if which == "start" else test.end
+    return known if known is not None else moment_of(test.header.get(which, ""))
+
+
+def prevailing_moment(
+    test: PositioningTest, header: Mapping[str, str], which: str
+) -> dt.datetime | None:
+    """Return start or end as the head states it, else as the measured file has it.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The run.
+    header : Mapping
+        Fields of the head. A text that is no date and time leaves what the file has.
+    which : str
+        Start or end.
+    """
+    return moment_of(header.get(which, "")) or in_file(test, which)
+
+
+def duration_words(start: dt.datetime | None, end: dt.datetime | None) -> str:
+    """Return the time between start and end; empty where one of them is unknown.
+
+    Parameters
+    ----------
+    start, end : datetime or None
+        Dates and times; if one has no zone, both are taken to be of the same place.
+    """
+    if start is None or end is None:
+        return ""
+    if (start.tzinfo is None) != (end.tzinfo is None):
+        start, end = start.replace(tzinfo=None), end.replace(tzinfo=None)
+    seconds = round((end - start).total_seconds())
+    if seconds < 0:
+        return "none: the end lies before the start"
+    hours, rest = divmod(seconds, 3600)
+    return f"{hours} h {rest // 60:02d} min {rest % 60:02d} s"
