@@ -145,12 +145,6 @@ def _single_run_warning(iso230_2: "Iso230_2Result", test: "PositioningTest") -> 
     return (f"{rule}; ask for them with --full",)
 
 
-def _sha256_of(path: Path) -> str:
-    from hashlib import sha256  # noqa: PLC0415  --help needs no hash
-
-    return sha256(path.read_bytes()).hexdigest()
-
-
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, before anything is read or written."""
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
@@ -215,7 +209,7 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         If a header or limits file is wrong.
     """
     from thermaxis import __version__, report  # noqa: PLC0415  --help needs none of these
-    from thermaxis.files import read_positioning  # noqa: PLC0415
+    from thermaxis.files import read_positioning_with_sha256  # noqa: PLC0415
     from thermaxis.positioning import (  # noqa: PLC0415
         Cycle,
         Edition,
@@ -225,7 +219,7 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
     )
 
     path: Path = arguments.file
-    test = read_positioning(path, fallback_encoding=arguments.encoding)
+    test, sha256 = read_positioning_with_sha256(path, fallback_encoding=arguments.encoding)
     stated_cycle = test.cycle
     if arguments.cycle is not None:
         test = test.with_cycle(Cycle(arguments.cycle))
@@ -252,10 +246,11 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         against_cycles=evaluate_against_cycles(test) if wants_charts and test.cycles > 1 else None,
         other_standard=other_standard,
         warnings=tuple(warnings),
+        conditions=conditions,
         header={**test.header, **stated},
         limits=report.check_limits(limits, iso230_2) if limits else None,
         source_name=path.name,
-        source_sha256=_sha256_of(path),
+        source_sha256=sha256,
         version=__version__,
         date=arguments.date,
     )
