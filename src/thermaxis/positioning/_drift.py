@@ -9,6 +9,7 @@ the restricted likelihood as weight, so that the bands hold what the run does no
 Where the axis bows, a third function times a parabola of the position is added.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from statistics import NormalDist
@@ -17,12 +18,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import DataError
-from thermaxis.positioning._drift_tests import (
-    SIGNIFICANCE,
-    probability_without_bow,
-    probability_without_drift,
-    targets_that_drift_alone,
-)
+from thermaxis.positioning._drift_tests import SIGNIFICANCE, DriftTests, FTest
 from thermaxis.positioning._iso230_2 import Iso230_2Figures, figures_of
 from thermaxis.positioning._positioning_test import (
     APPROACHES,
@@ -33,6 +29,8 @@ from thermaxis.positioning._positioning_test import (
 from thermaxis.positioning._smooth_terms import IntArray, Readings, sums_per
 from thermaxis.positioning._smoothness import (
     NO_DRIFT,
+    PLAIN_TIME,
+    WARM_UPS,
     Average,
     Reported,
     average_over_smoothness,
@@ -174,8 +172,10 @@ class _Run:
     """(C, L)."""
     offset: FloatArray
     """Mean of each level, subtracted from its readings against round-off, (L,). [µm or arcsec]"""
-    start_s: float
-    duration_s: float
+    start: float
+    """Time of the first reading. [s, or number of the reading]"""
+    duration: float
+    """Time from the first to the last reading. [s, or readings]"""
     scale: float
     """Root mean square distance of the levels from the mean position. [mm or deg]"""
     cycles: float
@@ -269,8 +269,8 @@ def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
         approaches=approaches,
         shape_of_level=np.tile(shape, len(approaches)),
         offset=offset,
-        start_s=start,
-        duration_s=duration,
+        start=start,
+        duration=duration,
         scale=scale,
         cycles=i.size / levels,
         bow=bow,
@@ -312,44 +312,45 @@ class _Estimate:
     still: float
     """Variance of a reading of weight one, if there is no drift."""
     drift: FloatArray
-    """(N,)."""
+    """Since the first reading, (N,)."""
     residual: FloatArray
     """(N,)."""
     effective_parameters: float
 
 
-def _intervals(run: _Run, *, seconds: bool) -> int:
-    wanted = int(np.clip(round(2.0 * run.cycles), FEWEST_INTERVALS, MOST_INTERVALS))
-    if not seconds:
-        return wanted
-    return max(wanted, int(np.ceil(run.duration_s / LONGEST_INTERVAL_S)))
+def _average(run: _Run, *, seconds: bool) -> Average:
+    """Average the fits with knots that lie close enough together.
 
-
-def _weight_of_no_drift(probability: float) -> float:
-    """Return the least weight that the p-value leaves to 'no drift', where it was one half.
-
-    The smooth functions alone would claim that every run drifts a little.
+    Logarithmic time stretches the intervals at the end of the run to less than twice their
+    length. A run of more than thirty hours is resolved well enough in plain time alone.
     """
-    if probability >= np.exp(-1.0):
-        return 0.5
-    if probability <= 0.0:
-        return 0.0
-    ratio = -np.e * probability * np.log(probability)
-    return float(ratio / (1.0 + ratio))
+    wanted = int(np.clip(round(2.0 * run.cycles), FEWEST_INTERVALS, MOST_INTERVALS))
+    needed = int(np.ceil(run.duration / LONGEST_INTERVAL_S)) if seconds else 0
+    if needed > MOST_INTERVALS:
+        return average_over_smoothness(run.readings, needed, PLAIN_TIME)
+    return average_over_smoothness(run.readings, max(wanted, 2 * needed), WARM_UPS)
 
 
-def _estimate(run: _Run, reference: float, probability: float, *, seconds: bool) -> _Estimate:
+def _weight_of_no_drift(drift: FTest) -> float:
+    """Return how much of what looks like a drift chance alone explains, from 0 to 1.
+
+    The smooth functions alone would claim that every run drifts by about its uncertainty.
+    """
+    return 1.0 / max(drift.ratio, 1.0)
+
+
+def _estimate(run: _Run, drift_test: FTest, *, seconds: bool) -> _Estimate:
     readings = run.readings
-    average = average_over_smoothness(readings, _intervals(run, seconds=seconds))
+    average = _average(run, seconds=seconds)
     model, stated, no_drift = DriftModel.NONE, NO_DRIFT, 0.0
     parameters = float(readings.levels)
-    if run.bow or probability < SIGNIFICANCE:
+    if run.bow or drift_test.found:
         parameters = effective_parameters(average)
         model = DriftModel.LINE if average.line_is_enough else DriftModel.SMOOTH
         stated = reported(average)
     else:
-        no_drift = _weight_of_no_drift(probability)
-    drift = stated.drift(readings, reference)
+        no_drift = _weight_of_no_drift(drift_test)
+    drift = stated.drift(readings, 0.0)
     without = readings.value - drift
     residual = without - _means(readings.level, without, readings.levels)[readings.level]
     still = float(np.sum(readings.weight * residual**2)) / (residual.size - readings.levels)
@@ -394,22 +395,24 @@ def _placed(run: _Run, targets: int, values: FloatArray) -> FloatArray:
 
 
 def _reference(run: _Run, reference_time_s: float | None, *, seconds: bool) -> float:
+    """Return the time of the thermal state as the run counts it, in seconds or readings."""
+    end = run.start + run.duration
     if reference_time_s is None:
-        return float(np.mean(run.readings.time))
+        return run.start + run.duration * float(np.mean(run.readings.time))
     if not seconds:
         raise DataError(
             "the readings have no times",
             where="reference time",
             remedy="Leave the reference time out; the mean of the order is taken",
         )
-    if not 0.0 <= reference_time_s <= run.duration_s:
+    if not min(run.start, 0.0) <= reference_time_s <= end:
         raise DataError(
-            f"{reference_time_s / 3600.0:g} h lies outside the run, which lasts"
-            f" {run.duration_s / 3600.0:.3g} h",
+            f"{reference_time_s / 3600.0:g} h lies outside the run, which ends at"
+            f" {end / 3600.0:.3g} h",
             where="reference time",
             remedy="Choose a time within the run; a drift is not extrapolated",
         )
-    return reference_time_s / run.duration_s
+    return max(reference_time_s, run.start)
 
 
 @final
@@ -417,26 +420,27 @@ def _reference(run: _Run, reference_time_s: float | None, *, seconds: bool) -> f
 class _Fitted:
     run: _Run
     estimate: _Estimate
-    reference: float
-    probability: float
+    tests: DriftTests
+    drift_test: FTest
 
 
-def _fit(test: PositioningTest, reference_time_s: float | None) -> _Fitted:
+def _fit(test: PositioningTest) -> _Fitted:
     """Fit twice where the noise is unequal: the second time with weights."""
     seconds = test.time_s is not None
     run = _flatten(test, bow=False)
-    reference = _reference(run, reference_time_s, seconds=seconds)
-    if probability_without_bow(run.readings, test.target.size, run.cycles) < SIGNIFICANCE:
+    tests = DriftTests(run.readings, test.target.size, run.cycles)
+    if tests.bow().found:
         run = _flatten(test, bow=True)
     while True:
-        probability = probability_without_drift(run.readings, run.cycles)
-        estimate = _estimate(run, reference, probability, seconds=seconds)
+        drift_test = tests.drift()
+        estimate = _estimate(run, drift_test, seconds=seconds)
         parameters = estimate.effective_parameters - run.readings.levels
         weight = weights_of_levels(run.readings, estimate.residual, parameters)
         if np.all(weight == 1.0) or not np.all(run.readings.weight == 1.0):
-            return _Fitted(run, estimate, reference, probability)
+            return _Fitted(run, estimate, tests, drift_test)
         weighted = replace(run.readings, weight=weight[run.readings.level])
         run = replace(run, readings=weighted)
+        tests = DriftTests(weighted, test.target.size, run.cycles)
 
 
 def _left_out(
@@ -485,9 +489,42 @@ def evaluate_drift(
     H. D. Patterson and R. Thompson 1971 (restricted likelihood); G. K. Smyth 2004 (moderated
     variances); all from memory.
     """
+    return evaluate_drift_at(test, (reference_time_s,), robust=robust)[0]
+
+
+def evaluate_drift_at(
+    test: PositioningTest, reference_times_s: Sequence[float | None], *, robust: bool = False
+) -> tuple[DriftResult, ...]:
+    """Separate the drift of a run from its levels and state them at several thermal states.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The measured run, as in `evaluate_drift`.
+    reference_times_s : sequence of float or None
+        Times t0 of the thermal states, from the first reading; None is the mean time. [s]
+    robust : bool
+        As in `evaluate_drift`.
+
+    Returns
+    -------
+    tuple of DriftResult
+        One for each time; the run is fitted once.
+
+    Raises
+    ------
+    DataError
+        As in `evaluate_drift`.
+
+    References
+    ----------
+    As in `evaluate_drift`.
+    """
+    run = _flatten(test, bow=False)
+    references = [_reference(run, t, seconds=test.time_s is not None) for t in reference_times_s]
     outliers: list[Outlier] = []
     kept = test
-    fitted = _fit(kept, reference_time_s)
+    fitted = _fit(kept)
     most = MOST_OUTLIERS * fitted.run.readings.value.size
     while robust and len(outliers) + 1 <= most:
         excess = _outlying(fitted.run.readings, fitted.estimate.residual)
@@ -496,8 +533,8 @@ def evaluate_drift(
             break
         kept, outlier = _left_out(kept, fitted, worst)
         outliers.append(outlier)
-        fitted = _fit(kept, reference_time_s)
-    return _result(test, fitted, tuple(outliers))
+        fitted = _fit(kept)
+    return tuple(_result(test, fitted, r, tuple(outliers)) for r in references)
 
 
 def _noise_std(run: _Run, residual: FloatArray, drift_parameters: float) -> FloatArray:
@@ -526,18 +563,23 @@ def _warnings(test: PositioningTest, fitted: _Fitted, suspects: tuple[int, ...])
     return tuple(said)
 
 
-def _result(test: PositioningTest, fitted: _Fitted, outliers: tuple[Outlier, ...]) -> DriftResult:
-    run, estimate, reference = fitted.run, fitted.estimate, fitted.reference
+def _result(
+    test: PositioningTest, fitted: _Fitted, reference: float, outliers: tuple[Outlier, ...]
+) -> DriftResult:
+    run, estimate = fitted.run, fitted.estimate
+    fraction = float(np.clip((reference - run.start) / run.duration, 0.0, 1.0))
     m = test.target.size
     readings = run.readings
-    level = _means(readings.level, readings.value - estimate.drift, readings.levels)
-    covariance = _level_covariance(run, estimate, level, reference)
+    at_reference = estimate.reported.functions(readings.shape.shape[0], np.array([fraction]), 0.0)
+    from_reference = estimate.drift - at_reference[:, 0] @ readings.shape
+    level = _means(readings.level, readings.value - from_reference, readings.levels)
+    covariance = _level_covariance(run, estimate, level, fraction)
     drift_parameters = estimate.effective_parameters - readings.levels
     free = readings.value.size - estimate.effective_parameters
     time = np.linspace(0.0, 1.0, _BAND_TIMES)
-    curve, curve_std = _curves(estimate, time, reference)
+    curve, curve_std = _curves(estimate, time, fraction)
     drift = np.full(test.deviation.shape, np.nan)
-    drift[run.index] = estimate.drift
+    drift[run.index] = from_reference
     deviation = test.deviation - drift
     mean = _placed(run, m, level + run.offset)
     residual = estimate.residual
@@ -546,14 +588,14 @@ def _result(test: PositioningTest, fitted: _Fitted, outliers: tuple[Outlier, ...
     taken = 1.0 - drift_parameters / (readings.value.size - readings.levels)
     with np.errstate(divide="ignore", invalid="ignore"):
         s = _placed(run, m, np.sqrt(square / (count - 1.0) / taken))
-    suspects = targets_that_drift_alone(readings, m, run.cycles, bow=run.bow)
+    suspects = fitted.tests.targets_alone(bow=run.bow)
     levels_std = np.sqrt(np.diag(covariance))
     weight = sums_per(readings.level, readings.weight, readings.levels) / count
     return DriftResult(
         model=estimate.model,
-        p_no_drift=fitted.probability,
+        p_no_drift=fitted.drift_test.probability,
         time_source=test.time_source,
-        reference_time_s=None if test.time_s is None else reference * run.duration_s,
+        reference_time_s=None if test.time_s is None else reference,
         level=mean,
         level_covariance=covariance,
         level_std=_placed(run, m, levels_std),
@@ -562,7 +604,7 @@ def _result(test: PositioningTest, fitted: _Fitted, outliers: tuple[Outlier, ...
         effective_parameters=estimate.effective_parameters,
         drift_parameters=drift_parameters,
         weight=_placed(run, m, weight),
-        time_s=run.start_s + time * run.duration_s,
+        time_s=run.start + time * run.duration,
         common=curve[0],
         common_std=curve_std[0],
         slope=curve[1] / run.scale,

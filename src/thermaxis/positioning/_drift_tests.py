@@ -1,7 +1,7 @@
 """Tests of what a run says about its drift: whether it drifts, bows, or drifts at one target only.
 
 All are F tests of regressions on the levels and on polynomials of time. The levels are taken out
-of every column first, so that their number costs nothing.
+of every regressor first, so that their number costs nothing.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.positioning._positioning_test import FloatArray
-from thermaxis.positioning._smooth_terms import Readings, sums_per
+from thermaxis.positioning._smooth_terms import IntArray, Readings, sums_per
 
 SIGNIFICANCE = 0.01
 """Level of every test. [1]"""
@@ -20,74 +20,57 @@ FEWEST_CYCLES_BOW = 3.0
 """With fewer cycles a bow is not looked for. [1]"""
 FEWEST_TARGETS_ALONE = 4
 """With fewer targets nobody can say which of them drifts otherwise. [1]"""
+MANY_CYCLES = 10.0
+"""From so many cycles on the polynomials are of higher degree. [1]"""
 _RANK = 1e-10
 """Eigenvalues below this share of the largest one count as zero. [1]"""
 
 
-def unexplained_share(square: float, square_with: float, more: int, free: int) -> float:
-    """Return the probability of the F test of two nested regressions.
+@final
+@dataclass(frozen=True, slots=True)
+class FTest:
+    """An F test of two nested regressions."""
 
-    Parameters
-    ----------
-    square, square_with : float
-        Sums of squared residuals without and with the columns that are tested.
-    more : int
-        Number of these columns. [1]
-    free : int
-        Degrees of freedom of the residuals with them. [1]
+    ratio: float
+    """Mean square of what is tested over that of the noise; about one by chance. [1]"""
+    probability: float
+    """Probability of such a ratio, or a larger one, by chance. [1]"""
 
-    Returns
-    -------
-    float
-        Probability of such a gain, or a larger one, by chance. [1]
-    """
-    if free < 1 or more < 1:
-        return 1.0
+    @property
+    def found(self) -> bool:
+        """Whether what is tested is there, at the 1 % level."""
+        return self.probability < SIGNIFICANCE
+
+
+_NOT_TESTED = FTest(ratio=0.0, probability=1.0)
+
+
+def _compare(square: float, square_with: float, more: int, free: int) -> FTest:
+    """Compare sums of squared residuals without and with `more` regressors."""
+    gained = max(square - square_with, 0.0)
+    if free < 1 or more < 1 or gained == 0.0:
+        return _NOT_TESTED
     if square_with <= 0.0:
-        return 0.0 if square > 0.0 else 1.0
+        return FTest(ratio=np.inf, probability=0.0)
     from scipy.special import fdtrc  # noqa: PLC0415 - it takes longer to import than most runs
 
-    ratio = max(square - square_with, 0.0) / more / (square_with / free)
-    return float(fdtrc(more, free, ratio))
+    ratio = gained / more / (square_with / free)
+    return FTest(ratio=ratio, probability=float(fdtrc(more, free, ratio)))
 
 
-def without_levels(readings: Readings, columns: FloatArray) -> FloatArray:
-    """Take the weighted mean of every level out of each column, and weight what is left.
+def _without_levels(readings: Readings, rows: FloatArray) -> FloatArray:
+    """Take the weighted mean of every level out of each row, (k, N), and weight what is left.
 
-    Parameters
-    ----------
-    readings : Readings
-        The run.
-    columns : FloatArray
-        One value per reading and column, (N, k).
-
-    Returns
-    -------
-    FloatArray
-        (N, k).
+    The rows are changed in place.
     """
     count = sums_per(readings.level, readings.weight, readings.levels)
     count[count == 0.0] = 1.0  # levels of other targets, where a part of a run is looked at
     root = np.sqrt(readings.weight)
-    out = np.empty_like(columns)
-    for k in range(columns.shape[1]):
-        mean = sums_per(readings.level, readings.weight * columns[:, k], readings.levels) / count
-        out[:, k] = (columns[:, k] - mean[readings.level]) * root
-    return out
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Regression:
-    columns: FloatArray
-    """Without levels, weighted, (N, k)."""
-    inverse: FloatArray
-    """Of their products, (k, k)."""
-    residual: FloatArray
-    """(N,)."""
-    square: float
-    rank: int
-    free: int
+    for k in range(rows.shape[0]):
+        mean = sums_per(readings.level, readings.weight * rows[k], readings.levels) / count
+        rows[k] -= mean[readings.level]
+        rows[k] *= root
+    return rows
 
 
 def _inverse(products: FloatArray) -> tuple[FloatArray, int]:
@@ -97,22 +80,6 @@ def _inverse(products: FloatArray) -> tuple[FloatArray, int]:
     large = value > _RANK * value[-1]
     scaled = vector[:, large] / scale[:, None]
     return (scaled / value[large]) @ scaled.T, int(np.sum(large))
-
-
-def _regress(readings: Readings, columns: FloatArray) -> _Regression:
-    projected = without_levels(readings, columns)
-    inverse, rank = _inverse(projected.T @ projected)
-    residual = without_levels(readings, readings.value[:, None])[:, 0]
-    for _ in range(2):  # the second time removes the round-off of the first
-        residual = residual - projected @ (inverse @ (projected.T @ residual))
-    return _Regression(
-        columns=projected,
-        inverse=inverse,
-        residual=residual,
-        square=float(residual @ residual),
-        rank=rank,
-        free=residual.size - readings.levels - rank,
-    )
 
 
 def polynomials(time: FloatArray, degree: int) -> FloatArray:
@@ -128,10 +95,20 @@ def polynomials(time: FloatArray, degree: int) -> FloatArray:
     Returns
     -------
     FloatArray
-        (N, degree). [1]
+        (degree, N). [1]
+
+    References
+    ----------
+    Bonnet's recurrence: (k + 1) P_(k+1) = (2 k + 1) x P_k - k P_(k-1).
     """
-    values = np.polynomial.legendre.legvander(2.0 * time - 1.0, degree)[:, 1:]
-    return np.asarray(values, dtype=np.float64)
+    x = 2.0 * time - 1.0
+    rows = np.empty((degree, time.size))
+    rows[0] = x
+    if degree > 1:
+        rows[1] = 1.5 * x**2 - 0.5
+    for k in range(2, degree):
+        rows[k] = ((2 * k + 1) * x * rows[k - 1] - k * rows[k - 2]) / (k + 1)
+    return rows
 
 
 def _highest(degree: int, cycles: float) -> int:
@@ -139,98 +116,107 @@ def _highest(degree: int, cycles: float) -> int:
     return min(degree, max(1, int(cycles) - 1))
 
 
-def _drift_columns(readings: Readings, cycles: float) -> FloatArray:
-    """Return polynomials for a(t) and b(t): of degree 3 and 2, from ten cycles on 5 and 3."""
-    many = cycles >= 10.0
-    common = polynomials(readings.time, _highest(5 if many else 3, cycles))
-    slope = polynomials(readings.time, _highest(3 if many else 2, cycles))
-    return np.column_stack((common, slope * readings.shape[1][:, None]))
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Regression:
+    """A regression on the first rows of all regressors."""
+
+    inverse: FloatArray
+    residual: FloatArray
+    square: float
+    rank: int
+    free: int
 
 
-def _bow_columns(readings: Readings, degree: int) -> FloatArray:
-    return polynomials(readings.time, degree) * (readings.shape[1] ** 2)[:, None]
-
-
-def probability_without_drift(readings: Readings, cycles: float) -> float:
-    """Return the probability of readings that vary so much in time, without any drift.
-
-    Parameters
-    ----------
-    readings : Readings
-        The run; the second shape is the distance from the mean position.
-    cycles : float
-        Readings per level, in the mean. [1]
-
-    Returns
-    -------
-    float
-        Of the F test against polynomials of time, common and proportional to position. [1]
-    """
-    value = without_levels(readings, readings.value[:, None])[:, 0]
-    drifting = _regress(readings, _drift_columns(readings, cycles))
-    return unexplained_share(float(value @ value), drifting.square, drifting.rank, drifting.free)
-
-
-def probability_without_bow(readings: Readings, targets: int, cycles: float) -> float:
-    """Return the probability of readings that bow so much with time, without any bow.
+class DriftTests:
+    """The tests of one run, which share their regressors.
 
     Parameters
     ----------
     readings : Readings
-        The run; the second shape is the distance from the mean position.
+        The run; levels are the targets of one approach, then those of the other; the second
+        shape is the distance from the mean position.
     targets : int
         Number of targets. [1]
     cycles : float
         Readings per level, in the mean. [1]
-
-    Returns
-    -------
-    float
-        Of the F test of a parabola of the position that grows with time; 1 where the run is
-        too small for it. [1]
     """
-    if targets < FEWEST_TARGETS_BOW or cycles < FEWEST_CYCLES_BOW:
-        return 1.0
-    columns = _drift_columns(readings, cycles)
-    without = _regress(readings, columns)
-    bow = _bow_columns(readings, _highest(2, cycles))
-    bowed = _regress(readings, np.column_stack((columns, bow)))
-    return unexplained_share(without.square, bowed.square, bowed.rank - without.rank, bowed.free)
 
+    def __init__(self, readings: Readings, targets: int, cycles: float) -> None:
+        self._readings = readings
+        self._targets = targets
+        self._cycles = cycles
+        many = cycles >= MANY_CYCLES
+        common = _highest(5 if many else 3, cycles)
+        slope = _highest(3 if many else 2, cycles)
+        bow = _highest(2, cycles)
+        self._drifting = common + slope
+        self._bowed = common + slope + bow
+        powers = polynomials(readings.time, common)
+        rows = np.empty((self._bowed, readings.value.size))
+        rows[:common] = powers
+        rows[common : self._drifting] = powers[:slope] * readings.shape[1]
+        rows[self._drifting :] = powers[:bow] * readings.shape[1] ** 2
+        self._rows = _without_levels(readings, rows)
+        self._value = _without_levels(readings, readings.value[None].copy())[0]
+        self._products = self._rows @ self._rows.T
+        self._without_bow = self._regress(self._drifting)
 
-def targets_that_drift_alone(
-    readings: Readings, targets: int, cycles: float, *, bow: bool
-) -> tuple[int, ...]:
-    """Return the targets whose readings drift otherwise than those of the rest.
+    def _regress(self, number: int) -> _Regression:
+        rows = self._rows[:number]
+        inverse, rank = _inverse(self._products[:number, :number])
+        residual = self._value
+        for _ in range(2):  # the second time removes the round-off of the first
+            residual = residual - (inverse @ (rows @ residual)) @ rows
+        return _Regression(
+            inverse=inverse,
+            residual=residual,
+            square=float(residual @ residual),
+            rank=rank,
+            free=residual.size - self._readings.levels - rank,
+        )
 
-    Parameters
-    ----------
-    readings : Readings
-        The run; levels are the targets of one approach, then those of the other.
-    targets : int
-        Number of targets. [1]
-    cycles : float
-        Readings per level, in the mean. [1]
-    bow : bool
-        Whether a bow belongs to the drift.
+    def drift(self) -> FTest:
+        """Test whether the run drifts: a(t) of degree 3, b(t) of degree 2 (many cycles: 5, 3)."""
+        drifting = self._without_bow
+        still = float(self._value @ self._value)
+        return _compare(still, drifting.square, drifting.rank, drifting.free)
 
-    Returns
-    -------
-    tuple of int
-        Their numbers, from 1: F tests at the 1 % level of the run as a whole (Bonferroni). [1]
-    """
-    if targets < FEWEST_TARGETS_ALONE:
-        return ()
-    columns = _drift_columns(readings, cycles)
-    if bow:
-        columns = np.column_stack((columns, _bow_columns(readings, _highest(3, cycles))))
-    base = _regress(readings, columns)
-    degree = _highest(2, cycles)
-    target = readings.level % targets
-    order = np.argsort(target, kind="stable")
-    parts = np.split(order, np.cumsum(np.bincount(target, minlength=targets))[:-1])
-    alone: list[int] = []
-    for number, mine in enumerate(parts, start=1):
+    def bow(self) -> FTest:
+        """Test whether the axis bows: a parabola of the position times degree 2 of time."""
+        if self._targets < FEWEST_TARGETS_BOW or self._cycles < FEWEST_CYCLES_BOW:
+            return _NOT_TESTED
+        straight, bowed = self._without_bow, self._regress(self._bowed)
+        return _compare(straight.square, bowed.square, bowed.rank - straight.rank, bowed.free)
+
+    def targets_alone(self, *, bow: bool) -> tuple[int, ...]:
+        """Return the targets, from 1, whose readings drift otherwise than those of the rest.
+
+        Each is tested with degree 2 of time of its own, at the 1 % level of the run as a whole
+        (Bonferroni); with `bow` a bow belongs to what all targets share.
+        """
+        if self._targets < FEWEST_TARGETS_ALONE:
+            return ()
+        base = self._regress(self._bowed) if bow else self._without_bow
+        rows = self._rows[: self._bowed if bow else self._drifting]
+        target = self._readings.level % self._targets
+        order = np.argsort(target, kind="stable")
+        parts = np.split(order, np.cumsum(np.bincount(target, minlength=self._targets))[:-1])
+        alone: list[int] = []
+        for number, mine in enumerate(parts, start=1):
+            own = self._own_rows(mine)
+            through = own @ rows[:, mine].T
+            inverse, more = _inverse(own @ own.T - through @ base.inverse @ through.T)
+            right = own @ base.residual[mine]
+            left = base.square - float(right @ inverse @ right)
+            tested = _compare(base.square, left, more, base.free - more)
+            if tested.probability * self._targets < SIGNIFICANCE:
+                alone.append(number)
+        return tuple(alone)
+
+    def _own_rows(self, mine: IntArray) -> FloatArray:
+        """Return polynomials of time of the readings of one target, without levels."""
+        readings = self._readings
         part = Readings(
             value=readings.value[mine],
             level=readings.level[mine],
@@ -239,12 +225,4 @@ def targets_that_drift_alone(
             weight=readings.weight[mine],
             levels=readings.levels,
         )
-        own = without_levels(part, polynomials(part.time, degree))
-        through = base.columns[mine].T @ own
-        inverse, more = _inverse(own.T @ own - through.T @ base.inverse @ through)
-        right = own.T @ base.residual[mine]
-        left = base.square - float(right @ inverse @ right)
-        probability = unexplained_share(base.square, left, more, base.free - more)
-        if probability * targets < SIGNIFICANCE:
-            alone.append(number)
-    return tuple(alone)
+        return _without_levels(part, polynomials(part.time, _highest(2, self._cycles)))

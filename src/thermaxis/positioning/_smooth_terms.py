@@ -22,6 +22,13 @@ IntArray: TypeAlias = NDArray[np.intp]
 
 ORDER = 4
 """Splines that overlap on an interval: cubic. [1]"""
+_PIECES = (
+    np.array(
+        [[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]]
+    )
+    / 6.0
+)
+"""The four splines of an interval as polynomials of the place in it, powers 0 ... 3. [1]"""
 _COARSE_INTERVALS = 48
 _ROUND_OFF = 1e-14
 """Share of the sum of squares that rounding alone leaves over. [1]"""
@@ -88,7 +95,8 @@ class Readings:
     time: FloatArray
     """Time of each reading as a fraction of the run, 0 ... 1, (N,). [1]"""
     shape: FloatArray
-    """Value of every shape at the position of each reading, (C, N). [1]"""
+    """Value of every shape at the position of each reading, (C, N); alike for all readings of a
+    level. [1]"""
     weight: FloatArray
     """Weight of each reading, inverse to its variance, (N,). [1]"""
     levels: int
@@ -112,12 +120,15 @@ def spline_values(time: FloatArray, intervals: int) -> tuple[IntArray, FloatArra
     values : FloatArray
         Their values, (N, 4). [1]
     """
+    first, x = _within(time, intervals)
+    return first, np.stack((np.ones_like(x), x, x**2, x**3), axis=1) @ _PIECES.T
+
+
+def _within(time: FloatArray, intervals: int) -> tuple[IntArray, FloatArray]:
+    """Return the interval of each time and the place in it, 0 ... 1."""
     scaled = time * intervals
     first: IntArray = np.clip(np.floor(scaled).astype(np.intp), 0, intervals - 1)
-    x = scaled - first
-    y = 1.0 - x
-    pieces = (y**3, 3 * x**3 - 6 * x**2 + 4, 3 * y**3 - 6 * y**2 + 4, x**3)
-    return first, np.stack(pieces, axis=1) / 6.0
+    return first, scaled - first
 
 
 def warped(time: FloatArray, warm_up: float) -> FloatArray:
@@ -233,6 +244,49 @@ class Sums:
     """Coefficients held at zero, one per shape: a constant f_c cannot be told from levels."""
 
 
+def _add_moments(
+    readings: Readings,
+    time: FloatArray,
+    shape: FloatArray,
+    into: tuple[FloatArray, FloatArray, FloatArray],
+) -> None:
+    """Add the sums of a run from the moments of time in every interval and level.
+
+    Within an interval a spline is a cubic, and a level has one position. So eleven sums per
+    interval and level hold all that products of splines and shapes need.
+    """
+    gram, right, cross = into
+    c_all = shape.shape[0]
+    intervals = right.size // c_all - 3
+    first, x = _within(time, intervals)
+    cell = readings.level * intervals + first
+    place = c_all * np.arange(intervals, dtype=np.intp)
+    products = np.einsum("cl,dl->cdl", shape, shape).reshape(c_all**2, -1)
+    by_power: list[FloatArray] = []
+    power = readings.weight.copy()
+    for p in range(2 * ORDER - 1):
+        moment = sums_per(cell, power, readings.levels * intervals).reshape(-1, intervals)
+        by_power.append((products @ moment).reshape(c_all, c_all, intervals))
+        if p < ORDER:
+            reading = sums_per(cell, power * readings.value, readings.levels * intervals)
+            weighted = shape @ reading.reshape(-1, intervals)
+            for i in range(ORDER):
+                for c in range(c_all):
+                    at = place + c_all * i + c
+                    right[at] += _PIECES[i, p] * weighted[c]
+                    cross[:, at] += _PIECES[i, p] * shape[c][:, None] * moment
+        power *= x
+    for i in range(ORDER):
+        for j in range(i + 1):
+            pieces = np.convolve(_PIECES[i], _PIECES[j])
+            block = sum(k * moment for k, moment in zip(pieces, by_power, strict=True))
+            for c in range(c_all):
+                for d in range(c_all):
+                    row = c_all * (i - j) + c - d
+                    if row >= 0:
+                        gram[row, place + c_all * j + d] += np.asarray(block)[c, d]
+
+
 def sums_of(readings: Readings, intervals: int, warm_up: float) -> Sums:
     """Return the sums of the normal equations; the cost is proportional to the readings.
 
@@ -250,29 +304,15 @@ def sums_of(readings: Readings, intervals: int, warm_up: float) -> Sums:
     Sums
         The sums.
     """
-    first, values = spline_values(warped(readings.time, warm_up), intervals)
-    c_all, n_levels = readings.shape.shape[0], readings.levels
-    size = c_all * (intervals + 3)
-    w, y = readings.weight, readings.value
+    shape = np.zeros((readings.shape.shape[0], readings.levels))
+    shape[:, readings.level] = readings.shape
+    c_all, size = shape.shape[0], shape.shape[0] * (intervals + 3)
     gram = np.zeros((ORDER * c_all, size))
     right = np.zeros(size)
-    cross = np.zeros((n_levels, size))
-    place = np.arange(intervals)
-    cell = readings.level * intervals + first
-    for i in range(ORDER):
-        wv = w * values[:, i]
-        for c in range(c_all):
-            mine = wv * readings.shape[c]
-            at = c_all * (place + i) + c
-            right[at] += sums_per(first, mine * y, intervals)
-            per_level = sums_per(cell, mine, n_levels * intervals)
-            cross[:, at] += per_level.reshape(n_levels, intervals)
-            for j in range(i + 1):
-                for d in range(c_all):
-                    row = c_all * (i - j) + c - d
-                    if row >= 0:
-                        product = mine * values[:, j] * readings.shape[d]
-                        gram[row, c_all * (place + j) + d] += sums_per(first, product, intervals)
+    cross = np.zeros((readings.levels, size))
+    _add_moments(readings, warped(readings.time, warm_up), shape, (gram, right, cross))
+    w, y = readings.weight, readings.value
+    n_levels = readings.levels
     pinned = c_all * ((intervals + 3) // 2) + np.arange(c_all, dtype=np.intp)
     _pin(gram, right, cross, pinned)
     return Sums(
@@ -390,8 +430,10 @@ def _rows(sums: Sums, time: FloatArray) -> FloatArray:
     return _spline_rows(warped(time, sums.warm_up), sums.intervals)
 
 
-def _covariance_of(fitted: Fit, level: FloatArray, spline: FloatArray) -> FloatArray:
-    """Return the covariance of linear combinations, (J, J), without the noise's variance.
+def _solved(
+    fitted: Fit, level: FloatArray, spline: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return three parts of the covariance of linear combinations, without the noise's variance.
 
     Parameters
     ----------
@@ -401,10 +443,15 @@ def _covariance_of(fitted: Fit, level: FloatArray, spline: FloatArray) -> FloatA
         Weights of the levels, (L, J).
     spline : FloatArray
         Weights of the splines, (C (K + 3), J), zero where pinned.
+
+    Returns
+    -------
+    solved, through, back : FloatArray
+        The covariance is spline' solved + through' back.
     """
     solved = _banded_solve(fitted.spline_factor, spline)
     through = level - fitted.sums.cross @ solved
-    return spline.T @ solved + through.T @ _full_solve(fitted.level_factor, through)
+    return solved, through, _full_solve(fitted.level_factor, through)
 
 
 def levels_at(
@@ -435,7 +482,8 @@ def levels_at(
         spline[c :: sums.shapes] = np.outer(row, shape_of_level[c])
     spline[sums.pinned] = 0.0
     level = fitted.level + spline.T @ fitted.spline
-    return level, fitted.variance * _covariance_of(fitted, np.eye(sums.levels), spline)
+    solved, through, back = _solved(fitted, np.eye(sums.levels), spline)
+    return level, fitted.variance * (spline.T @ solved + through.T @ back)
 
 
 def functions_at(fitted: Fit, time: FloatArray, reference: float) -> tuple[FloatArray, FloatArray]:
@@ -457,16 +505,37 @@ def functions_at(fitted: Fit, time: FloatArray, reference: float) -> tuple[Float
     """
     sums = fitted.sums
     rows = _rows(sums, time) - _rows(sums, np.array([reference]))
-    no_level = np.zeros((sums.levels, time.size))
-    value = np.empty((sums.shapes, time.size))
-    variance = np.empty((sums.shapes, time.size))
+    value = np.stack([rows @ fitted.spline[c :: sums.shapes] for c in range(sums.shapes)])
+    if sums.right.size <= sums.shapes * time.size:
+        variance = _variance_by_coefficients(fitted, rows)
+    else:
+        variance = _variance_by_times(fitted, rows)
+    return value, fitted.variance * np.maximum(variance, 0.0)
+
+
+def _variance_by_coefficients(fitted: Fit, rows: FloatArray) -> FloatArray:
+    """Return variances of rows of spline values from the covariance of all coefficients."""
+    sums = fitted.sums
+    free = np.eye(sums.right.size)
+    free[sums.pinned] = 0.0
+    solved, through, back = _solved(fitted, np.zeros((sums.levels, free.shape[1])), free)
+    covariance = free @ solved + through.T @ back
+    parts = [covariance[c :: sums.shapes, c :: sums.shapes] for c in range(sums.shapes)]
+    return np.stack([np.sum((rows @ part) * rows, axis=1) for part in parts])
+
+
+def _variance_by_times(fitted: Fit, rows: FloatArray) -> FloatArray:
+    """Return variances of rows of spline values, one solution for each of them."""
+    sums = fitted.sums
+    no_level = np.zeros((sums.levels, rows.shape[0]))
+    variance = np.empty((sums.shapes, rows.shape[0]))
     for c in range(sums.shapes):
-        spline = np.zeros((sums.right.size, time.size))
+        spline = np.zeros((sums.right.size, rows.shape[0]))
         spline[c :: sums.shapes] = rows.T
         spline[sums.pinned] = 0.0
-        value[c] = spline.T @ fitted.spline
-        variance[c] = fitted.variance * np.diag(_covariance_of(fitted, no_level, spline))
-    return value, variance
+        solved, through, back = _solved(fitted, no_level, spline)
+        variance[c] = np.sum(spline * solved, axis=0) + np.sum(through * back, axis=0)
+    return variance
 
 
 def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:

@@ -30,6 +30,8 @@ from thermaxis.positioning._smooth_terms import (
 WARM_UPS = (0.0, 4.0, 20.0, 100.0)
 """Times that are averaged over: plain, and partly logarithmic. A time that runs so much faster
 at the start resolves time constants down to about the run over this number. [1]"""
+PLAIN_TIME = (0.0,)
+"""Plain time alone. [1]"""
 LEAST_DEPARTURE, LARGEST_DEPARTURE = 0.02, 60.0
 """Prior root mean square departures from a straight line, in units of the noise. Below the first
 a departure cannot be seen; the last follows whatever a run of some hours does. [1]"""
@@ -41,8 +43,8 @@ swings pass in a longer run. [1]"""
 LINE_CRITERION = 4.0
 """Restricted likelihood ratio (minus twice the logarithm) below which a straight line is kept:
 about the 95 % point with two variances at their border. [1]"""
-_NEGLIGIBLE = 14.0
-"""A smoothness whose criterion is this much larger has a weight below a thousandth. [1]"""
+_NEGLIGIBLE = 12.0
+"""A smoothness whose criterion is this much larger has a weight of a four-hundredth. [1]"""
 _COARSE = 5
 """The search starts on a grid of every fifth departure. [1]"""
 
@@ -78,6 +80,7 @@ class _Search:
         steps = round(math.log(LARGEST_DEPARTURE * longer / LEAST_DEPARTURE) / math.log(_STEP))
         self.departures = [LEAST_DEPARTURE * _STEP**k for k in range(steps + 1)]
         self.known: dict[_Cell, Fit] = {}
+        self._spread: set[_Cell] = set()
         self._sums = all_sums
         self._penalty = penalty_of(intervals)
 
@@ -97,7 +100,9 @@ class _Search:
     def spread(self) -> bool:
         """Fit the neighbours of what is likely; return whether there were new ones."""
         before = len(self.known)
-        for a, b, time in self.likely():
+        fresh = [cell for cell in self.likely() if cell not in self._spread]
+        self._spread.update(fresh)
+        for a, b, time in fresh:
             for cell in ((a + 1, b, time), (a - 1, b, time), (a, b + 1, time), (a, b - 1, time)):
                 self.fit(cell)
             for other in range(len(self._sums)):
@@ -105,7 +110,9 @@ class _Search:
         return len(self.known) > before
 
 
-def average_over_smoothness(readings: Readings, intervals: int) -> Average:
+def average_over_smoothness(
+    readings: Readings, intervals: int, warm_ups: Sequence[float]
+) -> Average:
     """Fit a run with every smoothness that matters.
 
     Parameters
@@ -114,13 +121,15 @@ def average_over_smoothness(readings: Readings, intervals: int) -> Average:
         The run.
     intervals : int
         Number of equal intervals of the splines. [1]
+    warm_ups : sequence of float
+        Times that are averaged over, plain time first. [1]
 
     Returns
     -------
     Average
         The search begins on a coarse grid and follows what is likely.
     """
-    search = _Search([sums_of(readings, intervals, warm_up) for warm_up in WARM_UPS])
+    search = _Search([sums_of(readings, intervals, warm_up) for warm_up in warm_ups])
     coarse = range(0, len(search.departures), _COARSE)
     for a in coarse:
         for b in coarse:
