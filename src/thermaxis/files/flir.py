@@ -18,6 +18,8 @@ UNVERIFIED = "read by the library flyr; not verified on a real file"
 """Stands in the remarks of every image that comes from a radiometric JPEG."""
 _JPEG = b"\xff\xd8\xff"
 _FLIR_SEGMENT = b"FLIR\x00"
+_MOST_RECORDS = 4096
+"""A damaged directory of records may claim billions of them, and be read for hours. [1]"""
 _PNG = b"\x89PNG\r\n\x1a\n"
 # what a parser of binary records meets in damaged ones; pictures that cannot be read are OSError
 _DAMAGED = (
@@ -88,6 +90,7 @@ def read_flir(
             remedy="Give the camera's original file, or export the temperatures as CSV",
         )
     _refuse_if_too_large(name, content)
+    _refuse_if_endless(name, content)
     adjusted = _adjusted(emissivity, reflected_c)
     temperature_c, settings, taken = _unpacked(name, content, adjusted)
     said = [UNVERIFIED, *_settings_in_words(settings)]
@@ -122,13 +125,10 @@ def _unpacked(
         settings = {**thermogram.metadata, **adjusted}
         if adjusted:
             thermogram = thermogram.adjust_metadata(**adjusted)
-        temperature_c = np.array(thermogram.celsius, dtype=np.float64)
+        with np.errstate(all="ignore"):  # what is not finite is refused below
+            temperature_c = np.array(thermogram.celsius, dtype=np.float64)
     except _DAMAGED as error:
-        raise MeasurementFileError(
-            f"the thermal image of this file cannot be read ({type(error).__name__})",
-            path=name,
-            remedy="Give the camera's original file, or export the temperatures as CSV",
-        ) from error
+        raise _damaged(name, type(error).__name__) from error
     if temperature_c.ndim != 2 or not bool(np.all(np.isfinite(temperature_c))):
         raise MeasurementFileError(
             "the thermal image of this file has pixels without a temperature",
@@ -162,6 +162,24 @@ def _refuse_if_too_large(name: str, content: bytes) -> None:
                 remedy="Export a smaller image",
             )
         at = content.find(_PNG, at + 8)
+
+
+def _refuse_if_endless(name: str, content: bytes) -> None:
+    """Look at the number of records that the head of the camera's data states."""
+    at = content.find(_FLIR_SEGMENT)
+    while at >= 0:
+        first_chunk = content[at + 6 : at + 7] == b"\x00"
+        if first_chunk and int.from_bytes(content[at + 36 : at + 40], "big") > _MOST_RECORDS:
+            raise _damaged(name, "its directory")
+        at = content.find(_FLIR_SEGMENT, at + 1)
+
+
+def _damaged(name: str, what: str) -> MeasurementFileError:
+    return MeasurementFileError(
+        f"the thermal image of this file cannot be read ({what})",
+        path=name,
+        remedy="Give the camera's original file, or export the temperatures as CSV",
+    )
 
 
 def _settings_in_words(settings: dict[str, float]) -> list[str]:
