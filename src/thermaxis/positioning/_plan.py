@@ -34,7 +34,7 @@ gives where nothing is known of periodic errors (from memory). [1]"""
 DISTANCE_FROM_MULTIPLE = 0.1
 """An interval nearer than this to a multiple of the pitch counts as a multiple of it; at this
 distance ten neighbouring targets go through all phases. [pitch]"""
-VISIBLE_SHARE = 0.5
+VISIBLE_SHARE = 0.3
 """Warn if less than this share of a periodic error's amplitude is sure to be seen. [1]"""
 TARGET_TOLERANCE = 0.0015
 """Targets that differ by less are the same: a file has three decimals. [mm or deg]"""
@@ -548,10 +548,9 @@ def _check_pitch(plan: TestPlan) -> list[str]:
     visible = periodic_error_visibility(plan.target, plan.pitch)
     if visible >= VISIBLE_SHARE:
         return []
-    unit = plan.kind.units.position
-    return [
-        f"a periodic error of the pitch {plan.pitch:g} {unit} may show only {visible:.0%} of itself"
-    ]
+    of = f"{plan.pitch:g} {plan.kind.units.position}"
+    said = f"a periodic error of the pitch {of} may show only {visible:.0%} of its size at these"
+    return [f"{said} targets: take another seed, more targets or another interval"]
 
 
 def check_against_plan(test: PositioningTest, plan: TestPlan) -> tuple[str, ...]:
