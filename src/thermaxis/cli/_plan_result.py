@@ -138,10 +138,10 @@ def _found(result: PlanResult, search: "ShortestPlan", wanted: float) -> str:
     of = "the levels" if result.target_figure == LEVEL else result.target_figure
     text = (
         f"{cycles} cycles are the fewest with a standard uncertainty of {of} of at most"
-        f" {wanted:g} {unit}: {search.standard_uncertainty:.3g} {unit}"
+        f" {wanted:g} {unit}: {search.standard_uncertainty:.4g} {unit}"
     )
     fewer = search.tried.get(cycles - 1)
-    return text if fewer is None else f"{text} ({cycles - 1} cycles: {fewer:.3g} {unit})"
+    return text if fewer is None else f"{text} ({cycles - 1} cycles: {fewer:.4g} {unit})"
 
 
 def _filled(text: str) -> str:

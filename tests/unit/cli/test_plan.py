@@ -1,5 +1,6 @@
 import argparse
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -235,6 +236,29 @@ def test_what_cannot_be_is_refused_by_the_name_of_the_option(
     with pytest.raises(ConfigurationError) as caught:
         run(*SMALL, *words)
     assert caught.value.where == option
+
+
+def test_the_page_about_planning_shows_what_the_command_prints(
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = (root / "docs" / "how-to" / "plan-a-run.md").read_text(encoding="utf-8")
+    blocks = re.findall(
+        r"```console\n\$ thermaxis plan ([^\n]*)\n```\n\n```text\n(.*?)```", page, re.DOTALL
+    )
+    assert len(blocks) == 3
+    for words, shown in blocks:
+        assert run(*words.split()) == 0
+        printed = capsys.readouterr().out.splitlines()
+        assert [line for line in shown.splitlines() if line not in printed] == []
+
+
+def test_the_file_on_the_page_is_a_plan(root: Path, tmp_path: Path) -> None:
+    page = (root / "docs" / "how-to" / "plan-a-run.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"```json\n(.*?)```", page, re.DOTALL)
+    path = tmp_path / "plan.json"
+    path.write_text(shown, encoding="utf-8")
+    assert read_plan(path).seed == 1
 
 
 def test_nothing_but_argparse_is_imported_before_the_command_runs() -> None:
