@@ -1,0 +1,131 @@
+"""The drift of a positioning run at the times of thermal images."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import read_positioning
+from thermaxis.positioning import FloatArray
+from thermaxis.positioning._drift import DriftResult, evaluate_drift
+from thermaxis.quantities import AxisKind
+from thermaxis.thermal import DriftRelation, ThermalFieldsResult, relate_to_drift
+
+EDGE_SHARE = 0.05
+"""An image taken that share of the run's duration before or after it counts as taken at its end."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class DriftAtImages:
+    """The drift of a run at the images, and what it has to do with the regions."""
+
+    name: str
+    """Name of the run's file."""
+    model: str
+    """Drift model that the run supports."""
+    significant: bool
+    """Whether drift was found."""
+    unit: str
+    """Unit of the common drift."""
+    slope_unit: str
+    """Unit of the growth of the axis."""
+    common: FloatArray
+    """a(t) at the images, (k,); NaN outside the run. [unit]"""
+    slope: FloatArray
+    """b(t) at the images, (k,); NaN outside the run. [slope_unit]"""
+    relation: DriftRelation
+    """Correlations with the regions."""
+    warnings: tuple[str, ...]
+    """What the reader must know, in words."""
+
+
+def drift_at_images(path: Path, result: ThermalFieldsResult) -> DriftAtImages:
+    """Evaluate the drift of a run and set it beside thermal images.
+
+    Parameters
+    ----------
+    path : Path
+        The positioning run.
+    result : ThermalFieldsResult
+        The images. Without times, two images stand for the start and the end of the run.
+
+    Returns
+    -------
+    DriftAtImages
+        The drift at the images; from three images within the run up, correlations.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the run cannot be read.
+    DataError
+        If its drift cannot be evaluated.
+    ConfigurationError
+        If more than two images have no times, or the run has none.
+    """
+    test = read_positioning(path)
+    drift = evaluate_drift(test)
+    time_s, said = _times_in_run(drift, result)
+    first, last = float(drift.time_s[0]), float(drift.time_s[-1])
+    edge = EDGE_SHARE * (last - first)
+    inside = (time_s >= first - edge) & (time_s <= last + edge)
+    if bool(np.any(inside & ((time_s < first) | (time_s > last)))):
+        said.append(
+            "an image taken just before or after the run is set beside its first or last reading"
+        )
+    if not bool(np.all(inside)):
+        numbers = ", ".join(str(k + 1) for k in np.flatnonzero(~inside).tolist())
+        said.append(f"image {numbers} was taken outside the run: its drift is not extrapolated")
+    common = np.where(inside, np.interp(time_s, drift.time_s, drift.common), np.nan)
+    slope = np.where(inside, 1000.0 * np.interp(time_s, drift.time_s, drift.slope), np.nan)
+    relation = relate_to_drift(result, common, slope)
+    return DriftAtImages(
+        name=path.name,
+        model=str(drift.model),
+        significant=drift.significant,
+        unit=test.kind.units.deviation,
+        slope_unit="µm/m" if test.kind is AxisKind.LINEAR else "arcsec per 1000°",
+        common=common,
+        slope=slope,
+        relation=relation,
+        warnings=(*drift.warnings, *said, *_judgement(drift, relation)),
+    )
+
+
+def _times_in_run(drift: DriftResult, result: ThermalFieldsResult) -> tuple[FloatArray, list[str]]:
+    if result.time_s is not None:
+        if drift.reference_time_s is None:
+            raise ConfigurationError(
+                "the readings of the run have no times, only an order",
+                where="--times",
+                remedy="Give a run with times, or two images without --times",
+            )
+        return result.time_s, []
+    if len(result.fields) > 2:
+        raise ConfigurationError(
+            "the drift at the images needs their times",
+            where="--run",
+            remedy="Give --times with one number of hours for each image",
+        )
+    said = "the images have no times: the first is taken as the start of the run, the last as its"
+    return drift.time_s[[0, -1]], [f"{said} end"]
+
+
+def _judgement(drift: DriftResult, relation: DriftRelation) -> list[str]:
+    said: list[str] = []
+    if not drift.significant:
+        said.append("the run has no significant drift: there is nothing to explain")
+    if relation.images < 3:
+        said.append(
+            f"{relation.images} images within the run have no correlation with its drift: the"
+            " changes stand side by side; three images or more with --times would tell more"
+        )
+    else:
+        said.append(
+            "whatever warms up together correlates: a correlation over one warming is a hint at"
+            " where the heat comes from, not a proof"
+        )
+    return said

@@ -1,0 +1,568 @@
+"""Levels of targets plus smooth functions of time, by banded linear algebra.
+
+The model of a reading k at position p, taken at time t, is
+
+    y = level + sum over c of shape_c(p) f_c(t) + noise
+
+with f_c cubic splines on equal intervals. Their curvature is penalised; as random functions they
+are integrated random walks. Straight lines are not penalised. The penalty is stated as the prior
+root mean square departure of f_c from its straight line, in units of the noise.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.positioning._positioning_test import FloatArray
+
+IntArray: TypeAlias = NDArray[np.intp]
+
+ORDER = 4
+"""Splines that overlap on an interval: cubic. [1]"""
+_PIECES = (
+    np.array(
+        [[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]]
+    )
+    / 6.0
+)
+"""The four splines of an interval as polynomials of the place in it, powers 0 ... 3. [1]"""
+_COARSE_INTERVALS = 48
+_ROUND_OFF = 1e-14
+"""Share of the sum of squares that rounding alone leaves over. [1]"""
+_TINY = 1e-300
+
+
+def _linalg() -> Any:
+    """Return the module without its annotations, which are incomplete."""
+    from scipy import linalg  # noqa: PLC0415 - it takes longer to import than most runs take
+
+    return linalg
+
+
+def _banded_factor(band: FloatArray) -> FloatArray:
+    """Return the Cholesky factor of a matrix in lower banded storage."""
+    factor: FloatArray = _linalg().cholesky_banded(band, lower=True, check_finite=False)
+    return factor
+
+
+def _banded_solve(factor: FloatArray, right: FloatArray) -> FloatArray:
+    solved: FloatArray = _linalg().cho_solve_banded((factor, True), right, check_finite=False)
+    return solved
+
+
+def _full_factor(matrix: FloatArray) -> FloatArray:
+    factor: FloatArray = _linalg().cho_factor(matrix, lower=True, check_finite=False)[0]
+    return factor
+
+
+def _full_solve(factor: FloatArray, right: FloatArray) -> FloatArray:
+    solved: FloatArray = _linalg().cho_solve((factor, True), right, check_finite=False)
+    return solved
+
+
+def sums_per(index: IntArray, value: FloatArray, size: int) -> FloatArray:
+    """Return the sum of the values of every index.
+
+    Parameters
+    ----------
+    index : IntArray
+        Index of each value, 0 ... size - 1, (N,). [1]
+    value : FloatArray
+        What is added up, (N,).
+    size : int
+        Number of sums. [1]
+
+    Returns
+    -------
+    FloatArray
+        (size,).
+    """
+    return np.asarray(np.bincount(index, value, size), dtype=np.float64)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Readings:
+    """Readings of one run in any order."""
+
+    value: FloatArray
+    """What was read, (N,). [µm or arcsec]"""
+    level: IntArray
+    """Index of the level of each reading, 0 ... L - 1, (N,). [1]"""
+    time: FloatArray
+    """Time of each reading as a fraction of the run, 0 ... 1, (N,). [1]"""
+    shape: FloatArray
+    """Value of every shape at the position of each reading, (C, N); alike for all readings of a
+    level. [1]"""
+    weight: FloatArray
+    """Weight of each reading, inverse to its variance, (N,). [1]"""
+    levels: int
+    """Number L of levels. [1]"""
+
+
+def spline_values(time: FloatArray, intervals: int) -> tuple[IntArray, FloatArray]:
+    """Return the four cubic B-splines that do not vanish at each time.
+
+    Parameters
+    ----------
+    time : FloatArray
+        Times as a fraction of the run, (N,). [1]
+    intervals : int
+        Number of equal intervals. [1]
+
+    Returns
+    -------
+    first : IntArray
+        Index of the first of the four, (N,). [1]
+    values : FloatArray
+        Their values, (N, 4). [1]
+    """
+    first, x = _within(time, intervals)
+    return first, np.stack((np.ones_like(x), x, x**2, x**3), axis=1) @ _PIECES.T
+
+
+def _within(time: FloatArray, intervals: int) -> tuple[IntArray, FloatArray]:
+    """Return the interval of each time and the place in it, 0 ... 1."""
+    scaled = time * intervals
+    first: IntArray = np.clip(np.floor(scaled).astype(np.intp), 0, intervals - 1)
+    return first, scaled - first
+
+
+def warped(time: FloatArray, warm_up: float) -> FloatArray:
+    """Return the time in which the functions are smooth, 0 ... 1.
+
+    Warming is fast at first and slow later. In logarithmic time a sum of such relaxations is
+    smooth throughout, in plain time it is not; what else happens later is smooth in plain time.
+    So the mean of both is taken.
+
+    Parameters
+    ----------
+    time : FloatArray
+        Times as a fraction of the run, (N,). [1]
+    warm_up : float
+        How much faster the logarithmic time goes at the start than at the end; 0 is plain time
+        alone. [1]
+
+    Returns
+    -------
+    FloatArray
+        (N,). [1]
+    """
+    if warm_up == 0.0:
+        return time
+    return 0.5 * (np.log1p(warm_up * time) / np.log1p(warm_up) + time)
+
+
+def curvature_energy(intervals: int) -> FloatArray:
+    """Return the integral of the squared second derivative as a form of spline coefficients.
+
+    Parameters
+    ----------
+    intervals : int
+        Number K of equal intervals. [1]
+
+    Returns
+    -------
+    FloatArray
+        Quadratic form in lower banded storage, (4, K + 3), scaled so that the prior root mean
+        square departure from a straight line is one. [1]
+    """
+    return _curvature(intervals) * _mean_square_departure()
+
+
+def _curvature(intervals: int) -> FloatArray:
+    h = 1.0 / intervals
+    x = 0.5 + 0.5 * np.array([-1.0, 1.0]) / np.sqrt(3.0)  # Gauss, exact for this integrand
+    second = np.stack((1 - x, 3 * x - 2, 1 - 3 * x, x), axis=1) / h**2
+    energy = 0.5 * h * (second.T @ second)
+    band = np.zeros((ORDER, intervals + 3))
+    for i in range(ORDER):
+        for j in range(i + 1):
+            band[i - j, j : j + intervals] += energy[i, j]
+    return band
+
+
+@cache
+def _mean_square_departure() -> float:
+    """Return the mean square departure from a straight line of the unscaled random function."""
+    n = _COARSE_INTERVALS
+    band = _curvature(n)
+    energy = np.zeros((n + 3, n + 3))
+    for k in range(ORDER):
+        energy += np.diag(band[k, : n + 3 - k], -k)
+        if k:
+            energy += np.diag(band[k, : n + 3 - k], k)
+    value, vector = np.linalg.eigh(energy)
+    covariance = (vector[:, 2:] / value[2:]) @ vector[:, 2:].T
+    time = np.linspace(0.0, 1.0, 4 * n + 1)
+    rows = _spline_rows(time, n)
+    line, _ = np.linalg.qr(np.stack((np.ones_like(time), time), axis=1))
+    rows -= line @ (line.T @ rows)
+    return float(np.sum((rows @ covariance) * rows)) / time.size
+
+
+def _spline_rows(time: FloatArray, intervals: int) -> FloatArray:
+    """Return the values of all splines of one function at each time, (N, K + 3)."""
+    first, values = spline_values(time, intervals)
+    rows = np.zeros((time.size, intervals + 3))
+    rows[np.arange(time.size)[:, None], first[:, None] + np.arange(ORDER)] = values
+    return rows
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Sums:
+    """All that a fit needs of the readings: their number does not matter any more."""
+
+    intervals: int
+    """Number K of intervals. [1]"""
+    warm_up: float
+    """Of the time in which the functions are smooth. [1]"""
+    shapes: int
+    """Number C of shapes. [1]"""
+    readings: int
+    """Number N of readings. [1]"""
+    levels: int
+    """Number L of levels. [1]"""
+    count: FloatArray
+    """Sum of weights per level, (L,). [1]"""
+    level_sum: FloatArray
+    """Weighted sum of readings per level, (L,)."""
+    square: float
+    """Weighted sum of squared readings."""
+    gram: FloatArray
+    """Splines against splines, lower banded, (4 C, C (K + 3)); coefficient k of shape c has
+    the index C k + c."""
+    right: FloatArray
+    """Splines against readings, (C (K + 3),)."""
+    cross: FloatArray
+    """Levels against splines, (L, C (K + 3))."""
+    pinned: IntArray
+    """Coefficients held at zero, one per shape: a constant f_c cannot be told from levels."""
+
+
+def _add_moments(
+    readings: Readings,
+    time: FloatArray,
+    shape: FloatArray,
+    into: tuple[FloatArray, FloatArray, FloatArray],
+) -> None:
+    """Add the sums of a run from the moments of time in every interval and level.
+
+    Within an interval a spline is a cubic, and a level has one position. So eleven sums per
+    interval and level hold all that products of splines and shapes need.
+    """
+    gram, right, cross = into
+    c_all = shape.shape[0]
+    intervals = right.size // c_all - 3
+    first, x = _within(time, intervals)
+    cell = readings.level * intervals + first
+    place = c_all * np.arange(intervals, dtype=np.intp)
+    products = np.einsum("cl,dl->cdl", shape, shape).reshape(c_all**2, -1)
+    by_power: list[FloatArray] = []
+    power = readings.weight.copy()
+    for p in range(2 * ORDER - 1):
+        moment = sums_per(cell, power, readings.levels * intervals).reshape(-1, intervals)
+        by_power.append((products @ moment).reshape(c_all, c_all, intervals))
+        if p < ORDER:
+            reading = sums_per(cell, power * readings.value, readings.levels * intervals)
+            weighted = shape @ reading.reshape(-1, intervals)
+            for i in range(ORDER):
+                for c in range(c_all):
+                    at = place + c_all * i + c
+                    right[at] += _PIECES[i, p] * weighted[c]
+                    cross[:, at] += _PIECES[i, p] * shape[c][:, None] * moment
+        power *= x
+    for i in range(ORDER):
+        for j in range(i + 1):
+            pieces = np.convolve(_PIECES[i], _PIECES[j])
+            block = sum(k * moment for k, moment in zip(pieces, by_power, strict=True))
+            for c in range(c_all):
+                for d in range(c_all):
+                    row = c_all * (i - j) + c - d
+                    if row >= 0:
+                        gram[row, place + c_all * j + d] += np.asarray(block)[c, d]
+
+
+def sums_of(readings: Readings, intervals: int, warm_up: float) -> Sums:
+    """Return the sums of the normal equations; the cost is proportional to the readings.
+
+    Parameters
+    ----------
+    readings : Readings
+        The run.
+    intervals : int
+        Number of equal intervals of the splines. [1]
+    warm_up : float
+        Of the time in which the functions are smooth. [1]
+
+    Returns
+    -------
+    Sums
+        The sums.
+    """
+    shape = np.zeros((readings.shape.shape[0], readings.levels))
+    shape[:, readings.level] = readings.shape
+    c_all, size = shape.shape[0], shape.shape[0] * (intervals + 3)
+    gram = np.zeros((ORDER * c_all, size))
+    right = np.zeros(size)
+    cross = np.zeros((readings.levels, size))
+    _add_moments(readings, warped(readings.time, warm_up), shape, (gram, right, cross))
+    w, y = readings.weight, readings.value
+    n_levels = readings.levels
+    pinned = c_all * ((intervals + 3) // 2) + np.arange(c_all, dtype=np.intp)
+    _pin(gram, right, cross, pinned)
+    return Sums(
+        intervals=intervals,
+        warm_up=warm_up,
+        shapes=c_all,
+        readings=y.size,
+        levels=n_levels,
+        count=sums_per(readings.level, w, n_levels),
+        level_sum=sums_per(readings.level, w * y, n_levels),
+        square=float(np.sum(w * y * y)),
+        gram=gram,
+        right=right,
+        cross=cross,
+        pinned=pinned,
+    )
+
+
+def _pin(gram: FloatArray, right: FloatArray, cross: FloatArray, pinned: IntArray) -> None:
+    right[pinned] = 0.0
+    cross[:, pinned] = 0.0
+    _pin_band(gram, pinned, diagonal=1.0)
+
+
+def _pin_band(band: FloatArray, pinned: IntArray, *, diagonal: float) -> None:
+    for p in pinned.tolist():
+        band[:, p] = 0.0
+        for row in range(1, band.shape[0]):
+            if p - row >= 0:
+                band[row, p - row] = 0.0
+        band[0, p] = diagonal
+
+
+def penalty_of(intervals: int) -> FloatArray:
+    """Return the energy of one function with its pinned coefficient left out, (4, K + 3)."""
+    band = curvature_energy(intervals)
+    _pin_band(band, np.array([(intervals + 3) // 2]), diagonal=0.0)
+    return band
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """Levels and splines for one smoothness."""
+
+    sums: Sums
+    spline_factor: FloatArray
+    """Cholesky factor of splines against splines with penalty, lower banded."""
+    spline_of_level: FloatArray
+    """What the splines take from the levels, (C (K + 3), L)."""
+    level_factor: FloatArray
+    """Cholesky factor of what is left to the levels."""
+    level: FloatArray
+    """Levels where all splines vanish, (L,)."""
+    spline: FloatArray
+    """Spline coefficients, (C (K + 3),)."""
+    variance: float
+    """Estimated variance of a reading of weight one."""
+    criterion: float
+    """Minus twice the restricted log-likelihood."""
+    log_determinant: float
+    """Logarithm of the determinant of the normal equations."""
+
+
+def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
+    """Fit levels and splines for a given smoothness.
+
+    Parameters
+    ----------
+    sums : Sums
+        The run.
+    penalty : FloatArray
+        Energy of the curvature of one function, (4, K + 3). [1]
+    departure : FloatArray
+        Prior root mean square departure of each f_c from its straight line, in units of the
+        noise, (C,). [1]
+
+    Returns
+    -------
+    Fit
+        The fit and its restricted likelihood.
+    """
+    c_all = sums.shapes
+    band = sums.gram.copy()
+    for c in range(c_all):
+        band[::c_all, c::c_all] += penalty / departure[c] ** 2
+    factor = _banded_factor(band)
+    solved = _banded_solve(factor, np.column_stack((sums.right, sums.cross.T)))
+    spline_right, spline_of_level = solved[:, 0], solved[:, 1:]
+    left = np.diag(sums.count) - sums.cross @ spline_of_level
+    level_factor = _full_factor(left)
+    level = _full_solve(level_factor, sums.level_sum - sums.cross @ spline_right)
+    spline = spline_right - spline_of_level @ level
+    free = sums.readings - sums.levels - c_all
+    left_over = sums.square - float(level @ sums.level_sum) - float(spline @ sums.right)
+    variance = max(left_over, _ROUND_OFF * sums.square, _TINY) / free
+    log_determinant = 2.0 * float(np.sum(np.log(factor[0])) + np.sum(np.log(np.diag(level_factor))))
+    rank = sums.intervals + 1
+    prior = -2.0 * rank * float(np.sum(np.log(departure)))
+    return Fit(
+        sums=sums,
+        spline_factor=factor,
+        spline_of_level=spline_of_level,
+        level_factor=level_factor,
+        level=level,
+        spline=spline,
+        variance=variance,
+        criterion=free * float(np.log(variance)) + log_determinant - prior,
+        log_determinant=log_determinant,
+    )
+
+
+def _rows(sums: Sums, time: FloatArray) -> FloatArray:
+    """Return the values of all splines of one function at each time, (T, K + 3)."""
+    return _spline_rows(warped(time, sums.warm_up), sums.intervals)
+
+
+def _solved(
+    fitted: Fit, level: FloatArray, spline: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return three parts of the covariance of linear combinations, without the noise's variance.
+
+    Parameters
+    ----------
+    fitted : Fit
+        A fit.
+    level : FloatArray
+        Weights of the levels, (L, J).
+    spline : FloatArray
+        Weights of the splines, (C (K + 3), J), zero where pinned.
+
+    Returns
+    -------
+    solved, through, back : FloatArray
+        The covariance is spline' solved + through' back.
+    """
+    solved = _banded_solve(fitted.spline_factor, spline)
+    through = level - fitted.sums.cross @ solved
+    return solved, through, _full_solve(fitted.level_factor, through)
+
+
+def levels_at(
+    fitted: Fit, time: float, shape_of_level: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the levels at one time and their covariance.
+
+    Parameters
+    ----------
+    fitted : Fit
+        A fit.
+    time : float
+        Time as a fraction of the run. [1]
+    shape_of_level : FloatArray
+        Value of every shape at the position of each level, (C, L). [1]
+
+    Returns
+    -------
+    level : FloatArray
+        (L,).
+    covariance : FloatArray
+        (L, L).
+    """
+    sums = fitted.sums
+    row = _rows(sums, np.array([time]))[0]
+    spline = np.zeros((sums.right.size, sums.levels))
+    for c in range(sums.shapes):
+        spline[c :: sums.shapes] = np.outer(row, shape_of_level[c])
+    spline[sums.pinned] = 0.0
+    level = fitted.level + spline.T @ fitted.spline
+    solved, through, back = _solved(fitted, np.eye(sums.levels), spline)
+    return level, fitted.variance * (spline.T @ solved + through.T @ back)
+
+
+def functions_at(fitted: Fit, time: FloatArray, reference: float) -> tuple[FloatArray, FloatArray]:
+    """Return the functions of time relative to a reference time, and their variances.
+
+    Parameters
+    ----------
+    fitted : Fit
+        A fit.
+    time : FloatArray
+        Times as a fraction of the run, (T,). [1]
+    reference : float
+        Time at which every function is zero. [1]
+
+    Returns
+    -------
+    value, variance : FloatArray
+        (C, T) each.
+    """
+    sums = fitted.sums
+    rows = _rows(sums, time) - _rows(sums, np.array([reference]))
+    value = np.stack([rows @ fitted.spline[c :: sums.shapes] for c in range(sums.shapes)])
+    if sums.right.size <= sums.shapes * time.size:
+        variance = _variance_by_coefficients(fitted, rows)
+    else:
+        variance = _variance_by_times(fitted, rows)
+    return value, fitted.variance * np.maximum(variance, 0.0)
+
+
+def _variance_by_coefficients(fitted: Fit, rows: FloatArray) -> FloatArray:
+    """Return variances of rows of spline values from the covariance of all coefficients."""
+    sums = fitted.sums
+    free = np.eye(sums.right.size)
+    free[sums.pinned] = 0.0
+    solved, through, back = _solved(fitted, np.zeros((sums.levels, free.shape[1])), free)
+    covariance = free @ solved + through.T @ back
+    parts = [covariance[c :: sums.shapes, c :: sums.shapes] for c in range(sums.shapes)]
+    return np.stack([np.sum((rows @ part) * rows, axis=1) for part in parts])
+
+
+def _variance_by_times(fitted: Fit, rows: FloatArray) -> FloatArray:
+    """Return variances of rows of spline values, one solution for each of them."""
+    sums = fitted.sums
+    no_level = np.zeros((sums.levels, rows.shape[0]))
+    variance = np.empty((sums.shapes, rows.shape[0]))
+    for c in range(sums.shapes):
+        spline = np.zeros((sums.right.size, rows.shape[0]))
+        spline[c :: sums.shapes] = rows.T
+        spline[sums.pinned] = 0.0
+        solved, through, back = _solved(fitted, no_level, spline)
+        variance[c] = np.sum(spline * solved, axis=0) + np.sum(through * back, axis=0)
+    return variance
+
+
+def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:
+    """Return the drift of every reading relative to a reference time.
+
+    Parameters
+    ----------
+    fitted : Fit
+        A fit.
+    readings : Readings
+        The run.
+    reference : float
+        Time at which the drift is zero. [1]
+
+    Returns
+    -------
+    FloatArray
+        (N,).
+    """
+    sums = fitted.sums
+    first, values = spline_values(warped(readings.time, sums.warm_up), sums.intervals)
+    row = _rows(sums, np.array([reference]))[0]
+    drift = np.zeros(readings.value.size)
+    for c in range(sums.shapes):
+        own = fitted.spline[c :: sums.shapes]
+        value = np.full(first.size, -float(row @ own))
+        for i in range(ORDER):
+            value += values[:, i] * own[first + i]
+        drift += readings.shape[c] * value
+    return drift
