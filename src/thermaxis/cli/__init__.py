@@ -10,6 +10,9 @@ from thermaxis import __version__
 
 COMMANDS = {
     "evaluate": "evaluate a positioning run: ISO 230-2 and adjacent differences",
+    "plan": "choose the targets of a run, its duration and the uncertainty to expect",
+    "trend": "show the figures of one axis over several runs",
+    "field": "compare thermal fields of a table before and after a run",
     "convert": "write any measured run as tidy CSV",
     "montecarlo": "scatter of differences by Monte Carlo, equation (10) of the method",
     "generate": "write an example run of a virtual axis",

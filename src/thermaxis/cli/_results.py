@@ -11,13 +11,16 @@ from thermaxis.positioning import (
     FORWARD,
     AdjacentDifferenceApproach,
     AdjacentDifferenceResult,
+    FloatArray,
     Iso230_2_1988Result,
     Iso230_2Result,
     PositioningTest,
     Vdi3441Result,
+    figures_by_key,
 )
 
 if TYPE_CHECKING:
+    from thermaxis.positioning import FigureUncertainty, Iso230_2Figures, UncertaintyResult
     from thermaxis.report import PositioningReport
 
 
@@ -52,6 +55,8 @@ def report_as_json(report: "PositioningReport") -> dict[str, object]:
         "iso230_2_1988": asdict(other) if isinstance(other, Iso230_2_1988Result) else None,
         "vdi3441": asdict(other) if isinstance(other, Vdi3441Result) else None,
         "adjacent_difference": _adjacent_difference(report.adjacent_difference),
+        "drift": _drift(report),
+        "uncertainty": _uncertainty(report.uncertainty),
         "limits": _limits(report),
         "warnings": list(report.warnings),
     }
@@ -75,8 +80,15 @@ def _test(test: PositioningTest, header: dict[str, str]) -> dict[str, object]:
 
 def _iso230_2(result: Iso230_2Result) -> dict[str, object]:
     figures: dict[str, object] = {key: finite_or_none(getattr(result, key)) for key in FIGURE_KEYS}
+    targets = _targets(result.target, result)
+    return {"edition": str(result.edition), **figures, "targets": targets}
+
+
+def _targets(
+    target: FloatArray, result: "Iso230_2Result | Iso230_2Figures"
+) -> list[dict[str, float | None]]:
     columns = {
-        "position": result.target,
+        "position": target,
         "mean_forward": result.mean[:, FORWARD],
         "mean_backward": result.mean[:, BACKWARD],
         "mean": result.mean_bidirectional,
@@ -88,11 +100,7 @@ def _iso230_2(result: Iso230_2Result) -> dict[str, object]:
         "R": result.R_i,
     }
     rows = zip(*(_numbers(column.tolist()) for column in columns.values()), strict=True)
-    return {
-        "edition": str(result.edition),
-        **figures,
-        "targets": [dict(zip(columns, row, strict=True)) for row in rows],
-    }
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def _adjacent_difference(result: AdjacentDifferenceResult | None) -> dict[str, object] | None:
@@ -127,6 +135,60 @@ def _approach(approach: AdjacentDifferenceApproach | None) -> dict[str, object] 
             for anomaly in approach.anomalies
         ],
         "anomalies_tested": approach.anomalies_tested,
+    }
+
+
+def _drift(report: "PositioningReport") -> dict[str, object] | None:
+    drift, uncertainty = report.drift, report.uncertainty
+    if drift is None:
+        return None
+    figures = figures_by_key(drift.figures)
+    free = None if uncertainty is None else uncertainty.drift_free
+    return {
+        "model": str(drift.model),
+        "significant": drift.significant,
+        "p_no_drift": drift.p_no_drift,
+        "noise_std_forward": finite_or_none(float(drift.noise_std[FORWARD])),
+        "noise_std_backward": finite_or_none(float(drift.noise_std[BACKWARD])),
+        "residual_std": finite_or_none(drift.residual_std),
+        "effective_parameters": drift.effective_parameters,
+        "total": drift.total,
+        "total_per_m": drift.total_per_m,
+        "reference_time_s": drift.reference_time_s,
+        "levels_forward": _numbers(drift.level[:, FORWARD].tolist()),
+        "levels_backward": _numbers(drift.level[:, BACKWARD].tolist()),
+        "levels_std_forward": _numbers(drift.level_std[:, FORWARD].tolist()),
+        "levels_std_backward": _numbers(drift.level_std[:, BACKWARD].tolist()),
+        "iso230_2": {
+            **{key: finite_or_none(figures[key]) for key in FIGURE_KEYS},
+            "targets": _targets(report.test.target, drift.figures),
+        },
+        "uncertainty": None if free is None else _figure_uncertainty(free)["expanded_uncertainty"],
+        "diagnosis": [asdict(finding) for finding in report.diagnosis],
+        "outliers": [asdict(outlier) for outlier in drift.outliers],
+        "suspects": list(drift.suspects),
+    }
+
+
+def _uncertainty(uncertainty: "UncertaintyResult | None") -> dict[str, object] | None:
+    if uncertainty is None:
+        return None
+    free = uncertainty.drift_free
+    return {
+        "label": uncertainty.label,
+        "measured": _figure_uncertainty(uncertainty.measured),
+        "drift_free": None if free is None else _figure_uncertainty(free),
+    }
+
+
+def _figure_uncertainty(figures: "FigureUncertainty") -> dict[str, object]:
+    return {
+        "expanded_uncertainty": {
+            key: finite_or_none(figures.expanded_uncertainty.get(key)) for key in FIGURE_KEYS
+        },
+        "bias": {key: finite_or_none(figures.bias.get(key)) for key in FIGURE_KEYS},
+        "included": list(figures.included),
+        "left_out": list(figures.left_out),
     }
 
 

@@ -15,6 +15,7 @@ from thermaxis.positioning import (
     Iso230_2Result,
     PositioningTest,
     Vdi3441Result,
+    figures_by_key,
 )
 from thermaxis.report import (
     FIGURE_NAMES,
@@ -27,6 +28,7 @@ from thermaxis.report import (
 )
 
 if TYPE_CHECKING:
+    from thermaxis.positioning import DriftResult, FigureUncertainty
     from thermaxis.report import PositioningReport
 
 
@@ -49,6 +51,14 @@ def print_report(report: "PositioningReport") -> None:
         parts.append(_other(test, report.other_standard, decimals))
     if report.adjacent_difference is not None:
         parts.append(_adjacent(test, report.adjacent_difference, decimals))
+    if report.drift is not None:
+        parts.append(_drift(report, report.drift, decimals))
+    if report.diagnosis:
+        found = "\n".join(
+            f"  {number}. {printable(finding.text, 400)}"
+            for number, finding in enumerate(report.diagnosis, start=1)
+        )
+        parts.append(f"Diagnosis\n\n{found}\n")
     parts += [f"warning: {printable(warning, 400)}" for warning in report.warnings]
     sys.stdout.write("\n".join(parts) + "\n")
 
@@ -130,6 +140,58 @@ def _other(
     keys = [key for key in type(result).__slots__ if key != "mark"]
     rows = [(*OTHER_NAMES[key], _number(getattr(result, key), decimals)) for key in keys]
     return text_table(title, ("", "figure", test.kind.units.deviation), rows, words=2)
+
+
+def _drift(report: "PositioningReport", drift: "DriftResult", decimals: int) -> str:
+    unit = report.test.kind.units.deviation
+    uncertainty = report.uncertainty
+    measured = None if uncertainty is None else uncertainty.measured.expanded_uncertainty
+    free = None if uncertainty is None or uncertainty.drift_free is None else uncertainty.drift_free
+    without = figures_by_key(drift.figures)
+    rows = [
+        (
+            FIGURE_SYMBOLS[key],
+            _number(getattr(report.iso230_2, key), decimals, signed=key == "B_mean"),
+            _number(None if measured is None else measured.get(key), decimals),
+            _number(without[key], decimals, signed=key == "B_mean"),
+            _number(None if free is None else free.expanded_uncertainty.get(key), decimals),
+        )
+        for key in FIGURE_KEYS
+    ]
+    table = text_table(
+        f"Drift eliminated, {unit} (not a result of ISO 230-2)",
+        ("", "measured", "U (k = 2)", "drift-free", "U (k = 2)"),
+        rows,
+        words=1,
+    )
+    return "\n".join((table, *_drift_in_words(report.test, drift), *_left_out(free), ""))
+
+
+def _left_out(free: "FigureUncertainty | None") -> list[str]:
+    if free is None or not free.left_out:
+        return []
+    return [f"U by Monte Carlo (GUM), without: {'; '.join(free.left_out)}"]
+
+
+def _drift_in_words(test: PositioningTest, drift: "DriftResult") -> list[str]:
+    unit = test.kind.units.deviation
+    noise = ", ".join(
+        f"{arrow} {value:.3g}"
+        for arrow, value in zip("↑↓", drift.noise_std.tolist(), strict=True)
+        if np.isfinite(value)
+    )
+    said = [f"noise {noise} {unit}; residual standard deviation {drift.residual_std:.3g} {unit}"]
+    if not drift.significant:
+        return [f"no drift is seen (p = {drift.p_no_drift:.2g}): the run is left as it was", *said]
+    when = ""
+    if drift.reference_time_s is not None:
+        when = f" at {drift.reference_time_s / 3600.0:.2f} h"
+    model = "a straight line" if str(drift.model) == "line" else "a smooth curve"
+    growth = "µm/m" if unit == "µm" else "arcsec per 1000°"
+    grown = f"{drift.total_per_m:+.1f} {growth} of growth"
+    run = f"over the run {drift.total:+.2f} {unit} in common and {grown}"
+    state = f"levels are those of the thermal state{when}"
+    return [f"drift: {model}; {run}; {state}", *said]
 
 
 def _adjacent(test: PositioningTest, result: AdjacentDifferenceResult, decimals: int) -> str:

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from thermaxis.positioning import (
         AdjacentDifferenceResult,
+        DriftResult,
+        Finding,
         Iso230_2_1988Result,
         Iso230_2Result,
         PositioningTest,
+        UncertaintyResult,
         Vdi3441Result,
     )
     from thermaxis.report import PositioningReport
@@ -76,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--reference-time",
         metavar="H",
         type=_hours,
-        help="anchor the deviation chart at the first cycle that starts after H hours",
+        help="after H hours: state of the drift-free levels, and cycle of the deviation chart",
     )
     add(
         "--cycle",
@@ -90,6 +93,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="edition of ISO 230-2 or VDI/DGQ 3441; 1988 and vdi3441 come beside 2014, unverified",
     )
     add("--full", action="store_true", help="s, R and A also on an axis over 2000 mm")
+    add("--no-drift", action="store_true", help="leave the drift model out")
+    add(
+        "--robust", action="store_true", help="leave outliers out of the drift model, and name them"
+    )
+    add("--budget", metavar="FILE", type=Path, help="terms of the uncertainty budget (TOML)")
+    add("--plan", metavar="FILE", type=Path, help="compare the run with its plan (JSON)")
     add("--date", metavar="YYYY-MM-DD", type=_date, help="date of the certificate")
     add("--encoding", metavar="NAME", default="cp1250", help="of a text that is not UTF-8")
 
@@ -137,6 +146,47 @@ def _adjacent_difference(
     return result, result.warnings
 
 
+def _drift(
+    arguments: argparse.Namespace, test: "PositioningTest"
+) -> "tuple[DriftResult | None, tuple[str, ...]]":
+    """Separate the drift; where it cannot be told from the levels, say so and go on."""
+    from thermaxis.errors import DataError  # noqa: PLC0415  --help needs no errors
+
+    if arguments.no_drift:
+        return None, ()
+    from thermaxis.positioning import evaluate_drift  # noqa: PLC0415  scipy comes with it
+
+    hours: float | None = arguments.reference_time
+    time_s = None if hours is None else hours * 3600.0
+    try:
+        result = evaluate_drift(test, reference_time_s=time_s, robust=arguments.robust)
+    except DataError as error:
+        return None, (f"no drift model: {error}",)
+    return result, result.warnings
+
+
+def _uncertainty_and_diagnosis(
+    arguments: argparse.Namespace, test: "PositioningTest", drift: "DriftResult | None"
+) -> "tuple[UncertaintyResult | None, tuple[Finding, ...]]":
+    if arguments.no_drift and arguments.budget is None:
+        return None, ()
+    from thermaxis.positioning import diagnose, evaluate_uncertainty  # noqa: PLC0415  with scipy
+    from thermaxis.report import read_budget  # noqa: PLC0415
+
+    budget = None if arguments.budget is None else read_budget(arguments.budget, test.kind)
+    uncertainty = evaluate_uncertainty(test, drift, budget=budget)
+    return uncertainty, () if arguments.no_drift else diagnose(test, drift)
+
+
+def _against_plan(arguments: argparse.Namespace, test: "PositioningTest") -> tuple[str, ...]:
+    if arguments.plan is None:
+        return ()
+    from thermaxis.files import read_plan  # noqa: PLC0415  only with a plan
+    from thermaxis.positioning import check_against_plan  # noqa: PLC0415
+
+    return check_against_plan(test, read_plan(arguments.plan))
+
+
 def _single_run_warning(iso230_2: "Iso230_2Result", test: "PositioningTest") -> tuple[str, ...]:
     if not iso230_2.single_run_rule:
         return ()
@@ -162,7 +212,8 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise ConfigurationError("--json has no name", remedy="Name a file, or - for the output")
     json_files = [] if arguments.json in (None, "-") else [Path(arguments.json)]
     outputs = [*reports, *json_files]
-    inputs = [source, *(f for f in (arguments.header, arguments.limits) if f is not None)]
+    settings = (arguments.header, arguments.limits, arguments.budget, arguments.plan)
+    inputs = [source, *(f for f in settings if f is not None)]
     for k, path in enumerate(outputs):
         if not path.absolute().parent.is_dir():
             raise ConfigurationError(
@@ -233,7 +284,9 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
     warnings += [*conditions, *_single_run_warning(iso230_2, test)]
     adjacent, said = _adjacent_difference(arguments, test)
     other_standard, also_said = _other_standard(arguments.edition, test)
-    warnings += (*said, *also_said)
+    drift, drift_said = _drift(arguments, test)
+    uncertainty, diagnosis = _uncertainty_and_diagnosis(arguments, test, drift)
+    warnings += (*said, *also_said, *drift_said, *_against_plan(arguments, test))
     wants_charts = bool(arguments.report or arguments.figures)
     limits = report.read_limits(arguments.limits, test.kind) if arguments.limits else None
     stated: dict[str, str] = {}
@@ -249,6 +302,9 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         conditions=conditions,
         header={**test.header, **stated},
         limits=report.check_limits(limits, iso230_2) if limits else None,
+        drift=drift,
+        uncertainty=uncertainty,
+        diagnosis=diagnosis,
         source_name=path.name,
         source_sha256=sha256,
         version=__version__,

@@ -11,9 +11,6 @@ if TYPE_CHECKING:
     from thermaxis.errors import ConfigurationError
     from thermaxis.thermal import ThermalField
 
-NAME = "field"
-SUMMARY = "compare thermal fields of a table before and after a run"
-
 _DESCRIPTION = """\
 Read two or more images of one surface, taken from one place: matrices of degrees Celsius as CSV, or
 radiometric JPEG (extra 'flir', not verified on a real file). Show the difference of the last to the

@@ -8,11 +8,6 @@ if TYPE_CHECKING:
     from thermaxis.positioning._plan import TargetChoice, TestPlan
     from thermaxis.positioning._plan_uncertainty import RunAssumptions, ShortestPlan
 
-NAME = "plan"
-"""Name of the command."""
-SUMMARY = "plan a run: targets, duration, expected uncertainty"
-"""What the command does, for the list of commands."""
-
 _DESCRIPTION = """\
 Choose targets by equation (1) of the method: equal steps plus a seeded random part, an interval
 that is no multiple of the pitch. Check them against the rules of ISO 230-2, say how long the run

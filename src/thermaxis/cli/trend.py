@@ -10,9 +10,6 @@ if TYPE_CHECKING:
 
     from thermaxis.report._trend import Trend, TrendFigure, TrendRun
 
-NAME = "trend"
-SUMMARY = "show the figures of one axis over several runs"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command.

@@ -7,7 +7,9 @@ from thermaxis.files._recognition import read_positioning, read_positioning_with
 from thermaxis.files._source import FALLBACK_ENCODING
 
 if TYPE_CHECKING:
+    from thermaxis.files.field_csv import read_field_csv, write_field_csv
     from thermaxis.files.iso230_dat import read_iso230_dat
+    from thermaxis.files.plan_json import format_plan, plan_sha256, read_plan, write_plan
     from thermaxis.files.rtl import read_rtl, write_rtl
     from thermaxis.files.tidy_csv import format_tidy_csv, read_tidy_csv, write_tidy_csv
     from thermaxis.files.wide_csv import read_wide_csv
@@ -15,19 +17,31 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FALLBACK_ENCODING",
+    "format_plan",
     "format_tidy_csv",
+    "plan_sha256",
+    "read_field_csv",
     "read_iso230_dat",
+    "read_plan",
     "read_positioning",
     "read_positioning_with_sha256",
     "read_rtl",
     "read_tidy_csv",
     "read_wide_csv",
     "read_xlsx",
+    "write_field_csv",
+    "write_plan",
     "write_rtl",
     "write_tidy_csv",
 ]
 
 _MODULES = {
+    "format_plan": "plan_json",
+    "plan_sha256": "plan_json",
+    "read_plan": "plan_json",
+    "write_plan": "plan_json",
+    "read_field_csv": "field_csv",
+    "write_field_csv": "field_csv",
     "format_tidy_csv": "tidy_csv",
     "read_iso230_dat": "iso230_dat",
     "read_rtl": "rtl",

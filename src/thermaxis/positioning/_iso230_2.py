@@ -197,6 +197,32 @@ def iso230_2_figures(deviation: FloatArray, *, coverage_factor: float = 2.0) -> 
     return figures_of(*mean_and_s(deviation), coverage_factor=coverage_factor)
 
 
+def figures_by_key(figures: Iso230_2Figures) -> dict[str, float | None]:
+    """Return the figures of one run by their keys.
+
+    Parameters
+    ----------
+    figures : Iso230_2Figures
+        Figures of one run.
+
+    Returns
+    -------
+    dict
+        Each of `FIGURE_KEYS`; None where a figure does not exist. [µm or arcsec]
+    """
+    one_way = {
+        "E": figures.E_unidirectional,
+        "R": figures.R_unidirectional,
+        "A": figures.A_unidirectional,
+    }
+    values = {"B": figures.B, "B_mean": figures.B_mean, "M": figures.M}
+    for letter, pair in one_way.items():
+        values[f"{letter}_forward"] = pair[FORWARD]
+        values[f"{letter}_backward"] = pair[BACKWARD]
+        values[letter] = getattr(figures, letter)
+    return {key: value_or_none(value) for key, value in values.items()}
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Iso230_2Result:

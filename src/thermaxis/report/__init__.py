@@ -18,7 +18,7 @@ from thermaxis.report._progress import Progress
 from thermaxis.report._text import fixed
 
 if TYPE_CHECKING:
-    from thermaxis.positioning import DifferenceMonteCarlo, Iso230_2Result
+    from thermaxis.positioning import DifferenceMonteCarlo, Iso230_2Result, UncertaintyBudget
     from thermaxis.quantities import AxisKind
     from thermaxis.report._limits import Limits, LimitsCheck
 
@@ -33,6 +33,7 @@ __all__ = [
     "edition_name",
     "fixed",
     "other_standard_name",
+    "read_budget",
     "read_header",
     "read_limits",
     "write_certificate_html",
@@ -97,6 +98,31 @@ def read_limits(path: Path, kind: "AxisKind") -> "Limits":
     from thermaxis.report import _limits  # noqa: PLC0415  see above
 
     return _limits.read_limits(path, kind)
+
+
+def read_budget(path: Path, kind: "AxisKind") -> "UncertaintyBudget":
+    """Read a file with the terms of instrument and environment.
+
+    Parameters
+    ----------
+    path : Path
+        TOML with a table for each term.
+    kind : AxisKind
+        Kind of the axis, which fixes the unit.
+
+    Returns
+    -------
+    UncertaintyBudget
+        The terms that the file states.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read, a table or key is unknown, or a value is not possible.
+    """
+    from thermaxis.report import _budget  # noqa: PLC0415  see above
+
+    return _budget.read_budget(path, kind)
 
 
 def check_limits(limits: "Limits", iso230_2: "Iso230_2Result") -> "LimitsCheck":

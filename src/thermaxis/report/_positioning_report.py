@@ -22,6 +22,7 @@ from thermaxis.report._moments import day_of, in_file
 from thermaxis.report._text import decimals_of_figures
 
 if TYPE_CHECKING:
+    from thermaxis.positioning import DriftResult, Finding, UncertaintyResult
     from thermaxis.report._limits import LimitsCheck
 
 
@@ -52,6 +53,12 @@ class PositioningReport:
     """Fields of the head by key: those of the file, replaced by stated ones."""
     limits: "LimitsCheck | None"
     """The figures against their limits; None without limits."""
+    drift: "DriftResult | None"
+    """The run without its drift; None if not evaluated (the reason stands in `warnings`)."""
+    uncertainty: "UncertaintyResult | None"
+    """Expanded uncertainties of the figures; None if not evaluated."""
+    diagnosis: "tuple[Finding, ...]"
+    """What is wrong with the axis, ranked; empty also where nothing was diagnosed."""
     source_name: str
     """Name of the measurement file without its folder."""
     source_sha256: str
