@@ -60,6 +60,8 @@ _NONE_AT_ALL = 0.5
 """How likely no scatter at all is, against any scatter, before the run is looked at. [1]"""
 _OUTSTANDING = 0.01
 """Level, for the whole axis, at which a target is not like the others. [1]"""
+_MOST_OUTSTANDING = 8
+"""More targets than this are no exception. [1]"""
 _FEWEST_SPARE = 3
 """Targets beyond the straight line that are needed to see how levels scatter. [1]"""
 _PRIOR_FREEDOM = np.array([3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 1e5])
@@ -477,10 +479,13 @@ def _normal_limit(number: int) -> float:
     return -float(_special().ndtri(0.5 * _OUTSTANDING / number))
 
 
-def _mean_and_reversal(targets: int, approaches: int) -> FloatArray:
-    """Return the matrix that turns levels into mean and reversal value of every target, (L, L)."""
+def _mean_and_reversal(targets: int, approaches: int) -> tuple[FloatArray, FloatArray]:
+    """Return the matrix that turns levels into mean and reversal of every target, and back."""
     one = np.eye(targets)
-    return one if approaches == 1 else np.block([[0.5 * one, 0.5 * one], [one, -one]])
+    if approaches == 1:
+        return one, one
+    there = np.block([[0.5 * one, 0.5 * one], [one, -one]])
+    return there, np.block([[one, 0.5 * one], [one, -0.5 * one]])
 
 
 def _straight_lines(position: FloatArray) -> FloatArray:
@@ -523,7 +528,8 @@ def _standing_out(value: FloatArray, covariance: FloatArray, line: FloatArray) -
     """
     limit = _normal_limit(value.size)
     out: list[int] = []
-    while len(out) < value.size // 4 and value.size - len(out) > 3 + line.shape[1]:
+    most = min(value.size // 4, _MOST_OUTSTANDING)
+    while len(out) < most and value.size - len(out) > 3 + line.shape[1]:
         rest = np.setdiff1d(np.arange(value.size), out)
         residual = (
             value[rest] - line[rest] @ np.linalg.lstsq(line[rest], value[rest], rcond=None)[0]
@@ -564,7 +570,7 @@ def _draw_levels(estimate: _Estimate, samples: int, rng: np.random.Generator) ->
     error = wider * (rng.standard_normal((samples, size)) @ _root(estimate.covariance).T)
     if targets < 2 + _FEWEST_SPARE or not np.any(estimate.covariance):
         return estimate.level - error
-    turn = _mean_and_reversal(targets, len(estimate.approaches))
+    turn, back = _mean_and_reversal(targets, len(estimate.approaches))
     value, covariance = turn @ estimate.level, turn @ estimate.covariance @ turn.T
     error = error @ turn.T
     straight = _straight_lines(estimate.position)
@@ -588,7 +594,7 @@ def _draw_levels(estimate: _Estimate, samples: int, rng: np.random.Generator) ->
         own = scatter * rng.standard_normal((part.size, size))
         beyond = value - own - error[part]
         drawn[part] = own + beyond @ _taken(covariance, scatter, lines).T
-    return drawn @ np.linalg.inv(turn).T
+    return drawn @ back.T
 
 
 def _special() -> Any:

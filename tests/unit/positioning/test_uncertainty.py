@@ -25,6 +25,7 @@ from thermaxis.positioning._uncertainty import (
     evaluate_uncertainty,
 )
 from thermaxis.quantities import AxisKind
+from thermaxis.virtual import paper_x_axis
 
 NOISE = 0.4
 SHOWN = ("B", "E", "R", "A")
@@ -155,9 +156,9 @@ def test_two_thousand_draws_take_under_a_tenth_of_a_second(
     test, drift = drifting
     taken: list[float] = []
     for _ in range(5):
-        since = time.perf_counter()
+        since = time.process_time()
         evaluate_uncertainty(test, drift, budget=UncertaintyBudget(environmental_variation=1.0))
-        taken.append(time.perf_counter() - since)
+        taken.append(time.process_time() - since)
     assert min(taken) < 0.1
 
 
@@ -501,3 +502,26 @@ def test_many_targets_and_many_draws_are_drawn_in_parts() -> None:
     result = evaluate_uncertainty(test, None, samples=4000)
     check_sound(result)
     assert result.measured.standard_uncertainty["B_mean"] < 0.03
+
+
+def test_the_truth_of_generated_axes_lies_within_u_although_one_position_scatters_more() -> None:
+    inside: list[bool] = []
+    for seed in range(26, 29):
+        made = paper_x_axis(cycles=20, seed=seed)
+        drift, stated = drift_free(made.test)
+        assert made.test.time_s is not None
+        assert drift.reference_time_s is not None
+        at_reference = np.array(
+            [
+                np.interp(
+                    drift.reference_time_s, np.sort(t.ravel()), d.ravel()[np.argsort(t, None)]
+                )
+                for t, d in zip(made.test.time_s, made.drift, strict=True)
+            ]
+        )
+        std = np.full((16, 2), 0.19)
+        std[2] = np.hypot(0.19, 0.45)
+        truth = figures_by_key(made.level + at_reference[:, None], std)
+        for key, value in _by_key(drift.figures).items():
+            inside.append(abs(float(value) - truth[key]) <= stated.expanded_uncertainty[key])
+    assert np.mean(inside) >= 0.88
