@@ -363,9 +363,12 @@ def draw_images(result: ThermalFieldsResult, mm_per_pixel: float | None) -> Figu
         axes.set_title(_image_title(result, k, 80 // across - 10))
     for axes in panels[len(drawn) :]:
         axes.set_visible(False)
-    unit = "px" if mm_per_pixel is None else "mm"
-    figure.supxlabel(f"from the left edge [{unit}]", fontsize=7.5)
-    figure.supylabel(f"from the upper edge [{unit}]", fontsize=7.5)
+    for axes in panels[::across]:
+        _label_edges(axes, mm_per_pixel)
+        axes.set_xlabel("")
+    for axes in panels[max(len(drawn) - across, 0) : len(drawn)]:
+        axes.set_xlabel(f"from the left edge [{'px' if mm_per_pixel is None else 'mm'}]")
+        axes.tick_params(axis="x", labelbottom=True)
     bar = figure.colorbar(
         ScalarMappable(Normalize(*limits), colormaps[_COLOUR_MAP]), ax=panels, fraction=0.04
     )
