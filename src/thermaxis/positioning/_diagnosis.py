@@ -9,11 +9,12 @@ The tests share a probability of 5 % of naming anything on a healthy axis: 2 % f
 0.5 % for each of the others.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.positioning._positioning_test import (
     BACKWARD,
@@ -57,6 +58,8 @@ COMMON_PERIODS_DEG = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0, 9.0, 10.0, 12.0, 1
 """Teeth of worm wheels that are tried where the header states none. [deg]"""
 FEWEST_TARGETS_FOR_PERIODS = 7
 """With fewer targets no periodic error is looked for. [1]"""
+_MOST_TARGETS = 100
+"""More than enough for a period; of more targets so many are taken, evenly. [1]"""
 _SMOOTH_LENGTHS = (1.5, 2.2, 3.3, 5.0, 8.0)
 """Lengths over which a smooth error changes, in mean intervals of the targets. [1]"""
 _SMOOTH_SIZES = (1.0, 5.0, 25.0, 125.0, 625.0, 3125.0)
@@ -186,10 +189,24 @@ def _variance_along(target: FloatArray, value: FloatArray) -> float:
     return float(np.median(local**2)) / 0.4549  # median of chi-squared with one degree of freedom
 
 
+def _combined(
+    covariance: FloatArray, known: NDArray[np.bool_], approaches: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the covariances of the means of both approaches and of the reversal values."""
+    m = known.size
+    kept = np.ix_(known, known)
+    forward = covariance[:m, :m][kept]
+    if approaches == 1:
+        return forward, forward
+    backward = covariance[m:, m:][kept]
+    across = covariance[:m, m:][kept]
+    own, shared = forward + backward, across + across.T
+    return (own + shared) / 4.0, own - shared
+
+
 def _axis(test: PositioningTest, drift: "DriftResult | None") -> _Axis | None:
     """Return the levels with their covariance; None where nothing tells their noise."""
     approaches = [a for a, measured in enumerate(test.measured_approaches) if measured]
-    m = test.target.size
     if drift is not None:
         level, covariance = drift.level, drift.level_covariance
         free = float(np.sum(test.readings)) - drift.effective_parameters
@@ -199,17 +216,11 @@ def _axis(test: PositioningTest, drift: "DriftResult | None") -> _Axis | None:
     known = np.all(np.isfinite(level[:, approaches]), axis=1)
     if int(np.sum(known)) < 3:
         return None
-    first = np.eye(m)[known]
-    both = len(approaches) == 2
-    into_mean = np.hstack((first, first)) / 2.0 if both else first
-    into_reversal = np.hstack((first, -first)) if both else first
     target = test.target[known]
     mean = np.mean(level[np.ix_(known, approaches)], axis=1)
-    reversal = level[known, FORWARD] - level[known, BACKWARD] if both else None
+    reversal = level[known, FORWARD] - level[known, BACKWARD] if len(approaches) == 2 else None
     if free > 0.0:
-        used = np.nan_to_num(covariance)
-        mean_covariance = into_mean @ used @ into_mean.T
-        reversal_covariance = into_reversal @ used @ into_reversal.T
+        mean_covariance, reversal_covariance = _combined(covariance, known, len(approaches))
     elif target.size >= FEWEST_TARGETS:  # one cycle: the axis itself must tell what is noise
         free = 0.5 * target.size
         mean_covariance = np.eye(target.size) * _variance_along(target, mean)
@@ -312,13 +323,18 @@ class _Trials:
     """(k,). [µm or arcsec]"""
 
 
-def _smooth_correlations(target: FloatArray) -> list[FloatArray]:
-    """Return covariances of smooth curve and noise, in units of the noise, (m, m) each."""
+def _smooth_or_rough(target: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the axes and variances (noise one) of noise alone and with smooth curves."""
     distance = target[:, None] - target[None, :]
     interval = float(np.mean(np.diff(target)))
-    noise = np.eye(target.size)
-    smooth = [np.exp(-0.5 * (distance / (length * interval)) ** 2) for length in _SMOOTH_LENGTHS]
-    return [noise, *(noise + size * curve for curve in smooth for size in _SMOOTH_SIZES)]
+    yield np.eye(target.size), np.ones(target.size)
+    for length in _SMOOTH_LENGTHS:
+        value, vector = np.linalg.eigh(np.exp(-0.5 * (distance / (length * interval)) ** 2))
+        for size in _SMOOTH_SIZES:
+            yield (
+                np.asarray(vector, dtype=np.float64),
+                np.asarray(1.0 + size * np.maximum(value, 0.0), dtype=np.float64),
+            )
 
 
 def _try_periods(axis: _Axis, waves: FloatArray, floor: float) -> _Trials:
@@ -328,10 +344,9 @@ def _try_periods(axis: _Axis, waves: FloatArray, floor: float) -> _Trials:
     everything = np.column_stack((line, axis.mean, waves.transpose(1, 0, 2).reshape(m, 2 * k)))
     without, criterion = np.inf, np.full(k, np.inf)
     amplitude = np.zeros(k)
-    for correlation in _smooth_correlations(axis.target):
-        root = np.asarray(np.linalg.cholesky(correlation), dtype=np.float64)
-        volume = 2.0 * float(np.sum(np.log(np.diag(root))))
-        white = _solved(root, everything)
+    for vector, variance in _smooth_or_rough(axis.target):
+        volume = float(np.sum(np.log(variance)))
+        white = (vector.T @ everything) / np.sqrt(variance)[:, None]
         own, _ = np.linalg.qr(white[:, :2])
         rest = white[:, 2:] - own @ (own.T @ white[:, 2:])
         value, columns = rest[:, 0], rest[:, 1:].reshape(m, k, 2)
@@ -363,6 +378,14 @@ def _periodic(axis: _Axis) -> _Periodic | None:
     likelihood: the periodogram of Lomb and Scargle with a floating smooth part in place of the
     mean. Without the sine the curve is chosen anew.
     """
+    if axis.target.size > _MOST_TARGETS:
+        kept = np.linspace(0, axis.target.size - 1, _MOST_TARGETS).astype(np.intp)
+        axis = replace(
+            axis,
+            target=axis.target[kept],
+            mean=axis.mean[kept],
+            mean_covariance=axis.mean_covariance[np.ix_(kept, kept)],
+        )
     target, m = axis.target, axis.target.size
     periods = [
         p
@@ -527,9 +550,10 @@ def _shape(axis: _Axis, reversal: FloatArray) -> _Shape:
     constant, _ = _weighted_square(ones, value)
     steps = _solved(root, np.tri(m, k=-1)[:, : m - 1])  # column k: one after target k + 1
     trials: list[tuple[float, _Shape]] = []
-    squares = [_weighted_square(np.column_stack((ones, step)), value) for step in steps.T]
-    k = int(np.argmin([square for square, _ in squares]))
-    square, solved = squares[k]
+    unit = ones / np.linalg.norm(ones)
+    own, rest = steps - unit @ (unit.T @ steps), value - unit[:, 0] * float(unit[:, 0] @ value)
+    k = int(np.argmax((rest @ own) ** 2 / np.sum(own**2, axis=0)))
+    square, solved = _weighted_square(np.column_stack((ones, steps[:, k])), value)
     p_value = min(1.0, (m - 1) * _shape_probability(axis, constant - square, 1, square))
     fitted = solved[0] + solved[1] * (np.arange(m) > k)
     trials.append((_criterion(axis, square, 2), _Shape(fitted, p_value, k + 1)))
@@ -693,9 +717,12 @@ def _spread_findings(axis: _Axis) -> list[_Ranked]:
         if spread.ratio < LEAST_SPREAD_RATIO:
             continue
         drifting = ", drift included" if drift is None else ""
+        times = "unlike"
+        if np.isfinite(spread.ratio):
+            times = f"{_number(spread.ratio)} times as much as"
         text = (
             f"Target {spread.target + 1} ({axis.place(float(test.target[spread.target]))}) scatters"
-            f" {_number(spread.ratio)} times as much as the others, with a standard deviation of"
+            f" {times} the others, with a standard deviation of"
             f" {axis.amount(spread.std)}{drifting}."
         )
         if drift is not None and spread.target + 1 in drift.suspects:
