@@ -255,17 +255,20 @@ def test_the_charts_are_the_same_bytes_every_time(examples, tmp_path, capsys):
     assert lines[0] == "x_mm,y_mm,difference_k"
     assert len(lines) == 1 + 4800
     assert lines[1].startswith("2.0,2.0,")
+    regions = (tmp_path / "one" / "field_regions.csv").read_text(encoding="utf-8").splitlines()
+    assert regions[2].startswith("upper left,0.0,40.0,0.0,30.0,1200,")
 
 
 def test_level_images_holes_and_hostile_names_are_drawn(tmp_path, capsys):
     level = np.full((30, 40), 20.0)
     hole = level + 5.0
     hole[5:12, 5:20] = np.nan
-    names = ("$\\frac{.csv", "level.csv", "hole.csv")
+    names = ("$\\frac{.csv", "=level.csv", "hole.csv")
     for name, values in zip(names, (level, level, hole), strict=True):
         write_field_csv(values, tmp_path / name)
-    run(*(tmp_path / name for name in names), "--figures", tmp_path / "charts")
+    run(*(tmp_path / name for name in names * 3), "--figures", tmp_path / "charts")
     shown = capsys.readouterr().out
     assert "105 of 1200 pixels are missing" in shown
+    images = (tmp_path / "charts" / "field_images.csv").read_text(encoding="utf-8").splitlines()
+    assert images[2].startswith("2,'=level.csv,,0,20.0,")
     run(tmp_path / names[0], tmp_path / names[1], "--figures", tmp_path / "level")
-    run(*(tmp_path / name for name in names * 3), "--figures", tmp_path / "many")
