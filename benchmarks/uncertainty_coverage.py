@@ -16,7 +16,7 @@ smooth      two waves along the axis of this amplitude, and a reversal value of 
 constant    a straight line and a constant reversal value: the largest of equal values
 one         as constant, with one target that lies off by four times the amount
 
-    python benchmarks/uncertainty_coverage.py [--seeds 200] [--cycles 5 30] [--measured]
+    python benchmarks/uncertainty_coverage.py [--seeds 200] [--axes random] [--measured]
 """
 
 import argparse
@@ -159,6 +159,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Coverage of the stated uncertainties.")
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--cycles", type=int, nargs="+", default=[5, 30])
+    parser.add_argument("--amounts", type=float, nargs="+", default=[0.5, 3.0], help="in µm")
     parser.add_argument("--axes", nargs="+", default=list(AXES))
     parser.add_argument("--measured", action="store_true", help="figures as measured")
     parser.add_argument(
@@ -168,7 +169,7 @@ def main() -> int:
     print(f"{'':26}" + "".join(f"{key:>11}" for key in SHOWN))
     for axis in arguments.axes:
         for cycles in arguments.cycles:
-            for amount in (0.5, 3.0):
+            for amount in arguments.amounts:
                 t = tally(
                     range(arguments.seeds),
                     lambda seed, c=cycles, x=axis, a=amount: generated(

@@ -39,6 +39,10 @@ def fields_as_text(
     return "\n".join(parts) + "\n"
 
 
+def _fixed(value: float, sign: str = "") -> str:
+    return "–" if math.isnan(value) else f"{value:{sign}.3f}"
+
+
 def _signed(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:+.2f}"
 
@@ -68,8 +72,8 @@ def _region_table(result: ThermalFieldsResult) -> str:
         (
             printable(region.name, 40),
             str(int(result.region_pixels[r])),
-            *(f"{float(result.region_mean_c[k, r]):.3f}" for k in shown),
-            f"{float(result.region_change_k[r]):+.3f}",
+            *(_fixed(float(result.region_mean_c[k, r])) for k in shown),
+            _fixed(float(result.region_change_k[r]), "+"),
         )
         for r, region in enumerate(result.regions)
     ]
@@ -99,9 +103,9 @@ def _correlation_tables(drift: DriftAtImages) -> list[str]:
         rows = [
             (
                 printable(one.region, 40),
-                f"{one.correlation:+.3f}",
-                f"{one.p_value:.2g}",
-                f"{one.per_k:+.2f}",
+                _fixed(one.correlation, "+"),
+                "–" if math.isnan(one.p_value) else f"{one.p_value:.2g}",
+                _signed(one.per_k),
             )
             for one in found
         ]
@@ -175,8 +179,8 @@ def _regions_as_json(result: ThermalFieldsResult) -> list[dict[str, object]]:
             "x_px": [region.left_px, region.right_px],
             "y_px": [region.top_px, region.bottom_px],
             "pixels": int(result.region_pixels[r]),
-            "mean_c": result.region_mean_c[:, r].tolist(),
-            "change_k": float(result.region_change_k[r]),
+            "mean_c": [finite_or_none(mean) for mean in result.region_mean_c[:, r].tolist()],
+            "change_k": finite_or_none(float(result.region_change_k[r])),
         }
         for r, region in enumerate(result.regions)
     ]

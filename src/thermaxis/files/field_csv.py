@@ -27,7 +27,7 @@ MOST_SIDE = 100_000
 """Most rows, and most columns. [1]"""
 
 _KELVIN_FROM_C = 230.0
-"""A table is not that hot: a field with such a median may be in kelvin. [°C]"""
+"""A table is not that hot: a field with such a mean may be in kelvin. [°C]"""
 _PLAIN = re.compile(r"[0-9+\-. eE]*")
 _REMEDY = "Export the matrix of temperatures in degrees Celsius as CSV, one line per row of pixels"
 
@@ -94,8 +94,8 @@ def read_field_csv(path: Path | str) -> ThermalField:
         )
     if bool(np.all(np.isnan(temperature_c))):
         raise form.error("no pixel of the image has a temperature")
-    if float(np.nanmedian(temperature_c)) > _KELVIN_FROM_C:
-        remarks.append("more than half of the pixels are above 230 °C: is the file in kelvin?")
+    if float(np.nanmean(temperature_c)) > _KELVIN_FROM_C:
+        remarks.append("the mean of the pixels is above 230 °C: is the file in kelvin?")
     temperature_c.setflags(write=False)
     return ThermalField(temperature_c, name=Path(path).name, remarks=tuple(remarks))
 
@@ -267,10 +267,11 @@ def _row(line: str, number: int, form: _Form) -> FloatArray:
     if not form.decimal:  # the first decimal sign holds for the file
         form.decimal = next((sign for sign in text if sign in ".,"), "")
     words = cells
-    if form.decimal == "," and "." not in text:
+    foreign = form.decimal == "," and "." in text
+    if form.decimal == "," and not foreign:
         words = [cell.replace(",", ".") for cell in cells]
         text = text.replace(",", ".")
-    if _PLAIN.fullmatch(text):
+    if not foreign and _PLAIN.fullmatch(text):
         try:
             row = np.array([float(word) if word.strip(" ") else np.nan for word in words])
         except ValueError:

@@ -9,11 +9,12 @@ The tests share a probability of 5 % of naming anything on a healthy axis: 2 % f
 0.5 % for each of the others.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.positioning._positioning_test import (
     BACKWARD,
@@ -55,6 +56,16 @@ COMMON_PITCHES_MM = (2.0, 2.5, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0,
 """Pitches of screws that are tried where the header states none. [mm]"""
 COMMON_PERIODS_DEG = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0, 9.0, 10.0, 12.0, 15.0, 20.0, 30.0)
 """Teeth of worm wheels that are tried where the header states none. [deg]"""
+FEWEST_TARGETS_FOR_PERIODS = 7
+"""With fewer targets no periodic error is looked for. [1]"""
+_MOST_TARGETS = 100
+"""More than enough for a period; of more targets so many are taken, evenly. [1]"""
+_SMOOTH_LENGTHS = (1.5, 2.2, 3.3, 5.0, 8.0)
+"""Lengths over which a smooth error changes, in mean intervals of the targets. [1]"""
+_SMOOTH_SIZES = (1.0, 5.0, 25.0, 125.0, 625.0, 3125.0)
+"""Its variances, in those of the noise. [1]"""
+_PERIOD_LIMITS = (1e-3, 1e4)
+"""Stated periods beyond these are no periods: targets are stated to 0.001. [mm or deg]"""
 _PERIODS_PER_LENGTH = 3.0
 """A longer period cannot be told from a smooth error. [1]"""
 _VISIBLE = 0.1
@@ -153,6 +164,10 @@ def _f_tail(ratio: float, more: float, free: float) -> float:
     return float(fdtrc(more, free, max(ratio, 0.0)))
 
 
+def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+
+
 # ---- levels -------------------------------------------------------------------------------------
 
 
@@ -174,10 +189,24 @@ def _variance_along(target: FloatArray, value: FloatArray) -> float:
     return float(np.median(local**2)) / 0.4549  # median of chi-squared with one degree of freedom
 
 
+def _combined(
+    covariance: FloatArray, known: NDArray[np.bool_], approaches: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the covariances of the means of both approaches and of the reversal values."""
+    m = known.size
+    kept = np.ix_(known, known)
+    forward = covariance[:m, :m][kept]
+    if approaches == 1:
+        return forward, forward
+    backward = covariance[m:, m:][kept]
+    across = covariance[:m, m:][kept]
+    own, shared = forward + backward, across + across.T
+    return (own + shared) / 4.0, own - shared
+
+
 def _axis(test: PositioningTest, drift: "DriftResult | None") -> _Axis | None:
     """Return the levels with their covariance; None where nothing tells their noise."""
     approaches = [a for a, measured in enumerate(test.measured_approaches) if measured]
-    m = test.target.size
     if drift is not None:
         level, covariance = drift.level, drift.level_covariance
         free = float(np.sum(test.readings)) - drift.effective_parameters
@@ -187,17 +216,11 @@ def _axis(test: PositioningTest, drift: "DriftResult | None") -> _Axis | None:
     known = np.all(np.isfinite(level[:, approaches]), axis=1)
     if int(np.sum(known)) < 3:
         return None
-    first = np.eye(m)[known]
-    both = len(approaches) == 2
-    into_mean = np.hstack((first, first)) / 2.0 if both else first
-    into_reversal = np.hstack((first, -first)) if both else first
     target = test.target[known]
     mean = np.mean(level[np.ix_(known, approaches)], axis=1)
-    reversal = level[known, FORWARD] - level[known, BACKWARD] if both else None
+    reversal = level[known, FORWARD] - level[known, BACKWARD] if len(approaches) == 2 else None
     if free > 0.0:
-        used = np.nan_to_num(covariance)
-        mean_covariance = into_mean @ used @ into_mean.T
-        reversal_covariance = into_reversal @ used @ into_reversal.T
+        mean_covariance, reversal_covariance = _combined(covariance, known, len(approaches))
     elif target.size >= FEWEST_TARGETS:  # one cycle: the axis itself must tell what is noise
         free = 0.5 * target.size
         mean_covariance = np.eye(target.size) * _variance_along(target, mean)
@@ -253,7 +276,8 @@ def _stated_periods(test: PositioningTest) -> tuple[float, ...]:
         drive = _stated(header, "pitch_deg", "pitch")
         lines = _stated(header, "encoder_lines")
         encoder = None if lines is None else 360.0 / lines
-    return tuple(period for period in (drive, encoder) if period is not None)
+    low, high = _PERIOD_LIMITS
+    return tuple(p for p in (drive, encoder) if p is not None and low <= p <= high)
 
 
 def _candidates(test: PositioningTest) -> tuple[float, ...]:
@@ -277,84 +301,113 @@ def _waves(target: FloatArray, period: float) -> FloatArray:
     return np.stack((np.cos(turn), np.sin(turn)), axis=1)
 
 
-def _visibility(target: FloatArray, period: float) -> float:
-    """Return what a period leaves beside a straight line, at its worst phase. [1]"""
+def _visibility(target: FloatArray, period: float) -> tuple[float, float]:
+    """Return what a period leaves beside a straight line, at its worst and best phase. [1]"""
     line = _smooth_basis(target, 1)
     waves = _waves(target, period)
     waves -= line @ (line.T @ waves)
-    return float(np.linalg.eigvalsh(waves.T @ waves)[0]) / (0.5 * target.size)
+    worst, best = (np.linalg.eigvalsh(waves.T @ waves) / (0.5 * target.size)).tolist()
+    return worst, best
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class _Trial:
-    criterion: float
-    period: float
-    degree: int
-    amplitude: float
-    ratio: float
+@dataclass(frozen=True, slots=True, eq=False)
+class _Trials:
+    """Likelihood of every period beside the smooth curve that suits it best."""
+
+    without: float
+    """Minus twice the log-likelihood without a period."""
+    criterion: FloatArray
+    """The same with each period, (k,)."""
+    amplitude: FloatArray
+    """(k,). [µm or arcsec]"""
 
 
-def _trials(axis: _Axis, period: float, basis: FloatArray, floor: float) -> list[_Trial]:
-    """Fit one period beside smooth curves of every degree."""
-    m = axis.target.size
-    waves = _waves(axis.target, period)
-    tried: list[_Trial] = []
-    for degree in range(1, basis.shape[1]):
-        free = m - degree - 3
-        smooth = basis[:, : degree + 1]
-        value = axis.mean - smooth @ (smooth.T @ axis.mean)
-        own = waves - smooth @ (smooth.T @ waves)
-        if free < 3 or np.linalg.eigvalsh(own.T @ own)[0] < 0.5 * m * _VISIBLE**2:
-            continue
-        solved, *_ = np.linalg.lstsq(own, value, rcond=None)
-        square = float(np.sum((value - own @ solved) ** 2))
-        variance = max(square / free, floor)
-        tried.append(
-            _Trial(
-                criterion=m * float(np.log(max(square, free * floor))) + np.log(m) * degree,
-                period=period,
-                degree=degree,
-                amplitude=float(np.hypot(*solved)),
-                ratio=(float(value @ value) - square) / 2.0 / variance,
+def _smooth_or_rough(target: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the axes and variances (noise one) of noise alone and with smooth curves."""
+    distance = target[:, None] - target[None, :]
+    interval = float(np.mean(np.diff(target)))
+    yield np.eye(target.size), np.ones(target.size)
+    for length in _SMOOTH_LENGTHS:
+        value, vector = np.linalg.eigh(np.exp(-0.5 * (distance / (length * interval)) ** 2))
+        for size in _SMOOTH_SIZES:
+            yield (
+                np.asarray(vector, dtype=np.float64),
+                np.asarray(1.0 + size * np.maximum(value, 0.0), dtype=np.float64),
             )
-        )
-    return tried
+
+
+def _try_periods(axis: _Axis, waves: FloatArray, floor: float) -> _Trials:
+    """Fit each period, (k, m, 2), beside a straight line and smooth random curves."""
+    m, k = axis.target.size, waves.shape[0]
+    line = _smooth_basis(axis.target, 1)
+    everything = np.column_stack((line, axis.mean, waves.transpose(1, 0, 2).reshape(m, 2 * k)))
+    without, criterion = np.inf, np.full(k, np.inf)
+    amplitude = np.zeros(k)
+    for vector, variance in _smooth_or_rough(axis.target):
+        volume = float(np.sum(np.log(variance)))
+        white = (vector.T @ everything) / np.sqrt(variance)[:, None]
+        own, _ = np.linalg.qr(white[:, :2])
+        rest = white[:, 2:] - own @ (own.T @ white[:, 2:])
+        value, columns = rest[:, 0], rest[:, 1:].reshape(m, k, 2)
+        gram = np.asarray(np.einsum("mki,mkj->kij", columns, columns), dtype=np.float64)
+        right = np.asarray(np.einsum("mki,m->ki", columns, value), dtype=np.float64)
+        inverse = np.linalg.pinv(gram, rcond=_VISIBLE**2, hermitian=True)
+        solved = (inverse @ right[..., None])[..., 0]  # without a phase that the targets hide
+        square = float(value @ value)
+        left = np.maximum(square - np.sum(solved * right, axis=1), 0.0)
+        without = min(without, float(_deviance(np.array(square), m, floor)) + volume)
+        now = _deviance(left, m, floor) + volume
+        better = now < criterion
+        criterion = np.where(better, now, criterion)
+        amplitude = np.where(better, np.hypot(solved[:, 0], solved[:, 1]), amplitude)
+    return _Trials(without, criterion, amplitude)
+
+
+def _deviance(square: FloatArray, m: int, floor: float) -> FloatArray:
+    """Return minus twice the log-likelihood; the noise is at least what the levels' is."""
+    variance = np.maximum(square / m, floor)
+    return m * np.log(variance) + square / variance
 
 
 def _periodic(axis: _Axis) -> _Periodic | None:
     """Look for the period that explains most of what no smooth curve explains.
 
-    For each candidate a sine with free phase is fitted together with a polynomial of the
-    position, whose degree is chosen by Schwarz's criterion: the periodogram of Lomb and Scargle
-    with a floating smooth part in place of the mean.
+    For each candidate a sine with free phase is fitted together with a straight line and a
+    smooth random curve of the position, whose size and length are those of the largest
+    likelihood: the periodogram of Lomb and Scargle with a floating smooth part in place of the
+    mean. Without the sine the curve is chosen anew.
     """
+    if axis.target.size > _MOST_TARGETS:
+        kept = np.linspace(0, axis.target.size - 1, _MOST_TARGETS).astype(np.intp)
+        axis = replace(
+            axis,
+            target=axis.target[kept],
+            mean=axis.mean[kept],
+            mean_covariance=axis.mean_covariance[np.ix_(kept, kept)],
+        )
     target, m = axis.target, axis.target.size
-    if m < 7:
-        return None
-    degree = min(12, m // 3)
-    basis = _smooth_basis(target, degree)
-    left = np.trace(axis.mean_covariance) - np.trace(basis.T @ axis.mean_covariance @ basis)
-    floor = max(float(left) / (m - degree - 1), 1e-12)
-    periods = [p for p in _candidates(axis.test) if p * _PERIODS_PER_LENGTH <= axis.length]
-    best = [
-        min(tried, key=lambda trial: trial.criterion)
-        for tried in (_trials(axis, period, basis, floor) for period in periods)
-        if tried
+    periods = [
+        p
+        for p in _candidates(axis.test)
+        if p * _PERIODS_PER_LENGTH <= axis.length and _visibility(target, p)[1] > _VISIBLE**2
     ]
-    if not best:
+    if m < FEWEST_TARGETS_FOR_PERIODS or not periods:
         return None
-    first = min(best, key=lambda trial: trial.criterion)
-    tail = _f_tail(first.ratio, 2, m - first.degree - 3)
-    p_value = min(1.0, len(periods) * tail)
-    if p_value >= LEVEL or first.amplitude < LEAST_AMPLITUDE:
+    line = _smooth_basis(target, 1)
+    noise = np.trace(axis.mean_covariance) - np.trace(line.T @ axis.mean_covariance @ line)
+    waves = np.stack([_waves(target, period) for period in periods])
+    tried = _try_periods(axis, waves, max(float(noise) / (m - 2), 1e-12))
+    first = int(np.argmin(tried.criterion))
+    gained = max(tried.without - float(tried.criterion[first]), 0.0)
+    ratio = float(np.expm1(gained / m)) * (m - 4) / 2.0
+    p_value = min(1.0, len(periods) * _f_tail(ratio, 2, m - 4))
+    amplitude = float(tried.amplitude[first])
+    if p_value >= LEVEL or amplitude < LEAST_AMPLITUDE:
         return None
-    others = tuple(
-        trial.period
-        for trial in best
-        if trial is not first and trial.criterion < first.criterion + _AS_LIKELY
-    )
-    return _Periodic(first.period, first.amplitude, p_value, others)
+    likely = tried.criterion < tried.criterion[first] + _AS_LIKELY
+    others = tuple(p for i, p in enumerate(periods) if likely[i] and i != first)
+    return _Periodic(periods[first], amplitude, p_value, others)
 
 
 def _named_source(axis: _Axis, period: float) -> str:
@@ -386,14 +439,11 @@ def _hidden_findings(test: PositioningTest, found: _Periodic | None) -> list[_Ra
     if target.size < 3:
         return []
     stated = _stated_periods(test)
+    tried = [p for p in stated or _candidates(test) if p <= test.measured_length]
     if stated:
-        hidden = [p for p in stated if _visibility(target, p) < _VISIBLE]
+        hidden = [p for p in tried if _visibility(target, p)[0] < _VISIBLE]
     else:
-        hidden = [
-            p
-            for p in _candidates(test)
-            if np.hypot(*np.mean(_waves(target, p), axis=0)) > _AT_MULTIPLES
-        ]
+        hidden = [p for p in tried if np.hypot(*np.mean(_waves(target, p), axis=0)) > _AT_MULTIPLES]
     if not hidden or (found is not None and found.period in hidden):
         return []
     unit = test.kind.units.position
@@ -472,10 +522,6 @@ class _Shape:
     """Number of targets before the step; None where it varies smoothly. [1]"""
 
 
-def _whitened(root: FloatArray, values: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.solve(root, values), dtype=np.float64)
-
-
 def _weighted_square(columns: FloatArray, value: FloatArray) -> tuple[float, FloatArray]:
     solved, *_ = np.linalg.lstsq(columns, value, rcond=None)
     return float(np.sum((value - columns @ solved) ** 2)), np.asarray(solved, dtype=np.float64)
@@ -498,15 +544,16 @@ def _shape(axis: _Axis, reversal: FloatArray) -> _Shape:
         return flat
     covariance = axis.reversal_covariance + 1e-12 * np.eye(m)
     root = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
-    columns = _whitened(root, _smooth_basis(axis.target, 3))
-    value = _whitened(root, reversal)
-    ones = _whitened(root, np.ones((m, 1)))
+    columns = _solved(root, _smooth_basis(axis.target, 3))
+    value = _solved(root, reversal)
+    ones = _solved(root, np.ones((m, 1)))
     constant, _ = _weighted_square(ones, value)
-    steps = _whitened(root, np.tri(m, k=-1)[:, : m - 1])  # column k: one after target k + 1
+    steps = _solved(root, np.tri(m, k=-1)[:, : m - 1])  # column k: one after target k + 1
     trials: list[tuple[float, _Shape]] = []
-    squares = [_weighted_square(np.column_stack((ones, step)), value) for step in steps.T]
-    k = int(np.argmin([square for square, _ in squares]))
-    square, solved = squares[k]
+    unit = ones / np.linalg.norm(ones)
+    own, rest = steps - unit @ (unit.T @ steps), value - unit[:, 0] * float(unit[:, 0] @ value)
+    k = int(np.argmax((rest @ own) ** 2 / np.sum(own**2, axis=0)))
+    square, solved = _weighted_square(np.column_stack((ones, steps[:, k])), value)
     p_value = min(1.0, (m - 1) * _shape_probability(axis, constant - square, 1, square))
     fitted = solved[0] + solved[1] * (np.arange(m) > k)
     trials.append((_criterion(axis, square, 2), _Shape(fitted, p_value, k + 1)))
@@ -554,11 +601,21 @@ def _shape_findings(axis: _Axis, shape: _Shape) -> list[_Ranked]:
     return [_Ranked(finding, 0, size)]
 
 
-def _backlash_findings(axis: _Axis) -> list[_Ranked]:
+def _without_step(axis: _Axis, shape: _Shape | None) -> _Axis:
+    """Take a step of one approach alone out of the mean of both, where that makes it smoother."""
+    if shape is None or shape.step_after is None:
+        return axis
+    smooth = _smooth_basis(axis.target, min(3, axis.target.size - 2))
+    step = shape.fitted - shape.fitted[0]
+    tried = [axis.mean - share * step for share in (0.0, 0.5, -0.5)]
+    left = [float(np.sum((mean - smooth @ (smooth.T @ mean)) ** 2)) for mean in tried]
+    return replace(axis, mean=tried[int(np.argmin(left))])
+
+
+def _backlash_findings(axis: _Axis, shape: _Shape | None) -> list[_Ranked]:
     """Name the mean reversal value, and what is not the same everywhere."""
-    if axis.reversal is None:
+    if axis.reversal is None or shape is None:
         return []
-    shape = _shape(axis, axis.reversal)
     findings = _shape_findings(axis, shape)
     mean = float(np.mean(axis.reversal))
     uncertainty = float(np.sqrt(np.mean(axis.reversal_covariance)))
@@ -592,8 +649,8 @@ class _Spread:
     """Index of the target. [1]"""
     std: float
     """Standard deviation of its readings. [µm or arcsec]"""
-    others: float
-    """Standard deviation of the readings of the other targets. [µm or arcsec]"""
+    ratio: float
+    """Spread here over that of the other targets, drift left out. [1]"""
     p_value: float
     """All targets counted. [1]"""
 
@@ -630,7 +687,7 @@ def _spreads_without_drift(drift: "DriftResult") -> list[_Spread]:
             break
         std = float(np.sqrt(own[worst] / own_free[worst]))
         others = float(np.sqrt(rest[worst] / rest_free[worst]))
-        found.append(_Spread(int(kept[worst]), std, others, p_value))
+        found.append(_Spread(int(kept[worst]), std, std / others, p_value))
         kept = np.delete(kept, worst)
     return found
 
@@ -645,8 +702,7 @@ def _spreads_with_drift(test: PositioningTest) -> list[_Spread]:
     found: list[_Spread] = []
     for k, anomaly in enumerate(named):
         i, tested = anomaly.position - 1, test.target.size - k
-        own = float(std[i])
-        found.append(_Spread(i, own, own / anomaly.statistic, anomaly.p_value * tested))
+        found.append(_Spread(i, float(std[i]), anomaly.statistic, anomaly.p_value * tested))
     return found
 
 
@@ -658,18 +714,22 @@ def _spread_findings(axis: _Axis) -> list[_Ranked]:
     named = _spreads_with_drift(test) if drift is None else _spreads_without_drift(drift)
     found: list[_Ranked] = []
     for spread in named:
-        if spread.std < LEAST_SPREAD_RATIO * spread.others:
+        if spread.ratio < LEAST_SPREAD_RATIO:
             continue
+        drifting = ", drift included" if drift is None else ""
+        times = "unlike"
+        if np.isfinite(spread.ratio):
+            times = f"{_number(spread.ratio)} times as much as"
         text = (
             f"Target {spread.target + 1} ({axis.place(float(test.target[spread.target]))}) scatters"
-            f" {_number(spread.std / max(spread.others, 1e-12))} times as much as the others:"
-            f" standard deviation {axis.amount(spread.std)} in place of"
-            f" {axis.amount(spread.others)}."
+            f" {times} the others, with a standard deviation of"
+            f" {axis.amount(spread.std)}{drifting}."
         )
         if drift is not None and spread.target + 1 in drift.suspects:
             text = text[:-1] + "; it also drifts otherwise than the rest of the axis."
         finding = Finding("spread", spread.std, axis.unit, text, spread.p_value)
-        found.append(_Ranked(finding, 0, 4.0 * (spread.std - spread.others)))
+        more = spread.std * (1.0 - 1.0 / spread.ratio)
+        found.append(_Ranked(finding, 0, 4.0 * more))
     return found
 
 
@@ -879,7 +939,8 @@ def diagnose(test: PositioningTest, drift: "DriftResult | None") -> tuple[Findin
     -----
     With fewer than five targets only the straight-line error and the mean reversal value are
     looked at, with fewer than seven no periodic error. A periodic error that depends on the
-    approach, or has no candidate's period, is not found.
+    approach, or has no candidate's period, is not found. A step of the reversal value that
+    sits in one approach alone is taken out before lines and periods are fitted.
 
     References
     ----------
@@ -890,12 +951,14 @@ def diagnose(test: PositioningTest, drift: "DriftResult | None") -> tuple[Findin
     axis = _axis(test, drift)
     if axis is None:
         return _ordered(_hidden_findings(test, None))
-    found = _periodic(axis)
+    shape = None if axis.reversal is None else _shape(axis, axis.reversal)
+    level = _without_step(axis, shape)
+    found = _periodic(level)
     return _ordered(
         [
-            *_scale_findings(axis, found),
-            *_periodic_findings(axis, found),
-            *_backlash_findings(axis),
+            *_scale_findings(level, found),
+            *_periodic_findings(level, found),
+            *_backlash_findings(axis, shape),
             *_spread_findings(axis),
             *_drift_reversal_findings(axis),
             *_temperature_findings(axis),

@@ -26,7 +26,13 @@ from thermaxis.positioning._positioning_test import (
     PositioningTest,
     TimeSource,
 )
-from thermaxis.positioning._smooth_terms import IntArray, Readings, sums_per
+from thermaxis.positioning._smooth_terms import (
+    IntArray,
+    Readings,
+    levels_at,
+    leverages_of,
+    sums_per,
+)
 from thermaxis.positioning._smoothness import (
     NO_DRIFT,
     PLAIN_TIME,
@@ -51,6 +57,13 @@ MOST_OUTLIERS = 0.05
 """Share of the readings that the robust fit leaves out at most. [1]"""
 _NORMAL_MEDIAN = 1.4826
 """Standard deviation over the median of the absolute values, of a normal distribution. [1]"""
+_LEAST_LEFT = 0.02
+"""Share of a reading that a fit leaves to its residual at least. [1]"""
+_MOST_LEVERAGES = 100_000_000
+"""Readings times coefficients up to which leverages are worked out in full. [1]"""
+_HIDDEN = 2.0
+"""Where a straight drift makes the levels' mean square error so much larger, the order of visits
+hides it; not to see it then says nothing. [1]"""
 _ROUND_OFF = 1e-13
 """Differences below this share of the readings are rounding. [1]"""
 _BAND_TIMES = 121
@@ -282,20 +295,6 @@ def _means(level: IntArray, value: FloatArray, levels: int) -> FloatArray:
     return sums_per(level, value, levels) / sums_per(level, np.ones(level.size), levels)
 
 
-# ---- outliers ------------------------------------------------------------------------------------
-
-
-def _outlying(readings: Readings, residual: FloatArray) -> FloatArray:
-    """Return how far each reading lies out, in units of the limit; above one it is an outlier."""
-    scaled = np.abs(residual) * np.sqrt(readings.weight)
-    spread = _NORMAL_MEDIAN * float(np.median(scaled))
-    limit = NormalDist().inv_cdf(1.0 - 0.5 * SIGNIFICANCE / residual.size)
-    few = 1.0 + 2.0 * readings.levels / residual.size  # the fit follows the readings
-    count = sums_per(readings.level, np.ones(residual.size), readings.levels)
-    kept = count[readings.level] > 2.0  # no level may lose its last repetition
-    return np.where(kept, scaled, 0.0) / max(spread * limit * few, 1e-300)
-
-
 # ---- the whole evaluation -----------------------------------------------------------------------
 
 
@@ -339,6 +338,14 @@ def _weight_of_no_drift(drift: FTest) -> float:
     return 1.0 / max(drift.ratio, 1.0)
 
 
+def _hides_drift(run: _Run, average: Average) -> bool:
+    """Return whether the order of visits hides a drift in the levels, as a step cycle does."""
+    readings = run.readings
+    _, covariance = levels_at(average.line, float(np.mean(readings.time)), run.shape_of_level)
+    still = average.line.variance / sums_per(readings.level, readings.weight, readings.levels)
+    return float(np.trace(covariance)) > _HIDDEN * float(np.sum(still))
+
+
 def _estimate(run: _Run, drift_test: FTest, *, seconds: bool) -> _Estimate:
     readings = run.readings
     average = _average(run, seconds=seconds)
@@ -349,7 +356,7 @@ def _estimate(run: _Run, drift_test: FTest, *, seconds: bool) -> _Estimate:
         model = DriftModel.LINE if average.line_is_enough else DriftModel.SMOOTH
         stated = reported(average)
     else:
-        no_drift = _weight_of_no_drift(drift_test)
+        no_drift = 0.0 if _hides_drift(run, average) else _weight_of_no_drift(drift_test)
     drift = stated.drift(readings, 0.0)
     without = readings.value - drift
     residual = without - _means(readings.level, without, readings.levels)[readings.level]
@@ -435,7 +442,8 @@ def _fit(test: PositioningTest) -> _Fitted:
         drift_test = tests.drift()
         estimate = _estimate(run, drift_test, seconds=seconds)
         parameters = estimate.effective_parameters - run.readings.levels
-        weight = weights_of_levels(run.readings, estimate.residual, parameters)
+        readings = run.readings
+        weight = weights_of_levels(readings.level, estimate.residual, readings.levels, parameters)
         if np.all(weight == 1.0) or not np.all(run.readings.weight == 1.0):
             return _Fitted(run, estimate, tests, drift_test)
         weighted = replace(run.readings, weight=weight[run.readings.level])
@@ -443,13 +451,47 @@ def _fit(test: PositioningTest) -> _Fitted:
         tests = DriftTests(weighted, test.target.size, run.cycles)
 
 
+def _leverages(fitted: _Fitted) -> FloatArray:
+    """Return how far the fit follows each reading, (N,); at the ends of a run often far."""
+    readings, average = fitted.run.readings, fitted.estimate.average
+    count = sums_per(readings.level, np.ones(readings.value.size), readings.levels)
+    plain = 1.0 / count[readings.level]
+    if fitted.estimate.model is DriftModel.NONE:
+        return plain
+    chosen = average.line if average.line_is_enough else average.best
+    if chosen.sums.right.size * readings.value.size > _MOST_LEVERAGES:
+        return plain
+    return leverages_of(chosen, readings)
+
+
+def _outlying(fitted: _Fitted) -> FloatArray:
+    """Return how far each reading lies out, in units of the limit; above one it is an outlier.
+
+    The scatter of a level is judged without its farthest reading, which would hide itself.
+    """
+    readings = fitted.run.readings
+    level, levels, residual = readings.level, readings.levels, fitted.estimate.residual
+    order = np.lexsort((np.abs(residual), level))
+    near = order[:-1][np.diff(level[order]) == 0]
+    others = residual[near] - _means(level[near], residual[near], levels)[level[near]]
+    drift_parameters = fitted.estimate.effective_parameters - levels
+    weight = weights_of_levels(level[near], others, levels, drift_parameters)
+    left = np.maximum(1.0 - _leverages(fitted), _LEAST_LEFT)
+    scaled = np.abs(residual) * np.sqrt(weight[level] / left)
+    spread = _NORMAL_MEDIAN * float(np.median(scaled))
+    limit = NormalDist().inv_cdf(1.0 - 0.5 * SIGNIFICANCE / residual.size)
+    uncertain = 1.0 + 2.0 * levels / residual.size  # the spread and the weights are estimates
+    count = sums_per(level, np.ones(residual.size), levels)
+    kept = count[level] > 2.0  # no level may lose its last repetition
+    return np.where(kept, scaled, 0.0) / max(spread * limit * uncertain, 1e-300)
+
+
 def _left_out(
     test: PositioningTest, fitted: _Fitted, worst: int
 ) -> tuple[PositioningTest, Outlier]:
     i, j, a = (int(index[worst]) for index in fitted.run.index)
-    readings = fitted.run.readings
-    count = int(np.sum(readings.level == readings.level[worst]))
-    residual = float(fitted.estimate.residual[worst]) * count / (count - 1.0)  # without itself
+    left = max(1.0 - float(_leverages(fitted)[worst]), _LEAST_LEFT)
+    residual = float(fitted.estimate.residual[worst]) / left  # from the fit without it
     deviation = test.deviation.copy()
     deviation[i, j, a] = np.nan
     outlier = Outlier(target=i + 1, cycle=j + 1, approach=a, residual=residual)
@@ -527,7 +569,7 @@ def evaluate_drift_at(
     fitted = _fit(kept)
     most = MOST_OUTLIERS * fitted.run.readings.value.size
     while robust and len(outliers) + 1 <= most:
-        excess = _outlying(fitted.run.readings, fitted.estimate.residual)
+        excess = _outlying(fitted)
         worst = int(np.argmax(excess))
         if excess[worst] <= 1.0:
             break
@@ -554,6 +596,11 @@ def _warnings(test: PositioningTest, fitted: _Fitted, suspects: tuple[int, ...])
         said.append("the readings have no times: their acquisition order serves as time")
     if fitted.run.bow:
         said.append("the axis bows with time: a parabola of the position was added to the drift")
+    if _hides_drift(fitted.run, fitted.estimate.average):
+        said.append(
+            "each target was measured in a short part of the run: this order of visits hides drift"
+            " in the levels, and only the bands of the levels show how much"
+        )
     if suspects:
         named = ", ".join(str(i) for i in suspects)
         said.append(

@@ -32,10 +32,12 @@ from thermaxis.positioning._smooth_terms import (
     sums_of,
 )
 
-MOST_LEVELS = 2000
+MOST_LEVELS = 1000
 """Largest number of levels whose covariance is worked out. [1]"""
-MOST_SIMULATED_STOPS = 5000
-"""Largest plan that is also tried on simulated runs. [1]"""
+MOST_SIMULATED_STOPS, MOST_SIMULATED_LEVELS = 5000, 100
+"""Largest plan that is also tried on simulated runs, a matter of a second. [1]"""
+SAMPLES, FEWEST_SAMPLES = 1000, 100
+"""Random draws for the figures: up to a hundred levels, and where there are many. [1]"""
 LONGEST_RUN_S = 86400.0
 """Longest run that the search for a plan allows unless stated: a day. [s]"""
 FEWEST_CYCLES = 2
@@ -328,7 +330,7 @@ def expected_uncertainty(
     plan: TestPlan,
     assumptions: RunAssumptions | None = None,
     *,
-    samples: int = 1000,
+    samples: int | None = None,
     seed: int = 1,
 ) -> ExpectedUncertainty:
     """Foretell the uncertainty of the drift-free levels and figures that a plan will give.
@@ -339,8 +341,9 @@ def expected_uncertainty(
         The plan.
     assumptions : RunAssumptions, optional
         Noise, drift and shape of the axis. Default: those that `RunAssumptions` states.
-    samples : int
-        Random draws for the figures. Default: their standard deviation to about 2 %. [1]
+    samples : int, optional
+        Random draws for the figures. Default: 1000, which gives their standard deviation to about
+        2 %; fewer where there are more than a hundred levels. [1]
     seed : int
         Seed of the draws. Default: 1. [1]
 
@@ -360,6 +363,9 @@ def expected_uncertainty(
     if reason is not None:
         raise ConfigurationError(reason, where="expected uncertainty")
     assumptions = RunAssumptions() if assumptions is None else assumptions
+    if samples is None:
+        levels = plan.target.size * len(plan.approaches)
+        samples = max(FEWEST_SAMPLES, min(SAMPLES, 100 * SAMPLES // levels))
     separation = _separate(plan, assumptions)
     drift = _assumed_drift(separation.test, assumptions)
     time = separation.test.time_s
@@ -414,9 +420,12 @@ def simulate_uncertainty(
     -------
     SimulatedUncertainty or None
         Error and stated uncertainty of the levels; None where nothing can be expected of the
-        plan, or it has more than five thousand stops.
+        plan, or it has more than five thousand stops or a hundred levels.
     """
-    if why_nothing_is_expected(plan) is not None or plan.stops > MOST_SIMULATED_STOPS:
+    levels = plan.target.size * len(plan.approaches)
+    if plan.stops > MOST_SIMULATED_STOPS or levels > MOST_SIMULATED_LEVELS:
+        return None
+    if why_nothing_is_expected(plan) is not None:
         return None
     assumptions = RunAssumptions() if assumptions is None else assumptions
     random = np.random.default_rng(seed)

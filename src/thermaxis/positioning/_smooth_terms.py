@@ -33,6 +33,8 @@ _COARSE_INTERVALS = 48
 _ROUND_OFF = 1e-14
 """Share of the sum of squares that rounding alone leaves over. [1]"""
 _TINY = 1e-300
+_AT_ONCE = 2000
+"""Readings whose leverages are worked out together. [1]"""
 
 
 def _linalg() -> Any:
@@ -566,3 +568,34 @@ def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:
             value += values[:, i] * own[first + i]
         drift += readings.shape[c] * value
     return drift
+
+
+def leverages_of(fitted: Fit, readings: Readings) -> FloatArray:
+    """Return how far the fit follows each reading: 0 not at all, 1 wherever it goes.
+
+    Parameters
+    ----------
+    fitted : Fit
+        A fit.
+    readings : Readings
+        The run.
+
+    Returns
+    -------
+    FloatArray
+        (N,). [1]
+    """
+    sums = fitted.sums
+    leverage = np.empty(readings.value.size)
+    for start in range(0, leverage.size, _AT_ONCE):
+        part = slice(start, start + _AT_ONCE)
+        rows = _rows(sums, readings.time[part])
+        spline = np.zeros((sums.right.size, rows.shape[0]))
+        for c in range(sums.shapes):
+            spline[c :: sums.shapes] = rows.T * readings.shape[c, part]
+        spline[sums.pinned] = 0.0
+        level = np.zeros((sums.levels, rows.shape[0]))
+        level[readings.level[part], np.arange(rows.shape[0])] = 1.0
+        solved, through, back = _solved(fitted, level, spline)
+        leverage[part] = np.sum(spline * solved, axis=0) + np.sum(through * back, axis=0)
+    return np.clip(leverage * readings.weight, 0.0, 1.0)

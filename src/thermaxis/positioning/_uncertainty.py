@@ -6,9 +6,9 @@ not added to the estimates once more. What is drawn instead is where the true le
 deviations may lie, given the estimates:
 
 levels
-    Mean of the approaches and reversal value of every target scatter about a straight line by an
-    amount that the run itself tells (restricted likelihood), and the estimates scatter about them
-    by the covariance of the levels.
+    The mean of the approaches scatters from target to target about a straight line, the reversal
+    value about a constant, by amounts that the run itself tells (restricted likelihood), and the
+    estimates scatter about them by the covariance of the levels.
 standard deviations
     Those of the targets scatter about a common one of their approach by an amount that the run
     itself tells; the estimates scatter about them as chi does for their degrees of freedom.
@@ -21,13 +21,14 @@ factor k = 2 means for a normal distribution.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.positioning._iso230_2 import FIGURE_KEYS, Iso230_2Figures, figures_of, mean_and_s
 from thermaxis.positioning._positioning_test import FloatArray, PositioningTest
+from thermaxis.positioning._true_values import Estimate, draw_levels, draw_std
 from thermaxis.quantities import AxisKind
 
 if TYPE_CHECKING:
@@ -50,22 +51,6 @@ FROM_MEMORY = "M"
 _FEWEST_SAMPLES, _MOST_SAMPLES = 100, 1_000_000
 _NUMBERS_AT_A_TIME = 2_000_000
 """Levels that are drawn at a time, so that memory is bounded. [1]"""
-_POINTS = 10
-"""Values of the scatter of the levels that are averaged over. [1]"""
-_MANY_LEVELS = 600
-"""From here on only one value: each takes a matrix of the size of all levels. [1]"""
-_HIDDEN = 0.05
-"""Scatter of true levels, in units of their noise, that the noise hides altogether. [1]"""
-_NONE_AT_ALL = 0.5
-"""How likely no scatter at all is, against any scatter, before the run is looked at. [1]"""
-_OUTSTANDING = 0.01
-"""Level, for the whole axis, at which a target is not like the others. [1]"""
-_FEWEST_SPARE = 3
-"""Targets beyond the straight line that are needed to see how levels scatter. [1]"""
-_PRIOR_FREEDOM = np.array([3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 1e5])
-"""Degrees of freedom with which true variances scatter; the last: all are alike. [1]"""
-_PRIOR_WEIGHT = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 24.0]) / 30.0
-"""What is thought of them before the run is looked at: four to one that all are alike. [1]"""
 
 
 @final
@@ -382,27 +367,7 @@ _CLOSED_FORM_MARK = MappingProxyType(
 """M, E and A combine terms whose formulas are from memory; their combination is own algebra."""
 
 
-# ---- where the truth may lie --------------------------------------------------------------------
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Estimate:
-    """Levels and standard deviations of one run, as far as measured."""
-
-    position: FloatArray
-    """(m,). [mm or deg]"""
-    approaches: tuple[int, ...]
-    level: FloatArray
-    """(L,): targets of the first measured approach, then of the second."""
-    covariance: FloatArray
-    """(L, L)."""
-    s: FloatArray
-    """(L,)."""
-    free: FloatArray
-    """Degrees of freedom of each s, (L,). [1]"""
-    readings: FloatArray
-    """Readings of each level, (L,). [1]"""
+# ---- levels and standard deviations of a run ---------------------------------------------------
 
 
 def _flat(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
@@ -423,12 +388,12 @@ def _measured_approaches(test: PositioningTest) -> tuple[int, ...]:
     return tuple(a for a, measured in enumerate(test.measured_approaches) if measured)
 
 
-def _estimate_with_drift(test: PositioningTest, drift: "DriftResult") -> _Estimate:
+def _estimate_with_drift(test: PositioningTest, drift: "DriftResult") -> Estimate:
     approaches = _measured_approaches(test)
     readings = np.sum(~np.isnan(drift.deviation), axis=1)
     count = _flat(np.asarray(readings, dtype=np.float64), approaches)
     spare = float(np.sum(count) - count.size)
-    return _Estimate(
+    return Estimate(
         position=test.target,
         approaches=approaches,
         level=_flat(drift.level, approaches),
@@ -439,7 +404,7 @@ def _estimate_with_drift(test: PositioningTest, drift: "DriftResult") -> _Estima
     )
 
 
-def _estimate_without_drift(test: PositioningTest) -> _Estimate | None:
+def _estimate_without_drift(test: PositioningTest) -> Estimate | None:
     """Return plain means and s; None where one reading tells nothing of the noise."""
     approaches = _measured_approaches(test)
     count = _flat(test.readings, approaches)
@@ -455,7 +420,7 @@ def _estimate_without_drift(test: PositioningTest) -> _Estimate | None:
             for own in np.split(np.arange(count.size), len(approaches))
         ]
     )
-    return _Estimate(
+    return Estimate(
         position=test.target,
         approaches=approaches,
         level=_flat(mean, approaches),
@@ -464,212 +429,6 @@ def _estimate_without_drift(test: PositioningTest) -> _Estimate | None:
         free=free,
         readings=count,
     )
-
-
-def _root(matrix: FloatArray) -> FloatArray:
-    """Return a matrix whose product with its own transpose is the given covariance."""
-    value, vector = np.linalg.eigh(matrix)
-    return vector * np.sqrt(np.maximum(value, 0.0))
-
-
-def _normal_limit(number: int) -> float:
-    """Return the distance that one of so many normal values passes with a chance of 1 %."""
-    return -float(_special().ndtri(0.5 * _OUTSTANDING / number))
-
-
-def _mean_and_reversal(targets: int, approaches: int) -> FloatArray:
-    """Return the matrix that turns levels into mean and reversal value of every target, (L, L)."""
-    one = np.eye(targets)
-    return one if approaches == 1 else np.block([[0.5 * one, 0.5 * one], [one, -one]])
-
-
-def _straight_lines(position: FloatArray) -> FloatArray:
-    centred = position - np.mean(position)
-    return np.stack((np.ones_like(position), centred / np.std(position)), axis=1)
-
-
-def _scatter_of_levels(
-    value: FloatArray, covariance: FloatArray, line: FloatArray, points: int
-) -> FloatArray:
-    """Return equally likely standard deviations of true values about fixed columns, (points,).
-
-    Before the run is looked at, none is half as likely as any, and of those that the noise does
-    not hide every order of magnitude is equally likely.
-    """
-    whole, _ = np.linalg.qr(line, mode="complete")
-    rest = whole[:, line.shape[1] :]
-    noise, vector = np.linalg.eigh(rest.T @ covariance @ rest)
-    noise = np.maximum(noise, 0.0)
-    seen = vector.T @ (rest.T @ value)
-    hidden, largest = float(np.sqrt(np.mean(noise))), 10.0 * float(np.sqrt(np.mean(seen**2)))
-    largest += 10.0 * hidden
-    if hidden <= 1e-9 * largest:
-        return np.full(points, 0.1 * largest)
-    scatter = np.concatenate(([0.0], np.geomspace(_HIDDEN * hidden, largest, 200)))
-    total = noise + scatter[:, None] ** 2
-    log_weight = -0.5 * np.sum(np.log(total) + seen**2 / total, axis=1)
-    weight = np.exp(log_weight - np.max(log_weight))
-    weight[0] *= _NONE_AT_ALL * (scatter.size - 1.0)
-    cumulative = np.cumsum(weight)
-    wanted = (np.arange(points) + 0.5) / points * cumulative[-1]
-    return scatter[np.searchsorted(cumulative, wanted)]
-
-
-def _standing_out(value: FloatArray, covariance: FloatArray, line: FloatArray) -> tuple[int, ...]:
-    """Return the targets that lie so far from the others that they are taken as they are, from 0.
-
-    Each is held against the scatter of the rest; were it drawn towards them, a single fault of the
-    axis would be smoothed away.
-    """
-    limit = _normal_limit(value.size)
-    out: list[int] = []
-    while len(out) < value.size // 4 and value.size - len(out) > 3 + line.shape[1]:
-        rest = np.setdiff1d(np.arange(value.size), out)
-        residual = (
-            value[rest] - line[rest] @ np.linalg.lstsq(line[rest], value[rest], rcond=None)[0]
-        )
-        worst = int(rest[np.argmax(np.abs(residual))])
-        rest = rest[rest != worst]
-        scatter = _scatter_of_levels(value[rest], covariance[np.ix_(rest, rest)], line[rest], 1)[0]
-        coefficient, *_ = np.linalg.lstsq(line[rest], value[rest], rcond=None)
-        expected = float(covariance[worst, worst]) + scatter**2
-        distance = abs(float(value[worst] - line[worst] @ coefficient))
-        if distance <= limit * np.sqrt(expected):
-            break
-        out.append(worst)
-    return tuple(out)
-
-
-def _taken(covariance: FloatArray, scatter: FloatArray, line: FloatArray) -> FloatArray:
-    """Return the matrix that turns estimates into the most likely true values, (L, L).
-
-    `scatter` is the standard deviation of each true value about the lines, `line` their columns.
-    """
-    total = covariance + np.diag(scatter**2)
-    total[np.diag_indices_from(total)] += 1e-12 * np.trace(total) / total.shape[0]
-    solved = np.linalg.solve(total, np.column_stack((line, np.diag(scatter**2))))
-    of_line, of_rest = solved[:, : line.shape[1]], solved[:, line.shape[1] :].T
-    fitted = line @ np.linalg.solve(line.T @ of_line, of_line.T)
-    return fitted + of_rest @ (np.eye(fitted.shape[0]) - fitted)
-
-
-def _draw_levels(estimate: _Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
-    """Return where the true levels may lie, (S, L).
-
-    Truth and errors are drawn alike; what the estimates say beyond the draw is added to it.
-    """
-    size, targets = estimate.level.size, estimate.position.size
-    free = float(np.sum(estimate.free))
-    wider = np.sqrt(free / rng.chisquare(free, (samples, 1)))  # the noise is estimated too
-    error = wider * (rng.standard_normal((samples, size)) @ _root(estimate.covariance).T)
-    if targets < 2 + _FEWEST_SPARE or not np.any(estimate.covariance):
-        return estimate.level - error
-    turn = _mean_and_reversal(targets, len(estimate.approaches))
-    value, covariance = turn @ estimate.level, turn @ estimate.covariance @ turn.T
-    error = error @ turn.T
-    straight = _straight_lines(estimate.position)
-    blocks = np.split(np.arange(size), len(estimate.approaches))
-    points = _POINTS if size < _MANY_LEVELS else 1
-    columns: list[FloatArray] = []
-    scatters: list[FloatArray] = []
-    for k, own in enumerate(blocks):
-        line = straight if k == 0 else straight[:, :1]  # lost motion is the same at all targets
-        noise = covariance[np.ix_(own, own)]
-        out = _standing_out(value[own], noise, line)
-        fixed = np.column_stack((line, np.eye(targets)[:, list(out)]))
-        scatters.append(rng.permutation(_scatter_of_levels(value[own], noise, fixed, points)))
-        column = np.zeros((size, fixed.shape[1]))
-        column[own] = fixed
-        columns.append(column)
-    lines = np.column_stack(columns)
-    drawn = np.empty((samples, size))
-    for k, part in enumerate(np.array_split(np.arange(samples), points)):
-        scatter = np.repeat([s[k] for s in scatters], targets)
-        own = scatter * rng.standard_normal((part.size, size))
-        beyond = value - own - error[part]
-        drawn[part] = own + beyond @ _taken(covariance, scatter, lines).T
-    return drawn @ np.linalg.inv(turn).T
-
-
-def _special() -> Any:
-    """Return the module without its annotations, which are incomplete."""
-    from scipy import special  # noqa: PLC0415  it takes longer to import than a whole run
-
-    return special
-
-
-def _moments_of_logarithm(freedom: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return mean and variance of the logarithm of chi squared over its degrees of freedom."""
-    special, half = _special(), 0.5 * freedom
-    mean = np.asarray(special.digamma(half), dtype=np.float64) - np.log(half)
-    return mean, np.asarray(special.polygamma(1, half), dtype=np.float64)
-
-
-def _log_likelihood(
-    variance: FloatArray, free: FloatArray, prior: float, centre: FloatArray
-) -> FloatArray:
-    """Return the logarithm of the likelihood of common variances `centre`, (G,).
-
-    An estimated variance over the common one follows the F distribution.
-    """
-    gammaln = _special().gammaln
-    ratio = variance / centre[:, None]
-    return np.sum(
-        gammaln(0.5 * (free + prior))
-        - gammaln(0.5 * prior)
-        + 0.5 * free * np.log(free * ratio / prior)
-        - 0.5 * (free + prior) * np.log1p(free * ratio / prior),
-        axis=1,
-    )
-
-
-def _draw_variances(
-    variance: FloatArray, free: FloatArray, approaches: int, samples: int, rng: np.random.Generator
-) -> FloatArray:
-    """Return where the true variances may lie, (S, L)."""
-    steps = np.linspace(-4.5, 4.5, 46)
-    groups = np.split(np.arange(variance.size), approaches)
-    grids = np.empty((_PRIOR_FREEDOM.size, approaches, steps.size))
-    weights = np.empty_like(grids)
-    widths = np.empty(grids.shape[:2])
-    for k, prior in enumerate(_PRIOR_FREEDOM.tolist()):
-        for g, own in enumerate(groups):
-            # the mean of the logarithms, weighted by what each tells, and its standard error
-            expected, told = _moments_of_logarithm(free[own])
-            expected_prior, told_prior = _moments_of_logarithm(np.array(prior))
-            told = 1.0 / (told + told_prior)
-            middle = np.sum(told * (np.log(variance[own]) - expected + expected_prior))
-            middle /= np.sum(told)
-            widths[k, g] = 1.0 / np.sqrt(np.sum(told))
-            grids[k, g] = middle + widths[k, g] * steps
-            likelihood = _log_likelihood(variance[own], free[own], prior, np.exp(grids[k, g]))
-            weights[k, g] = likelihood + np.log(widths[k, g])
-    largest = np.max(weights, axis=(0, 2), keepdims=True)
-    weights = np.exp(weights - largest)
-    of_prior = _PRIOR_WEIGHT * np.prod(np.sum(weights, axis=2), axis=1)
-    chosen = rng.choice(_PRIOR_FREEDOM.size, samples, p=of_prior / np.sum(of_prior))
-    prior_free = _PRIOR_FREEDOM[chosen][:, None]
-    drawn = np.empty((samples, variance.size))
-    for g, own in enumerate(groups):
-        cumulative = np.cumsum(weights[:, g], axis=1)
-        level = rng.random(samples) * cumulative[chosen, -1]
-        place = np.sum(cumulative[chosen] < level[:, None], axis=1)
-        within = (rng.random(samples) - 0.5) * (steps[1] - steps[0]) * widths[chosen, g]
-        centre = np.exp(grids[chosen, g, place] + within)[:, None]
-        total = prior_free * centre + free[own] * variance[own]
-        drawn[:, own] = total / rng.chisquare(prior_free + free[own])
-    return drawn
-
-
-def _draw_std(estimate: _Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
-    """Return where the true standard deviations may lie, (S, L)."""
-    variance = estimate.s**2
-    mean = float(np.mean(variance))
-    if mean == 0.0:
-        return np.zeros((samples, variance.size))
-    floored = np.maximum(variance, 1e-3 * mean)  # equal readings are rounded ones
-    approaches = len(estimate.approaches)
-    return np.sqrt(_draw_variances(floored, estimate.free, approaches, samples, rng))
 
 
 # ---- figures ------------------------------------------------------------------------------------
@@ -697,20 +456,20 @@ def _by_key(figures: Iso230_2Figures) -> dict[str, FloatArray]:
 class _Draws:
     """Where levels and standard deviations may lie, before the terms of the budget."""
 
-    estimate: _Estimate
+    estimate: Estimate
     level: FloatArray
     """(S, L)."""
     std: FloatArray
     """(S, L)."""
 
 
-def _without_noise(test: PositioningTest) -> _Estimate:
+def _without_noise(test: PositioningTest) -> Estimate:
     """Return the plain means of a run whose noise is not known."""
     approaches = _measured_approaches(test)
     mean, _ = mean_and_s(test.deviation)
     level = _flat(mean, approaches)
     nothing = np.full(level.size, np.nan)
-    return _Estimate(
+    return Estimate(
         position=test.target,
         approaches=approaches,
         level=level,
@@ -759,7 +518,7 @@ class _Truths:
 
 
 def _draw_figures(
-    estimate: _Estimate, terms: _Terms, samples: int, seed: int, *, noise_known: bool
+    estimate: Estimate, terms: _Terms, samples: int, seed: int, *, noise_known: bool
 ) -> _Truths:
     level_rng, std_rng, term_rng = (
         np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)
@@ -772,8 +531,8 @@ def _draw_figures(
         count = min(at_once, samples - start)
         std = np.full((count, estimate.level.size), np.nan)
         if noise_known:
-            std = _draw_std(estimate, count, std_rng)
-        draws = _Draws(estimate, _draw_levels(estimate, count, level_rng), std)
+            std = draw_std(estimate, count, std_rng)
+        draws = _Draws(estimate, draw_levels(estimate, count, level_rng), std)
         drift_free.append(_with_terms(draws, systematic, 0.0, term_rng))
         measured.append(
             _with_terms(draws, systematic, environment, term_rng)

@@ -6,7 +6,7 @@ import numpy as np
 
 from thermaxis.positioning._drift_tests import SIGNIFICANCE
 from thermaxis.positioning._positioning_test import FloatArray
-from thermaxis.positioning._smooth_terms import Readings, sums_per
+from thermaxis.positioning._smooth_terms import IntArray, sums_per
 
 _FEWEST_FREE = 2.0
 """Degrees of freedom that every level must have. [1]"""
@@ -75,16 +75,18 @@ def moderated_variances(variance: FloatArray, free: FloatArray) -> FloatArray:
 
 
 def weights_of_levels(
-    readings: Readings, residual: FloatArray, drift_parameters: float
+    level: IntArray, residual: FloatArray, levels: int, drift_parameters: float
 ) -> FloatArray:
     """Return a weight per level, inverse to its variance, or ones where all scatter alike.
 
     Parameters
     ----------
-    readings : Readings
-        The run.
+    level : IntArray
+        Level of each reading, (N,). [1]
     residual : FloatArray
         Residuals of a fit with equal weights, (N,). [µm or arcsec]
+    levels : int
+        Number L of levels. [1]
     drift_parameters : float
         Effective number of parameters of the drift. [1]
 
@@ -94,12 +96,12 @@ def weights_of_levels(
         (L,), relative to the mean variance. Ones where Bartlett's test does not tell the levels
         apart at the 1 % level. [1]
     """
-    alike = np.ones(readings.levels)
-    count = sums_per(readings.level, np.ones(residual.size), readings.levels)
+    alike = np.ones(levels)
+    count = sums_per(level, np.ones(residual.size), levels)
     free = count * (1.0 - drift_parameters / residual.size) - 1.0
-    square = sums_per(readings.level, residual**2, readings.levels)
+    square = sums_per(level, residual**2, levels)
     total = float(np.sum(square))
-    if readings.levels < 2 or np.min(free) < _FEWEST_FREE or total <= 0.0:
+    if levels < 2 or np.min(free) < _FEWEST_FREE or total <= 0.0:
         return alike
     variance = np.maximum(square / free, _LEAST_SHARE * total)
     if _scatter_alike(variance, free):

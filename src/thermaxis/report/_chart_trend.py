@@ -96,21 +96,21 @@ def draw_trend(trend: Trend) -> Figure:
         axes.set_title(FIGURE_SYMBOLS[key])
         axes.set_ylabel(f"[{unit}]")
         low, high = axes.get_ylim()
-        axes.set_ylim(min(low, 0.0), high)
+        low = min(low, 0.0)
+        axes.set_ylim(low, high + 0.06 * (high - low))
     for axes in panels[len(keys) :]:
         axes.set_visible(False)
     _label_places(trend, panels[: len(keys)])
     legend_below(figure, panels[0], 2)
     axis = next((r.test.header["axis"] for r in trend.runs if r.test.header.get("axis")), "")
     named = f"axis {drawable(axis, 20)} · " if axis else ""
-    bars = any(f.expanded_uncertainty is not None for r in trend.runs for f in r.measured.values())
-    set_heading(
-        figure,
-        f"Figures of ISO 230-2 over time · {named}{len(trend.runs)} runs",
-        "bars: expanded uncertainty (k = 2) · what is without drift is no result of ISO 230-2"
-        if bars
-        else "what is without drift is no result of ISO 230-2",
-    )
+    notes: list[str] = []
+    if any(f.expanded_uncertainty is not None for r in trend.runs for f in r.measured.values()):
+        notes.append("bars: expanded uncertainty (k = 2) from noise and drift")
+    if any(run.drift_free for run in trend.runs):
+        notes.append("what is without drift is no result of ISO 230-2")
+    what = f"Figures of ISO 230-2 over time · {named}{len(trend.runs)} runs"
+    set_heading(figure, what, " · ".join(notes))
     return figure
 
 

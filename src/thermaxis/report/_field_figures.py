@@ -18,6 +18,8 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
+from thermaxis.errors import printable
+from thermaxis.files._quoting import protected
 from thermaxis.report._output import NumberTable, make_folder, write_bytes
 from thermaxis.report._style import (
     FIGURE_WIDTH_IN,
@@ -286,7 +288,8 @@ def _label_edges(axes: Axes, mm_per_pixel: float | None) -> None:
 
 
 def _names(result: ThermalFieldsResult) -> str:
-    first, last = (drawable(result.fields[k].name or f"image {k + 1}", 50) for k in (0, -1))
+    count = len(result.fields)
+    first, last = (drawable(result.fields[k].name or f"image {k + 1}", 50) for k in (0, count - 1))
     return f"{last} minus {first}"
 
 
@@ -363,9 +366,12 @@ def draw_images(result: ThermalFieldsResult, mm_per_pixel: float | None) -> Figu
         axes.set_title(_image_title(result, k, 80 // across - 10))
     for axes in panels[len(drawn) :]:
         axes.set_visible(False)
-    unit = "px" if mm_per_pixel is None else "mm"
-    figure.supxlabel(f"from the left edge [{unit}]", fontsize=7.5)
-    figure.supylabel(f"from the upper edge [{unit}]", fontsize=7.5)
+    for axes in panels[::across]:
+        _label_edges(axes, mm_per_pixel)
+        axes.set_xlabel("")
+    for axes in panels[max(len(drawn) - across, 0) : len(drawn)]:
+        axes.set_xlabel(f"from the left edge [{'px' if mm_per_pixel is None else 'mm'}]")
+        axes.tick_params(axis="x", labelbottom=True)
     bar = figure.colorbar(
         ScalarMappable(Normalize(*limits), colormaps[_COLOUR_MAP]), ax=panels, fraction=0.04
     )
@@ -451,8 +457,10 @@ def _image_numbers(result: ThermalFieldsResult) -> NumberTable:
         time = float("nan") if result.time_s is None else float(result.time_s[k])
         missing = int(np.count_nonzero(np.isnan(values)))
         figures = [float(f(values)) for f in (np.nanmin, np.nanmean, np.nanmax)]
-        rows.append([k + 1, time, missing, *figures])
-    return NumberTable(("image", "time_s", "missing_pixels", "min_c", "mean_c", "max_c"), rows)
+        rows.append([k + 1, protected(printable(field.name, 300)), time, missing, *figures])
+    return NumberTable(
+        ("image", "name", "time_s", "missing_pixels", "min_c", "mean_c", "max_c"), rows
+    )
 
 
 def _region_numbers(result: ThermalFieldsResult) -> NumberTable:
@@ -462,6 +470,7 @@ def _region_numbers(result: ThermalFieldsResult) -> NumberTable:
         edges = [region.left_px, region.right_px, region.top_px, region.bottom_px]
         means: list[float] = result.region_mean_c[:, r].tolist()
         change = float(result.region_change_k[r])
-        rows.append([r + 1, *edges, int(result.region_pixels[r]), *means, change])
+        name = protected(printable(region.name, 300))
+        rows.append([name, *edges, int(result.region_pixels[r]), *means, change])
     images = tuple(f"mean_{k + 1}_c" for k in range(len(result.fields)))
     return NumberTable((*columns, *images, "change_k"), rows)

@@ -150,7 +150,8 @@ class ThermalFieldsResult:
     region_pixels: NDArray[np.int64]
     """Number of pixels of each region that no image misses, (r,). [1]"""
     region_mean_c: FloatArray
-    """Mean temperature of each image in each region over these pixels, (k, r). [°C]"""
+    """Mean temperature of each image in each region over these pixels, (k, r); NaN where there are
+    none. [°C]"""
     warnings: tuple[str, ...]
     """What the reader of the result must know, in words."""
 
@@ -300,7 +301,8 @@ def evaluate_thermal_fields(
     ------
     DataError
         If there are fewer than two images, their shapes differ, times do not fit or do not
-        increase, a region is no part of the image, or all its pixels are missing.
+        increase, a region is no part of the image, or no pixel is present in both the first image
+        and the last one.
     """
     if len(fields) < 2:
         raise DataError("one image has no difference", remedy="Give an image before and one after")
@@ -328,6 +330,11 @@ def evaluate_thermal_fields(
         warnings.append(
             f"{missing} of {difference.size} pixels are missing in the first image or the last one"
         )
+    warnings += [
+        f"region {region.name} has no mean: every pixel is missing in one image or another"
+        for region, count in zip(where, pixels.tolist(), strict=True)
+        if count == 0
+    ]
     return ThermalFieldsResult(
         fields=tuple(fields),
         time_s=_times(time_s, len(fields)),
@@ -371,10 +378,9 @@ def _region_means(
             present &= ~np.isnan(part)
         pixels[r] = np.count_nonzero(present)
         if pixels[r] == 0:
-            raise DataError(
-                "every pixel is missing in one image or another", where=f"region {region.name}"
-            )
-        means[:, r] = [float(np.mean(part, where=present)) for part in parts]
+            means[:, r] = np.nan
+        else:
+            means[:, r] = [float(np.mean(part, where=present)) for part in parts]
     return pixels, means
 
 
@@ -436,7 +442,7 @@ def _correlation(x: FloatArray, y: FloatArray) -> tuple[float, float, float]:
 
     dx, dy = x - np.mean(x), y - np.mean(y)
     xx, yy = float(dx @ dx), float(dy @ dy)
-    if xx <= 0.0 or yy <= 0.0:
+    if not (xx > 0.0 and yy > 0.0):
         return float("nan"), float("nan"), float("nan")
     r = float(np.clip(float(dx @ dy) / np.sqrt(xx * yy), -1.0, 1.0))
     free = x.size - 2

@@ -537,7 +537,10 @@ def test_a_single_cycle_promises_nothing_and_says_why() -> None:
     assert simulate_uncertainty(plan) is None
     with pytest.raises(ConfigurationError, match="plan more cycles"):
         expected_uncertainty(plan)
-    many = plan_of(target=np.arange(1500.0), cycles=2)
+    wide = plan_of(target=np.arange(60.0), cycles=2)
+    assert why_nothing_is_expected(wide) is None
+    assert simulate_uncertainty(wide) is None
+    many = plan_of(target=np.arange(600.0), cycles=2)
     assert "too large" in str(why_nothing_is_expected(many))
 
 
@@ -559,6 +562,13 @@ def test_the_shortest_plan_is_the_first_that_reaches_the_uncertainty(
     }
     assert [n for n, u in reached.items() if u is not None and u <= wanted] == [found.plan.cycles]
     assert found.standard_uncertainty == pytest.approx(reached[found.plan.cycles])
+
+
+def test_the_shortest_plan_reaches_its_uncertainty_in_simulated_runs() -> None:
+    found = shortest_plan(x_axis(), 0.15)
+    simulated = simulate_uncertainty(found.plan, runs=6, seed=4)
+    assert simulated is not None
+    assert max(simulated.level_error, simulated.level_std) <= 1.1 * 0.15
 
 
 def test_the_search_starts_at_two_cycles_or_at_the_standards_five() -> None:

@@ -17,6 +17,7 @@ from thermaxis.positioning._smooth_terms import (
     fit,
     functions_at,
     levels_at,
+    leverages_of,
     penalty_of,
     spline_values,
     sums_of,
@@ -294,6 +295,15 @@ def test_effective_parameters_are_the_trace_of_the_hat_matrix() -> None:
     projected = inverse - inverse @ dense.fixed @ of_fixed @ dense.fixed.T @ inverse
     trace = readings.value.size - float(np.trace(projected))
     assert effective_parameters(average) == pytest.approx(trace, rel=1e-4)
+
+
+def test_leverages_are_the_diagonal_of_the_hat_matrix() -> None:
+    fitted, dense, _ = both(9, 3, 0, 4.0)
+    inverse = np.linalg.inv(dense.covariance)
+    of_fixed = np.linalg.inv(dense.fixed.T @ inverse @ dense.fixed)
+    projected = inverse - inverse @ dense.fixed @ of_fixed @ dense.fixed.T @ inverse
+    expected = 1.0 - np.diag(projected) / dense.readings.weight
+    np.testing.assert_allclose(leverages_of(fitted, dense.readings), expected, rtol=1e-9)
 
 
 def test_averaged_levels_are_the_means_of_the_readings_without_the_reported_drift() -> None:

@@ -1,0 +1,292 @@
+"""Where the true levels and standard deviations of a run may lie, given their estimates.
+
+Estimates scatter more than the truth, as their noise is added to it. How much the truth scatters
+from target to target is told by the run: what the noise does not explain. Both amounts are
+averaged over, so that the draws hold what the run does not tell about them.
+"""
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from thermaxis.positioning._positioning_test import FloatArray
+
+_POINTS = 10
+"""Values of the scatter of the levels that are averaged over. [1]"""
+_MANY_LEVELS = 600
+"""From here on only one value: each takes a matrix of the size of all levels. [1]"""
+_HIDDEN = 0.05
+"""Scatter of true levels, in units of their noise, that the noise hides altogether. [1]"""
+_NONE_AT_ALL = 0.5
+"""How likely no scatter at all is, against any scatter, before the run is looked at. [1]"""
+_OUTSTANDING = 0.01
+"""Level, for the whole axis, at which a target is not like the others. [1]"""
+_MOST_OUTSTANDING = 8
+"""More targets than this are no exception. [1]"""
+_FEWEST_SPARE = 3
+"""Targets beyond the straight line that are needed to see how levels scatter. [1]"""
+_PRIOR_FREEDOM = np.array([3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 1e5])
+"""Degrees of freedom with which true variances scatter; the last: all are alike. [1]"""
+_PRIOR_WEIGHT = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 24.0]) / 30.0
+"""What is thought of them before the run is looked at: four to one that all are alike. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """Levels and standard deviations of one run, as far as measured."""
+
+    position: FloatArray
+    """(m,). [mm or deg]"""
+    approaches: tuple[int, ...]
+    """Measured approaches: 0 forward, 1 backward."""
+    level: FloatArray
+    """(L,): targets of the first measured approach, then of the second."""
+    covariance: FloatArray
+    """(L, L)."""
+    s: FloatArray
+    """(L,)."""
+    free: FloatArray
+    """Degrees of freedom of each s, (L,). [1]"""
+    readings: FloatArray
+    """Readings of each level, (L,). [1]"""
+
+
+def _root(matrix: FloatArray) -> FloatArray:
+    """Return a matrix whose product with its own transpose is the given covariance."""
+    value, vector = np.linalg.eigh(matrix)
+    return vector * np.sqrt(np.maximum(value, 0.0))
+
+
+def _normal_limit(number: int) -> float:
+    """Return the distance that one of so many normal values passes with a chance of 1 %."""
+    return -float(_special().ndtri(0.5 * _OUTSTANDING / number))
+
+
+def _mean_and_reversal(targets: int, approaches: int) -> tuple[FloatArray, FloatArray]:
+    """Return the matrix that turns levels into mean and reversal of every target, and back."""
+    one = np.eye(targets)
+    if approaches == 1:
+        return one, one
+    there = np.block([[0.5 * one, 0.5 * one], [one, -one]])
+    return there, np.block([[one, 0.5 * one], [one, -0.5 * one]])
+
+
+def _straight_lines(position: FloatArray) -> FloatArray:
+    centred = position - np.mean(position)
+    return np.stack((np.ones_like(position), centred / np.std(position)), axis=1)
+
+
+def scatter_of_levels(
+    value: FloatArray, covariance: FloatArray, line: FloatArray, points: int
+) -> FloatArray:
+    """Return equally likely standard deviations of true values about fixed columns, (points,).
+
+    Before the run is looked at, none is half as likely as any, and of those that the noise does
+    not hide every order of magnitude is equally likely.
+    """
+    whole, _ = np.linalg.qr(line, mode="complete")
+    rest = whole[:, line.shape[1] :]
+    noise, vector = np.linalg.eigh(rest.T @ covariance @ rest)
+    noise = np.maximum(noise, 0.0)
+    seen = vector.T @ (rest.T @ value)
+    hidden, largest = float(np.sqrt(np.mean(noise))), 10.0 * float(np.sqrt(np.mean(seen**2)))
+    largest += 10.0 * hidden
+    if hidden <= 1e-9 * largest:
+        return np.full(points, 0.1 * largest)
+    scatter = np.concatenate(([0.0], np.geomspace(_HIDDEN * hidden, largest, 200)))
+    total = noise + scatter[:, None] ** 2
+    log_weight = -0.5 * np.sum(np.log(total) + seen**2 / total, axis=1)
+    weight = np.exp(log_weight - np.max(log_weight))
+    weight[0] *= _NONE_AT_ALL * (scatter.size - 1.0)
+    cumulative = np.cumsum(weight)
+    wanted = (np.arange(points) + 0.5) / points * cumulative[-1]
+    return scatter[np.searchsorted(cumulative, wanted)]
+
+
+def standing_out(value: FloatArray, covariance: FloatArray, line: FloatArray) -> tuple[int, ...]:
+    """Return the targets that lie so far from the others that they are taken as they are, from 0.
+
+    Each is held against the scatter of the rest; were it drawn towards them, a single fault of the
+    axis would be smoothed away.
+    """
+    limit = _normal_limit(value.size)
+    out: list[int] = []
+    most = min(value.size // 4, _MOST_OUTSTANDING)
+    while len(out) < most and value.size - len(out) > 3 + line.shape[1]:
+        rest = np.setdiff1d(np.arange(value.size), out)
+        residual = (
+            value[rest] - line[rest] @ np.linalg.lstsq(line[rest], value[rest], rcond=None)[0]
+        )
+        worst = int(rest[np.argmax(np.abs(residual))])
+        rest = rest[rest != worst]
+        scatter = scatter_of_levels(value[rest], covariance[np.ix_(rest, rest)], line[rest], 1)[0]
+        coefficient, *_ = np.linalg.lstsq(line[rest], value[rest], rcond=None)
+        expected = float(covariance[worst, worst]) + scatter**2
+        distance = abs(float(value[worst] - line[worst] @ coefficient))
+        if distance <= limit * np.sqrt(expected):
+            break
+        out.append(worst)
+    return tuple(out)
+
+
+def most_likely(covariance: FloatArray, scatter: FloatArray, line: FloatArray) -> FloatArray:
+    """Return the matrix that turns estimates into the most likely true values, (L, L).
+
+    `scatter` is the standard deviation of each true value about the lines, `line` their columns.
+    """
+    total = covariance + np.diag(scatter**2)
+    total[np.diag_indices_from(total)] += 1e-12 * np.trace(total) / total.shape[0]
+    solved = np.linalg.solve(total, np.column_stack((line, np.diag(scatter**2))))
+    of_line, of_rest = solved[:, : line.shape[1]], solved[:, line.shape[1] :].T
+    fitted = line @ np.linalg.solve(line.T @ of_line, of_line.T)
+    return fitted + of_rest @ (np.eye(fitted.shape[0]) - fitted)
+
+
+def draw_levels(estimate: Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
+    """Return where the true levels may lie.
+
+    Truth and errors are drawn alike; what the estimates say beyond the draw is added to it.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Levels with their covariance.
+    samples : int
+        Number of draws. [1]
+    rng : numpy.random.Generator
+        Where the numbers come from.
+
+    Returns
+    -------
+    FloatArray
+        (samples, L). [µm or arcsec]
+    """
+    size, targets = estimate.level.size, estimate.position.size
+    free = float(np.sum(estimate.free))
+    wider = np.sqrt(free / rng.chisquare(free, (samples, 1)))  # the noise is estimated too
+    error = wider * (rng.standard_normal((samples, size)) @ _root(estimate.covariance).T)
+    if targets < 2 + _FEWEST_SPARE or not np.any(estimate.covariance):
+        return estimate.level - error
+    turn, back = _mean_and_reversal(targets, len(estimate.approaches))
+    value, covariance = turn @ estimate.level, turn @ estimate.covariance @ turn.T
+    error = error @ turn.T
+    straight = _straight_lines(estimate.position)
+    blocks = np.split(np.arange(size), len(estimate.approaches))
+    points = _POINTS if size < _MANY_LEVELS else 1
+    columns: list[FloatArray] = []
+    scatters: list[FloatArray] = []
+    for k, own in enumerate(blocks):
+        line = straight if k == 0 else straight[:, :1]  # lost motion is the same at all targets
+        noise = covariance[np.ix_(own, own)]
+        out = standing_out(value[own], noise, line)
+        fixed = np.column_stack((line, np.eye(targets)[:, list(out)]))
+        scatters.append(rng.permutation(scatter_of_levels(value[own], noise, fixed, points)))
+        column = np.zeros((size, fixed.shape[1]))
+        column[own] = fixed
+        columns.append(column)
+    lines = np.column_stack(columns)
+    drawn = np.empty((samples, size))
+    for k, part in enumerate(np.array_split(np.arange(samples), points)):
+        scatter = np.repeat([s[k] for s in scatters], targets)
+        own = scatter * rng.standard_normal((part.size, size))
+        beyond = value - own - error[part]
+        drawn[part] = own + beyond @ most_likely(covariance, scatter, lines).T
+    return drawn @ back.T
+
+
+def _special() -> Any:
+    """Return the module without its annotations, which are incomplete."""
+    from scipy import special  # noqa: PLC0415  it takes longer to import than a whole run
+
+    return special
+
+
+def _moments_of_logarithm(freedom: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return mean and variance of the logarithm of chi squared over its degrees of freedom."""
+    special, half = _special(), 0.5 * freedom
+    mean = np.asarray(special.digamma(half), dtype=np.float64) - np.log(half)
+    return mean, np.asarray(special.polygamma(1, half), dtype=np.float64)
+
+
+def log_likelihood(
+    variance: FloatArray, free: FloatArray, prior: float, centre: FloatArray
+) -> FloatArray:
+    """Return the logarithm of the likelihood of common variances `centre`, (G,).
+
+    An estimated variance over the common one follows the F distribution.
+    """
+    gammaln = _special().gammaln
+    ratio = variance / centre[:, None]
+    return np.sum(
+        gammaln(0.5 * (free + prior))
+        - gammaln(0.5 * prior)
+        + 0.5 * free * np.log(free * ratio / prior)
+        - 0.5 * (free + prior) * np.log1p(free * ratio / prior),
+        axis=1,
+    )
+
+
+def _draw_variances(
+    variance: FloatArray, free: FloatArray, approaches: int, samples: int, rng: np.random.Generator
+) -> FloatArray:
+    """Return where the true variances may lie, (S, L)."""
+    steps = np.linspace(-4.5, 4.5, 46)
+    groups = np.split(np.arange(variance.size), approaches)
+    grids = np.empty((_PRIOR_FREEDOM.size, approaches, steps.size))
+    weights = np.empty_like(grids)
+    widths = np.empty(grids.shape[:2])
+    for k, prior in enumerate(_PRIOR_FREEDOM.tolist()):
+        for g, own in enumerate(groups):
+            # the mean of the logarithms, weighted by what each tells, and its standard error
+            expected, told = _moments_of_logarithm(free[own])
+            expected_prior, told_prior = _moments_of_logarithm(np.array(prior))
+            told = 1.0 / (told + told_prior)
+            middle = np.sum(told * (np.log(variance[own]) - expected + expected_prior))
+            middle /= np.sum(told)
+            widths[k, g] = 1.0 / np.sqrt(np.sum(told))
+            grids[k, g] = middle + widths[k, g] * steps
+            likelihood = log_likelihood(variance[own], free[own], prior, np.exp(grids[k, g]))
+            weights[k, g] = likelihood + np.log(widths[k, g])
+    largest = np.max(weights, axis=(0, 2), keepdims=True)
+    weights = np.exp(weights - largest)
+    of_prior = _PRIOR_WEIGHT * np.prod(np.sum(weights, axis=2), axis=1)
+    chosen = rng.choice(_PRIOR_FREEDOM.size, samples, p=of_prior / np.sum(of_prior))
+    prior_free = _PRIOR_FREEDOM[chosen][:, None]
+    drawn = np.empty((samples, variance.size))
+    for g, own in enumerate(groups):
+        cumulative = np.cumsum(weights[:, g], axis=1)
+        level = rng.random(samples) * cumulative[chosen, -1]
+        place = np.sum(cumulative[chosen] < level[:, None], axis=1)
+        within = (rng.random(samples) - 0.5) * (steps[1] - steps[0]) * widths[chosen, g]
+        centre = np.exp(grids[chosen, g, place] + within)[:, None]
+        total = prior_free * centre + free[own] * variance[own]
+        drawn[:, own] = total / rng.chisquare(prior_free + free[own])
+    return drawn
+
+
+def draw_std(estimate: Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
+    """Return where the true standard deviations may lie.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Standard deviations with their degrees of freedom.
+    samples : int
+        Number of draws. [1]
+    rng : numpy.random.Generator
+        Where the numbers come from.
+
+    Returns
+    -------
+    FloatArray
+        (samples, L). [µm or arcsec]
+    """
+    variance = estimate.s**2
+    mean = float(np.mean(variance))
+    if mean == 0.0:
+        return np.zeros((samples, variance.size))
+    floored = np.maximum(variance, 1e-3 * mean)  # equal readings are rounded ones
+    approaches = len(estimate.approaches)
+    return np.sqrt(_draw_variances(floored, estimate.free, approaches, samples, rng))

@@ -1,0 +1,274 @@
+"""The command ``field``: tables for people, JSON for programs, one error for bad input."""
+
+import argparse
+import json
+import re
+
+import numpy as np
+import pytest
+
+from thermaxis.cli import field
+from thermaxis.errors import ThermaxisError
+from thermaxis.files import read_positioning
+from thermaxis.files.field_csv import read_field_csv, write_field_csv
+from thermaxis.positioning._drift import evaluate_drift
+from thermaxis.thermal import correct_emissivity
+from thermaxis.virtual._thermal_field import VirtualTable, generate_thermal_field
+
+REGIONS = """
+[regions.motor]
+x_px = [0, 20]
+y_px = [10, 50]
+[regions.far]
+x_mm = [240.0, 320.0]
+y_mm = [0.0, 240.0]
+"""
+
+
+def run(*words):
+    parser = argparse.ArgumentParser()
+    field.add_arguments(parser)
+    return field.run(parser.parse_args([str(word) for word in words]))
+
+
+def as_json(capsys, *words):
+    capsys.readouterr()
+    assert run(*words, "--json", "-") == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    return json.loads(shown.out)
+
+
+@pytest.fixture(scope="module")
+def examples(root):
+    return root / "examples" / "field_before.csv", root / "examples" / "field_after.csv"
+
+
+@pytest.fixture(scope="module")
+def warming(tmp_path_factory):
+    """Five images of a table that warms up for seven hours."""
+    folder = tmp_path_factory.mktemp("warming")
+    paths = []
+    for k, hours in enumerate((0.0, 1.0, 2.5, 4.5, 6.9)):
+        image = generate_thermal_field(VirtualTable(), 3600.0 * hours, seed=k)
+        paths.append(folder / f"image_{k}.csv")
+        write_field_csv(image.temperature_c, paths[-1])
+    return paths
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text, name):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_the_examples_are_compared_in_words(examples, capsys):
+    assert run(*examples) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert "Thermal fields of 80 x 60 pixels" in shown.out
+    assert re.search(r"whole +4800 +24\.000 +29\.879 +\+5\.880", shown.out)
+    assert re.search(r"upper right +1200 .* \+5\.363", shown.out)
+    assert "warning" not in shown.out
+
+
+def test_the_json_holds_what_a_plain_computation_gives(examples, capsys):
+    found = as_json(capsys, *examples)
+    before, after = (read_field_csv(path).temperature_c for path in examples)
+    assert (found["rows"], found["columns"]) == (60, 80)
+    assert found["difference"]["mean_k"] == pytest.approx((after - before).mean())
+    assert found["difference"]["max_k"] == pytest.approx((after - before).max())
+    quarter = found["regions"][1]
+    assert quarter["name"] == "upper left"
+    assert quarter["mean_c"][1] == pytest.approx(after[:30, :40].mean())
+    assert quarter["change_k"] == pytest.approx((after - before)[:30, :40].mean())
+    assert found["drift"] is None
+    assert found["images"][0]["time_s"] is None
+    assert set(found) == {
+        *("version", "rows", "columns", "mm_per_pixel", "emissivity", "reflected_temperature_c"),
+        *("images", "difference", "regions", "drift", "warnings"),
+    }
+
+
+def test_regions_come_from_a_file_in_pixels_and_millimetres(examples, write, capsys):
+    regions = write(REGIONS, "regions.toml")
+    found = as_json(capsys, *examples, "--regions", regions, "--scale", "4")["regions"]
+    after = read_field_csv(examples[1]).temperature_c
+    assert [one["name"] for one in found] == ["motor", "far"]
+    assert found[0]["mean_c"][1] == pytest.approx(after[10:50, :20].mean())
+    assert found[1]["mean_c"][1] == pytest.approx(after[:, 60:].mean())
+    assert found[1]["x_px"] == [60.0, 80.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("", "0 regions"),
+        ("[region.a]\nx_px = [0, 1]\n", "unknown key region"),
+        ("regions = 3\n", "not a table"),
+        ("[regions.a]\nx_px = [0, 20]\n", "states y not at all"),
+        ("[regions.a]\nx_px = [0, 2]\ny_px = [0, 2]\ny_mm = [0, 2]\n", "states y twice"),
+        ("[regions.a]\nx_pix = [0, 2]\ny_px = [0, 2]\n", "unknown key regions.a.x_pix"),
+        ("[regions.a]\nx_px = [0, true]\ny_px = [0, 2]\n", "not a pair of numbers"),
+        ("[regions.a]\nx_px = [0, nan]\ny_px = [0, 2]\n", "not a pair of numbers"),
+        ("[regions.a]\nx_px = [0, 1, 2]\ny_px = [0, 2]\n", "not a pair of numbers"),
+        ("[regions.a]\nx_px = 'all'\ny_px = [0, 2]\n", "not a pair of numbers"),
+        ("[regions.a]\nx_px = [2, 0]\ny_px = [0, 2]\n", "do not ascend"),
+        ("[regions.a]\nx_mm = [0, 2]\ny_px = [0, 2]\n", "needs the scale"),
+        ("[regions.a]\nx_px = [0, 81]\ny_px = [0, 2]\n", "region a"),
+        ("x", "not TOML"),
+    ],
+)
+def test_a_wrong_file_of_regions_is_one_error(examples, write, text, what):
+    with pytest.raises(ThermaxisError, match=what):
+        run(*examples, "--regions", write(text, "regions.toml"))
+
+
+def test_the_emissivity_is_corrected_and_this_is_said(examples, capsys):
+    options = ("--emissivity", "0.9", "--reflected-temperature", "22")
+    found = as_json(capsys, *examples, *options)
+    after = read_field_csv(examples[1]).temperature_c
+    corrected = correct_emissivity(after, emissivity=0.9, reflected_c=22.0)
+    assert found["images"][1]["mean_c"] == pytest.approx(corrected.mean())
+    assert found["emissivity"] == 0.9
+    assert found["reflected_temperature_c"] == 22.0
+    assert "emissivity of 0.9" in found["warnings"][0]
+    assert len(found["warnings"]) == 1
+    shiny = as_json(capsys, *examples, "--emissivity", "0.4", "--reflected-temperature", "22")
+    assert "below 0.6" in shiny["warnings"][1]
+
+
+def test_two_images_stand_beside_the_drift_and_have_no_correlation(examples, root, capsys):
+    path = root / "examples" / "x_axis_100_cycles.csv"
+    found = as_json(capsys, *examples, "--run", path)
+    drift = evaluate_drift(read_positioning(path))
+    assert found["drift"]["common"] == pytest.approx(drift.common[[0, -1]].tolist())
+    assert found["drift"]["slope"] == pytest.approx((1000 * drift.slope[[0, -1]]).tolist())
+    assert found["drift"]["correlation_common"] == []
+    said = " ".join(found["warnings"])
+    assert "the images have no times: the first is taken as the start of the run" in said
+    assert "2 images within the run have no correlation with its drift" in said
+    run(*examples, "--run", path)
+    assert "Drift of x_axis_100_cycles.csv (model: smooth)" in capsys.readouterr().out
+
+
+def test_images_with_times_are_related_to_the_drift(warming, root, capsys):
+    path = root / "examples" / "x_axis_100_cycles.csv"
+    words = (*warming, "--run", path, "--times", "0", "1", "2.5", "4.5", "6.9")
+    found = as_json(capsys, *words)
+    drift = evaluate_drift(read_positioning(path))
+    hours = np.array([0.0, 1.0, 2.5, 4.5, 6.9])
+    slope = 1000 * np.interp(3600 * hours, drift.time_s, drift.slope)
+    means = np.array(found["regions"][0]["mean_c"])
+    whole = found["drift"]["correlation_slope"][0]
+    assert found["drift"]["slope"] == pytest.approx(slope.tolist())
+    assert whole["region"] == "whole"
+    assert whole["correlation"] == pytest.approx(np.corrcoef(means, slope)[0, 1])
+    assert whole["correlation"] > 0.9
+    assert whole["per_k"] == pytest.approx(np.polyfit(means, slope, 1)[0])
+    assert any("not a proof" in warning for warning in found["warnings"])
+    run(*words)
+    shown = capsys.readouterr().out
+    assert "Region and growth of the axis b(t), 5 images" in shown
+    assert "image 5" in shown
+
+
+def test_times_may_be_separated_by_commas(warming, capsys):
+    found = as_json(capsys, *warming, "--times", "0,1,2.5,4.5,6.9")
+    assert [image["time_s"] for image in found["images"]] == [0.0, 3600.0, 9000.0, 16200.0, 24840.0]
+
+
+def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, capsys):
+    path = root / "examples" / "x_axis_100_cycles.csv"
+    words = (*warming, "--run", path, "--times", "-0.2", "1", "2.5", "4.5", "20")
+    found = as_json(capsys, *words)
+    assert found["drift"]["images"] == 4
+    assert found["drift"]["common"][4] is None
+    assert any("image 5 was taken outside the run" in warning for warning in found["warnings"])
+    assert any("just before or after the run" in warning for warning in found["warnings"])
+    run(*words)
+    assert "–" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        (("--emissivity", "0.9"), "belong together"),
+        (("--reflected-temperature", "20"), "belong together"),
+        (("--emissivity", "1.2", "--reflected-temperature", "20"), "no emissivity"),
+        (("--emissivity", "0.9", "--reflected-temperature", "nan"), "no temperature"),
+        (("--scale", "0"), "no size of a pixel"),
+        (("--times", "0"), "1 time"),
+        (("--times", "1", "0"), "do not increase"),
+        (("--times", "0", "table.csv"), "not a number of hours"),
+        (("--times", "0", "inf"), "no time"),
+        (("--regions", "nothing.toml"), "cannot be read"),
+        (("--run", "nothing.csv"), "no such file"),
+    ],
+)
+def test_an_option_that_is_not_possible_is_one_error(examples, options, what, capsys):
+    with pytest.raises(ThermaxisError, match=what):
+        run(*examples, *options)
+    assert capsys.readouterr().out == ""
+
+
+def test_more_than_two_images_beside_a_run_need_times(warming, root):
+    with pytest.raises(ThermaxisError, match="needs their times"):
+        run(*warming, "--run", root / "examples" / "x_axis_100_cycles.csv")
+
+
+def test_one_image_is_an_error(examples):
+    with pytest.raises(ThermaxisError, match="one image has no difference"):
+        run(examples[0])
+
+
+def test_no_output_replaces_an_image_and_a_file_is_no_folder(tmp_path, examples):
+    image = tmp_path / "image.csv"
+    image.write_bytes(examples[0].read_bytes())
+    with pytest.raises(ThermaxisError, match="would overwrite an image"):
+        run(image, examples[1], "--json", image)
+    with pytest.raises(ThermaxisError, match="need a folder"):
+        run(*examples, "--figures", image)
+
+
+def test_a_jpeg_is_read_as_one_whatever_its_name(examples, tmp_path):
+    photo = tmp_path / "photo.csv"
+    photo.write_bytes(b"\xff\xd8\xff\xe0" + bytes(50))
+    with pytest.raises(ThermaxisError, match="no radiometric JPEG"):
+        run(photo, examples[1])
+
+
+def test_the_charts_are_the_same_bytes_every_time(examples, tmp_path, capsys):
+    for name in ("one", "two"):
+        run(*examples, "--figures", tmp_path / name, "--scale", "4")
+    capsys.readouterr()
+    names = {path.name for path in (tmp_path / "one").iterdir()}
+    charts = ("field_difference", "field_images", "field_regions")
+    assert names == {f"{chart}.{kind}" for chart in charts for kind in ("png", "svg", "csv")}
+    for name in names:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+    lines = (tmp_path / "one" / "field_difference.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "x_mm,y_mm,difference_k"
+    assert len(lines) == 1 + 4800
+    assert lines[1].startswith("2.0,2.0,")
+    regions = (tmp_path / "one" / "field_regions.csv").read_text(encoding="utf-8").splitlines()
+    assert regions[2].startswith("upper left,0.0,40.0,0.0,30.0,1200,")
+
+
+def test_level_images_holes_and_hostile_names_are_drawn(tmp_path, capsys):
+    level = np.full((30, 40), 20.0)
+    hole = level + 5.0
+    hole[5:12, 5:20] = np.nan
+    names = ("$\\frac{.csv", "=level.csv", "hole.csv")
+    for name, values in zip(names, (level, level, hole), strict=True):
+        write_field_csv(values, tmp_path / name)
+    run(*(tmp_path / name for name in names * 3), "--figures", tmp_path / "charts")
+    shown = capsys.readouterr().out
+    assert "105 of 1200 pixels are missing" in shown
+    images = (tmp_path / "charts" / "field_images.csv").read_text(encoding="utf-8").splitlines()
+    assert images[2].startswith("2,'=level.csv,,0,20.0,")
+    run(tmp_path / names[0], tmp_path / names[1], "--figures", tmp_path / "level")

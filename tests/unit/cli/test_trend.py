@@ -1,0 +1,262 @@
+"""The command ``trend``: runs of one axis in the order of time, and what makes them unequal."""
+
+import argparse
+import csv
+import io
+import json
+import math
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta, timezone
+
+import numpy as np
+import pytest
+
+from thermaxis.cli import trend
+from thermaxis.errors import ThermaxisError
+from thermaxis.files import read_positioning, write_tidy_csv
+from thermaxis.positioning import FIGURE_KEYS, StartEnd, evaluate_iso230_2
+from thermaxis.positioning._drift import evaluate_drift
+from thermaxis.positioning._positioning_test import Cycle
+from thermaxis.quantities import AxisKind
+from thermaxis.virtual import PAPER_X_AXIS, ReadingScatter, generate_positioning_run
+
+PLAN = replace(PAPER_X_AXIS.plan, targets=8, interval=40.0, cycles=5)
+
+
+def made(seed=1, *, year=2024, **changes):
+    axis = replace(PAPER_X_AXIS, plan=replace(PLAN, **changes), scatter=ReadingScatter(noise=0.3))
+    start = datetime(year, 3, 2, 8)  # noqa: DTZ001 - files state no zone
+    test = generate_positioning_run(axis, seed=seed).test
+    return replace(test, target=np.round(test.target), start=start, end=None)
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(name, test):
+        path = tmp_path / name
+        write_tidy_csv(test, path)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def years(write):
+    return [write(f"{year}.csv", made(7, year=year)) for year in (2022, 2023, 2025)]
+
+
+def run(*words):
+    parser = argparse.ArgumentParser()
+    trend.add_arguments(parser)
+    return trend.run(parser.parse_args([str(word) for word in words]))
+
+
+def as_json(capsys, *words):
+    capsys.readouterr()
+    assert run(*words, "--json", "-") == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_figures_are_those_of_each_run(years, capsys):
+    found = as_json(capsys, *years)
+    for path, one in zip(years, found["runs"], strict=True):
+        test = read_positioning(path)
+        figures, drift = evaluate_iso230_2(test), evaluate_drift(test)
+        assert one["iso230_2"] == {key: getattr(figures, key) for key in FIGURE_KEYS}
+        assert one["drift"]["model"] == str(drift.model)
+        assert one["drift"]["total"] == drift.total
+        free = one["drift"]["iso230_2"]
+        assert free["A"] == float(drift.figures.A)
+        assert free["E_backward"] == float(drift.figures.E_unidirectional[1])
+        assert set(free) == set(FIGURE_KEYS)
+        for uncertainty in (one["uncertainty"], one["drift"]["uncertainty"]):
+            assert all(0.0 < uncertainty[key] < 20.0 for key in ("B", "E", "R", "A"))
+
+
+def test_runs_are_sorted_by_their_start_whatever_the_order_given(years, capsys):
+    found = as_json(capsys, years[2], years[0], years[1])
+    assert [one["name"] for one in found["runs"]] == ["2022.csv", "2023.csv", "2025.csv"]
+    assert found["sorted_by"] == "start"
+
+
+def test_runs_with_the_same_start_keep_the_order_given(write, capsys):
+    paths = [write(name, made(seed)) for seed, name in enumerate(("b.csv", "c.csv", "a.csv"))]
+    found = as_json(capsys, *paths, "--no-drift")
+    assert [one["name"] for one in found["runs"]] == ["b.csv", "c.csv", "a.csv"]
+
+
+def test_a_run_without_a_start_leaves_all_in_the_order_given_and_this_is_said(years, write, capsys):
+    undated = write("undated.csv", replace(made(3), start=None, end=None))
+    found = as_json(capsys, years[2], undated, years[0], "--no-drift")
+    assert [one["name"] for one in found["runs"]] == ["2025.csv", "undated.csv", "2022.csv"]
+    assert found["sorted_by"] == "order given"
+    assert any("undated.csv" in w and "order given" in w for w in found["warnings"])
+    run(years[2], undated, years[0], "--no-drift")
+    assert "–" in capsys.readouterr().out
+
+
+def test_time_zones_are_brought_together(write, capsys):
+    east = timezone(timedelta(hours=10))
+    later = write("later.csv", replace(made(1), start=datetime(2024, 3, 2, 9, tzinfo=UTC)))
+    sooner = write("sooner.csv", replace(made(1), start=datetime(2024, 3, 2, 12, tzinfo=east)))
+    found = as_json(capsys, later, sooner, "--no-drift")
+    assert [one["name"] for one in found["runs"]] == ["sooner.csv", "later.csv"]
+    naive = write("naive.csv", made(1))
+    mixed = as_json(capsys, later, naive, "--no-drift")
+    assert any("time zone" in warning for warning in mixed["warnings"])
+
+
+def test_equal_runs_change_by_nothing_and_have_no_warnings(years, capsys):
+    found = as_json(capsys, *years)
+    assert found["warnings"] == []
+    for change in found["changes"]:
+        assert change["change"] == 0.0
+        assert change["significant"] is False
+        assert change["drift_free"] is True
+
+
+def test_a_change_is_compared_with_the_root_of_the_sum_of_squares(write, capsys):
+    first, last = made(7, year=2022), made(8, year=2026)
+    last = replace(last, deviation=last.deviation + 0.05 * last.target[:, None, None])
+    paths = [write("first.csv", first), write("last.csv", last)]
+    found = as_json(capsys, *paths)
+    change = next(one for one in found["changes"] if one["figure"] == "E")
+    free = [one["drift"] for one in found["runs"]]
+    assert change["change"] == pytest.approx(free[1]["iso230_2"]["E"] - free[0]["iso230_2"]["E"])
+    assert change["change"] > 10.0
+    assert change["expanded_uncertainty"] == pytest.approx(
+        math.hypot(*(one["uncertainty"]["E"] for one in free))
+    )
+    assert change["significant"] is True
+    run(*paths)
+    assert "more than its expanded uncertainty" in capsys.readouterr().out
+
+
+def other(**changes):
+    return replace(made(7, year=2026), **changes)
+
+
+def without_backward():
+    deviation = made(7).deviation.copy()
+    deviation[..., 1] = np.nan
+    return other(deviation=deviation)
+
+
+@pytest.mark.parametrize(
+    ("second", "what"),
+    [
+        (lambda: made(7, cycles=9), "number of cycles: 5 (first.csv); 9 (second.csv)"),
+        (lambda: made(7, targets=9), "number of targets: 8 (first.csv); 9 (second.csv)"),
+        (lambda: other(target=made(7).target * 1.002 + 1), "lie elsewhere"),
+        (lambda: other(target=made(7).target * 1.5), "another part of the axis"),
+        (lambda: other(cycle=Cycle.PILGRIM), "kind of test cycle: standard"),
+        (without_backward, "approaches: both (first.csv); forward only"),
+        (lambda: other(header={"axis": "Y"}), "axis: X (first.csv); Y (second.csv)"),
+        (
+            lambda: other(header={"axis": "X", "machine": "another one"}),
+            "machine: virtual milling machine",
+        ),
+        (lambda: made(7, cycles=3), "not all conditions of the standard are met in second.csv"),
+        (
+            lambda: other(environment={"air_temperature_c": StartEnd(19.0, 20.0)}),
+            "the air differs by 4.5 K between second.csv and first.csv",
+        ),
+    ],
+)
+def test_what_makes_runs_unequal_is_said_and_never_refused(write, capsys, second, what):
+    paths = [write("first.csv", made(7, year=2023)), write("second.csv", second())]
+    found = as_json(capsys, *paths, "--no-drift")
+    assert any(what in warning for warning in found["warnings"]), found["warnings"]
+
+
+def test_linear_and_rotary_axes_are_not_mixed(write):
+    rotary = write("rotary.csv", other(kind=AxisKind.ROTARY))
+    with pytest.raises(ThermaxisError, match="linear and rotary") as raised:
+        run(write("linear.csv", made(1)), rotary)
+    assert "rotary.csv" in str(raised.value)
+
+
+def test_rotary_axes_have_their_own_unit(write, capsys):
+    paths = [write(f"{k}.csv", replace(made(k), kind=AxisKind.ROTARY)) for k in (1, 2)]
+    run(*paths, "--no-drift")
+    assert "as measured, arcsec" in capsys.readouterr().out
+
+
+def test_a_run_without_order_has_no_figures_without_drift_and_this_is_said(write, tmp_path, capsys):
+    lines = ["cycle,direction,target_mm,deviation_um"]
+    rng = np.random.default_rng(1)
+    for cycle in range(1, 6):
+        for word in ("forward", "backward"):
+            lines += [f"{cycle},{word},{40 * i},{rng.normal():.2f}" for i in range(8)]
+    plain = tmp_path / "plain.csv"
+    plain.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = as_json(capsys, plain, write("dated.csv", made(1)))
+    assert found["runs"][0]["drift"] is None
+    assert any("plain.csv: no figures without drift" in w for w in found["warnings"])
+    assert all(not change["drift_free"] for change in found["changes"])
+
+
+def test_without_drift_nothing_of_it_is_shown(years, capsys):
+    run(*years, "--no-drift")
+    shown = capsys.readouterr().out
+    assert "Figures without drift" not in shown
+    assert "±" in shown
+    assert all(one["drift"] is None for one in as_json(capsys, *years, "--no-drift")["runs"])
+
+
+def test_unidirectional_runs_show_the_figures_that_they_have(write, capsys):
+    paths = [write(f"{k}.csv", without_backward()) for k in (1, 2)]
+    run(*paths, "--no-drift")
+    shown = capsys.readouterr().out
+    assert "E↑" in shown
+    assert "A↑" in shown
+    assert "E↓" not in shown
+
+
+def test_one_run_is_shown_and_has_no_trend(years, capsys):
+    run(years[0], "--no-drift")
+    assert "one run has no trend" in capsys.readouterr().out
+
+
+def test_the_csv_holds_every_figure_and_no_formula(write, capsys, tmp_path):
+    path = write("=cmd.csv", made(7))
+    run(path, "--csv", "-")
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    assert rows[0]["run"] == "'=cmd.csv"
+    figures = evaluate_iso230_2(read_positioning(path))
+    for key in FIGURE_KEYS:
+        assert float(rows[0][f"{key}_um"]) == getattr(figures, key)
+        assert {f"U_{key}_um", f"{key}_drift_free_um", f"U_{key}_drift_free_um"} <= set(rows[0])
+    run(path, "--csv", tmp_path / "trend.csv", "--no-drift")
+    assert (tmp_path / "trend.csv").read_bytes().startswith(b"run,start,targets,")
+    assert "Figures of ISO 230-2" in capsys.readouterr().out
+
+
+def test_outputs_that_cannot_be_are_refused_before_anything_is_read(years, tmp_path, capsys):
+    with pytest.raises(ThermaxisError, match="cannot both be alone"):
+        run(*years, "--csv", "-", "--json", "-")
+    for option in ("--csv", "--json"):
+        with pytest.raises(ThermaxisError, match="would overwrite a measured run"):
+            run(*years, option, years[1])
+    with pytest.raises(ThermaxisError, match="needs a folder"):
+        run(*years, "--figures", years[0])
+    assert capsys.readouterr().out == ""
+
+
+def test_the_chart_is_the_same_bytes_every_time(years, write, tmp_path, capsys):
+    for name in ("one", "two"):
+        run(*years, "--figures", tmp_path / name)
+    names = {path.name for path in (tmp_path / "one").iterdir()}
+    assert names == {"trend.png", "trend.svg", "trend.csv"}
+    for name in names:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+def test_the_chart_is_drawn_of_one_run_and_of_runs_without_dates_or_one_direction(
+    write, tmp_path, capsys
+):
+    hostile = {"axis": "$\\frac{ \u202e\x00", "title": "<script>"}
+    one = write("one.csv", other(header=hostile))
+    single = write("single.csv", replace(without_backward(), start=None))
+    for number, paths in enumerate(((one,), (single, single), (one, single))):
+        run(*paths, "--no-drift", "--figures", tmp_path / f"charts_{number}")

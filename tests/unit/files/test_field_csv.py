@@ -1,0 +1,181 @@
+"""Matrices of temperatures are read whatever separates them, and errors name line and column."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files import field_csv
+from thermaxis.files.field_csv import format_field_csv, read_field_csv, write_field_csv
+
+EXPECTED = np.array([[20.5, 21.0, -0.25], [22.0, np.nan, 23.125]])
+
+
+def read(tmp_path, content, name="image.csv"):
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return read_field_csv(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "20.5,21,-0.25\n22.0,,23.125\n",
+        "20.5;21;-0.25\n22.0;;23.125\n",
+        "20,5;21;-0,25\n22,0;;23,125\n",
+        "20.5\t21\t-0.25\n22.0\t\t23.125\n",
+        "20,5\t21\t-0,25\n22,0\t\t23,125\n",
+        '"20,5","21","-0,25"\n"22,0",,"23,125"\n',
+        "20.5, 21 , -.25\n22.,  ,+23.125\n",
+        "2.05e1,21,-25E-2\n22,,23.125",
+    ],
+)
+def test_every_separator_and_decimal_sign_gives_the_same_image(tmp_path, text):
+    assert np.array_equal(read(tmp_path, text).temperature_c, EXPECTED, equal_nan=True)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_line_ends_and_encodings_do_not_matter(tmp_path, end, encoding):
+    text = "# Tisch: 24 °C\n20.5;21;-0.25\n\n22.0;;23.125\n".replace("\n", end)
+    found = read(tmp_path, text.encode(encoding))
+    assert np.array_equal(found.temperature_c, EXPECTED, equal_nan=True)
+    assert found.name == "image.csv"
+
+
+def test_comments_in_any_encoding_are_left_out(tmp_path):
+    found = read(tmp_path, b"# teplota \xe8esky\n1,2\n# mezi\n3.5,4\n")
+    assert found.temperature_c.tolist() == [[1.0, 2.0], [3.5, 4.0]]
+
+
+def test_an_empty_last_column_of_separators_is_left_out_and_said(tmp_path):
+    found = read(tmp_path, "1.5;2;\n3;4;\n")
+    assert found.temperature_c.tolist() == [[1.5, 2.0], [3.0, 4.0]]
+    assert "separator" in found.remarks[0]
+
+
+def test_whole_numbers_between_commas_may_be_halves_of_decimals_and_this_is_said(tmp_path):
+    assert "decimal comma" in read(tmp_path, "20,5,21,3\n20,6,21,4\n").remarks[0]
+    assert read(tmp_path, "20.5,21\n20,6\n").remarks == ()
+
+
+def test_kelvin_are_suspected(tmp_path):
+    assert "kelvin" in read(tmp_path, "297.1,297.2\n297.3,297.4\n").remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "what"),
+    [
+        ("1,2\n3,x\n", "line 2, column 2", "'x' is not a number"),
+        ("# c\n1,2\n\n3,nan\n", "line 4, column 2", "'nan' is not a number"),
+        ("1;2\n3;1_0\n", "line 2, column 2", "is not a number"),
+        ("1;2\n3;0x10\n", "line 2, column 2", "is not a number"),
+        ("1;2,5\n3;4.5\n", "line 2, column 2", "'4.5' is not a number"),
+        ("1.5;2\n3;4,5\n", "line 2, column 2", "'4,5' is not a number"),
+        ("1;2\n3;1.234,5\n", "line 2, column 2", "is not a number"),
+        ("1,2\n3,-274\n", "line 2, column 2", "below absolute zero"),
+        ("1,2\n14000,3\n", "line 2, column 1", "above 3500"),
+        ("1,2\n1e400,3\n", "line 2, column 1", "too large"),
+        ("1,2,3\n4,5\n", "line 2, column 3", "this row has 2 pixels, the first one 3"),
+        ("1,2\n4,5,6\n", "line 2, column 3", "this row has 3 pixels, the first one 2"),
+        ('1,2\n3,"4\n', "line 2", "quotation marks"),
+        ("x y\n1,2\n", "line 1, column 1", "is not a number"),
+        ("1,2\n٣,4\n", "line 2, column 1", "is not a number"),
+    ],
+)
+def test_a_wrong_cell_is_an_error_with_its_line_and_column(tmp_path, text, place, what):
+    with pytest.raises(MeasurementFileError, match=what) as raised:
+        read(tmp_path, text)
+    assert f"image.csv, {place}:" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        (b"", "empty"),
+        (b"\n \n", "empty"),
+        (b"# only a comment\n", "no row of pixels"),
+        (b"1,2,3\n", "3 x 1 pixels"),
+        (b"1\n2\n", "1 x 2 pixels"),
+        (b",\n,\n", "no pixel of the image"),
+        (b"\x89PNG\r\n\x1a\n", "a picture"),
+        (b"\xff\xd8\xff\xe0", "JPEG"),
+        (b"1,2\x00\n3,4\n", "zero bytes"),
+    ],
+)
+def test_what_is_no_matrix_is_an_error(tmp_path, content, what):
+    with pytest.raises(MeasurementFileError, match=what):
+        read(tmp_path, content)
+
+
+def test_a_file_that_is_not_there_or_a_folder_is_an_error(tmp_path):
+    for path in (tmp_path / "nothing.csv", tmp_path):
+        with pytest.raises(MeasurementFileError):
+            read_field_csv(path)
+
+
+def test_an_image_of_more_than_100_megapixel_is_refused_before_it_is_read_whole(tmp_path):
+    path = tmp_path / "large.csv"
+    line = (b"," * 50_000 + b"\n") * 20
+    with path.open("wb") as stream:
+        for _ in range(101):
+            stream.write(line)
+    assert path.stat().st_size > 100e6
+    since = time.perf_counter()
+    with pytest.raises(MeasurementFileError, match="50001 columns and 2000 rows or more"):
+        read_field_csv(path)
+    assert time.perf_counter() - since < 10.0
+
+
+def test_a_file_larger_than_any_image_is_refused_by_its_size(tmp_path):
+    path = tmp_path / "huge.csv"
+    with path.open("wb") as stream:
+        stream.write(b"1,2\n")
+        stream.truncate(field_csv.FIELD_LIMIT_BYTES + 1)  # sparse: takes no room
+    with pytest.raises(MeasurementFileError, match="more than the limit of 1600 MB"):
+        read_field_csv(path)
+
+
+@pytest.mark.parametrize("text", ["1" * 2_100_000, "1,2\n" * 100_001, "1," * 100_001 + "\n"])
+def test_lines_and_sides_are_bounded(tmp_path, text):
+    with pytest.raises(MeasurementFileError, match=r"limits are|longer than"):
+        read(tmp_path, text)
+
+
+@settings(derandomize=True, max_examples=60, deadline=None)
+@given(
+    hnp.arrays(np.int64, hnp.array_shapes(min_dims=2, max_dims=2, min_side=2, max_side=8)).map(
+        lambda a: (a % 200_001 - 20_000) / 100.0
+    ),
+    st.booleans(),
+)
+def test_what_is_written_is_read_back(tmp_path_factory, values, hole):
+    values = values.copy()
+    if hole:
+        values[0, 0] = np.nan
+    path = tmp_path_factory.mktemp("round") / "image.csv"
+    write_field_csv(values, path, comments=("made by a test\nin one line",))
+    assert path.read_bytes().startswith(b"# made by a test in one line\n")
+    if not np.isnan(values[:, -1]).all():
+        assert np.array_equal(read_field_csv(path).temperature_c, values, equal_nan=True)
+
+
+def test_no_minus_stands_before_a_zero_and_missing_is_empty():
+    assert format_field_csv(np.array([[-0.001, np.nan]])) == "0.00,\n"
+
+
+def test_an_output_that_cannot_be_written_is_an_error(tmp_path):
+    with pytest.raises(MeasurementFileError, match="cannot be written"):
+        write_field_csv(EXPECTED, tmp_path)
+
+
+def test_a_camera_image_is_read_quickly(tmp_path):
+    path = tmp_path / "vga.csv"
+    write_field_csv(np.random.default_rng(1).normal(25.0, 1.0, (480, 640)), path)
+    since = time.perf_counter()
+    assert read_field_csv(path).shape == (480, 640)
+    assert time.perf_counter() - since < 2.0

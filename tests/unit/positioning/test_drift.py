@@ -1,0 +1,578 @@
+"""What is said about a run with drift: known answers, laws, and coverage on generated runs."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import f as f_distribution
+from scipy.stats import kstest
+
+from thermaxis.errors import DataError
+from thermaxis.files import read_positioning
+from thermaxis.positioning import FloatArray, PositioningTest, TimeSource, evaluate_iso230_2
+from thermaxis.positioning._drift import (
+    DriftModel,
+    DriftResult,
+    evaluate_drift,
+    evaluate_drift_at,
+)
+from thermaxis.positioning._drift_tests import DriftTests, polynomials
+from thermaxis.positioning._smooth_terms import Readings
+from thermaxis.positioning._unequal_noise import moderated_variances, weights_of_levels
+from thermaxis.quantities import AxisKind
+
+from .builders import run, stop_times
+
+TARGETS, CYCLES, STEP_S = 8, 6, 20.0
+NOISE = 0.4
+COVERAGE_FACTOR = 1.959964
+SEEDS = range(8)
+
+Times = Callable[[np.random.Generator], FloatArray]
+Truth = Callable[[FloatArray, FloatArray], FloatArray]
+
+
+def standard(rng: np.random.Generator) -> FloatArray:
+    return stop_times(TARGETS, CYCLES, STEP_S)
+
+
+def with_pauses(rng: np.random.Generator) -> FloatArray:
+    """Return a run with three pauses of up to half an hour at random places."""
+    time = stop_times(TARGETS, CYCLES, STEP_S)
+    for start in rng.uniform(0.0, np.max(time), 3):
+        time = time + rng.uniform(600.0, 1800.0) * (time > start)
+    return time
+
+
+def step_cycle(rng: np.random.Generator) -> FloatArray:
+    """Return a run that takes every target six times from both sides before the next."""
+    i = np.arange(TARGETS)[:, None, None]
+    j = np.arange(CYCLES)[None, :, None]
+    a = np.arange(2)[None, None, :]
+    return STEP_S * (2.0 * CYCLES * i + 2.0 * j + a)
+
+
+def pilgrim(rng: np.random.Generator) -> FloatArray:
+    """Return a run that goes two targets forward and both back before the next two."""
+    i = np.arange(TARGETS)
+    forward = 4 * (i // 2) + i % 2
+    backward = 4 * (i // 2) + 3 - i % 2
+    one = np.stack((forward, backward), axis=1)[:, None, :]
+    return STEP_S * (one + 2.0 * TARGETS * np.arange(CYCLES)[None, :, None])
+
+
+def warming(rng: np.random.Generator, duration_s: float, *, size: float = 4.0) -> Truth:
+    """Return a drift that saturates and grows with the position from -1 to 1."""
+    amplitude = size * rng.uniform(0.7, 1.3, 2) * rng.choice([-1.0, 1.0], 2)
+    tau_s = duration_s * rng.uniform(0.15, 0.8, 2)
+
+    def drift(t: FloatArray, x: FloatArray) -> FloatArray:
+        common = amplitude[0] * -np.expm1(-t / tau_s[0])
+        return np.asarray(common + 0.5 * amplitude[1] * x * -np.expm1(-t / tau_s[1]))
+
+    return drift
+
+
+def made(
+    seed: int, times: Times = standard, *, size: float = 4.0, noise: FloatArray | float = NOISE
+) -> tuple[PositioningTest, Callable[[float], FloatArray]]:
+    """Return a run of 8 targets, and its true levels at a time."""
+    rng = np.random.default_rng(seed)
+    time = times(rng)
+    x = np.linspace(-1.0, 1.0, TARGETS)
+    level = rng.normal(0.0, 5.0, (TARGETS, 2))
+    drift = warming(rng, float(np.max(time)), size=size)
+    deviation = level[:, None, :] + drift(time, x[:, None, None])
+    deviation = deviation + noise * rng.normal(size=deviation.shape)
+    return run(deviation, time_s=time), lambda t: level + drift(np.array(t), x)[:, None]
+
+
+def inside(result: DriftResult, truth: FloatArray) -> FloatArray:
+    """Return whether each level lies inside its 95 % band, for approaches that were measured."""
+    measured = ~np.isnan(result.level)
+    error = np.abs(result.level - truth)[measured]
+    return np.asarray(error <= COVERAGE_FACTOR * result.level_std[measured])
+
+
+# Few runs, so that the tests stay fast; benchmarks/drift_evidence.py has many.
+def coverage(
+    times: Times = standard,
+    change: Callable[[PositioningTest, np.random.Generator], PositioningTest] = lambda t, _: t,
+    *,
+    noise: FloatArray | float = NOISE,
+) -> FloatArray:
+    """Return the share of covered levels at the mean time, the first and the last reading."""
+    hits: list[list[float]] = []
+    for seed in SEEDS:
+        test, truth = made(seed, times, noise=noise)
+        test = change(test, np.random.default_rng(1000 + seed))
+        assert test.time_s is not None
+        measured = test.time_s[~np.isnan(test.deviation)]
+        ends = (float(np.mean(measured)), float(np.min(measured)), float(np.max(measured)))
+        results = evaluate_drift_at(test, ends)
+        hits.append(
+            [float(np.mean(inside(r, truth(t)))) for r, t in zip(results, ends, strict=True)]
+        )
+    return np.asarray(np.mean(hits, axis=0))
+
+
+def as_rotary(test: PositioningTest) -> PositioningTest:
+    return replace(test, kind=AxisKind.ROTARY, target=45.0 * np.arange(TARGETS))
+
+
+def without_some(test: PositioningTest, rng: np.random.Generator) -> PositioningTest:
+    deviation = test.deviation.copy()
+    deviation[rng.uniform(size=deviation.shape) < 0.1] = np.nan
+    deviation[:, :3] = test.deviation[:, :3]  # at least three readings per level
+    return replace(test, deviation=deviation)
+
+
+def forward_only(test: PositioningTest, rng: np.random.Generator) -> PositioningTest:
+    deviation = test.deviation.copy()
+    deviation[..., 1] = np.nan
+    return replace(test, deviation=deviation)
+
+
+# ---- known answers ------------------------------------------------------------------------------
+
+
+def test_a_straight_drift_without_noise_is_returned_as_it_is() -> None:
+    time = stop_times(6, 5, 10.0)
+    x = 20.0 * (np.arange(6) - 2.5)
+    level = np.random.default_rng(1).normal(0.0, 10.0, (6, 2))
+    slope = 0.002 * x[:, None, None]
+    deviation = level[:, None, :] + (0.01 + slope / 100.0) * time
+    result = evaluate_drift(run(deviation, time_s=time))
+    duration = float(np.max(time))
+    assert result.significant
+    assert result.total == pytest.approx(0.01 * duration, rel=1e-6)
+    assert result.total_per_m == pytest.approx(1000.0 * 0.002 / 100.0 * duration, rel=1e-6)
+    mean_time = float(np.mean(time))
+    expected = level + (0.01 + slope[:, :, 0] / 100.0) * mean_time
+    np.testing.assert_allclose(result.level, expected, atol=1e-6)
+    assert result.reference_time_s == pytest.approx(mean_time)
+    assert result.residual_std < 1e-6
+    reversal = float(np.max(np.abs(level[:, 0] - level[:, 1])))
+    assert float(result.figures.B) == pytest.approx(reversal, abs=1e-6)
+    assert float(result.figures.R) == pytest.approx(reversal, abs=1e-5)
+
+
+def test_readings_that_never_vary_have_neither_drift_nor_noise() -> None:
+    level = np.random.default_rng(2).normal(0.0, 10.0, (5, 2))
+    deviation = np.repeat(level[:, None, :], 4, axis=1)
+    result = evaluate_drift(run(deviation, time_s=stop_times(5, 4)))
+    assert result.model is DriftModel.NONE
+    assert result.p_no_drift == 1.0
+    np.testing.assert_array_equal(result.level, level)
+    assert result.residual_std == 0.0
+    assert result.suspects == ()
+
+
+def test_a_run_without_drift_is_left_as_it_was() -> None:
+    test, _ = made(3, size=0.0)
+    result = evaluate_drift(test)
+    assert result.model is DriftModel.NONE
+    assert not result.significant
+    np.testing.assert_array_equal(result.deviation, test.deviation)
+    assert not np.any(result.drift)
+    assert result.total == 0.0
+    figures = evaluate_iso230_2(test)
+    for key in ("B", "E", "M", "R", "A"):
+        assert float(getattr(result.figures, key)) == pytest.approx(getattr(figures, key))
+    assert result.effective_parameters == 2 * TARGETS
+    assert result.degrees_of_freedom == 2 * TARGETS * (CYCLES - 1)
+
+
+def test_drift_biases_every_reversal_value_and_its_elimination_mends_it() -> None:
+    time = stop_times(TARGETS, CYCLES, STEP_S)
+    rng = np.random.default_rng(4)
+    rate = 20.0 / float(np.max(time))
+    deviation = rate * time + NOISE * rng.normal(size=time.shape)
+    test = run(deviation, time_s=time)
+    biased = float(np.mean(evaluate_iso230_2(test).B_i))
+    result = evaluate_drift(test)
+    between = float(np.mean(time[..., 0] - time[..., 1]))
+    assert biased == pytest.approx(rate * between, abs=0.2)
+    assert abs(biased) > 1.0
+    assert float(result.figures.B_mean) == pytest.approx(0.0, abs=0.2)
+
+
+# ---- laws ---------------------------------------------------------------------------------------
+
+
+def test_an_error_of_the_axis_changes_the_levels_and_nothing_else() -> None:
+    test, _ = made(5)
+    error = np.random.default_rng(6).normal(0.0, 100.0, (TARGETS, 1, 2))
+    first = evaluate_drift(test)
+    second = evaluate_drift(replace(test, deviation=test.deviation + error))
+    np.testing.assert_allclose(second.level - first.level, error[:, 0], atol=1e-9)
+    np.testing.assert_allclose(second.drift, first.drift, atol=1e-9)
+    np.testing.assert_allclose(second.level_std, first.level_std, rtol=1e-9)
+
+
+def test_all_results_scale_with_the_readings() -> None:
+    test, _ = made(7)
+    first = evaluate_drift(test)
+    second = evaluate_drift(replace(test, deviation=-1000.0 * test.deviation))
+    np.testing.assert_allclose(second.level, -1000.0 * first.level, rtol=1e-9)
+    np.testing.assert_allclose(second.level_std, 1000.0 * first.level_std, rtol=1e-9)
+    np.testing.assert_allclose(second.common, -1000.0 * first.common, rtol=1e-9, atol=1e-6)
+    assert second.residual_std == pytest.approx(1000.0 * first.residual_std)
+    assert second.p_no_drift == pytest.approx(first.p_no_drift)
+
+
+def test_levels_are_the_means_of_the_readings_without_drift() -> None:
+    result = evaluate_drift(made(8)[0])
+    np.testing.assert_allclose(result.level, np.mean(result.deviation, axis=1), atol=1e-12)
+    np.testing.assert_allclose(result.figures.mean, result.level)
+
+
+def test_the_reference_time_shifts_levels_by_the_drift_between_the_times() -> None:
+    test, _ = made(9)
+    assert test.time_s is not None
+    end_s = float(np.max(test.time_s))
+    first, middle, last = evaluate_drift_at(test, (0.0, None, end_s))
+    x = test.target - np.mean(test.target)
+    between = last.common[0] - first.common[0] + (last.slope[0] - first.slope[0]) * x
+    np.testing.assert_allclose(first.level - last.level, between[:, None] + 0.0 * first.level)
+    np.testing.assert_allclose(
+        first.deviation - first.level[:, None], last.deviation - last.level[:, None], atol=1e-9
+    )
+    assert np.all(middle.level_std < first.level_std)
+    assert np.all(middle.level_std < last.level_std)
+    assert first.common[0] == 0.0
+    assert last.common_std[-1] == pytest.approx(0.0, abs=1e-12)
+    again = evaluate_drift(test, reference_time_s=end_s)
+    np.testing.assert_array_equal(again.level, last.level)
+    np.testing.assert_array_equal(again.level_covariance, last.level_covariance)
+
+
+def test_the_covariance_is_that_of_the_levels_in_order() -> None:
+    test = forward_only(made(10)[0], np.random.default_rng(0))
+    for result in (evaluate_drift(made(10)[0]), evaluate_drift(test)):
+        measured = ~np.isnan(result.level)
+        assert result.level_covariance.shape == 2 * (int(np.sum(measured)),)
+        std = np.sqrt(np.diag(result.level_covariance))
+        np.testing.assert_allclose(std, result.level_std.T[measured.T])
+        assert np.min(np.linalg.eigvalsh(result.level_covariance)) > 0.0
+
+
+def test_the_order_serves_as_time_and_gives_the_same_levels_as_even_times() -> None:
+    timed, _ = made(11)
+    ordered = replace(timed, time_source=TimeSource.ORDER, time_s=None)
+    expected, result = evaluate_drift(timed), evaluate_drift(ordered)
+    np.testing.assert_allclose(result.level, expected.level, atol=1e-9)
+    assert result.reference_time_s is None
+    assert result.time_source is TimeSource.ORDER
+    assert any("order" in warning for warning in result.warnings)
+    assert result.time_s[0] == 1.0
+    assert result.time_s[-1] == 2.0 * TARGETS * CYCLES
+
+
+# ---- what is refused ----------------------------------------------------------------------------
+
+
+def test_an_unknown_order_is_refused() -> None:
+    with pytest.raises(DataError, match="order in which the readings were taken"):
+        evaluate_drift(run(np.random.default_rng(0).normal(size=(5, 5, 2))))
+
+
+def test_a_single_cycle_is_refused_with_its_reason() -> None:
+    test = run(np.zeros((5, 1, 2)), time_s=stop_times(5, 1))
+    with pytest.raises(DataError, match="cannot be told apart") as caught:
+        evaluate_drift(test)
+    assert "two cycles" in str(caught.value)
+
+
+def test_too_few_readings_are_refused() -> None:
+    with pytest.raises(DataError, match="too few"):
+        evaluate_drift(run(np.zeros((1, 5, 2)), time_s=stop_times(1, 5)))
+    deviation = np.zeros((3, 2, 2))
+    deviation[..., 1] = np.nan
+    with pytest.raises(DataError, match="too few"):
+        evaluate_drift(run(deviation, time_s=stop_times(3, 2)))
+
+
+def test_equal_times_are_refused() -> None:
+    with pytest.raises(DataError, match="same time"):
+        evaluate_drift(run(np.zeros((5, 5, 2)), time_s=np.zeros((5, 5, 2))))
+
+
+def test_a_thermal_state_outside_the_run_is_refused() -> None:
+    test, _ = made(12)
+    for time_s in (-1.0, 2.0 * TARGETS * CYCLES * STEP_S, float("nan")):
+        with pytest.raises(DataError, match="outside the run"):
+            evaluate_drift(test, reference_time_s=time_s)
+
+
+def test_a_thermal_state_needs_times() -> None:
+    test = replace(made(12)[0], time_source=TimeSource.ORDER, time_s=None)
+    with pytest.raises(DataError, match="no times"):
+        evaluate_drift(test, reference_time_s=10.0)
+
+
+# ---- the tests of drift, bow and single targets -------------------------------------------------
+
+
+def as_readings(test: PositioningTest) -> Readings:
+    assert test.time_s is not None
+    i, j, a = np.nonzero(~np.isnan(test.deviation))
+    x = (test.target - np.mean(test.target)) / np.std(test.target)
+    at = test.time_s[i, j, a]
+    return Readings(
+        value=test.deviation[i, j, a],
+        level=(i + test.target.size * a).astype(np.intp),
+        time=at / np.max(at),
+        shape=np.stack((np.ones(i.size), x[i])),
+        weight=np.ones(i.size),
+        levels=2 * test.target.size,
+    )
+
+
+def squares(columns: FloatArray, value: FloatArray) -> tuple[float, int]:
+    """Return the sum of squared residuals and the rank of a dense regression."""
+    solved, _, rank, _ = np.linalg.lstsq(columns, value, rcond=None)
+    return float(np.sum((value - columns @ solved) ** 2)), int(rank)
+
+
+def dense_probability(without: FloatArray, columns: FloatArray, value: FloatArray) -> float:
+    first, rank = squares(without, value)
+    second, more = squares(columns, value)
+    free = value.size - more
+    ratio = (first - second) / (more - rank) / (second / free)
+    return float(f_distribution.sf(ratio, more - rank, free))
+
+
+def test_the_tests_are_those_of_dense_regressions() -> None:
+    test, _ = made(13, size=0.4)
+    readings = as_readings(test)
+    tests = DriftTests(readings, TARGETS, float(CYCLES))
+    levels = np.eye(2 * TARGETS)[readings.level]
+    t, x = 2.0 * readings.time - 1.0, readings.shape[1]
+    drift = np.column_stack([t, t**2, t**3, x * t, x * t**2])
+    drifting = np.column_stack((levels, drift))
+    bowed = np.column_stack((drifting, x**2 * t, x**2 * t**2))
+    value = readings.value
+    assert tests.drift().probability == pytest.approx(dense_probability(levels, drifting, value))
+    assert tests.bow().probability == pytest.approx(dense_probability(drifting, bowed, value))
+    smallest = 1.0
+    for i in range(TARGETS):
+        own = (readings.level % TARGETS == i) * 1.0
+        alone = np.column_stack((drifting, own * t, own * t**2))
+        smallest = min(smallest, dense_probability(drifting, alone, value))
+    named = tests.targets_alone(bow=False)
+    assert (smallest * TARGETS < 0.01) == bool(named)
+
+
+def test_legendre_polynomials_are_those_of_numpy() -> None:
+    time = np.linspace(0.0, 1.0, 50)
+    expected = np.polynomial.legendre.legvander(2.0 * time - 1.0, 5)[:, 1:].T
+    np.testing.assert_allclose(polynomials(time, 5), expected, atol=1e-14)
+
+
+def test_without_drift_the_tests_find_something_as_often_as_they_promise() -> None:
+    drift, bow, named = [], [], 0
+    for seed in range(300):
+        tests = DriftTests(as_readings(made(seed, size=0.0)[0]), TARGETS, float(CYCLES))
+        drift.append(tests.drift().probability)
+        bow.append(tests.bow().probability)
+        named += bool(tests.targets_alone(bow=False))
+    assert kstest(drift, "uniform").pvalue > 0.01
+    assert kstest(bow, "uniform").pvalue > 0.01
+    assert named <= 9  # 1 % of 300 is 3; more than 9 has a probability of a thousandth
+
+
+def test_a_straight_drift_of_one_and_a_half_times_the_noise_is_found() -> None:
+    found = 0
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        time = stop_times(16, 5, 8.0)
+        deviation = 0.6 * time / np.max(time) + NOISE * rng.normal(size=time.shape)
+        readings = as_readings(run(deviation, time_s=time))
+        found += DriftTests(readings, 16, 5.0).drift().found
+    assert found >= 95
+
+
+def bent(seed: int, bow: float, alone: float) -> PositioningTest:
+    test, _ = made(seed)
+    assert test.time_s is not None
+    fraction = test.time_s / np.max(test.time_s)
+    x = np.linspace(-1.0, 1.0, TARGETS)[:, None, None]
+    deviation = test.deviation + bow * fraction * (1.0 - x**2)
+    deviation[3] += alone * fraction[3]
+    return replace(test, deviation=deviation)
+
+
+def test_a_bow_is_found_and_becomes_part_of_the_drift() -> None:
+    for seed in range(5):
+        result = evaluate_drift(bent(seed, 3.0, 0.0))
+        assert result.bow is not None
+        assert float(result.bow[-1] - result.bow[0]) == pytest.approx(3.0, abs=1.5)
+        assert any("bows" in warning for warning in result.warnings)
+        assert result.suspects == ()
+
+
+def test_a_target_that_drifts_by_itself_is_named() -> None:
+    for seed in range(5):
+        result = evaluate_drift(bent(seed, 0.0, -4.0))
+        assert 4 in result.suspects
+        assert any("target 4" in warning for warning in result.warnings)
+
+
+# ---- coverage and errors on generated runs ------------------------------------------------------
+
+
+def test_a_step_cycle_is_said_to_hide_drift_and_has_wider_bands() -> None:
+    stepped, steady = evaluate_drift(made(19, step_cycle)[0]), evaluate_drift(made(19)[0])
+    assert any("hides drift" in warning for warning in stepped.warnings)
+    assert not any("hides drift" in warning for warning in steady.warnings)
+    assert np.mean(stepped.level_std) > 2.0 * np.mean(steady.level_std)
+
+
+@pytest.mark.parametrize("times", [standard, with_pauses, pilgrim, step_cycle])
+def test_bands_cover_the_truth_in_every_kind_of_run(times: Times) -> None:
+    assert np.all(coverage(times) > 0.8)
+
+
+@pytest.mark.parametrize("change", [without_some, forward_only, lambda t, _: as_rotary(t)])
+def test_bands_cover_the_truth_with_other_readings(
+    change: Callable[[PositioningTest, np.random.Generator], PositioningTest],
+) -> None:
+    assert np.all(coverage(change=change) > 0.8)
+
+
+def test_bands_cover_the_truth_where_the_noise_differs_from_target_to_target() -> None:
+    noise = np.ones((TARGETS, 1, 2)) * 0.3
+    noise[2], noise[6] = 1.5, 0.9
+    assert np.all(coverage(noise=noise) > 0.8)
+
+
+def test_noisy_targets_get_wider_bands_and_less_weight() -> None:
+    noise = np.ones((TARGETS, 1, 2)) * 0.2
+    noise[2] = 1.5
+    result = evaluate_drift(made(14, noise=noise)[0])
+    others = np.delete(np.arange(TARGETS), 2)
+    assert np.max(result.weight[2]) < 0.5 * np.min(result.weight[others])
+    assert np.min(result.level_std[2]) > 1.5 * np.max(result.level_std[others])
+
+
+def test_levels_are_nearly_as_good_as_if_the_drift_were_known() -> None:
+    model, plain, floor, noise = [], [], [], []
+    for seed in SEEDS:
+        test, truth = made(seed)
+        assert test.time_s is not None
+        result = evaluate_drift(test)
+        assert result.reference_time_s is not None
+        expected = truth(result.reference_time_s)
+        true_drift = (
+            np.stack([truth(t)[i, a] for (i, _, a), t in np.ndenumerate(test.time_s)]).reshape(
+                test.time_s.shape
+            )
+            - expected[:, None, :]
+        )
+        floor.append(np.mean((np.mean(test.deviation - true_drift, axis=1) - expected) ** 2))
+        model.append(np.mean((result.level - expected) ** 2))
+        plain.append(np.mean((np.mean(test.deviation, axis=1) - expected) ** 2))
+        noise.append(np.sqrt(np.mean(result.noise_std**2)))
+    assert np.sqrt(np.mean(model)) < 1.15 * np.sqrt(np.mean(floor))
+    assert np.sqrt(np.mean(model)) < 0.8 * np.sqrt(np.mean(plain))
+    assert float(np.mean(noise)) == pytest.approx(NOISE, rel=0.08)
+
+
+def test_an_outlier_is_named_by_the_robust_fit_and_left_in_by_the_plain_one() -> None:
+    test, truth = made(15)
+    deviation = test.deviation.copy()
+    deviation[5, 2, 1] += 8.0
+    spoiled = replace(test, deviation=deviation)
+    plain, robust = evaluate_drift(spoiled), evaluate_drift(spoiled, robust=True)
+    assert plain.outliers == ()
+    assert [(o.target, o.cycle, o.approach) for o in robust.outliers] == [(6, 3, 1)]
+    assert robust.outliers[0].residual == pytest.approx(8.0, abs=1.5)
+    assert np.isnan(robust.deviation[5, 2, 1])
+    assert robust.reference_time_s is not None
+    expected = truth(robust.reference_time_s)
+    assert abs(plain.level - expected)[5, 1] > abs(robust.level - expected)[5, 1]
+    assert abs(robust.level - expected)[5, 1] < 4.0 * robust.level_std[5, 1]
+
+
+def test_the_first_reading_may_be_missing() -> None:
+    test, _ = made(16)
+    deviation = test.deviation.copy()
+    deviation[0, 0, 0] = np.nan
+    result = evaluate_drift(replace(test, deviation=deviation), reference_time_s=0.0)
+    assert result.reference_time_s == STEP_S  # the first reading that there is
+    assert result.time_s[0] == STEP_S
+
+
+def test_the_robust_fit_rarely_leaves_out_a_reading_of_a_sound_run() -> None:
+    wrong = sum(bool(evaluate_drift(made(seed)[0], robust=True).outliers) for seed in range(15))
+    assert wrong <= 2
+
+
+def test_an_approach_that_was_not_measured_has_no_figures() -> None:
+    result = evaluate_drift(forward_only(made(17)[0], np.random.default_rng(0)))
+    assert np.all(np.isnan(result.level[:, 1]))
+    assert not np.any(np.isnan(result.level[:, 0]))
+    assert np.isnan(result.noise_std[1])
+    for key in ("B", "E", "M", "R", "A"):
+        assert np.isnan(getattr(result.figures, key))
+    assert not np.isnan(result.figures.E_unidirectional[0])
+    assert not np.isnan(result.figures.A_unidirectional[0])
+
+
+def test_results_are_reproducible() -> None:
+    first, second = evaluate_drift(made(18)[0]), evaluate_drift(made(18)[0])
+    np.testing.assert_array_equal(first.level, second.level)
+    np.testing.assert_array_equal(first.level_covariance, second.level_covariance)
+    np.testing.assert_array_equal(first.common_std, second.common_std)
+
+
+# ---- unequal noise ------------------------------------------------------------------------------
+
+
+def test_variances_that_chance_explains_become_alike() -> None:
+    free = np.full(8, 5.0)
+    variance = np.full(8, 2.0)
+    variance[::2] = 2.1
+    np.testing.assert_allclose(moderated_variances(variance, free), 2.05)
+
+
+def test_variances_that_differ_are_drawn_together_and_keep_their_order() -> None:
+    rng = np.random.default_rng(19)
+    true = 3.0 / rng.chisquare(3.0, 2000)
+    free = np.full(2000, 6.0)
+    variance = true * rng.chisquare(6.0, 2000) / 6.0
+    moderated = moderated_variances(variance, free)
+    assert np.all(np.argsort(moderated) == np.argsort(variance))
+    expected = (3.0 + 6.0 * variance) / 9.0  # the known prior: three degrees of freedom about one
+    np.testing.assert_allclose(moderated, expected, rtol=0.2)
+
+
+def test_equal_noise_is_not_weighted() -> None:
+    weighted = 0
+    for seed in range(60):
+        readings = as_readings(made(seed, size=0.0)[0])
+        mean = np.bincount(readings.level, readings.value) / CYCLES
+        weight = weights_of_levels(
+            readings.level, readings.value - mean[readings.level], readings.levels, 0.0
+        )
+        weighted += bool(np.any(weight != 1.0))
+    assert weighted <= 3
+
+
+# ---- a real run ---------------------------------------------------------------------------------
+
+
+@pytest.mark.real_data
+def test_the_drift_of_a_real_warming_axis(real_data: Path) -> None:
+    path = real_data / "positioning" / "ess_target_b02_x" / "x_positioning_with_times.csv"
+    test = read_positioning(path)
+    result = evaluate_drift(test)
+    assert result.model is DriftModel.LINE
+    assert result.residual_std <= 2.245
+    assert result.total == pytest.approx(-7.07, abs=0.05)
+    before = evaluate_iso230_2(test).B
+    assert before == pytest.approx(33.576, abs=0.001)
+    assert float(result.figures.B) == pytest.approx(34.29 + 0.47, abs=0.02)
