@@ -8,8 +8,7 @@ import numpy as np
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
-from thermaxis.positioning import FloatArray
-from thermaxis.positioning._drift import DriftResult, evaluate_drift
+from thermaxis.positioning import DriftResult, FloatArray, evaluate_drift
 from thermaxis.quantities import AxisKind
 from thermaxis.thermal import DriftRelation, ThermalFieldsResult, relate_to_drift
 

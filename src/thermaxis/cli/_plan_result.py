@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, final
 
 from thermaxis.cli._text_table import text_table
 from thermaxis.errors import printable
-from thermaxis.positioning import FORWARD, Cycle
-from thermaxis.positioning._plan_uncertainty import LEVEL
+from thermaxis.positioning import FORWARD, LEVEL_KEY, Cycle
 
 if TYPE_CHECKING:
-    from thermaxis.positioning._plan import Duration, TestPlan
-    from thermaxis.positioning._plan_uncertainty import (
+    from thermaxis.positioning import (
+        Duration,
         ExpectedUncertainty,
         RunAssumptions,
         ShortestPlan,
         SimulatedUncertainty,
+        TestPlan,
     )
 
 _DISAGREEMENT = 1.5
@@ -135,7 +135,7 @@ def _head(result: PlanResult, output: str | None) -> str:
 def _found(result: PlanResult, search: "ShortestPlan", wanted: float) -> str:
     unit = result.plan.kind.units.deviation
     cycles = search.plan.cycles
-    of = "the levels" if result.target_figure == LEVEL else result.target_figure
+    of = "the levels" if result.target_figure == LEVEL_KEY else result.target_figure
     text = (
         f"{cycles} cycles are the fewest with a standard uncertainty of {of} of at most"
         f" {wanted:g} {unit}: {search.standard_uncertainty:.4g} {unit}"

@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.cli._field_drift import drift_at_images  # noqa: PLC0415  --help needs none
     from thermaxis.cli._field_results import fields_as_json, fields_as_text  # noqa: PLC0415
     from thermaxis.cli._json import write_json  # noqa: PLC0415
-    from thermaxis.report._field_regions import read_regions  # noqa: PLC0415
+    from thermaxis.report import read_regions  # noqa: PLC0415
     from thermaxis.thermal import evaluate_thermal_fields  # noqa: PLC0415
 
     _check(arguments)
@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
     if drift is not None:
         warnings += drift.warnings
     if arguments.figures is not None:
-        from thermaxis.report._field_figures import (  # noqa: PLC0415  matplotlib is slow
+        from thermaxis.report import (  # noqa: PLC0415  matplotlib is slow
             write_field_figures,
         )
 

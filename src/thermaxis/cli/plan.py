@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from thermaxis.cli._plan_result import PlanResult
-    from thermaxis.positioning._plan import TargetChoice, TestPlan
-    from thermaxis.positioning._plan_uncertainty import RunAssumptions, ShortestPlan
+    from thermaxis.positioning import RunAssumptions, ShortestPlan, TargetChoice, TestPlan
 
 _DESCRIPTION = """\
 Choose targets by equation (1) of the method: equal steps plus a seeded random part, an interval
@@ -223,12 +222,10 @@ def _check_options(arguments: argparse.Namespace) -> None:
 
 def _make(arguments: argparse.Namespace) -> "PlanResult":
     from thermaxis.cli._plan_result import PlanResult  # noqa: PLC0415
-    from thermaxis.positioning._plan import (  # noqa: PLC0415
+    from thermaxis.positioning import (  # noqa: PLC0415  # noqa: PLC0415
         check_plan,
         choose_targets,
         evaluate_duration,
-    )
-    from thermaxis.positioning._plan_uncertainty import (  # noqa: PLC0415
         expected_uncertainty,
         simulate_uncertainty,
         why_nothing_is_expected,
@@ -266,8 +263,12 @@ def _make(arguments: argparse.Namespace) -> "PlanResult":
 
 
 def _test_plan(arguments: argparse.Namespace, choice: "TargetChoice") -> "TestPlan":
-    from thermaxis.positioning import BACKWARD, FORWARD, Cycle  # noqa: PLC0415
-    from thermaxis.positioning._plan import TestPlan  # noqa: PLC0415
+    from thermaxis.positioning import (  # noqa: PLC0415
+        BACKWARD,
+        FORWARD,
+        Cycle,
+        TestPlan,
+    )
     from thermaxis.quantities import AxisKind  # noqa: PLC0415
 
     mode: str = arguments.mode
@@ -297,7 +298,7 @@ def _test_plan(arguments: argparse.Namespace, choice: "TargetChoice") -> "TestPl
 
 def _assumptions(arguments: argparse.Namespace) -> "tuple[RunAssumptions, tuple[str, ...]]":
     """Return what is assumed of the axis, and the names of what nobody stated."""
-    from thermaxis.positioning._plan_uncertainty import RunAssumptions  # noqa: PLC0415
+    from thermaxis.positioning import RunAssumptions  # noqa: PLC0415
 
     hours: float | None = arguments.time_constant
     stated: dict[str, float | None] = {
@@ -310,16 +311,16 @@ def _assumptions(arguments: argparse.Namespace) -> "tuple[RunAssumptions, tuple[
 
 
 def _target_figure(arguments: argparse.Namespace) -> str:
-    from thermaxis.positioning._plan_uncertainty import LEVEL  # noqa: PLC0415
+    from thermaxis.positioning import LEVEL_KEY  # noqa: PLC0415
 
-    return LEVEL if arguments.target_figure is None else arguments.target_figure
+    return LEVEL_KEY if arguments.target_figure is None else arguments.target_figure
 
 
 def _search(
     arguments: argparse.Namespace, plan: "TestPlan", assumptions: "RunAssumptions"
 ) -> "ShortestPlan":
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-    from thermaxis.positioning._plan_uncertainty import (  # noqa: PLC0415
+    from thermaxis.positioning import (  # noqa: PLC0415
         FEWEST_CYCLES,
         LONGEST_RUN_S,
         shortest_plan,

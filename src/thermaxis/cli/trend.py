@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from thermaxis.report._trend import Trend, TrendFigure, TrendRun
+    from thermaxis.report import Trend, TrendFigure, TrendRun
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.files import read_positioning  # noqa: PLC0415
-    from thermaxis.report._trend import evaluate_trend  # noqa: PLC0415
+    from thermaxis.report import evaluate_trend  # noqa: PLC0415
 
     _check_outputs(arguments)
     paths: list[Path] = arguments.runs
@@ -65,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     with Progress() as progress:
         trend = evaluate_trend(tests, drift=not arguments.no_drift, progress=progress)
     if arguments.figures is not None:
-        from thermaxis.report._chart_trend import (  # noqa: PLC0415  matplotlib is slow
+        from thermaxis.report import (  # noqa: PLC0415  matplotlib is slow
             write_trend_figures,
         )
 
@@ -110,8 +110,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def _write_csv(trend: "Trend", destination: str) -> None:
-    from thermaxis.report._output import write_bytes  # noqa: PLC0415  --help needs none of these
-    from thermaxis.report._trend import trend_table  # noqa: PLC0415
+    from thermaxis.report import trend_table, write_bytes  # noqa: PLC0415  --help needs none
 
     content = trend_table(trend).as_csv()
     if destination == "-":

@@ -17,10 +17,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FALLBACK_ENCODING",
+    "format_field_csv",
     "format_plan",
     "format_tidy_csv",
+    "plan_as_json",
     "plan_sha256",
     "read_field_csv",
+    "read_flir",
     "read_iso230_dat",
     "read_plan",
     "read_positioning",
@@ -36,6 +39,9 @@ __all__ = [
 ]
 
 _MODULES = {
+    "format_field_csv": "field_csv",
+    "plan_as_json": "plan_json",
+    "read_flir": "flir",
     "format_plan": "plan_json",
     "plan_sha256": "plan_json",
     "read_plan": "plan_json",

@@ -42,7 +42,7 @@ LONGEST_RUN_S = 86400.0
 """Longest run that the search for a plan allows unless stated: a day. [s]"""
 FEWEST_CYCLES = 2
 """Cycles below which drift and levels cannot be told apart. [1]"""
-LEVEL = "level"
+LEVEL_KEY = "level"
 """Key of the largest standard uncertainty of a level, beside the keys of the figures."""
 
 _FEWEST_FREE = 6  # as the drift evaluation asks
@@ -134,7 +134,7 @@ class ExpectedUncertainty:
             The standard uncertainty, None if the plan does not give this figure.
             [µm or arcsec]
         """
-        if key == LEVEL:
+        if key == LEVEL_KEY:
             return self.largest_level_std
         expected = self.figures.get(key)
         return None if expected is None else expected.standard_uncertainty
@@ -468,7 +468,7 @@ class ShortestPlan:
 
 
 def _reaches(plan: TestPlan, assumptions: RunAssumptions, key: str) -> float:
-    if key == LEVEL:
+    if key == LEVEL_KEY:
         covariance = _separate(plan, assumptions).level_covariance
         return float(np.sqrt(np.max(np.diag(covariance))))
     value = expected_uncertainty(plan, assumptions).of(key)
@@ -509,7 +509,7 @@ def shortest_plan(
     target_uncertainty: float,
     assumptions: RunAssumptions | None = None,
     *,
-    key: str = LEVEL,
+    key: str = LEVEL_KEY,
     fewest_cycles: int = FEWEST_CYCLES,
     longest_s: float = LONGEST_RUN_S,
 ) -> ShortestPlan:
@@ -545,11 +545,11 @@ def shortest_plan(
     """
     if not 0 < target_uncertainty <= 1e9:
         raise ConfigurationError("the uncertainty is not positive", where="target uncertainty")
-    if key != LEVEL and key not in FIGURE_KEYS:
+    if key != LEVEL_KEY and key not in FIGURE_KEYS:
         raise ConfigurationError(
             f"there is no figure {key}",
             where="target figure",
-            remedy=f"Name {LEVEL} or one of {', '.join(FIGURE_KEYS)}",
+            remedy=f"Name {LEVEL_KEY} or one of {', '.join(FIGURE_KEYS)}",
         )
     assumptions = RunAssumptions() if assumptions is None else assumptions
     smallest = replace(plan, cycles=max(fewest_cycles, FEWEST_CYCLES))

@@ -1,6 +1,7 @@
 """Show results: charts as PNG and SVG, certificates as PDF and HTML."""
 
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,19 @@ from thermaxis.report._text import fixed
 if TYPE_CHECKING:
     from thermaxis.positioning import DifferenceMonteCarlo, Iso230_2Result, UncertaintyBudget
     from thermaxis.quantities import AxisKind
+    from thermaxis.report._chart_trend import write_trend_figures
+    from thermaxis.report._field_figures import write_field_figures
+    from thermaxis.report._field_regions import read_regions
     from thermaxis.report._limits import Limits, LimitsCheck
+    from thermaxis.report._output import write_bytes
+    from thermaxis.report._trend import (
+        Trend,
+        TrendChange,
+        TrendFigure,
+        TrendRun,
+        evaluate_trend,
+        trend_table,
+    )
 
 __all__ = [
     "FIGURE_NAMES",
@@ -28,19 +41,29 @@ __all__ = [
     "OTHER_NAMES",
     "PositioningReport",
     "Progress",
+    "Trend",
+    "TrendChange",
+    "TrendFigure",
+    "TrendRun",
     "absence_reason",
     "check_limits",
     "edition_name",
+    "evaluate_trend",
     "fixed",
     "other_standard_name",
     "read_budget",
     "read_header",
     "read_limits",
+    "read_regions",
+    "trend_table",
+    "write_bytes",
     "write_certificate_html",
     "write_certificate_pdf",
+    "write_field_figures",
     "write_figures",
     "write_montecarlo_figures",
     "write_report",
+    "write_trend_figures",
 ]
 
 # Every function imports its module when it is called: matplotlib and typst take longer to import
@@ -290,3 +313,24 @@ def write_report(
                 where=str(path),
                 remedy="End the name in .pdf or .html",
             )
+
+
+_MODULES = {
+    "Trend": "_trend",
+    "TrendChange": "_trend",
+    "TrendFigure": "_trend",
+    "TrendRun": "_trend",
+    "evaluate_trend": "_trend",
+    "read_regions": "_field_regions",
+    "trend_table": "_trend",
+    "write_bytes": "_output",
+    "write_field_figures": "_field_figures",
+    "write_trend_figures": "_chart_trend",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import what only some commands need when it is first asked for."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)

@@ -15,6 +15,12 @@ from thermaxis.virtual._positioning_run import (
     paper_x_axis,
     paper_y_axis,
 )
+from thermaxis.virtual._thermal_field import (
+    VirtualTable,
+    generate_thermal_field,
+    true_temperature_c,
+    write_example_fields,
+)
 
 __all__ = [
     "PAPER_X_AXIS",
@@ -26,8 +32,12 @@ __all__ = [
     "ReadingScatter",
     "RunPlan",
     "VirtualAxis",
+    "VirtualTable",
     "WarmUp",
     "generate_positioning_run",
+    "generate_thermal_field",
     "paper_x_axis",
     "paper_y_axis",
+    "true_temperature_c",
+    "write_example_fields",
 ]

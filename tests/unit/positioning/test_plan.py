@@ -27,7 +27,7 @@ from thermaxis.positioning._plan import (
     planned_test,
 )
 from thermaxis.positioning._plan_uncertainty import (
-    LEVEL,
+    LEVEL_KEY,
     RunAssumptions,
     assumed_levels,
     expected_uncertainty,
@@ -495,7 +495,7 @@ def test_a_unidirectional_plan_expects_the_figures_that_it_gives() -> None:
     assert set(expected.figures) == {"E_backward", "R_backward", "A_backward"}
     assert np.all(np.isnan(expected.level_std[:, FORWARD]))
     assert expected.of("E") is None
-    assert expected.of(LEVEL) == expected.largest_level_std
+    assert expected.of(LEVEL_KEY) == expected.largest_level_std
     both = expected_uncertainty(x_axis(), samples=50)
     assert set(both.figures) == set(FIGURE_KEYS)
 
@@ -551,7 +551,7 @@ def test_assumptions_that_cannot_be_are_refused(changes: dict[str, float]) -> No
     assert caught.value.where in changes
 
 
-@pytest.mark.parametrize(("key", "wanted"), [(LEVEL, 0.12), ("E", 0.15), ("R", 0.2)])
+@pytest.mark.parametrize(("key", "wanted"), [(LEVEL_KEY, 0.12), ("E", 0.15), ("R", 0.2)])
 def test_the_shortest_plan_is_the_first_that_reaches_the_uncertainty(
     key: str, wanted: float
 ) -> None:
