@@ -222,7 +222,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
 
 def _make(arguments: argparse.Namespace) -> "PlanResult":
     from thermaxis.cli._plan_result import PlanResult  # noqa: PLC0415
-    from thermaxis.positioning import (  # noqa: PLC0415  # noqa: PLC0415
+    from thermaxis.positioning import (  # noqa: PLC0415
         check_plan,
         choose_targets,
         evaluate_duration,

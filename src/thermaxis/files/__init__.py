@@ -7,9 +7,16 @@ from thermaxis.files._recognition import read_positioning, read_positioning_with
 from thermaxis.files._source import FALLBACK_ENCODING
 
 if TYPE_CHECKING:
-    from thermaxis.files.field_csv import read_field_csv, write_field_csv
+    from thermaxis.files.field_csv import format_field_csv, read_field_csv, write_field_csv
+    from thermaxis.files.flir import read_flir
     from thermaxis.files.iso230_dat import read_iso230_dat
-    from thermaxis.files.plan_json import format_plan, plan_sha256, read_plan, write_plan
+    from thermaxis.files.plan_json import (
+        format_plan,
+        plan_as_json,
+        plan_sha256,
+        read_plan,
+        write_plan,
+    )
     from thermaxis.files.rtl import read_rtl, write_rtl
     from thermaxis.files.tidy_csv import format_tidy_csv, read_tidy_csv, write_tidy_csv
     from thermaxis.files.wide_csv import read_wide_csv

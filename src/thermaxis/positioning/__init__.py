@@ -73,7 +73,9 @@ if TYPE_CHECKING:
         planned_test,
     )
     from thermaxis.positioning._plan_uncertainty import (
+        FEWEST_CYCLES,
         LEVEL_KEY,
+        LONGEST_RUN_S,
         ExpectedFigure,
         ExpectedUncertainty,
         RunAssumptions,
@@ -96,8 +98,10 @@ __all__ = [
     "APPROACHES",
     "BACKWARD",
     "FIGURE_KEYS",
+    "FEWEST_CYCLES",
     "FORWARD",
     "LEVEL_KEY",
+    "LONGEST_RUN_S",
     "PAPER_RATIO",
     "UNVERIFIED",
     "AdjacentDifferenceApproach",
@@ -164,7 +168,9 @@ __all__ = [
 ]
 
 _MODULES = {
+    "FEWEST_CYCLES": "_plan_uncertainty",
     "LEVEL_KEY": "_plan_uncertainty",
+    "LONGEST_RUN_S": "_plan_uncertainty",
     "ExpectedFigure": "_plan_uncertainty",
     "ExpectedUncertainty": "_plan_uncertainty",
     "RunAssumptions": "_plan_uncertainty",

@@ -77,15 +77,19 @@ def _number_of_cycles(test: PositioningTest) -> list[str]:
     if is_single_run_axis(test):
         return []
     asked = f"the {RUNS_PER_DIRECTION} that ISO 230-2 asks for"
+    ways = [a for a, measured in enumerate(test.measured_approaches) if measured]
+    readings = test.readings[:, ways]
+    if float(np.ptp(readings)) == 0.0 and float(readings[0, 0]) < RUNS_PER_DIRECTION:
+        runs = int(readings[0, 0])
+        return [f"{runs} cycles, {runs} readings of every target, are fewer than {asked}"]
     warnings: list[str] = []
-    for approach, measured in enumerate(test.measured_approaches):
-        readings = test.readings[:, approach]
-        fewest = int(np.min(readings))
-        if not measured or fewest >= RUNS_PER_DIRECTION:
-            continue
-        short = np.flatnonzero(readings == fewest)
-        where = f"target {int(short[0]) + 1}" if short.size < readings.size else "every target"
-        warnings.append(f"{where} has {fewest} readings {APPROACHES[approach]}, fewer than {asked}")
+    for approach in ways:
+        count = test.readings[:, approach]
+        fewest = int(np.min(count))
+        if fewest < RUNS_PER_DIRECTION:
+            target = int(np.argmin(count)) + 1
+            short = f"target {target} has {fewest} readings {APPROACHES[approach]}"
+            warnings.append(f"{short}, fewer than {asked}")
     if not warnings and test.cycles > RUNS_PER_DIRECTION:
         longer = f"{test.cycles} cycles are more than {asked}: the figures follow its formulas,"
         warnings.append(f"{longer} but on a longer test, in which the machine warms up more")

@@ -25,7 +25,7 @@ def test_a_run_as_the_standard_asks_gets_no_warning() -> None:
     ("target", "n", "words"),
     [
         (RANDOM_TARGETS[:4], 5, "4 targets are fewer than the 5"),
-        (RANDOM_TARGETS, 3, "every target has 3 readings forward, fewer than the 5"),
+        (RANDOM_TARGETS, 3, "3 cycles, 3 readings of every target, are fewer than the 5"),
         (RANDOM_TARGETS, 50, "50 cycles are more than the 5"),
         (np.arange(6) * 300.0 + RANDOM_TARGETS / 50, 5, "6 targets are fewer than the 8"),
         (np.arange(6) * 50.0, 5, "equidistant (50 mm)"),
@@ -93,7 +93,7 @@ def test_a_target_with_few_readings_is_named_however_many_cycles_there_are() -> 
     assert "target 4 has 2 readings backward, fewer than the 5" in text
     gaps = RNG.normal(size=(6, 7, 2))
     gaps[:, 1:6] = np.nan
-    assert "every target has 2 readings" in " | ".join(
+    assert "2 readings of every target, are fewer" in " | ".join(
         check_test_conditions(run(gaps, RANDOM_TARGETS))
     )
 
