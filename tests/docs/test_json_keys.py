@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from thermaxis.cli import main
+from thermaxis.positioning import FIGURE_KEYS
 
 PROMISED = {
     "test": "targets cycles unidirectional kind start end header environment time_source",
@@ -19,13 +20,36 @@ PROMISED = {
     "adjacent_difference.forward": "mean_difference standard_uncertainty standard_deviation"
     " s_ratio chart bound anomalies",
     "adjacent_difference.forward.anomalies[]": "position position_mm statistic",
-    "Top level": "test iso230_2 adjacent_difference warnings version",
+    "Top level": "test iso230_2 adjacent_difference drift warnings version",
+    "drift": "model significant p_no_drift noise_std_forward noise_std_backward residual_std"
+    " total total_per_m reference_time_s levels_forward levels_backward levels_std_forward"
+    " levels_std_backward iso230_2 uncertainty diagnosis",
+    "drift.diagnosis[]": "finding value unit text",
+    "figures": " ".join(FIGURE_KEYS),
 }
-FREE = ("test.header", "test.environment")
-"""Objects whose keys come from the file."""
+FREE = ("test.header", "test.environment", "plan.plan", "plan.search.tried")
+"""Objects whose keys come from a file, or are numbers of cycles."""
+
+BY_FIGURE = ("plan.expected.figures",)
+"""Objects with one object for each figure."""
 
 SAME_KEYS = {
     "adjacent_difference.backward": "adjacent_difference.forward",
+    "drift.iso230_2": "iso230_2",
+    "uncertainty.drift_free": "uncertainty.measured",
+    "field.drift.correlation_slope": "field.drift.correlation_common",
+    **dict.fromkeys(
+        (
+            "drift.uncertainty",
+            "uncertainty.measured.expanded_uncertainty",
+            "uncertainty.measured.bias",
+            "trend.runs[].iso230_2",
+            "trend.runs[].uncertainty",
+            "trend.runs[].drift.iso230_2",
+            "trend.runs[].drift.uncertainty",
+        ),
+        "figures",
+    ),
     **dict.fromkeys(
         (f"montecarlo.{name}" for name in ("two_sequences", "to_larger", "to_smaller")),
         "montecarlo.one_sequence",
@@ -51,8 +75,13 @@ def test_every_promised_key_is_documented(documented: dict[str, set[str]], place
 
 def keys_by_place(value: object, place: str, found: dict[str, set[str]]) -> None:
     if isinstance(value, dict) and place not in FREE:
-        found.setdefault(place or "Top level", set()).update(value)
+        if place not in BY_FIGURE:
+            found.setdefault(place or "Top level", set()).update(value)
         for key, part in value.items():
+            if place in BY_FIGURE:
+                assert key in FIGURE_KEYS
+                keys_by_place(part, f"{place}.KEY", found)
+                continue
             same = SAME_KEYS.get(f"{place}.{key}", f"{place}.{key}" if place else key)
             keys_by_place(part, same, found)
     elif isinstance(value, list):
@@ -60,33 +89,82 @@ def keys_by_place(value: object, place: str, found: dict[str, set[str]]) -> None
             keys_by_place(part, f"{place}[]", found)
 
 
-@pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
-    """Evaluate a run with an anomaly, limits, and both older standards, and collect the keys."""
-    folder = tmp_path_factory.mktemp("json")
-    rng = np.random.default_rng(5)
+def keys_written(words: list[str], place: str, found: dict[str, set[str]]) -> dict[str, object]:
+    """Run a command, collect the keys of its JSON, and return it."""
+    destination = Path(words[words.index("--json") + 1])
+    assert main(words) == 0
+    result: dict[str, object] = json.loads(destination.read_text(encoding="ascii"))
+    keys_by_place(result, place, found)
+    return result
+
+
+def write_run(path: Path, seed: int) -> None:
+    """Write a run with a position that scatters more, a drift and an outlier."""
+    rng = np.random.default_rng(seed)
     readings = rng.normal(0.0, 0.3, (8, 40, 2))
     readings[3] *= 6.0
-    lines = ["cycle,direction,target_mm,deviation_um"]
+    readings[5, 7, 0] += 30.0
+    lines = ["cycle,direction,target_mm,deviation_um,time_s"]
     for j in range(40):
         for a, word in enumerate(("forward", "backward")):
-            lines += [f"{j + 1},{word},{20 * i},{readings[i, j, a]:.3f}" for i in range(8)]
+            for i in range(8) if a == 0 else range(7, -1, -1):
+                time_s = 10.0 * (16 * j + (i if a == 0 else 15 - i))
+                deviation = readings[i, j, a] + 5.0 * np.tanh(time_s / 3000.0)
+                lines.append(f"{j + 1},{word},{20 * i},{deviation:.3f},{time_s:g}")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def evaluated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, object]]:
+    """Evaluate a run with an anomaly, a drift and an outlier, and return file and JSON."""
+    folder = tmp_path_factory.mktemp("json")
     run = folder / "run.csv"
-    run.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_run(run, seed=5)
     limits = folder / "limits.toml"
     limits.write_text("[limits]\nA_um = 12.0\nM_um = 4.0\n", encoding="utf-8")
+    words = ["evaluate", str(run), "--limits", str(limits), "--robust"]
+    return run, keys_written([*words, "--json", str(folder / "r.json")], "", {})
+
+
+@pytest.fixture(scope="module")
+def written(evaluated: tuple[Path, dict[str, object]], root: Path) -> dict[str, set[str]]:
+    """Collect the keys of every command that writes JSON."""
+    run, result = evaluated
+    folder = run.parent
     found: dict[str, set[str]] = {}
-    for edition in ("2014", "1988", "vdi3441"):
-        destination = folder / f"{edition}.json"
-        words = ["evaluate", str(run), "--limits", str(limits), "--edition", edition]
-        assert main([*words, "--json", str(destination)]) == 0
-        keys_by_place(json.loads(destination.read_text(encoding="ascii")), "", found)
+    keys_by_place(result, "", found)
+    json_words = ["--json", str(folder / "more.json")]
+    for edition in ("1988", "vdi3441"):
+        keys_written(["evaluate", str(run), "--edition", edition, *json_words], "", found)
     for options in ((), ("--sigma-b", "2")):
-        destination = folder / "montecarlo.json"
-        words = ["montecarlo", "--repetitions", "40", *options, "--json", str(destination)]
-        assert main(words) == 0
-        keys_by_place(json.loads(destination.read_text(encoding="ascii")), "montecarlo", found)
+        words = ["montecarlo", "--repetitions", "40", *options, *json_words]
+        keys_written(words, "montecarlo", found)
+    words = ["plan", "--length", "300", "--targets", "8", "--target-uncertainty", "0.3"]
+    keys_written([*words, *json_words], "plan", found)
+    keys_written(["trend", str(run), str(run), *json_words], "trend", found)
+    before, after = (str(root / "examples" / f"field_{when}.csv") for when in ("before", "after"))
+    words = ["field", before, before, after, "--run", str(run), "--times", "0", "1", "1.7"]
+    keys_written([*words, *json_words], "field", found)
     return found
+
+
+def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_figures(
+    evaluated: tuple[Path, dict[str, object]],
+) -> None:
+    _, result = evaluated
+    measured, drift, uncertainty = (result[key] for key in ("iso230_2", "drift", "uncertainty"))
+    assert isinstance(measured, dict)
+    assert isinstance(drift, dict)
+    assert isinstance(uncertainty, dict)
+    assert drift["significant"]
+    assert drift["outliers"]
+    assert drift["diagnosis"]
+    assert set(drift["iso230_2"]) == set(measured) - {"edition"}
+    assert set(drift["iso230_2"]["targets"][0]) == set(measured["targets"][0])
+    assert set(drift["uncertainty"]) == set(measured) - {"edition", "targets"}
+    assert drift["uncertainty"] == uncertainty["drift_free"]["expanded_uncertainty"]
+    for name in ("levels_forward", "levels_backward", "levels_std_forward", "levels_std_backward"):
+        assert len(drift[name]) == len(measured["targets"])
 
 
 def test_the_json_and_its_page_have_the_same_keys(

@@ -20,7 +20,12 @@ HOSTS = re.compile(
 MACHINE_PATHS = re.compile(
     r"(?<![\w.])/(?:[w]ork|[r]oot|[h]ome/\w+|[U]sers/\w+)/|\b[A-Za-z]:\\[U]sers\\|/tmp/b[a]sh"
 )
-PUBLIC_PACKAGES = ("thermaxis.positioning", "thermaxis.files", "thermaxis.report")
+PUBLIC_PACKAGES = (
+    "thermaxis.positioning",
+    "thermaxis.files",
+    "thermaxis.thermal",
+    "thermaxis.report",
+)
 
 
 def words_of(name: str) -> set[str]:
