@@ -6,6 +6,12 @@ from thermaxis.positioning import FIGURE_KEYS, UNVERIFIED, Cycle, is_single_run_
 from thermaxis.positioning._test_conditions import RUNS_PER_DIRECTION
 from thermaxis.report._certificate_adjacent import adjacent_section
 from thermaxis.report._certificate_annex import raw_section, target_section
+from thermaxis.report._certificate_drift import (
+    diagnosis_section,
+    drift_section,
+    evaluated_uncertainty,
+    uncertainty_words,
+)
 from thermaxis.report._certificate_header import condition_section, identification, prevailing
 from thermaxis.report._document import (
     Block,
@@ -36,6 +42,11 @@ from thermaxis.report._text import ABSENT, as_given, fixed, plain_text, two_digi
 
 _CAPTIONS = {
     "iso230_2": "Means, bands of ±2s, single runs, and the extents of the figures.",
+    "drift": (
+        "The run in time order as measured and without drift, each less the level of its target,"
+        " on the same scale; below, the estimated drift relative to t₀ with bands of ±2 standard"
+        " uncertainties."
+    ),
     "figure_10_standard_deviation": (
         "Spread between adjacent positions (figure 10 of the paper). Above: standard uncertainty"
         " of the mean mutual deviation. Below: sample standard deviation of the difference beside"
@@ -106,6 +117,8 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
     sections = [
         _result_section(report, pictures),
         *_warning_section(report),
+        *drift_section(report, pictures),
+        *diagnosis_section(report),
         *adjacent_section(report, pictures),
         *_other_section(report),
         *_cycles_section(pictures),
@@ -189,10 +202,15 @@ def _result_table(report: PositioningReport) -> Table:
     result, check = report.iso230_2, report.limits
     unit = report.test.kind.units.deviation
     decimals = report.figure_decimals
-    uncertainty = dict(check.limits.expanded_uncertainty) if check is not None else {}
+    evaluated = evaluated_uncertainty(report)
+    uncertainty, label = {}, "U (k = 2)"
+    if check is not None:
+        uncertainty = dict(check.limits.expanded_uncertainty)
+    if evaluated is not None:
+        uncertainty, label = dict(evaluated.expanded_uncertainty), "U (k = 2, GUM)"
     columns = [Column("", "left"), Column("Figure", "left", wide=True), Column(f"Value [{unit}]")]
     if uncertainty:
-        columns.append(Column(f"U (k = 2) [{unit}]"))
+        columns.append(Column(f"{label} [{unit}]"))
     if check is not None:
         columns += [Column(f"Limit [{unit}]"), Column("Verdict", "left")]
     rows: list[tuple[str, ...]] = []
@@ -269,7 +287,7 @@ def _condition_notes(report: PositioningReport) -> list[str]:
 
 def _uncertainty_note(report: PositioningReport) -> str:
     if report.limits is None or not report.limits.limits.expanded_uncertainty:
-        return "The measurement uncertainty was not evaluated."
+        return uncertainty_words(report)
     return (
         "The expanded uncertainties were taken from the limits file; which terms they contain and"
         " which inputs were assumed is not stated there."

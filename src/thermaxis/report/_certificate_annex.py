@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from thermaxis.positioning import FloatArray
+from thermaxis.report._certificate_drift import level_tables
 from thermaxis.report._chart_parts import detail_decimals, measured_approaches
 from thermaxis.report._document import Block, Column, Paragraph, Section, Table
 from thermaxis.report._positioning_report import PositioningReport
@@ -57,7 +58,8 @@ def target_section(report: PositioningReport) -> Section:
         " estimated standard deviations (divisor n - 1), mean bidirectional deviation, reversal"
         " and repeatabilities, as far as they exist."
     )
-    return Section("Annex A: results of each target", (Table(tuple(columns), rows, caption),))
+    tables = (Table(tuple(columns), rows, caption), *level_tables(report))
+    return Section("Annex A: results of each target", tables)
 
 
 def raw_section(report: PositioningReport) -> Section:

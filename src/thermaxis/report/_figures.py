@@ -1,8 +1,9 @@
 """All charts of a run: PNG, SVG and the numbers behind them."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import final
 
 from matplotlib.figure import Figure
@@ -22,6 +23,7 @@ from thermaxis.report._chart_drift import (
     shifted_to_first_position,
     widest_position,
 )
+from thermaxis.report._chart_drift_model import draw_drift, drift_curve_numbers, drift_numbers
 from thermaxis.report._chart_iso230_2 import draw_iso230_2
 from thermaxis.report._chart_montecarlo import draw_montecarlo
 from thermaxis.report._output import NumberTable, make_folder, write_bytes
@@ -41,6 +43,10 @@ class Chart:
     """Draws it."""
     numbers: Callable[[PositioningReport], NumberTable]
     """The numbers behind it."""
+    more_numbers: Mapping[str, Callable[[PositioningReport], NumberTable]] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
+    """Further tables of numbers, by the ending of their name."""
 
     def svg(self, report: PositioningReport) -> bytes:
         """Return the chart as SVG.
@@ -98,6 +104,9 @@ _SHIFTED = Chart(
     lambda r: numbers.reading_numbers(r, shifted_to_first_position(r), "shifted_deviation"),
 )
 _AGAINST_CYCLES = Chart("against_cycles", draw_against_cycles, numbers.against_cycles_numbers)
+_DRIFT = Chart(
+    "drift", draw_drift, drift_numbers, MappingProxyType({"curves": drift_curve_numbers})
+)
 
 
 def charts_of(report: PositioningReport) -> tuple[Chart, ...]:
@@ -111,6 +120,8 @@ def charts_of(report: PositioningReport) -> tuple[Chart, ...]:
     charts = [_ISO230_2, _ALL_CYCLES]
     if report.test.cycles > 1:
         charts.append(_ONE_POSITION)
+    if report.drift is not None:
+        charts.append(_DRIFT)
     if report.adjacent_difference is not None:
         charts += _ADJACENT if report.test.cycles > 1 else _ADJACENT[1:]
         charts += [_SHIFTED] if report.test.cycles > 1 else []
@@ -135,6 +146,9 @@ def write_figures(
             written.append(write_bytes(folder / f"{chart.name}.svg", svg_bytes(figure)))
         table = chart.numbers(report)
         written.append(write_bytes(folder / f"{chart.name}.csv", table.as_csv()))
+        for ending, more in chart.more_numbers.items():
+            path = folder / f"{chart.name}_{ending}.csv"
+            written.append(write_bytes(path, more(report).as_csv()))
     if progress is not None:
         progress("figures", len(charts), len(charts))
     return tuple(written)

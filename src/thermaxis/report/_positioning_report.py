@@ -4,7 +4,7 @@ import datetime as dt
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, final
 
@@ -53,12 +53,6 @@ class PositioningReport:
     """Fields of the head by key: those of the file, replaced by stated ones."""
     limits: "LimitsCheck | None"
     """The figures against their limits; None without limits."""
-    drift: "DriftResult | None"
-    """The run without its drift; None if not evaluated (the reason stands in `warnings`)."""
-    uncertainty: "UncertaintyResult | None"
-    """Expanded uncertainties of the figures; None if not evaluated."""
-    diagnosis: "tuple[Finding, ...]"
-    """What is wrong with the axis, ranked; empty also where nothing was diagnosed."""
     source_name: str
     """Name of the measurement file without its folder."""
     source_sha256: str
@@ -69,6 +63,12 @@ class PositioningReport:
     """ISO date of the certificate; None prints the day of the measurement in its place."""
     conditions: tuple[str, ...] = ()
     """Test conditions of the standard that the run does not meet, in words; also in `warnings`."""
+    drift: "DriftResult | None" = None
+    """The run without its drift; None if not evaluated (the reason stands in `warnings`)."""
+    uncertainty: "UncertaintyResult | None" = None
+    """Expanded uncertainties of the figures; None if not evaluated."""
+    diagnosis: "tuple[Finding, ...]" = ()
+    """What is wrong with the axis, ranked; empty also where nothing was diagnosed."""
 
     def __post_init__(self) -> None:
         """Check the date and freeze the header."""
@@ -118,6 +118,7 @@ class PositioningReport:
             "reference_cycle": None if adjacent is None else adjacent.reference_cycle,
             "reference_position": None if adjacent is None else adjacent.reference_position,
             "other_standard": type(self.other_standard).__name__ if self.other_standard else None,
+            "drift": self._drift_settings(),
             "header": dict(self.header),
             "date": self.date,
             "limits": None
@@ -130,3 +131,14 @@ class PositioningReport:
         }
         text = json.dumps(settings, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+    def _drift_settings(self) -> dict[str, object]:
+        """Return what drift and uncertainty were evaluated with."""
+        drift, uncertainty = self.drift, self.uncertainty
+        terms = () if uncertainty is None else uncertainty.measured.terms
+        return {
+            "reference_time_s": None if drift is None else drift.reference_time_s,
+            "left_out": None if drift is None else [astuple(o)[:3] for o in drift.outliers],
+            "draws": None if uncertainty is None else [uncertainty.samples, uncertainty.seed],
+            "budget": [[t.key, t.expanded] for t in terms if t.expanded is not None],
+        }
