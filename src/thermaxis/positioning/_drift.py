@@ -31,12 +31,13 @@ from thermaxis.positioning._smooth_terms import (
     Readings,
     levels_at,
     leverages_of,
+    slowest_rate,
     sums_per,
 )
 from thermaxis.positioning._smoothness import (
     NO_DRIFT,
     PLAIN_TIME,
-    WARM_UPS,
+    TIMES,
     Average,
     Reported,
     average_over_smoothness,
@@ -320,14 +321,16 @@ class _Estimate:
 def _average(run: _Run, *, seconds: bool) -> Average:
     """Average the fits with knots that lie close enough together.
 
-    Logarithmic time stretches the intervals at the end of the run to less than twice their
-    length. A run of more than thirty hours is resolved well enough in plain time alone.
+    Logarithmic time stretches the intervals at the end of the run, so it takes more of them. A
+    run of more than thirty hours is resolved well enough in plain time alone.
     """
     wanted = int(np.clip(round(2.0 * run.cycles), FEWEST_INTERVALS, MOST_INTERVALS))
     needed = int(np.ceil(run.duration / LONGEST_INTERVAL_S)) if seconds else 0
     if needed > MOST_INTERVALS:
         return average_over_smoothness(run.readings, needed, PLAIN_TIME)
-    return average_over_smoothness(run.readings, max(wanted, 2 * needed), WARM_UPS)
+    slowest = min(slowest_rate(warm_up, plain) for warm_up, plain in TIMES)
+    stretched = int(np.ceil(needed / slowest))
+    return average_over_smoothness(run.readings, max(wanted, stretched), TIMES)
 
 
 def _weight_of_no_drift(drift: FTest) -> float:
@@ -527,7 +530,7 @@ def evaluate_drift(
 
     References
     ----------
-    G. Wahba 1978 and G. Wecker and C. Ansley 1983 (smoothing splines as integrated random walks);
+    G. Wahba 1978 and W. Wecker and C. Ansley 1983 (smoothing splines as integrated random walks);
     H. D. Patterson and R. Thompson 1971 (restricted likelihood); G. K. Smyth 2004 (moderated
     variances); all from memory.
     """

@@ -133,12 +133,11 @@ def _within(time: FloatArray, intervals: int) -> tuple[IntArray, FloatArray]:
     return first, scaled - first
 
 
-def warped(time: FloatArray, warm_up: float) -> FloatArray:
+def warped(time: FloatArray, warm_up: float, plain: float = 0.5) -> FloatArray:
     """Return the time in which the functions are smooth, 0 ... 1.
 
     Warming is fast at first and slow later. In logarithmic time a sum of such relaxations is
     smooth throughout, in plain time it is not; what else happens later is smooth in plain time.
-    So the mean of both is taken.
 
     Parameters
     ----------
@@ -147,6 +146,8 @@ def warped(time: FloatArray, warm_up: float) -> FloatArray:
     warm_up : float
         How much faster the logarithmic time goes at the start than at the end; 0 is plain time
         alone. [1]
+    plain : float
+        Share of plain time in the sum with the logarithmic one. [1]
 
     Returns
     -------
@@ -155,7 +156,26 @@ def warped(time: FloatArray, warm_up: float) -> FloatArray:
     """
     if warm_up == 0.0:
         return time
-    return 0.5 * (np.log1p(warm_up * time) / np.log1p(warm_up) + time)
+    return (1.0 - plain) * (np.log1p(warm_up * time) / np.log1p(warm_up)) + plain * time
+
+
+def slowest_rate(warm_up: float, plain: float = 0.5) -> float:
+    """Return how fast the time of `warped` runs at the end of the run, where it is slowest.
+
+    Parameters
+    ----------
+    warm_up, plain : float
+        As in `warped`. [1]
+
+    Returns
+    -------
+    float
+        Relative to plain time. [1]
+    """
+    if warm_up == 0.0:
+        return 1.0
+    rate = warm_up / ((1.0 + warm_up) * float(np.log1p(warm_up)))
+    return (1.0 - plain) * rate + plain
 
 
 def curvature_energy(intervals: int) -> FloatArray:
@@ -223,6 +243,8 @@ class Sums:
     """Number K of intervals. [1]"""
     warm_up: float
     """Of the time in which the functions are smooth. [1]"""
+    plain: float
+    """Share of plain time in it. [1]"""
     shapes: int
     """Number C of shapes. [1]"""
     readings: int
@@ -289,7 +311,7 @@ def _add_moments(
                         gram[row, place + c_all * j + d] += np.asarray(block)[c, d]
 
 
-def sums_of(readings: Readings, intervals: int, warm_up: float) -> Sums:
+def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0.5) -> Sums:
     """Return the sums of the normal equations; the cost is proportional to the readings.
 
     Parameters
@@ -298,8 +320,8 @@ def sums_of(readings: Readings, intervals: int, warm_up: float) -> Sums:
         The run.
     intervals : int
         Number of equal intervals of the splines. [1]
-    warm_up : float
-        Of the time in which the functions are smooth. [1]
+    warm_up, plain : float
+        Of the time in which the functions are smooth, as in `warped`. [1]
 
     Returns
     -------
@@ -312,7 +334,7 @@ def sums_of(readings: Readings, intervals: int, warm_up: float) -> Sums:
     gram = np.zeros((ORDER * c_all, size))
     right = np.zeros(size)
     cross = np.zeros((readings.levels, size))
-    _add_moments(readings, warped(readings.time, warm_up), shape, (gram, right, cross))
+    _add_moments(readings, warped(readings.time, warm_up, plain), shape, (gram, right, cross))
     w, y = readings.weight, readings.value
     n_levels = readings.levels
     pinned = c_all * ((intervals + 3) // 2) + np.arange(c_all, dtype=np.intp)
@@ -320,6 +342,7 @@ def sums_of(readings: Readings, intervals: int, warm_up: float) -> Sums:
     return Sums(
         intervals=intervals,
         warm_up=warm_up,
+        plain=plain,
         shapes=c_all,
         readings=y.size,
         levels=n_levels,
@@ -429,7 +452,7 @@ def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
 
 def _rows(sums: Sums, time: FloatArray) -> FloatArray:
     """Return the values of all splines of one function at each time, (T, K + 3)."""
-    return _spline_rows(warped(time, sums.warm_up), sums.intervals)
+    return _spline_rows(warped(time, sums.warm_up, sums.plain), sums.intervals)
 
 
 def _solved(
@@ -558,7 +581,7 @@ def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:
         (N,).
     """
     sums = fitted.sums
-    first, values = spline_values(warped(readings.time, sums.warm_up), sums.intervals)
+    first, values = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
     row = _rows(sums, np.array([reference]))[0]
     drift = np.zeros(readings.value.size)
     for c in range(sums.shapes):

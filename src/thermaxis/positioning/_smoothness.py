@@ -27,10 +27,11 @@ from thermaxis.positioning._smooth_terms import (
     sums_of,
 )
 
-WARM_UPS = (0.0, 4.0, 20.0, 100.0)
-"""Times that are averaged over: plain, and partly logarithmic. A time that runs so much faster
-at the start resolves time constants down to about the run over this number. [1]"""
-PLAIN_TIME = (0.0,)
+TIMES = ((0.0, 1.0), (20.0, 0.5), (20.0, 0.0), (100.0, 0.0))
+"""Times that are averaged over, as warm-up and share of plain time: plain, half and half, and
+logarithmic. A time that runs so much faster at the start resolves time constants down to about
+the run over this number. [1]"""
+PLAIN_TIME = ((0.0, 1.0),)
 """Plain time alone. [1]"""
 LEAST_DEPARTURE, LARGEST_DEPARTURE = 0.02, 60.0
 """Prior root mean square departures from a straight line, in units of the noise. Below the first
@@ -111,7 +112,7 @@ class _Search:
 
 
 def average_over_smoothness(
-    readings: Readings, intervals: int, warm_ups: Sequence[float]
+    readings: Readings, intervals: int, times: Sequence[tuple[float, float]]
 ) -> Average:
     """Fit a run with every smoothness that matters.
 
@@ -121,15 +122,15 @@ def average_over_smoothness(
         The run.
     intervals : int
         Number of equal intervals of the splines. [1]
-    warm_ups : sequence of float
-        Times that are averaged over, plain time first. [1]
+    times : sequence of (float, float)
+        Times that are averaged over, as warm-up and share of plain time; plain time first. [1]
 
     Returns
     -------
     Average
         The search begins on a coarse grid and follows what is likely.
     """
-    search = _Search([sums_of(readings, intervals, warm_up) for warm_up in warm_ups])
+    search = _Search([sums_of(readings, intervals, warm_up, plain) for warm_up, plain in times])
     coarse = range(0, len(search.departures), _COARSE)
     for a in coarse:
         for b in coarse:

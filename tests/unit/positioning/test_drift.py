@@ -575,4 +575,34 @@ def test_the_drift_of_a_real_warming_axis(real_data: Path) -> None:
     assert result.total == pytest.approx(-7.07, abs=0.05)
     before = evaluate_iso230_2(test).B
     assert before == pytest.approx(33.576, abs=0.001)
-    assert float(result.figures.B) == pytest.approx(34.29 + 0.47, abs=0.02)
+    assert float(result.figures.B) == pytest.approx(34.760, abs=0.001)
+    assert result.residual_std == pytest.approx(1.805, abs=0.001)
+    assert result.bow is not None
+    assert float(result.bow[-1] - result.bow[0]) == pytest.approx(-11.26, abs=0.01)
+    assert result.suspects == (4,)
+
+
+@pytest.mark.real_data
+def test_straight_lines_through_a_real_run_show_its_bow(real_data: Path) -> None:
+    path = real_data / "positioning" / "ess_target_b02_x" / "x_positioning_with_times.csv"
+    test = read_positioning(path)
+    readings = as_readings(test)
+    tests = DriftTests(readings, 9, 5.0)
+    assert tests.bow().ratio == pytest.approx(18.46, abs=0.01)
+    assert tests.bow().probability == pytest.approx(4.5e-7, rel=0.01)
+    levels, t = np.eye(18)[readings.level], readings.time
+    x = (test.target / 20.0)[readings.level % 9]
+    columns = [levels, t[:, None], (t * x)[:, None], (t * x**2)[:, None]]
+    for number, residual_std in ((1, 3.165), (2, 2.240), (3, 2.233), (4, 1.806)):
+        square, rank = squares(np.column_stack(columns[:number]), readings.value)
+        assert np.sqrt(square / (90 - rank)) == pytest.approx(residual_std, abs=0.001)
+    slopes = [
+        np.linalg.lstsq(
+            np.column_stack((levels, t))[readings.level % 9 == i],
+            readings.value[readings.level % 9 == i],
+            rcond=None,
+        )[0][-1]
+        for i in range(9)
+    ]
+    expected = [-2.4, -9.5, -7.9, -3.9, -16.7, -9.5, -14.5, -1.2, 1.9]
+    np.testing.assert_allclose(slopes, expected, atol=0.06)
