@@ -110,8 +110,6 @@ class Section:
 
     heading: str
     blocks: tuple[Block, ...]
-    new_page: bool = False
-    """Whether it starts a page where there are pages."""
 
 
 @final
