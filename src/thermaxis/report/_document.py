@@ -96,7 +96,7 @@ class Signature:
     """Lines on which somebody writes."""
 
     labels: tuple[str, ...]
-    """What stands under each line."""
+    """What each line is for."""
     kind: Literal["signature"] = "signature"
 
 
