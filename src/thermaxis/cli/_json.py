@@ -15,9 +15,16 @@ def write_json(results: Mapping[str, object], destination: str) -> None:
         Strings, numbers, lists, mappings and None; a number that is not finite is a defect.
     destination : str
         File, or ``-`` for standard output.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be written, or is a folder or a pipe.
     """
     text = json.dumps(results, indent=2, allow_nan=False) + "\n"
     if destination == "-":
         sys.stdout.write(text)
-    else:
-        Path(destination).write_text(text, encoding="ascii", newline="\n")
+        return
+    from thermaxis.report._output import write_bytes  # noqa: PLC0415  standard output needs none
+
+    write_bytes(Path(destination), text.encode("ascii"))

@@ -259,7 +259,9 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
     ConfigurationError
         If a header or limits file is wrong.
     """
-    from thermaxis import __version__, report  # noqa: PLC0415  --help needs none of these
+    from dataclasses import replace  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis import __version__, report  # noqa: PLC0415
     from thermaxis.files import read_positioning_with_sha256  # noqa: PLC0415
     from thermaxis.positioning import (  # noqa: PLC0415
         Cycle,
@@ -291,8 +293,8 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
     limits = report.read_limits(arguments.limits, test.kind) if arguments.limits else None
     stated: dict[str, str] = {}
     if arguments.header:
-        stated.update(report.read_header(arguments.header))
-    return report.PositioningReport(
+        stated.update(report.read_header(arguments.header, kind=test.kind))
+    evaluated = report.PositioningReport(
         test=test,
         iso230_2=iso230_2,
         adjacent_difference=adjacent,
@@ -310,6 +312,9 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         version=__version__,
         date=arguments.date,
     )
+    if not wants_charts:
+        return evaluated
+    return replace(evaluated, warnings=(*evaluated.warnings, *report.unshowable(evaluated)))
 
 
 def run(arguments: argparse.Namespace) -> int:

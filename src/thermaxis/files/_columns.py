@@ -34,42 +34,48 @@ class Role(StrEnum):
 QUANTITIES: Final = frozenset({Role.TARGET, Role.MEASURED, Role.DEVIATION})
 """Roles whose columns need the unit of a length or of an angle."""
 
-_ROLE_WORDS: dict[Role, tuple[str, ...]] = {
-    Role.TARGET: (
-        "target",
-        "target_position",
-        "nominal",
-        "nominal_position",
-        "position",
-        "soll",
-        "sollposition",
-        "sollwert",
-    ),
-    Role.MEASURED: (
-        "measured",
-        "measured_position",
-        "actual",
-        "actual_position",
-        "ist",
-        "istposition",
-        "istwert",
-    ),
-    Role.DEVIATION: (
-        "deviation",
-        "positional_deviation",
-        "error",
-        "position_error",
-        "positioning_error",
-        "abweichung",
-        "odchylka",
-    ),
-    Role.CYCLE: ("cycle", "cycle_no", "cycle_number", "zyklus"),
-    Role.RUN: ("run", "run_no", "run_number", "lauf"),
-    Role.DIRECTION: ("direction", "approach", "approach_direction", "richtung"),
-    Role.ORDER: ("order", "sequence"),
-    Role.TIME: ("time", "timestamp", "time_stamp", "date_time", "datetime"),
+# Words as `_folded` leaves them: lower case, without accents, an underscore between words.
+_ROLE_WORDS: dict[Role, str] = {
+    Role.TARGET: """
+        target target_position target_pos nominal nominal_position position set_position setpoint
+        soll sollposition soll_position sollpos sollwert ziel zielposition nennposition
+        cil cilova_poloha cilova_pozice poloha pozice zadana_poloha zadana_pozice pozadovana_poloha
+        jmenovita_poloha
+    """,
+    Role.MEASURED: """
+        measured measured_position measured_pos actual actual_position actual_pos
+        ist istposition ist_position istpos istwert gemessen gemessene_position messposition
+        zmereno zmerena_poloha zmerena_pozice namerena_poloha namerena_pozice merena_poloha
+        skutecna_poloha skutecna_pozice
+    """,
+    Role.DEVIATION: """
+        deviation positional_deviation position_deviation error position_error positional_error
+        positioning_error
+        abweichung positionsabweichung positionierabweichung lageabweichung fehler positionsfehler
+        positionierfehler
+        odchylka odchylka_polohy polohova_odchylka uchylka uchylka_polohy polohova_uchylka chyba
+        chyba_polohy chyba_polohovani
+    """,
+    Role.CYCLE: """
+        cycle cycle_no cycle_number zyklus zyklus_nr zyklusnummer messzyklus cyklus cislo_cyklu
+    """,
+    Role.RUN: """
+        run run_no run_number pass_no pass_number lauf lauf_nr laufnummer messlauf durchlauf
+        beh cislo_behu prujezd prejezd
+    """,
+    Role.DIRECTION: """
+        direction approach approach_direction direction_of_approach
+        richtung anfahrrichtung bewegungsrichtung fahrtrichtung messrichtung verfahrrichtung
+        smer smer_najezdu smer_pohybu
+    """,
+    Role.ORDER: "order sequence reihenfolge messreihenfolge poradi",
+    Role.TIME: """
+        time timestamp time_stamp date_time datetime
+        zeit zeitstempel zeitpunkt uhrzeit datum_zeit datum_uhrzeit datum_und_uhrzeit
+        cas datum_cas datum_a_cas casova_znacka
+    """,
 }
-_ROLES = {word: role for role, words in _ROLE_WORDS.items() for word in words}
+_ROLES = {word: role for role, words in _ROLE_WORDS.items() for word in words.split()}
 
 
 @final
@@ -120,21 +126,40 @@ _UNITS: tuple[tuple[Unit, tuple[str, ...]], ...] = (
     (Unit("µrad", _ROTARY, (_DEG_PER_RAD, 1e6), (_DEG_PER_RAD * 3.6, 1e3), None), ("urad",)),
 )
 _UNIT_WORDS = {word: unit for unit, words in _UNITS for word in words}
-_TIME_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
+_TIME_UNIT_WORDS = {
+    1e-3: "ms",
+    1.0: "s sec seconds sek sekunden sekundy",
+    60.0: "min minutes minuten minuty",
+    3600.0: "h hours stunden hod hodiny",
+}
+_TIME_UNITS = {
+    word: seconds for seconds, words in _TIME_UNIT_WORDS.items() for word in words.split()
+}
 
 _BRACKETS = re.compile(r"(?P<name>.*?)\s*[(\[]\s*(?P<unit>[^()\[\]]*?)\s*[)\]]", re.DOTALL)
-_RUN_HEADING = re.compile(r"(?:run|lauf|pass)?_?(?:no_)?0{0,3}([1-9][0-9]{0,4})")
+_RUN_WORDS = "run|pass|lauf|messlauf|durchlauf|beh|prujezd|prejezd"
+_ERROR_WORDS = "|".join(_ROLE_WORDS[Role.DEVIATION].split())
+_RUN_HEADING = re.compile(
+    rf"(?:(?:{_ERROR_WORDS})_)?(?:(?:{_RUN_WORDS})?_?(?:(?:no|nr|c|cislo)_)?0{{0,3}}([1-9][0-9]{{0,4}})"
+    rf"|0{{0,3}}([1-9][0-9]{{0,4}})_(?:{_RUN_WORDS}))(?:_(?:{_ERROR_WORDS}))?"
+)
 _SEPARATORS = re.compile(r"[\s_.:#-]+")
 
+_FORWARD_WORDS = """
+    forward forwards fwd up positive pos plus + ↑
+    hin hinlauf hinfahrt vorwarts vorwaerts aufwarts aufwaerts positiv
+    vpred dopredu tam nahoru kladny kladna kladne
+"""
+_BACKWARD_WORDS = """
+    backward backwards back bwd reverse rev return down negative neg minus ↓
+    - \N{MINUS SIGN} \N{EN DASH}
+    zuruck zurueck rucklauf ruecklauf ruckfahrt rueckfahrt ruckwarts rueckwaerts abwarts abwaerts
+    negativ
+    vzad dozadu zpet dolu zaporny zaporna zaporne
+"""
 _DIRECTIONS = {
-    **dict.fromkeys(
-        ("forward", "forwards", "fwd", "up", "+", "↑", "hin", "positive", "vorwärts"), FORWARD
-    ),
-    **dict.fromkeys(
-        ("backward", "backwards", "bwd", "reverse", "rev", "down", "-", "\N{MINUS SIGN}", "↓"),
-        BACKWARD,
-    ),
-    **dict.fromkeys(("zurück", "zurueck", "negative", "rückwärts"), BACKWARD),
+    **dict.fromkeys(_FORWARD_WORDS.split(), FORWARD),
+    **dict.fromkeys(_BACKWARD_WORDS.split(), BACKWARD),
 }
 
 
@@ -189,7 +214,7 @@ def parse_heading(text: str) -> Heading:
         return _time_heading(text, unit_word)
     run = _RUN_HEADING.fullmatch(name)
     if run is not None:
-        return Heading(text, None, unit, unit_word, run=int(run[1]))
+        return Heading(text, None, unit, unit_word, run=int(run[1] or run[2]))
     if role is not None and (in_brackets or not unit_word):
         return Heading(text, role)
     return Heading(text, None)
@@ -222,18 +247,21 @@ def direction_named(word: str) -> int | None:
     Parameters
     ----------
     word : str
-        Such as `forward`, `bwd`, `+`, `↓`, `zurück`.
+        Such as `forward`, `bwd`, `+`, `↓`, `zurück`, `vpřed`; accents and case do not count.
 
     Returns
     -------
     int or None
         0 forward, 1 backward.
     """
-    return _DIRECTIONS.get(unicodedata.normalize("NFC", unprotected(word).strip()).casefold())
+    return _DIRECTIONS.get(_folded(unprotected(word)))
 
 
 def _folded(text: str) -> str:
-    return unicodedata.normalize("NFC", text).casefold().replace("μ", "u").strip()
+    """Return a word in lower case, without accents, and with u for the two letters µ and μ."""
+    parts = unicodedata.normalize("NFD", text.casefold())
+    plain = parts if parts.isascii() else "".join(c for c in parts if not unicodedata.combining(c))
+    return plain.replace("μ", "u").strip()
 
 
 def _split_unit(text: str) -> tuple[str, str, bool]:

@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import TypeAlias
 
@@ -12,7 +13,6 @@ from thermaxis.files._metadata import Metadata
 from thermaxis.files._source import FALLBACK_ENCODING, SourceText, read_text
 from thermaxis.files._table import (
     HEADER_ROWS,
-    MAX_ROWS,
     Layout,
     Row,
     Table,
@@ -81,12 +81,22 @@ def csv_table(text: SourceText) -> Table:
         If no row of headings is found, or a row does not fit the headings.
     """
     source = TableSource(text.path)
-    if text.text.count("\n") > MAX_ROWS:
-        raise source.error(f"the file has more than {MAX_ROWS} lines", remedy=_REMEDY)
     table = _search(text, source, commented=False) or _search(text, source, commented=True)
     if table is None:
-        raise no_table(source)
+        rows = islice(_plain_rows(text, source), HEADER_ROWS)
+        raise no_table(source, [(source, row) for row in rows])
     return table
+
+
+def _plain_rows(text: SourceText, source: TableSource) -> Iterator[Row]:
+    """Yield the rows in which headings were looked for, split where most cells come out."""
+    for number, line in _lines(text.text, source):
+        if number > _LINES_ABOVE:
+            return
+        if line.strip() and not _SEPARATOR_LINE.fullmatch(line) and not _is_comment(line):
+            split = (_split(line, delimiter) for delimiter in DELIMITERS)
+            cells = max((found for found in split if found), key=len, default=[line.strip()])
+            yield number, cells
 
 
 def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table | None:

@@ -13,6 +13,10 @@ from thermaxis.errors import ConfigurationError, MeasurementFileError
 
 TEXT_LIMIT_BYTES = 100_000_000
 """Largest text file that is read. [byte]"""
+MAX_LINES = 2_000_000
+"""Largest number of lines of a text file: more are raw samples, not stops. [1]"""
+LONGEST_LINE_BYTES = 4_000_000
+"""Longest line of a text file: a million characters of four bytes. [byte]"""
 WORKBOOK_LIMIT_BYTES = 50_000_000
 """Largest workbook file that is read. [byte]"""
 NUMBER_LIMIT = 1e9
@@ -434,6 +438,7 @@ def _decode(name: str, content: bytes, fallback: str) -> SourceText:
             remedy="Name the measurement file itself, or export the measurement as text",
         )
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        _check_lines(name, content)
         return _decode_utf16(name, content)
     if b"\x00" in content:
         raise MeasurementFileError(
@@ -441,6 +446,7 @@ def _decode(name: str, content: bytes, fallback: str) -> SourceText:
             path=name,
             remedy="Export the measurement as text, or save it as UTF-8",
         )
+    _check_lines(name, content)
     content = content.removeprefix(codecs.BOM_UTF8)
     try:
         return SourceText(name, _one_line_end(content.decode("utf-8")), "utf-8")
@@ -455,6 +461,31 @@ def _decode(name: str, content: bytes, fallback: str) -> SourceText:
             " the command line or fallback_encoding in Python"
         )
     return SourceText(name, text, fallback, (remark,))
+
+
+def _check_lines(name: str, content: bytes) -> None:
+    """Refuse too many or too long lines before the text takes as much memory again."""
+    ends = (b"\n", b"\r")
+    if content.startswith(codecs.BOM_UTF16_LE):
+        ends = (b"\n\x00", b"\r\x00")
+    elif content.startswith(codecs.BOM_UTF16_BE):
+        ends = (b"\x00\n", b"\x00\r")
+    remedy = "Export one run per file, with one row per reading or per target"
+    if any(content.count(end) > MAX_LINES for end in ends):
+        raise MeasurementFileError(
+            f"the file has more than {MAX_LINES} lines", path=name, remedy=remedy
+        )
+    start = 0
+    while len(content) - start > LONGEST_LINE_BYTES:
+        window = start, start + LONGEST_LINE_BYTES
+        end = max(content.rfind(end, *window) for end in ends)
+        if end < 0:
+            raise MeasurementFileError(
+                f"a line is longer than {LONGEST_LINE_BYTES / 1e6:.0f} MB, from byte {start} on",
+                path=name,
+                remedy=remedy,
+            )
+        start = end + 1
 
 
 def _lines_with_lost(text: str) -> str:

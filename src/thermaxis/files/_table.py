@@ -13,7 +13,13 @@ from thermaxis.errors import MeasurementFileError
 from thermaxis.files._columns import QUANTITIES, Heading, Role, parse_heading, unit_named
 from thermaxis.files._metadata import Metadata
 from thermaxis.files._quoting import unprotected
-from thermaxis.files._source import NUMBER_LIMIT, first_few, is_number, parse_number
+from thermaxis.files._source import (
+    NUMBER_LIMIT,
+    clean_text,
+    first_few,
+    is_number,
+    parse_number,
+)
 from thermaxis.positioning import FloatArray
 
 Row: TypeAlias = tuple[int, Sequence[str]]
@@ -34,6 +40,14 @@ _READING_ROLES = frozenset(
     {Role.TARGET, Role.MEASURED, Role.DEVIATION, Role.CYCLE, Role.RUN, Role.DIRECTION}
 )
 _PASS_ROLES = frozenset({Role.CYCLE, Role.RUN, Role.DIRECTION})
+_REQUIRED = (
+    (Role.TARGET,),
+    (Role.DEVIATION, Role.MEASURED),
+    (Role.CYCLE, Role.RUN),
+    (Role.DIRECTION, Role.RUN),
+)
+_LONGEST_SHOWN = 40
+_SIGNS = str.maketrans({"\N{MINUS SIGN}": "-"})
 
 
 class Layout(StrEnum):
@@ -156,12 +170,17 @@ class Table:
     def column_of(self, role: Role) -> int | None:
         """Return the index of the column with a role, None if there is none.
 
+        Of several columns of a quantity the only one that states its unit is taken.
+
         Raises
         ------
         MeasurementFileError
             If two columns have the role.
         """
         found = [i for i, heading in enumerate(self.headings) if heading.role is role]
+        if len(found) > 1 and role in QUANTITIES:
+            with_unit = [i for i in found if self.headings[i].unit is not None]
+            found = with_unit if len(with_unit) == 1 else found
         if len(found) > 1:
             names = " and ".join(f"'{self.headings[i].text}'" for i in found[:2])
             raise self.error(
@@ -422,15 +441,43 @@ def build_table(
     )
 
 
-def no_table(source: TableSource) -> MeasurementFileError:
-    """Make the error of a file in which no row of headings was found."""
+def no_table(source: TableSource, rows: Sequence[tuple[TableSource, Row]]) -> MeasurementFileError:
+    """Make the error of a file in which no row of headings was found.
+
+    Parameters
+    ----------
+    source : TableSource
+        The file.
+    rows : sequence of TableSource and Row
+        The rows among which the headings were looked for, none of them blank.
+
+    Returns
+    -------
+    MeasurementFileError
+        With the words of the row that comes nearest to headings, and what these lack.
+    """
+    what = f"no column headings of a positioning run were found in the first {HEADER_ROWS} rows"
+    number = None
+    if rows:
+        known = [_reading_roles(cells) for _, (_, cells) in rows]
+        nearest = max(range(len(rows)), key=lambda k: len(known[k]))  # the first of equals
+        source, (number, cells) = rows[nearest]
+        words = listed([clean_text(cell, limit=_LONGEST_SHOWN) for cell in cells if cell])
+        missing = [" or ".join(one_of) for one_of in _REQUIRED if not known[nearest] & set(one_of)]
+        what += f"; nearest to them is {words}, which lacks {'; '.join(missing)}"
     return source.error(
-        f"no column headings of a positioning run were found in the first {HEADER_ROWS} rows",
+        what,
+        row=number,
         remedy=(
             "Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the"
-            " numbers of the runs"
+            " numbers of the runs; docs/files.md lists the words that are understood"
         ),
     )
+
+
+def _reading_roles(cells: Sequence[str]) -> set[Role]:
+    roles = {parse_heading(unprotected(cell)).role for cell in cells[:MAX_COLUMNS]}
+    return {role for role in _READING_ROLES if role in roles}
 
 
 def _with_units_below(
@@ -456,7 +503,9 @@ def _lacks_unit(heading: Heading) -> bool:
 
 def _move_to_columns(chunk: list[Sequence[str]], columns: list[list[str]]) -> None:
     for column, cells in zip(columns, zip(*chunk, strict=True), strict=bool(chunk)):
-        column.extend(cells)
+        # the minus sign of typesetting: nothing else can be meant by it
+        plain = "\N{MINUS SIGN}" not in "".join(cells)
+        column.extend(cells if plain else [cell.translate(_SIGNS) for cell in cells])
     chunk.clear()
 
 

@@ -1,5 +1,6 @@
 """When each reading of a table was taken, and in which order."""
 
+import re
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import final
@@ -13,6 +14,9 @@ from thermaxis.positioning import FloatArray, TimeSource
 MOMENT_REMEDY = "Write it as 2026-11-20T14:03:05, with or without a zone such as +01:00"
 """How a date with time is written, for errors."""
 _YEARS = range(1900, 2201)
+_DAY_FIRST = re.compile(
+    r"([0-9]{1,2})\. ?([0-9]{1,2})\. ?([0-9]{4})[ T]+([0-9]{1,2})(:[0-9]{2}.*)", re.ASCII
+)
 
 
 @final
@@ -31,12 +35,12 @@ class ReadingTimes:
 
 
 def parse_moment(text: str) -> datetime | None:
-    """Read a date with time as ISO 8601 writes it.
+    """Read a date with time as ISO 8601 writes it, or with the day first and points.
 
     Parameters
     ----------
     text : str
-        Such as `2022-04-06T12:48:40.001708` or `2022-04-06 12:48:40Z`.
+        Such as `2022-04-06T12:48:40.001708`, `2022-04-06 12:48:40Z` or `6.4.2022 12:48:40`.
 
     Returns
     -------
@@ -44,6 +48,10 @@ def parse_moment(text: str) -> datetime | None:
         Aware if the text states a zone; None if the text is no such date or lies outside the
         years 1900 to 2200.
     """
+    day_first = _DAY_FIRST.fullmatch(text)
+    if day_first is not None:
+        day, month, year, hour, rest = day_first.groups()
+        text = f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}{rest}"
     try:
         moment = datetime.fromisoformat(text)
     except ValueError:

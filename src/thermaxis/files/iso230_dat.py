@@ -42,6 +42,7 @@ _ARRAY_KEY = re.compile(r"(\w+) ?\[([^\]]*)\]", re.ASCII)
 _APPROACH_OF = {"REF_DATA_FWD": FORWARD, "REF_DATA_BWD": BACKWARD}
 _NOT_HEADER = frozenset({"UNIT", "CYCLES", "POSITIONS"})
 _MOST_SETTINGS = 200
+_MOST_DECLARED_PER_MEASURED = 2
 _TARGET_DECIMALS = 9
 
 
@@ -86,7 +87,8 @@ def read_iso230_dat(
     MeasurementFileError
         If a line states nothing known, the unit is not known, a number is not a number, targets
         are missing or neither rise nor fall, a reading is given twice or lies outside CYCLES and
-        POSITIONS, the file is cut short, or a target has too few readings.
+        POSITIONS, CYCLES is more than twice the number of cycles with readings, the file is cut
+        short, or a target has too few readings.
     ConfigurationError
         If there is no such fallback encoding.
 
@@ -126,6 +128,7 @@ def dat_test(source: SourceText) -> PositioningTest:
     targets = _read_count(source, content, "POSITIONS", DEFAULT_POSITIONS)
     cycles = _read_count(source, content, "CYCLES", DEFAULT_CYCLES)
     _check_indices(source, content, targets, cycles)
+    _check_declared_cycles(source, content, cycles)
     listed = _read_targets(source, content, targets)
 
     index = np.array(content.target_index, dtype=np.int64)
@@ -270,6 +273,20 @@ def _check_indices(source: SourceText, content: _Content, targets: int, cycles: 
         line=content.line[k],
         remedy="Correct the indices, or state POSITIONS and CYCLES of the run",
     )
+
+
+def _check_declared_cycles(source: SourceText, content: _Content, cycles: int) -> None:
+    text, number = content.settings.get("CYCLES", ("", None))
+    measured = len(set(content.cycle))
+    if text and cycles > _MOST_DECLARED_PER_MEASURED * measured:
+        raise source.error(
+            f"CYCLES states {cycles} cycles, and the readings are of"
+            f" {measured} cycle{'s' if measured > 1 else ''} only",
+            line=number,
+            column="CYCLES",
+            remedy="Copy or export the file again; if the run was stopped early, set CYCLES to"
+            " the number that was measured",
+        )
 
 
 def _stated_or_default(content: _Content, key: str) -> str:

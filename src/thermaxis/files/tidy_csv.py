@@ -34,12 +34,16 @@ from thermaxis.files._table_quantities import (
     unit_of_kind,
 )
 from thermaxis.files._times import MOMENT_REMEDY, ReadingTimes, parse_moment, reading_times
-from thermaxis.positioning import APPROACHES, FloatArray, PositioningTest, TimeSource
+from thermaxis.files._travel import (
+    FULL_TURN_DEG,
+    rows_against_direction,
+    targets_through_a_turn,
+)
+from thermaxis.positioning import APPROACHES, FORWARD, FloatArray, PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
 
 _IntArray: TypeAlias = NDArray[np.int64]
 
-_FULL_TURN_DEG = 360.0
 _MOST_DECIMALS = 9
 _AGREEMENT = 1e-6
 """Smallest disagreement of measured and deviation that is told. [µm or arcsec]"""
@@ -119,7 +123,6 @@ def tidy_test(table: Table) -> PositioningTest:
     channels, channel_remarks = _channels(table)
     remarks += [*deviation_remarks, *pass_remarks, *channel_remarks]
 
-    target, target_index = group_targets(row_target)
     given = ~np.isnan(deviation)
     if not bool(given.any()):
         raise table.error(
@@ -127,6 +130,12 @@ def tidy_test(table: Table) -> PositioningTest:
             remedy="Export the run again, with its measured values",
         )
     times = _times(table, given)
+    order = times.readings.order
+    place = np.arange(row_target.size, dtype=np.float64) if order is None else order
+    row_target, turn_remarks = targets_through_a_turn(unit.kind, row_target, cycle, approach, place)
+    if order is None:
+        turn_remarks += rows_against_direction(row_target, cycle, approach)
+    target, target_index = group_targets(row_target)
     assembled = assemble_readings(
         path=table.source.place,
         target=target,
@@ -135,12 +144,12 @@ def tidy_test(table: Table) -> PositioningTest:
         approach=approach,
         deviation=deviation,
         line=table.row,
-        order=times.readings.order,
+        order=order,
         time_s=times.readings.time_s,
         channels=channels,
         line_word=table.source.row_word,
     )
-    remarks += [*times.readings.remarks, *assembled.remarks]
+    remarks += [*turn_remarks, *times.readings.remarks, *assembled.remarks]
     return _checked_test(table, unit.kind, target, assembled, times, remarks)
 
 
@@ -242,7 +251,8 @@ def _deviations(
     if measured_column is None:
         if stated is None:
             raise table.error(
-                "there is no column of deviations and none of measured positions",
+                "there is no column of deviations and none of measured positions"
+                + _not_understood(table),
                 remedy="Name it deviation_um or measured_mm, or deviation_arcsec or measured_deg",
             )
         return stated, []
@@ -270,9 +280,9 @@ def _difference(
     difference = measured - target
     if kind is AxisKind.LINEAR:
         return difference * kind.units.deviations_per_position, []
-    turns = np.rint(difference / _FULL_TURN_DEG)
+    turns = np.rint(difference / FULL_TURN_DEG)
     wrapped = int(np.count_nonzero(turns[~np.isnan(turns)]))
-    deviation = (difference - turns * _FULL_TURN_DEG) * kind.units.deviations_per_position
+    deviation = (difference - turns * FULL_TURN_DEG) * kind.units.deviations_per_position
     if not wrapped:
         return deviation, []
     remark = f"whole turns were taken off the measured position of {wrapped} readings"
@@ -345,12 +355,12 @@ def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[str]]:
         if run_column is not None:
             return _cycles_of_runs(table.whole_numbers(run_column), approach)
         raise table.error(
-            "there is no column of cycle numbers",
+            f"there is no column of cycle numbers{_not_understood(table)}",
             remedy="Name it cycle: 1 for the first time through all targets, 2 for the second",
         )
     if run_column is None:
         raise table.error(
-            "there is no column that says the direction of approach",
+            f"there is no column that says the direction of approach{_not_understood(table)}",
             remedy="Name it direction, with the words forward and backward",
         )
     run = table.whole_numbers(run_column)
@@ -381,11 +391,35 @@ def _directions(table: Table, column: int) -> _IntArray:
 
 
 def _cycles_of_runs(run: _IntArray, approach: _IntArray) -> tuple[_IntArray, _IntArray, list[str]]:
-    """Tell runs that are passes, odd forward and even backward, from runs that are cycles."""
-    passes = bool(np.all((run + 1) % 2 == approach)) and np.unique(approach).size == 2
-    if not passes:
+    """Tell runs that are passes in one direction from runs that are whole cycles."""
+    numbers, first = np.unique(run, return_index=True)
+    direction = approach[first]
+    one_way = bool(np.all(direction[np.searchsorted(numbers, run)] == approach))
+    if not one_way or np.unique(direction).size < 2:
         return run, approach, []
-    return (run + 1) // 2, approach, ["runs 1 and 2 are cycle 1, runs 3 and 4 cycle 2, and so on"]
+    parity = (numbers + direction) % 2
+    if bool(np.any(parity != parity[0])):
+        remark = (
+            "every run has one direction only and the directions do not alternate with the run"
+            " numbers: each run is a cycle of its own, without readings in the other direction"
+        )
+        return run, approach, [remark]
+    # the first pass of the file opens cycle 1, also where the numbers begin with an even one
+    skipped = int(numbers[0] % 2 == 0 and direction[0] == FORWARD)
+    cycle = (run + 1 - skipped) // 2
+    k = 1 + skipped
+    remark = f"runs {k} and {k + 1} are cycle 1, runs {k + 2} and {k + 3} cycle 2, and so on"
+    return cycle, approach, [remark]
+
+
+def _not_understood(table: Table) -> str:
+    """Name the headings in which no role was found, for an error about one that is missing."""
+    unknown = [
+        heading.text
+        for heading in table.headings
+        if heading.text and heading.role is None and not heading.text.startswith(CHANNEL_PREFIX)
+    ]
+    return f" (headings that were not understood: {listed(unknown)})" if unknown else ""
 
 
 def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:

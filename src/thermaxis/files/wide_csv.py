@@ -17,6 +17,7 @@ from thermaxis.files._table_quantities import (
     target_column_of,
     unit_of_kind,
 )
+from thermaxis.files._travel import targets_through_a_turn
 from thermaxis.positioning import (
     APPROACHES,
     BACKWARD,
@@ -100,6 +101,15 @@ def wide_test(table: Table) -> PositioningTest:
     _check_not_positions(table, values, row_target, unit, target_unit)
     remarks += _left_out(table, {target_column, *runs.values()})
 
+    rows = np.arange(row_target.size)
+    row_target, turn_remarks = targets_through_a_turn(
+        target_unit.kind,
+        row_target,
+        cycle=np.ones_like(rows),
+        approach=np.full_like(rows, FORWARD),
+        place=rows.astype(np.float64),
+    )
+    remarks += turn_remarks
     target, index = group_targets(row_target)
     falling = row_target.size > 1 and bool(np.all(np.diff(row_target) < 0))
     if falling:

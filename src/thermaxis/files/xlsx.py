@@ -128,16 +128,17 @@ def _first_table(name: str, content: bytes, *, has_formulas: bool) -> Table:
         if has_formulas:
             formulas = _opened(name, content, data_only=False)
             stack.callback(formulas.close)
-        sources: list[TableSource] = []
+        seen: list[tuple[TableSource, Row]] = []
         for index, sheet in enumerate(values.worksheets):
             if sheet.sheet_state != "visible":
                 continue
-            sources.append(TableSource(name, sheet.title))
-            rows = _rows(sources[-1], values, formulas, index)
-            table = _table_of(sources[-1], rows)
+            source = TableSource(name, sheet.title)
+            above: list[Row] = []
+            table = _table_of(source, _rows(source, values, formulas, index), above)
             if table is not None:
                 return table
-    raise no_table(sources[0] if len(sources) == 1 else TableSource(name))
+            seen += [(source, row) for row in above]
+    raise no_table(TableSource(name), seen)
 
 
 def _opened(name: str, content: bytes, *, data_only: bool) -> "Workbook":
@@ -151,9 +152,9 @@ def _opened(name: str, content: bytes, *, data_only: bool) -> "Workbook":
         raise damaged(name, error) from error
 
 
-def _table_of(source: TableSource, rows: Iterator[Row]) -> Table | None:
+def _table_of(source: TableSource, rows: Iterator[Row], above: list[Row]) -> Table | None:
+    """Read the first table of a sheet; what stands above it is added to a list."""
     metadata = Metadata()
-    above: list[Row] = []
     for row in rows:
         if is_comment(row[1]):
             read_comment_row(metadata, row, source)

@@ -97,8 +97,8 @@ if TYPE_CHECKING:
 __all__ = [
     "APPROACHES",
     "BACKWARD",
-    "FIGURE_KEYS",
     "FEWEST_CYCLES",
+    "FIGURE_KEYS",
     "FORWARD",
     "LEVEL_KEY",
     "LONGEST_RUN_S",

@@ -56,6 +56,7 @@ __all__ = [
     "read_limits",
     "read_regions",
     "trend_table",
+    "unshowable",
     "write_bytes",
     "write_certificate_html",
     "write_certificate_pdf",
@@ -70,13 +71,35 @@ __all__ = [
 # than a run takes to evaluate, and most calls of the program write no report.
 
 
-def read_header(path: Path) -> Mapping[str, str]:
+def unshowable(report: PositioningReport) -> tuple[str, ...]:
+    """Return which texts of a run have characters that its certificate cannot show.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+
+    Returns
+    -------
+    tuple of str
+        Sentences that name the fields; empty if every character has a sign in the fonts of the
+        PDF and of the charts, as those of Latin, Greek and Cyrillic scripts have. Other scripts
+        show in the text of the HTML page, with the fonts of the reader's machine.
+    """
+    from thermaxis.report import _showable  # noqa: PLC0415  see above
+
+    return _showable.unshowable(report)
+
+
+def read_header(path: Path, *, kind: "AxisKind | None" = None) -> Mapping[str, str]:
     """Read a file with fields of the certificate's head.
 
     Parameters
     ----------
     path : Path
         TOML with a table for each group, such as ``[machine]`` with ``name = "..."``.
+    kind : AxisKind, optional
+        Kind of the axis; a field that only the other kind has is an error. Default: both kinds.
 
     Returns
     -------
@@ -87,12 +110,13 @@ def read_header(path: Path) -> Mapping[str, str]:
     Raises
     ------
     ConfigurationError
-        If the file cannot be read, a table or key is unknown, or a value is of a wrong kind or
-        too long.
+        If the file cannot be read, a table or key is unknown or of the other kind of axis, a value
+        is of a wrong kind, negative where it is a size, no date where it is one, or too long, or
+        the end lies before the start.
     """
     from thermaxis.report import _header  # noqa: PLC0415  see above
 
-    return _header.read_header(path)
+    return _header.read_header(path, kind=kind)
 
 
 def read_limits(path: Path, kind: "AxisKind") -> "Limits":

@@ -13,6 +13,7 @@ from thermaxis.report._certificate_drift import (
     uncertainty_words,
 )
 from thermaxis.report._certificate_header import condition_section, identification, prevailing
+from thermaxis.report._chart_parts import runs_of_targets
 from thermaxis.report._document import (
     Block,
     Column,
@@ -21,6 +22,7 @@ from thermaxis.report._document import (
     Paragraph,
     Picture,
     Section,
+    Signature,
     Table,
     Verdict,
 )
@@ -38,6 +40,7 @@ from thermaxis.report._names import (
 )
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._progress import Progress
+from thermaxis.report._showable import unshowable
 from thermaxis.report._text import ABSENT, as_given, fixed, plain_text, two_digits
 
 _CAPTIONS = {
@@ -132,7 +135,11 @@ def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -
         date=None if date is None else date.isoformat(),
         footer=f"{plain_text(report.source_name, 60)} · SHA-256 {report.source_sha256[:12]}…",
         author=f"thermaxis {report.version}",
-        opening=(identification(report), *_verdict(report)),
+        opening=(
+            identification(report),
+            *_verdict(report),
+            Signature(("Place and date", "Name and signature")),
+        ),
         sections=tuple(sections),
     )
 
@@ -236,13 +243,15 @@ def _result_table(report: PositioningReport) -> Table:
 
 def _notes(report: PositioningReport) -> list[str]:
     test, result = report.test, report.iso230_2
-    runs = f"{test.cycles} run{'s' * (test.cycles > 1)} per direction"
+    number = runs_of_targets(report)
+    runs = f"{number} run{'s' * (number != '1')} per direction"
     if test.unidirectional:
         direction = "forward" if test.measured_approaches[0] else "backward"
-        runs = f"{test.cycles} run{'s' * (test.cycles > 1)}, {direction} only"
+        runs = f"{number} run{'s' * (number != '1')}, {direction} only"
     edition = edition_name(result.edition)
+    targets = f"{test.target.size} target{'s' * (test.target.size > 1)}"
     notes = [
-        f"{test.target.size} targets, {runs}, {CYCLE_NAMES[test.cycle]}.",
+        f"{targets}, {runs}, {CYCLE_NAMES[test.cycle]}.",
         *_condition_notes(report),
         (
             f"{edition}; factor of s: 2. Formulas checked against four independent implementations"
@@ -276,9 +285,10 @@ def _condition_notes(report: PositioningReport) -> list[str]:
         return [f"Test conditions of the standard that this run does not meet: {listed}."]
     test = report.test
     notes: list[str] = []
-    if test.cycles != RUNS_PER_DIRECTION and not is_single_run_axis(test):
+    number = runs_of_targets(report)
+    if number != str(RUNS_PER_DIRECTION) and not is_single_run_axis(test):
         asked = f"ISO 230-2 asks for {RUNS_PER_DIRECTION} runs per direction"
-        notes.append(f"{asked}; these figures are of {test.cycles}.")
+        notes.append(f"{asked}; these figures are of {number}.")
     if test.cycle is not Cycle.STANDARD:
         name = CYCLE_NAMES[test.cycle]
         notes.append(f"A {name} is not the standard's: not for acceptance unless agreed.")
@@ -295,9 +305,10 @@ def _uncertainty_note(report: PositioningReport) -> str:
 
 
 def _warning_section(report: PositioningReport) -> list[Section]:
-    if not report.warnings:
+    warnings = dict.fromkeys((*report.warnings, *unshowable(report)))
+    if not warnings:
         return []
-    items = tuple(plain_text(warning, 600) for warning in report.warnings)
+    items = tuple(plain_text(warning, 600) for warning in warnings)
     return [Section("Remarks and warnings", (ItemList(items),))]
 
 
@@ -330,9 +341,11 @@ def _cycles_section(pictures: dict[str, Picture]) -> list[Section]:
     names = [name for name in _OVER_CYCLES if name in pictures]
     if not names:
         return []
+    numbers = [list(pictures).index(name) + 1 for name in names]
     words = (
-        "With thermal drift the figures of the standard depend on how long the test lasts. The"
-        " charts show the cycles one by one, and the figures that fewer cycles would have given."
+        "With thermal drift the figures of the standard depend on how long the test lasts. Figures"
+        f" {numbers[0]} to {numbers[-1]} show the cycles one by one, the figures that fewer cycles"
+        " would have given, and one position over the cycles."
     )
     return [
         Section("The run over its cycles", (Paragraph(words), *(pictures[name] for name in names)))

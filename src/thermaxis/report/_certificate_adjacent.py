@@ -155,7 +155,8 @@ def _chart_table(report: PositioningReport, result: AdjacentDifferenceResult) ->
                 row += [fixed(float(found.chart[i]), decimals), bound]
         rows.append(tuple(row))
     caption = (
-        f"Deviation chart, in {report.test.kind.units.deviation}; bound: half width,"
+        "Deviation chart by adjacent differences (not a result of ISO 230-2), in"
+        f" {report.test.kind.units.deviation}; bound: half width,"
         f" {bound_words(result)}; position 1 has the bound of position 2."
     )
     return Table(tuple(columns), tuple(rows), caption)

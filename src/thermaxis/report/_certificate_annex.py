@@ -14,8 +14,6 @@ from thermaxis.report._text import MISSING, decimals_of, fixed, plain_text, posi
 
 _MOST_PRINTED = 20_000
 """More readings than these fill a hundred pages that nobody reads. [1]"""
-_FIT_ON_A_PAGE = 300
-"""Fewer readings than these need no page of their own. [1]"""
 _LINE_PT, _CHARACTER_PT, _GUTTER_PT = 445.0, 2.9, 4.8
 """Width of a row of readings, of one of its digits, and between columns, as printed. [pt]"""
 _MOST_CHANNELS = 30
@@ -68,18 +66,19 @@ def raw_section(report: PositioningReport) -> Section:
     Parameters
     ----------
     report : PositioningReport
-        What was evaluated. More than 20 000 readings are not printed; the file's check sum
-        says where they are.
+        What was evaluated. More than 20 000 readings, missing ones counted, are not printed;
+        the heading says so, and the file's check sum says where they are.
     """
-    heading = "Annex B: raw data (all readings)"
     test = report.test
     readings = int(np.sum(~np.isnan(test.deviation)))
-    if test.deviation.size > _MOST_PRINTED:
+    if test.target.size * test.cycles * len(measured_approaches(report)) > _MOST_PRINTED:
+        heading = f"Annex B: raw data (not printed: more than {_MOST_PRINTED} readings)"
         words = (
             f"The {readings} readings are not printed here. They are in the measurement file whose"
             " SHA-256 this certificate states."
         )
         return Section(heading, (Paragraph(words), *_channels(report)))
+    heading = "Annex B: raw data (all readings)"
     missing = sum(
         int(np.sum(np.isnan(test.deviation[:, :, approach])))
         for approach in measured_approaches(report)
@@ -92,7 +91,6 @@ def raw_section(report: PositioningReport) -> Section:
     return Section(
         heading,
         (Paragraph(words), *_reading_tables(report), *_channels(report)),
-        new_page=readings > _FIT_ON_A_PAGE,
     )
 
 

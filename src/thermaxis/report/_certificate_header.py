@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 
 from thermaxis.positioning import PositioningTest, StartEnd
-from thermaxis.report._document import Block, Fields, Section, Signature
+from thermaxis.report._chart_parts import runs_of_targets
+from thermaxis.report._document import Block, Fields, Section
 from thermaxis.report._header import (
     HEADER_FIELDS,
     HEADER_GROUPS,
@@ -11,6 +12,7 @@ from thermaxis.report._header import (
     LONGEST_TEXT,
     NORMALISED,
     HeaderField,
+    number_of,
 )
 from thermaxis.report._moments import (
     ZONE_NOT_STATED,
@@ -35,17 +37,24 @@ _BY_INSTRUMENT = (
     " the rule was found from one published file)"
 )
 _MOMENTS = ("start", "end")
+_SMALL = 0.1
+"""A value of the environment below this keeps three digits. [any]"""
 
 
 def _with_unit(text: str, unit: str) -> str:
     return f"{text} {unit}" if text and unit else text
 
 
+def _shown(value: float) -> str:
+    """Return a value of the environment; where three decimals say nothing, with three digits."""
+    return as_given(round(value, 3)) if abs(value) >= _SMALL else as_given(float(f"{value:.3g}"))
+
+
 def _start_end(value: StartEnd, unit: str) -> str:
     if value.start is not None and value.start == value.end:
-        return f"{_with_unit(as_given(value.start), unit)} (start and end)"
+        return f"{_with_unit(_shown(value.start), unit)} (start and end)"
     parts = [
-        f"{_with_unit(as_given(number), unit)} ({moment})"
+        f"{_with_unit(_shown(number), unit)} ({moment})"
         for number, moment in ((value.start, "start"), (value.end, "end"))
         if number is not None
     ]
@@ -79,20 +88,13 @@ def _measured(report: PositioningReport, field: HeaderField) -> str:
     return ""
 
 
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
 def _same_number(report: PositioningReport, field: HeaderField, measured: str) -> bool:
     """Return whether a typed number is the one of the measured file, there perhaps twice."""
-    typed = _number(_typed(report, field.key))
+    typed = number_of(_typed(report, field.key))
     both = report.test.environment.get(field.key)
     if both is not None and field.key not in report.test.header:
         return typed is not None and {both.start, both.end} - {None} == {typed}
-    return typed is not None and typed == _number(measured.removesuffix(field.unit))
+    return typed is not None and typed == number_of(measured.removesuffix(field.unit))
 
 
 def _same_moment(report: PositioningReport, key: str) -> bool:
@@ -170,7 +172,7 @@ def _known_by_the_run(report: PositioningReport, group: str) -> list[tuple[str, 
         directions = "unidirectional" if test.unidirectional else "bidirectional"
         return [
             ("Targets", f"{test.target.size}, from {first} to {last} {unit}"),
-            ("Runs per direction", str(test.cycles)),
+            ("Runs per direction", runs_of_targets(report)),
             ("Kind of cycle", CYCLE_NAMES[test.cycle]),
             ("Directions", directions),
         ]
@@ -281,6 +283,5 @@ def condition_section(report: PositioningReport) -> Section:
             *groups,
             _traceability(report),
             *_other_lines(report),
-            Signature(("Place and date", "Name and signature")),
         ),
     )

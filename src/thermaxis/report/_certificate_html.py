@@ -65,7 +65,6 @@ footer { margin-top: 2rem; border-top: 1px solid #888; font-size: .8rem; color: 
   figure, dl, tr, .verdict, .signature { break-inside: avoid; }
   h2, h3 { break-after: avoid; }
   .scroll { overflow: visible; }
-  .new-page { break-before: page; }
   table.dense { font-size: 6.5pt; } table.dense th, table.dense td { padding: 0 .25em; }
 }
 """
@@ -133,9 +132,8 @@ def render_html(document: Document) -> str:
 
 
 def _section(section: Section, pictures: Iterator[int]) -> str:
-    attribute = ' class="new-page"' if section.new_page else ""
     blocks = "\n".join(_block(block, pictures) for block in section.blocks)
-    return f"<section{attribute}>\n<h2>{escape(section.heading)}</h2>\n{blocks}\n</section>"
+    return f"<section>\n<h2>{escape(section.heading)}</h2>\n{blocks}\n</section>"
 
 
 def _block(block: Block, pictures: Iterator[int]) -> str:

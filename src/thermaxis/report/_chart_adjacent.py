@@ -15,10 +15,9 @@ from thermaxis.positioning import (
     FloatArray,
 )
 from thermaxis.report._chart_parts import (
-    describe_run,
-    heading_line,
     pair_labels,
     position_label,
+    put_heading,
 )
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import (
@@ -30,7 +29,6 @@ from thermaxis.report._style import (
     legend_below,
     mark_targets,
     new_figure,
-    set_heading,
     zero_line,
 )
 
@@ -86,7 +84,7 @@ def draw_standard_deviation(report: PositioningReport) -> Figure:
     """
     result = _result(report)
     unit = report.test.kind.units.deviation
-    figure = new_figure(4.3)
+    figure = new_figure(4.1)
     upper, lower = figure.subplots(2, 1, sharex=True)
     places = _pair_axis(lower, result.target.size)
     for approach, found in _measured(result):
@@ -109,12 +107,10 @@ def draw_standard_deviation(report: PositioningReport) -> Figure:
     stars = _mark_anomalies(upper, result)
     upper.set_title("standard uncertainty of the mean, equation (6)")
     lower.set_title("sample standard deviation (divisor n - 1)")
-    upper.set_ylabel(f"standard uncertainty [{unit}]")
-    lower.set_ylabel(f"standard deviation [{unit}]")
+    upper.set_ylabel(f"standard\nuncertainty [{unit}]")
+    lower.set_ylabel(f"standard\ndeviation [{unit}]")
     lower.set_xlabel("pair of adjacent positions")
-    set_heading(
-        figure, heading_line(report, "Spread between adjacent positions"), describe_run(report)
-    )
+    put_heading(figure, report, "Spread between adjacent positions")
     entries, labels = lower.get_legend_handles_labels()
     entries[2:2] = stars
     labels[2:2] = [str(star.get_label()) for star in stars]
@@ -201,11 +197,7 @@ def draw_mean_mutual_deviation(report: PositioningReport) -> Figure:
     zero_line(axes)
     axes.set_xlabel("pair of adjacent positions")
     axes.set_ylabel(f"mean of xᵢ - xᵢ₊₁ [{report.test.kind.units.deviation}]")
-    set_heading(
-        figure,
-        heading_line(report, "Mean mutual deviation, equation (4)"),
-        f"{bound_words(result)} · {describe_run(report)}",
-    )
+    put_heading(figure, report, "Mean mutual deviation, equation (4)", before=bound_words(result))
     legend_below(figure, axes, 2)
     return figure
 
@@ -219,7 +211,7 @@ def draw_deviation_chart(report: PositioningReport) -> Figure:
         What was evaluated.
     """
     result = _result(report)
-    figure = new_figure(3.5)
+    figure = new_figure(3.3)
     axes = figure.subplots()
     for approach, found in _measured(result):
         name = f"{APPROACHES[approach]} {ARROWS[approach]}"
@@ -256,7 +248,7 @@ def draw_deviation_chart(report: PositioningReport) -> Figure:
     each, last = (1 if result.student_factor is None else 2), len(entries) - 1
     places = [*range(each), last, *range(each, last)]
     what = "Deviation chart by adjacent differences (no result of ISO 230-2)"
-    set_heading(figure, heading_line(report, what), describe_run(report))
+    put_heading(figure, report, what)
     figure.legend(
         [entries[i] for i in places],
         [labels[i] for i in places],

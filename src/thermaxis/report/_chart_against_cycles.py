@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from thermaxis.positioning import APPROACHES
-from thermaxis.report._chart_parts import describe_run, heading_line, measured_approaches
+from thermaxis.report._chart_parts import measured_approaches, put_heading
 from thermaxis.report._names import FIGURE_SYMBOLS
 from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._style import ARROWS, COLOURS, FACES, MARKERS, new_figure, set_heading
+from thermaxis.report._style import ARROWS, COLOURS, FACES, MARKERS, new_figure
 
 _CURVES = (
     ("A", "-", "s", "black"),
@@ -33,7 +33,7 @@ def draw_against_cycles(report: PositioningReport) -> Figure:
     against = report.against_cycles
     assert against is not None  # noqa: S101 - the chart is drawn only then
     unit = report.test.kind.units.deviation
-    figure = new_figure(4.1)
+    figure = new_figure(3.7)
     upper, lower = figure.subplots(2, 1, sharex=True)
     every = max(1, against.cycles.size // 12)
     approaches = measured_approaches(report)
@@ -78,7 +78,5 @@ def draw_against_cycles(report: PositioningReport) -> Figure:
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     lower.set_xlabel("number of cycles used")
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
-    set_heading(
-        figure, heading_line(report, "Figures against the number of cycles"), describe_run(report)
-    )
+    put_heading(figure, report, "Figures against the number of cycles")
     return figure

@@ -15,11 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 from thermaxis.positioning import APPROACHES, FloatArray
 from thermaxis.report._chart_parts import (
     at_position,
-    describe_run,
     drawn_cycles,
-    heading_line,
     measured_approaches,
     position_label,
+    put_heading,
 )
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import (
@@ -30,7 +29,6 @@ from thermaxis.report._style import (
     legend_below,
     mark_targets,
     new_figure,
-    set_heading,
     zero_line,
 )
 
@@ -75,7 +73,7 @@ def _draw_cycles(
     report: PositioningReport, deviation: FloatArray, what: str, quantity: str
 ) -> Figure:
     approaches = measured_approaches(report)
-    figure = new_figure(3.5)
+    figure = new_figure(3.2)
     panels: list[Axes] = figure.subplots(
         1, len(approaches), sharex=True, sharey=True, squeeze=False
     )[0].tolist()
@@ -105,8 +103,8 @@ def _draw_cycles(
             bar.solids.set_edgecolor("face")
         bar.locator = MaxNLocator(integer=True)
         bar.update_ticks()
-    part = "" if cycles.size == report.test.cycles else f" · {cycles.size} cycles drawn"
-    set_heading(figure, heading_line(report, what), describe_run(report) + part)
+    part = "" if cycles.size == report.test.cycles else f"{cycles.size} cycles drawn"
+    put_heading(figure, report, what, after=part)
     legend_below(figure, panels[0], 2)
     return figure
 
@@ -152,7 +150,7 @@ def draw_one_position(report: PositioningReport) -> Figure:
     test = report.test
     position = widest_position(report)
     approaches = measured_approaches(report)
-    figure = new_figure(3.0)
+    figure = new_figure(2.6)
     panels: list[Axes] = figure.subplots(1, len(approaches), squeeze=False)[0].tolist()
     cycle = np.arange(1, test.cycles + 1)
     for axes, approach in zip(panels, approaches, strict=True):
@@ -174,7 +172,7 @@ def draw_one_position(report: PositioningReport) -> Figure:
     panels[0].set_ylabel(f"deviation [{test.kind.units.deviation}]")
     where = at_position(report, float(test.target[position]))
     what = f"Position {position + 1} ({where}) over the cycles"
-    set_heading(figure, heading_line(report, what), describe_run(report))
+    put_heading(figure, report, what)
     return figure
 
 
@@ -188,18 +186,22 @@ def _same_span(panels: list[Axes]) -> None:
 
 
 def _add_time(axes: Axes, report: PositioningReport, position: int, approach: int) -> None:
-    """Add a second scale with the time of the readings, where it is known and increases."""
+    """Add a second scale with the time of the readings, where it is known and increases.
+
+    A cycle without a time lies between those that have one.
+    """
     if report.test.time_s is None:
         return
     time_s = report.test.time_s[position, :, approach]
-    if time_s.size < 2 or not bool(np.all(np.isfinite(time_s)) and np.all(np.diff(time_s) > 0)):
+    known = np.flatnonzero(np.isfinite(time_s)) + 1.0
+    time_s = time_s[np.isfinite(time_s)]
+    if time_s.size < 2 or not bool(np.all(np.diff(time_s) > 0)):
         return
     unit, unit_s = ("h", 3600.0) if float(time_s[-1]) >= 3600.0 else ("min", 60.0)
-    n = time_s.size
     far = 1e6
-    cycle = np.concatenate(([1.0 - far], np.arange(1.0, n + 1.0), [n + far]))
-    before = time_s[0] - far * (time_s[1] - time_s[0])
-    after = time_s[-1] + far * (time_s[-1] - time_s[-2])
+    cycle = np.concatenate(([known[0] - far], known, [known[-1] + far]))
+    before = time_s[0] - far * (time_s[1] - time_s[0]) / (known[1] - known[0])
+    after = time_s[-1] + far * (time_s[-1] - time_s[-2]) / (known[-1] - known[-2])
     time = np.concatenate(([before], time_s, [after])) / unit_s
 
     def time_of(cycles: ArrayLike) -> FloatArray:

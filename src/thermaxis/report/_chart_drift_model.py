@@ -256,9 +256,10 @@ def _draw_readings(
     size = 3.4 if int(np.sum(drawn)) <= 400 else 2.2
     marks: list[Line2D | Patch] = []
     for approach in measured_approaches(report):
-        for number in np.unique(step).tolist():
+        for number, colour in enumerate(_COLOURS):
             here = drawn[:, :, approach] & (step == number)[:, None]
-            colour = _COLOURS[number]
+            if not np.any(here):
+                continue
             axes.plot(
                 scale.at[:, :, approach][here],
                 values[:, :, approach][here],

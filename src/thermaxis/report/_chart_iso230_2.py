@@ -10,11 +10,10 @@ from matplotlib.figure import Figure
 from thermaxis.positioning import APPROACHES, BACKWARD, FORWARD, FloatArray
 from thermaxis.report._chart_parts import (
     at_position,
-    describe_run,
     drawn_cycles,
-    heading_line,
     measured_approaches,
     position_label,
+    put_heading,
     value_label,
 )
 from thermaxis.report._names import FIGURE_SYMBOLS, edition_name
@@ -30,7 +29,6 @@ from thermaxis.report._style import (
     legend_below,
     mark_targets,
     new_figure,
-    set_heading,
     zero_line,
 )
 
@@ -49,7 +47,7 @@ def draw_iso230_2(report: PositioningReport) -> Figure:
         The chart. Unidirectional: one curve; no bands where s was not evaluated.
     """
     result = report.iso230_2
-    figure = new_figure(3.8)
+    figure = new_figure(3.4)
     axes, margin = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 0.17))
     _draw_means(axes, report)
     _draw_bands(axes, report)
@@ -62,11 +60,8 @@ def draw_iso230_2(report: PositioningReport) -> Figure:
     axes.set_ylabel(f"deviation [{report.test.kind.units.deviation}]")
     mark_targets(axes, report.test.target.tolist())
     note = "bands ±2s" if bool(np.any(np.isfinite(result.s))) else _no_bands(report)
-    set_heading(
-        figure,
-        heading_line(report, "Accuracy and repeatability of positioning"),
-        f"{edition_name(result.edition)} · {note} · {describe_run(report)}",
-    )
+    before = f"{edition_name(result.edition)} · {note}"
+    put_heading(figure, report, "Accuracy and repeatability of positioning", before=before)
     legend_below(figure, axes, 4)
     return figure
 

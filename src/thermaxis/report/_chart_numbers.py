@@ -1,6 +1,10 @@
 """The numbers behind each chart."""
 
+from collections.abc import Mapping
+from typing import TypeAlias
+
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.positioning import (
     APPROACHES,
@@ -13,14 +17,21 @@ from thermaxis.report._chart_parts import measured_approaches
 from thermaxis.report._output import NumberTable
 from thermaxis.report._positioning_report import PositioningReport
 
+IntArray: TypeAlias = NDArray[np.int64]
+
 
 def _suffixes(report: PositioningReport) -> tuple[str, str]:
     units = report.test.kind.units
     return units.position_suffix, units.deviation_suffix
 
 
-def _columns(named: dict[str, FloatArray]) -> NumberTable:
-    return NumberTable(tuple(named), np.column_stack(list(named.values())).tolist())
+def _columns(named: Mapping[str, FloatArray | IntArray], decimals: int | None = 9) -> NumberTable:
+    rows = list(zip(*(values.tolist() for values in named.values()), strict=True))
+    return NumberTable(tuple(named), rows, decimals)
+
+
+def _counts(values: FloatArray) -> IntArray:
+    return np.round(values).astype(np.int64)
 
 
 def iso230_2_numbers(report: PositioningReport) -> NumberTable:
@@ -77,8 +88,8 @@ def one_position_numbers(report: PositioningReport, position: int) -> NumberTabl
     """Return the readings of one position over the cycles."""
     where, unit = _suffixes(report)
     test = report.test
-    named = {
-        "cycle": np.arange(1.0, test.cycles + 1.0),
+    named: dict[str, FloatArray | IntArray] = {
+        "cycle": np.arange(1, test.cycles + 1),
         f"target_{where}": np.full(test.cycles, test.target[position]),
     }
     for approach, name in enumerate(APPROACHES):
@@ -93,9 +104,9 @@ def _pair_numbers(
 ) -> NumberTable:
     position, unit = _suffixes(report)
     m = result.target.size
-    named = {
-        "first_position": np.arange(1.0, m),
-        "second_position": np.arange(2.0, m + 1.0),
+    named: dict[str, FloatArray | IntArray] = {
+        "first_position": np.arange(1, m),
+        "second_position": np.arange(2, m + 1),
         f"first_target_{position}": result.target[:-1],
         f"second_target_{position}": result.target[1:],
     }
@@ -138,7 +149,7 @@ def against_cycles_numbers(report: PositioningReport) -> NumberTable:
     against = report.against_cycles
     assert against is not None  # noqa: S101 - asked for only then
     _, unit = _suffixes(report)
-    named = {"cycles": against.cycles}
+    named: dict[str, FloatArray | IntArray] = {"cycles": _counts(against.cycles)}
     named |= {f"{key}_{unit}": against.figures[key] for key in FIGURE_KEYS}
     for approach, name in enumerate(APPROACHES):
         named[f"s_rms_{name}_{unit}"] = against.s_rms[:, approach]
@@ -153,7 +164,8 @@ def montecarlo_numbers(result: DifferenceMonteCarlo) -> NumberTable:
         {
             "class_from": edges[:-1],
             "class_to": edges[1:],
-            "source_count": result.source_counts,
-            "derived_count": result.derived_counts,
-        }
+            "source_count": _counts(result.source_counts),
+            "derived_count": _counts(result.derived_counts),
+        },
+        decimals=None,  # classes are as wide as the sigma that was asked for
     )

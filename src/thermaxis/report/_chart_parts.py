@@ -1,15 +1,18 @@
 """What several charts share."""
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from thermaxis.positioning import BACKWARD, FORWARD
 from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._style import drawable
-from thermaxis.report._text import FINEST_DECIMALS, fixed
+from thermaxis.report._style import drawable, set_heading
+from thermaxis.report._text import FINEST_DECIMALS, fixed, plain_text
 
 _MOST_DRAWN = 200
 """More runs than these are one grey area, and a file of many megabytes. [1]"""
+_LONGEST_TITLE = 190
+"""A longer title does not fit two lines above a chart. [1]"""
 
 
 def measured_approaches(report: PositioningReport) -> list[int]:
@@ -38,22 +41,48 @@ def at_position(report: PositioningReport, target: float) -> str:
     return f"{target:g}{'' if unit == '°' else ' '}{unit}"
 
 
-def heading_line(report: PositioningReport, what: str) -> str:
-    """Return the first line above a chart: what it shows, of which axis, in which test."""
-    parts = [what]
-    axis, title = report.header.get("axis", ""), report.header.get("title", "")
-    if axis:
-        parts.append(f"axis {drawable(axis, 20)}")
-    if title:
-        parts.append(drawable(title))
-    return " · ".join(parts)
+def put_heading(
+    figure: Figure, report: PositioningReport, what: str, *, before: str = "", after: str = ""
+) -> None:
+    """Put the lines above a chart: what it shows, of which axis, and in which test.
+
+    Parameters
+    ----------
+    figure : Figure
+        The chart.
+    report : PositioningReport
+        What was evaluated. Its title is shown whole or, if it is too long, not at all: a part of
+        it could say the contrary of the whole.
+    what : str
+        What the chart shows.
+    before, after : str
+        What stands in the second line beside size and source of the run.
+    """
+    axis, title = report.header.get("axis", ""), plain_text(report.header.get("title", ""), 400)
+    first = f"{what} · axis {drawable(axis, 20)}" if axis else what
+    shown = drawable(title, 400) if len(title) <= _LONGEST_TITLE else ""
+    second = " · ".join(part for part in (before, _describe_run(report), after) if part)
+    set_heading(figure, first, second, title=shown)
 
 
-def describe_run(report: PositioningReport) -> str:
+def cycles_with_readings(report: PositioningReport) -> int:
+    """Return how many cycles have a reading at all. [1]"""
+    return int(np.sum(np.any(~np.isnan(report.test.deviation), axis=(0, 2))))
+
+
+def runs_of_targets(report: PositioningReport) -> str:
+    """Return how many readings a target has in each direction, as a number or from-to."""
+    readings = report.test.readings[:, measured_approaches(report)]
+    least, most = int(np.min(readings)), int(np.max(readings))
+    return str(most) if least == most else f"{least} to {most}"
+
+
+def _describe_run(report: PositioningReport) -> str:
     """Return size and source of a run in a few words."""
-    test = report.test
+    test, cycles = report.test, cycles_with_readings(report)
     approach = "" if not test.unidirectional else ", one direction"
-    size = f"{test.target.size} targets, {test.cycles} cycle{'s' * (test.cycles > 1)}{approach}"
+    targets = f"{test.target.size} target{'s' * (test.target.size > 1)}"
+    size = f"{targets}, {cycles} cycle{'s' * (cycles > 1)}{approach}"
     return f"{size} · {drawable(report.source_name, 60)}"
 
 

@@ -96,7 +96,7 @@ class Signature:
     """Lines on which somebody writes."""
 
     labels: tuple[str, ...]
-    """What stands under each line."""
+    """What each line is for."""
     kind: Literal["signature"] = "signature"
 
 
@@ -110,8 +110,6 @@ class Section:
 
     heading: str
     blocks: tuple[Block, ...]
-    new_page: bool = False
-    """Whether it starts a page where there are pages."""
 
 
 @final

@@ -4,12 +4,14 @@ import datetime as dt
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.quantities import AxisKind
+from thermaxis.report._moments import day_of, duration_of, moment_of
 from thermaxis.report._toml import as_table, read_toml, unknown_key
 
 LONGEST_TEXT = 300
@@ -18,6 +20,17 @@ LONGEST_COMMENT = 2000
 """Longest comment. [1]"""
 NORMALISED = "normalised_to_20_c"
 """Key under which a reader says whether the instrument has reduced the deviations to 20 °C."""
+
+
+class Takes(StrEnum):
+    """What a field takes, beyond texts of a sensible length."""
+
+    ANYTHING = "anything"
+    SIZE = "size"
+    """A number that is never below zero, or a text."""
+    DAY = "day"
+    MOMENT = "moment"
+    """A day, or a day and a time."""
 
 
 @final
@@ -37,6 +50,8 @@ class HeaderField:
     """Kind of axis that has it; None for both."""
     in_file: str = ""
     """Key under which a measurement file may state it as a text with its unit."""
+    takes: Takes = Takes.ANYTHING
+    """What may stand there."""
 
 
 @final
@@ -134,17 +149,23 @@ HEADER_GROUPS: tuple[HeaderGroup, ...] = (
         "Instrument",
         HeaderField("instrument", "name", "Name"),
         HeaderField("instrument_serial_number", "serial_number", "Serial number"),
-        HeaderField("instrument_calibration_date", "calibration_date", "Calibration date"),
+        HeaderField(
+            "instrument_calibration_date", "calibration_date", "Calibration date", takes=Takes.DAY
+        ),
         HeaderField("instrument_error_range", "error_range", "Error range"),
-        HeaderField("dead_path_mm", "dead_path_mm", "Dead path", "mm"),
+        HeaderField("dead_path_mm", "dead_path_mm", "Dead path", "mm", takes=Takes.SIZE),
         HeaderField("averaging", "averaging", "Averaging"),
     ),
     _group(
         "environment",
         "Environment",
         HeaderField("air_temperature_c", "air_temperature_c", "Air temperature", "°C"),
-        HeaderField("air_pressure_kpa", "air_pressure_kpa", "Air pressure", "kPa"),
-        HeaderField("air_humidity_percent", "air_humidity_percent", "Air humidity", "%"),
+        HeaderField(
+            "air_pressure_kpa", "air_pressure_kpa", "Air pressure", "kPa", takes=Takes.SIZE
+        ),
+        HeaderField(
+            "air_humidity_percent", "air_humidity_percent", "Air humidity", "%", takes=Takes.SIZE
+        ),
         *_material_sensor(1),
         *_material_sensor(2),
         *_material_sensor(3),
@@ -153,25 +174,30 @@ HEADER_GROUPS: tuple[HeaderGroup, ...] = (
             "temperature_gradient_k_per_h",
             "Largest temperature gradient, 12 h before and during the test",
             "K/h",
+            takes=Takes.SIZE,
         ),
     ),
     _group(
         "procedure",
         "Procedure",
-        HeaderField("feed_mm_per_min", "feed_mm_per_min", "Feed", "mm/min", _LINEAR, "feed"),
-        HeaderField("feed_deg_per_min", "feed_deg_per_min", "Feed", "°/min", _ROTARY, "feed"),
-        HeaderField("dwell_s", "dwell_s", "Dwell", "s", in_file="dwell"),
-        HeaderField("overrun_mm", "overrun_mm", "Overrun", "mm", _LINEAR, "overrun"),
-        HeaderField("overrun_deg", "overrun_deg", "Overrun", "°", _ROTARY, "overrun"),
+        HeaderField(
+            "feed_mm_per_min", "feed_mm_per_min", "Feed", "mm/min", _LINEAR, "feed", Takes.SIZE
+        ),
+        HeaderField(
+            "feed_deg_per_min", "feed_deg_per_min", "Feed", "°/min", _ROTARY, "feed", Takes.SIZE
+        ),
+        HeaderField("dwell_s", "dwell_s", "Dwell", "s", in_file="dwell", takes=Takes.SIZE),
+        HeaderField("overrun_mm", "overrun_mm", "Overrun", "mm", _LINEAR, "overrun", Takes.SIZE),
+        HeaderField("overrun_deg", "overrun_deg", "Overrun", "°", _ROTARY, "overrun", Takes.SIZE),
         HeaderField("trigger", "trigger", "Trigger kind and window"),
         HeaderField("target_choice", "target_choice", "Choice of the targets, with seed"),
     ),
     _group(
         "time",
         "Time",
-        HeaderField("start", "start", "Start"),
-        HeaderField("end", "end", "End"),
-        HeaderField("date", "date", "Date of the run"),
+        HeaderField("start", "start", "Start", takes=Takes.MOMENT),
+        HeaderField("end", "end", "End", takes=Takes.MOMENT),
+        HeaderField("date", "date", "Date of the run", takes=Takes.DAY),
     ),
     _group(
         "people",
@@ -191,12 +217,15 @@ HEADER_GROUPS: tuple[HeaderGroup, ...] = (
         "uncertainty",
         "Inputs of the measurement uncertainty",
         HeaderField("device_error_range", "device_error_range", "Error range of the device"),
-        HeaderField("misalignment_mm", "misalignment_mm", "Misalignment assumed", "mm"),
+        HeaderField(
+            "misalignment_mm", "misalignment_mm", "Misalignment assumed", "mm", takes=Takes.SIZE
+        ),
         HeaderField(
             "expansion_coefficient_uncertainty_ppm_per_k",
             "expansion_coefficient_uncertainty_ppm_per_k",
             "Uncertainty of the expansion coefficient",
             "ppm/K",
+            takes=Takes.SIZE,
         ),
         HeaderField(
             "largest_difference_to_20_c_k",
@@ -209,12 +238,14 @@ HEADER_GROUPS: tuple[HeaderGroup, ...] = (
             "material_sensor_deviation_k",
             "Largest deviation of the material sensor",
             "K",
+            takes=Takes.SIZE,
         ),
         HeaderField(
             "environmental_variation_error_um",
             "environmental_variation_error_um",
             "Environmental variation error",
             "µm",
+            takes=Takes.SIZE,
         ),
     ),
 )
@@ -254,12 +285,86 @@ def _text_of(path: Path, place: str, value: object, field: HeaderField) -> str:
             where=str(path),
             remedy=f"Shorten it to {longest}",
         )
+    if text:
+        _check_sense(path, place, text, field)
     return text
 
 
-def read_header(path: Path) -> Mapping[str, str]:
+def _check_sense(path: Path, place: str, text: str, field: HeaderField) -> None:
+    """Refuse a value that its field cannot have."""
+    if field.takes is Takes.SIZE and (number_of(text) or 0.0) < 0.0:
+        raise ConfigurationError(
+            f"{place} is negative",
+            where=str(path),
+            remedy=f"Write {field.label} in {field.unit} without a sign",
+        )
+    if field.takes is Takes.DAY and not _is_day(text):
+        raise ConfigurationError(
+            f"{place} is not a date",
+            where=str(path),
+            remedy=f"Write it as {field.name} = 2026-03-31",
+        )
+    if field.takes is Takes.MOMENT and not _is_day(text) and moment_of(text) is None:
+        raise ConfigurationError(
+            f"{place} is not a date with or without a time",
+            where=str(path),
+            remedy=f"Write it as {field.name} = 2026-03-31T07:30:00 or with its zone behind, such"
+            " as +01:00",
+        )
+
+
+def number_of(text: str) -> float | None:
+    """Return the number that a text is; None if it is another text.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``-2.5``.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _is_day(text: str) -> bool:
+    return len(text) == 10 and day_of(text) is not None
+
+
+def _check_order(path: Path, header: Mapping[str, str]) -> None:
+    """Refuse an end before the start."""
+    start, end = header.get("start", ""), header.get("end", "")
+    moments, days = (moment_of(start), moment_of(end)), (day_of(start), day_of(end))
+    if None not in moments:
+        before = (duration_of(*moments) or 0.0) < 0.0
+    else:
+        before = days[0] is not None and days[1] is not None and days[1] < days[0]
+    if before:
+        raise ConfigurationError(
+            "time.end lies before time.start",
+            where=str(path),
+            remedy="Correct one of the two",
+        )
+
+
+def _check_kind(
+    path: Path, place: str, field: HeaderField, group: HeaderGroup, kind: AxisKind | None
+) -> None:
+    """Refuse a field that only the other kind of axis has, and name the one to use."""
+    if kind is None or field.only in (None, kind):
+        return
+    right = next((f for f in group.fields if f.only is kind and f.label == field.label), None)
+    use = f"Write {right.name} in {right.unit}" if right else "Leave it out"
+    raise ConfigurationError(
+        f"{place} belongs to a {field.only} axis, and the run is of a {kind} one",
+        where=str(path),
+        remedy=use,
+    )
+
+
+def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str]:
     """Read a file with fields of the certificate's head; see `thermaxis.report.read_header`."""
-    content = read_toml(path)
+    content = read_toml(path, example='[machine] on a line and name = "text" below it')
     groups = {group.name: group for group in HEADER_GROUPS}
     known = [f"{group.name}.{field.name}" for group in HEADER_GROUPS for field in group.fields]
     header: dict[str, str] = {}
@@ -271,7 +376,9 @@ def read_header(path: Path) -> Mapping[str, str]:
         for key, entry in as_table(path, name, value).items():
             if key not in fields:
                 raise unknown_key(path, f"{name}.{key}", known)
+            _check_kind(path, f"{name}.{key}", fields[key], group, kind)
             text = _text_of(path, f"{name}.{key}", entry, fields[key])
             if text:
                 header[fields[key].key] = text
+    _check_order(path, header)
     return MappingProxyType(header)

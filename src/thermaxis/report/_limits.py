@@ -135,7 +135,8 @@ def _decision_rule(path: Path, value: object) -> DecisionRule:
 
 def read_limits(path: Path, kind: AxisKind) -> Limits:
     """Read a file of limits; see `thermaxis.report.read_limits`."""
-    content = read_toml(path)
+    suffix = kind.units.deviation_suffix
+    content = read_toml(path, example=f"[limits] on a line and A_{suffix} = 12.0 below it")
     for key in content:
         if key not in ("limits", "expanded_uncertainty"):
             raise unknown_key(path, key, ("limits", "expanded_uncertainty"))
@@ -144,7 +145,6 @@ def read_limits(path: Path, kind: AxisKind) -> Limits:
     limit = _numbers(path, "limits", table, kind)
     stated = as_table(path, "expanded_uncertainty", content.get("expanded_uncertainty", {}))
     uncertainty = _numbers(path, "expanded_uncertainty", stated, kind)
-    suffix = kind.units.deviation_suffix
     if not limit:
         raise ConfigurationError(
             "no figure has a limit",

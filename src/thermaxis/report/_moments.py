@@ -96,8 +96,8 @@ def prevailing_moment(
     return moment_of(header.get(which, "")) or in_file(test, which)
 
 
-def duration_words(start: dt.datetime | None, end: dt.datetime | None) -> str:
-    """Return the time between start and end; empty where one of them is unknown.
+def duration_of(start: dt.datetime | None, end: dt.datetime | None) -> float | None:
+    """Return the time from start to end; None where one of them is unknown. [s]
 
     Parameters
     ----------
@@ -105,11 +105,24 @@ def duration_words(start: dt.datetime | None, end: dt.datetime | None) -> str:
         Dates and times; if one has no zone, both are taken to be of the same place.
     """
     if start is None or end is None:
-        return ""
+        return None
     if (start.tzinfo is None) != (end.tzinfo is None):
         start, end = start.replace(tzinfo=None), end.replace(tzinfo=None)
-    seconds = round((end - start).total_seconds())
-    if seconds < 0:
+    return (end - start).total_seconds()
+
+
+def duration_words(start: dt.datetime | None, end: dt.datetime | None) -> str:
+    """Return the time between start and end; empty where one of them is unknown.
+
+    Parameters
+    ----------
+    start, end : datetime or None
+        Dates and times, as in `duration_of`.
+    """
+    duration_s = duration_of(start, end)
+    if duration_s is None:
+        return ""
+    if duration_s < 0.0:
         return "none: the end lies before the start"
-    hours, rest = divmod(seconds, 3600)
+    hours, rest = divmod(round(duration_s), 3600)
     return f"{hours} h {rest // 60:02d} min {rest % 60:02d} s"

@@ -10,6 +10,9 @@ from typing import final
 
 from thermaxis.errors import ConfigurationError
 
+_DIGITS = 12
+"""Significant digits of a number in a file of numbers. [1]"""
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -20,17 +23,25 @@ class NumberTable:
     """Names of the columns with their units."""
     rows: Sequence[Sequence[float | int | str]]
     """Rows; a NaN is written as an empty cell. Texts are the project's own words."""
+    decimals: int | None = 9
+    """Decimals of numbers that are no counts, None for all; default: finer is round-off. [1]"""
 
     def as_csv(self) -> bytes:
-        """Return the table as CSV with every digit of every number."""
+        """Return the table as CSV, without the round-off behind the last sensible digit."""
         buffer = io.StringIO(newline="")
         writer = csv.writer(buffer, lineterminator="\n")
         writer.writerow(self.columns)
         for row in self.rows:
-            writer.writerow(
-                ["" if isinstance(cell, float) and math.isnan(cell) else cell for cell in row]
-            )
+            writer.writerow([self._cell(cell) for cell in row])
         return buffer.getvalue().encode("utf-8")
+
+    def _cell(self, cell: float | str) -> float | int | str:
+        if not isinstance(cell, float):
+            return cell
+        if math.isnan(cell):
+            return ""
+        rounded = cell if self.decimals is None else round(cell, self.decimals)
+        return float(f"{rounded:.{_DIGITS}g}") + 0.0  # no negative zero
 
 
 def _cannot_write(path: Path, error: OSError) -> ConfigurationError:
@@ -80,6 +91,12 @@ def write_bytes(path: Path, content: bytes) -> Path:
     ConfigurationError
         If it cannot be written.
     """
+    if path.is_fifo() or path.is_socket():
+        raise ConfigurationError(
+            "this output is a pipe, which would wait for a reader",
+            where=str(path),
+            remedy="Name a file",
+        )
     try:
         path.write_bytes(content)
     except OSError as error:

@@ -95,8 +95,20 @@ def new_figure(height_in: float) -> Figure:
 
 
 @cache
-def _font() -> FT2Font:
-    return FT2Font(str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")))
+def typeface(name: str) -> FT2Font:
+    """Return a typeface that comes with the chart library.
+
+    Parameters
+    ----------
+    name : str
+        Its file without suffix.
+    """
+    return FT2Font(str(Path(mpl.get_data_path(), "fonts", "ttf", f"{name}.ttf")))
+
+
+def chart_font() -> FT2Font:
+    """Return the typeface of all charts."""
+    return typeface("DejaVuSans")
 
 
 def drawable(text: str, limit: int = 120) -> str:
@@ -115,34 +127,59 @@ def drawable(text: str, limit: int = 120) -> str:
         One line; a character without a glyph in the charts' font is shown as a box.
     """
     return "".join(
-        c if ord(c) < 128 or _font().get_char_index(ord(c)) else "□"
+        c if ord(c) < 128 or chart_font().get_char_index(ord(c)) else "□"
         for c in plain_text(text, limit)
     )
 
 
-def set_heading(figure: Figure, first: str, second: str) -> None:
-    """Put two lines above a figure, each shortened until it fits.
+def set_heading(figure: Figure, first: str, second: str, *, title: str = "") -> None:
+    """Put lines above a figure.
 
     Parameters
     ----------
     figure : Figure
         The figure.
     first, second : str
-        The lines; text from files has passed `drawable`.
+        Lines, each shortened until it fits; text from files has passed `drawable`.
+    title : str
+        Stands whole: behind the first line, else between the two in one line or two; a title
+        that fits none of them is left out.
     """
-    lines = [_fitting(figure, line) for line in (first, second)]
+    if title and _fits(figure, f"{first} · {title}"):
+        first, title = f"{first} · {title}", ""
+    lines = [_fitting(figure, first), *_title_lines(figure, title), _fitting(figure, second)]
     figure.suptitle("\n".join(lines), linespacing=1.35)
 
 
-def _fitting(figure: Figure, line: str) -> str:
-    width = 0.97 * figure.get_figwidth() * figure.dpi
+def _title_lines(figure: Figure, title: str) -> list[str]:
+    """Return a title in one line or two that fit; nothing if it needs more."""
+    if not title or _fits(figure, title):
+        return [title] if title else []
+    words = title.split(" ")
+    for count in range(len(words) - 1, 0, -1):
+        upper, lower = " ".join(words[:count]), " ".join(words[count:])
+        if _fits(figure, upper):
+            return [upper, lower] if _fits(figure, lower) else []
+    return []
+
+
+def _drawn_width(figure: Figure, line: str) -> float:
     probe = Text(0, 0, line, fontsize=mpl.rcParams["figure.titlesize"], figure=figure)
-    while len(line) > 8:
-        drawn = probe.get_window_extent(FigureCanvasAgg(figure).get_renderer()).width
-        if drawn <= width:
-            break
+    return float(probe.get_window_extent(FigureCanvasAgg(figure).get_renderer()).width)
+
+
+def _room(figure: Figure) -> float:
+    return 0.97 * float(figure.get_figwidth()) * float(figure.dpi)
+
+
+def _fits(figure: Figure, line: str) -> bool:
+    return _drawn_width(figure, line) <= _room(figure)
+
+
+def _fitting(figure: Figure, line: str) -> str:
+    width = _room(figure)
+    while len(line) > 8 and (drawn := _drawn_width(figure, line)) > width:
         line = line[: min(len(line) - 2, int(len(line) * width / drawn) - 1)].rstrip() + "…"
-        probe.set_text(line)
     return line
 
 

@@ -10,13 +10,15 @@ _LARGEST_FILE = 1_000_000
 """A file of header fields or limits is never larger. [bytes]"""
 
 
-def read_toml(path: Path) -> Mapping[str, object]:
+def read_toml(path: Path, *, example: str) -> Mapping[str, object]:
     """Read a TOML file.
 
     Parameters
     ----------
     path : Path
         The file, UTF-8.
+    example : str
+        Lines that such a file may have, for the advice of an error.
 
     Returns
     -------
@@ -26,10 +28,18 @@ def read_toml(path: Path) -> Mapping[str, object]:
     Raises
     ------
     ConfigurationError
-        If the file does not exist, is larger than 1 MB, is not UTF-8 or not TOML.
+        If the file does not exist, is no regular file, is larger than 1 MB, is not UTF-8 or not
+        TOML.
     """
     import tomllib  # noqa: PLC0415  evaluating a run without such a file does not need it
 
+    if path.exists() and not path.is_file():
+        # opening a pipe would wait for somebody who writes
+        raise ConfigurationError(
+            "the file cannot be read (it is a folder, a pipe or a device)",
+            where=str(path),
+            remedy="Give a TOML file",
+        )
     try:
         if path.is_file() and path.stat().st_size > _LARGEST_FILE:
             raise ConfigurationError(
@@ -58,7 +68,7 @@ def read_toml(path: Path) -> Mapping[str, object]:
         raise ConfigurationError(
             f"the file is not TOML: {what}",
             where=str(path),
-            remedy='Write lines such as key = "text" under headings such as [machine]',
+            remedy=f"Write {example}",
         ) from None
 
 
@@ -87,7 +97,7 @@ def unknown_key(path: Path, key: str, known: Iterable[str]) -> ConfigurationErro
     return ConfigurationError(
         f"unknown key {printable(key, 80)}",
         where=str(path),
-        remedy=f"Did you mean {nearest[0]}?" if nearest else f"Known keys are {listed}",
+        remedy=f"The nearest known key is {nearest[0]}" if nearest else f"Known keys are {listed}",
     )
 
 

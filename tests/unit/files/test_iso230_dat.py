@@ -223,10 +223,22 @@ def test_a_run_stopped_early_keeps_its_complete_cycles(tmp_path: Path):
     assert "6 of 24" in remark(test, "missing")
 
 
-def test_an_absurd_number_of_cycles_takes_no_time(tmp_path: Path):
-    test = read(tmp_path, dat(settings=SETTINGS.replace("CYCLES=3", "CYCLES=999999999")))
+@pytest.mark.parametrize("declared", ["7", "999999999"])
+def test_more_than_twice_as_many_cycles_declared_as_measured_are_refused(
+    tmp_path: Path, declared: str
+):
+    error = refused(tmp_path, dat(settings=SETTINGS.replace("CYCLES=3", f"CYCLES={declared}")))
 
-    assert "and others" in remark(test, "missing")
+    assert f"CYCLES states {declared} cycles" in error.what
+    assert "3 cycles only" in error.what
+    assert "column CYCLES" in error.where
+    assert "set CYCLES" in (error.remedy or "")
+
+
+def test_twice_as_many_cycles_declared_as_measured_are_missing_readings(tmp_path: Path):
+    test = read(tmp_path, dat(settings=SETTINGS.replace("CYCLES=3", "CYCLES=6")))
+
+    assert "24 of 48" in remark(test, "missing")
 
 
 def test_a_target_with_a_single_reading_in_a_direction_is_refused_by_name(tmp_path: Path):

@@ -102,6 +102,12 @@ def sparse(path: Path, size: int, *, start: bytes = b"") -> Path:
     return path
 
 
+def filled(path: Path, piece: bytes) -> Path:
+    """Write nearly as much text as may be."""
+    path.write_bytes(piece * (_source.TEXT_LIMIT_BYTES // len(piece)))
+    return path
+
+
 def lying(path: Path, source: Path) -> Path:
     """State that the sheet unpacks to 5000 bytes."""
     content = bytearray(source.read_bytes())
@@ -134,6 +140,8 @@ def hostile_files(folder: Path) -> dict[Path, str]:
     return {
         sparse(folder / "large.csv", 100_000_001): "100 MB",
         sparse(folder / "large.xlsx", 60_000_000): "zero bytes",
+        filled(folder / "lines.csv", b"1,forward,0,1\n"): "more than 2000000 lines",
+        filled(folder / "endless.csv", b"1,forward,0,1 "): "longer than 4 MB",
         sparse(folder / "packed.xlsx", 60_000_000, start=b"PK"): "more than the limit of 50 MB",
         bomb: "unpacks to 500 MB",
         lying(folder / "lying.xlsx", bomb): "damaged",
@@ -266,6 +274,7 @@ def test_every_limit_stands_in_the_page_of_files(root: Path) -> None:
     said = limits.replace(",", "")
     megabytes = (
         _source.TEXT_LIMIT_BYTES,
+        _source.LONGEST_LINE_BYTES,
         _source.WORKBOOK_LIMIT_BYTES,
         _workbook_parts.UNPACKED_LIMIT_BYTES,
     )
@@ -274,6 +283,7 @@ def test_every_limit_stands_in_the_page_of_files(root: Path) -> None:
     numbers = (
         _workbook_parts.CELL_LIMIT,
         _table.MAX_ROWS,
+        _source.MAX_LINES,
         _table.MAX_COLUMNS,
         _table.HEADER_ROWS,
         _csv_rows.LONGEST_LINE,

@@ -83,6 +83,10 @@ def test_the_plain_layout_is_read(tmp_path: Path) -> None:
         ("Cycle,Direction,Target (mm),Error (µm)", "{c},{w},{t},{d}"),
         ("CYCLE,approach,Target [mm],Deviation [um]", "{c},{w},{t},{d}"),
         ("Zyklus,Richtung,Soll [mm],Abweichung [μm]", "{c},{w},{t},{d}"),
+        ("Zyklus,Anfahrrichtung,Sollposition [mm],Positionsabweichung [µm]", "{c},{w},{t},{d}"),
+        ("cyklus,směr,poloha [mm],odchylka [µm]", "{c},{w},{t},{d}"),
+        ("CYKLUS,SMER,Cílová poloha [mm],Úchylka polohy [um]", "{c},{w},{t},{d}"),
+        ("Běh,požadovaná poloha (mm),naměřená poloha (mm)", "{r},{t},{m:.7f}"),
         ("cycle_number,direction,nominal position mm,measured_mm", "{c},{w},{t},{m:.7f}"),
         ("run,target_mm,deviation_um", "{r},{t},{d}"),
         ("run,direction,target_mm,deviation_um", "{c},{w},{t},{d}"),
@@ -127,6 +131,7 @@ def test_decimal_points_and_commas_in_one_file_are_refused(tmp_path: Path) -> No
     "words",
     [
         *(("fwd", "bwd"), ("UP", "Down"), ("+", "-"), ("↑", "↓"), ("hin", "zurück")),
+        *(("vpřed", "vzad"), ("TAM", "ZPĚT"), ("nahoru", "dolů"), ("Vorwärts", "rueckwaerts")),
         *(("Forward", "reverse"), ("'+", "'-"), ("positive", "negative"), ("up", "\N{MINUS SIGN}")),
         ("hin", "zuru\N{COMBINING DIAERESIS}ck"),
     ],
@@ -250,6 +255,34 @@ def test_run_numbers_alone_give_cycle_and_direction(tmp_path: Path) -> None:
     assert any("odd runs are forward" in remark for remark in test.remarks)
 
 
+@pytest.mark.parametrize("first", [1, 2])
+@pytest.mark.parametrize("words", ["-+", "+-"])
+def test_passes_that_alternate_are_paired_into_cycles(
+    tmp_path: Path, words: str, first: int
+) -> None:
+    rows = [
+        f"{first + k},{words[k % 2]},{t},{10 * k + t / 10}" for k in range(6) for t in (0, 5, 9)
+    ]
+    test = read(tmp_path, "run,direction,target_mm,deviation_um", *rows)
+    if first == 2 and words == "-+":  # its partner, run 1, was not measured
+        assert test.cycles == 4
+        assert np.isnan(test.deviation[:, 0, FORWARD]).all()
+        return
+    assert test.deviation.shape == (3, 3, 2)
+    for j in range(3):
+        for k, word in enumerate(words):
+            pass_ = test.deviation[:, j, "+-".index(word)]
+            np.testing.assert_allclose(pass_, 10 * (2 * j + k) + np.array([0.0, 0.5, 0.9]))
+    assert any(f"runs {first} and {first + 1} are cycle 1" in remark for remark in test.remarks)
+
+
+def test_passes_that_do_not_alternate_stay_cycles_of_their_own(tmp_path: Path) -> None:
+    rows = [f"{run},{'++--'[run - 1]},{t},{run}" for run in (1, 2, 3, 4) for t in (0, 5)]
+    test = read(tmp_path, "run,direction,target_mm,deviation_um", *rows)
+    assert test.cycles == 4
+    assert any("do not alternate" in remark for remark in test.remarks)
+
+
 def test_a_cycle_that_contradicts_the_run_is_an_error(tmp_path: Path) -> None:
     rows = rows_of("{c},{r},{t},{d}")
     rows[-1] = "1" + rows[-1][1:]
@@ -261,6 +294,84 @@ def test_a_rotary_axis_has_degrees_and_seconds_of_arc(tmp_path: Path) -> None:
     test = read(tmp_path, "cycle,direction,target_deg,deviation_arcsec", *rows)
     assert test.kind is AxisKind.ROTARY
     assert test.deviation[0, 0, FORWARD] == deviation_of(0, 1, FORWARD)
+
+
+WRAPPED = (200.063, 341.222, 29.375, 169.72)
+RISEN = (200.063, 341.222, 389.375, 529.72)
+
+
+def turning(targets: tuple[float, ...], *, timed: bool = False, words: str = "+-") -> list[str]:
+    """Rows of two cycles along targets and back; the deviation tells which target it was."""
+    rows = ["cycle,direction,target_deg,deviation_arcsec" + ",time_s" * timed]
+    for cycle in (1, 2):
+        for word in words:
+            for k in range(len(targets))[:: 1 if word == "+" else -1]:
+                end = f",{len(rows)}" if timed else ""
+                rows.append(f"{cycle},{word},{targets[k]},{k + cycle / 8}{end}")
+    return rows
+
+
+@pytest.mark.parametrize("timed", [False, True])
+@pytest.mark.parametrize("words", ["+-", "+", "-"])
+def test_targets_rise_through_a_full_turn(tmp_path: Path, words: str, *, timed: bool) -> None:
+    heading, *rows = turning(WRAPPED, timed=timed, words=words)
+    test = read(tmp_path, heading, *(reversed(rows) if timed else rows))
+    np.testing.assert_array_equal(test.target, RISEN)
+    for approach in (FORWARD, BACKWARD):
+        if test.measured_approaches[approach]:
+            np.testing.assert_array_equal(test.deviation[:, 0, approach], np.arange(4) + 1 / 8)
+    assert any("(29.375° is 389.375°)" in remark for remark in test.remarks)
+
+
+def test_a_run_through_a_full_turn_comes_back_from_its_own_file(tmp_path: Path) -> None:
+    test = read(tmp_path, *turning(WRAPPED))
+    again = read(tmp_path, *format_tidy_csv(test).splitlines())
+    np.testing.assert_array_equal(again.target, RISEN)
+    assert again.remarks == test.remarks
+
+
+@pytest.mark.parametrize(
+    "targets",
+    [
+        (0.0, 90.0, 180.0, 270.0),  # no jump
+        (270.0, 180.0, 90.0, 0.0),  # falls throughout
+        (200.0, 100.0),
+        (0.0, 200.0, 50.0, 300.0),  # a turn does not make it rise
+        (0.0, 90.0, 400.0, 700.0),  # more than one turn is stated
+        (300.0, 400.0, 20.0, 60.0, -100.0),
+    ],
+)
+def test_other_rotary_targets_stay_as_they_are(tmp_path: Path, targets: tuple[float, ...]) -> None:
+    test = read(tmp_path, *turning(targets))
+    np.testing.assert_array_equal(test.target, sorted(targets))
+    assert not any("turn" in remark for remark in test.remarks)
+
+
+def test_targets_of_a_linear_axis_pass_no_full_turn(tmp_path: Path) -> None:
+    lines = turning(WRAPPED)
+    test = read(tmp_path, "cycle,direction,target_mm,deviation_um", *lines[1:])
+    np.testing.assert_array_equal(test.target, sorted(WRAPPED))
+
+
+def test_passes_that_begin_elsewhere_add_no_turn(tmp_path: Path) -> None:
+    lines = turning(WRAPPED)
+    second = [k for k, line in enumerate(lines) if line.startswith("2,+")]
+    lines[second[0]], lines[second[2]] = lines[second[2]], lines[second[0]]
+    test = read(tmp_path, *lines)
+    np.testing.assert_array_equal(test.target, sorted(WRAPPED))
+
+
+def test_rows_against_their_direction_are_told_where_no_order_is_stated(tmp_path: Path) -> None:
+    def said(*rows: str) -> bool:
+        return any("run downwards" in remark for remark in read(tmp_path, HEADING, *rows).remarks)
+
+    swapped = rows_of("{c},{w},{t},{d}", words=("backward", "forward"))
+    assert said(*swapped)
+    assert said(*[row for row in swapped if "forward" in row])
+    assert not said(*ROWS)
+    by_target = sorted(ROWS, key=lambda row: float(row.split(",")[2]))
+    assert not said(*by_target)
+    assert not said(*reversed(by_target))
 
 
 def test_a_full_turn_is_taken_off_measured_angles(tmp_path: Path) -> None:
@@ -363,6 +474,17 @@ def test_times_of_day_give_start_and_end(tmp_path: Path) -> None:
     assert test.end == datetime(2026, 3, 2, 8, 1, 22, 500_000)  # noqa: DTZ001
     assert test.time_s is not None
     assert test.time_s[0, 1, BACKWARD] == 82.5
+
+
+def test_times_may_have_the_day_first_with_points(tmp_path: Path) -> None:
+    rows = [f"2.{3:02d}.2026 8:00:{k:02d},5;{row}" for k, row in enumerate(ROWS)]
+    rows = [row.replace(",", ";").replace(";5;", ",5;", 1).replace(".", ",") for row in rows]
+    rows = [row.replace(",", ".", 2) for row in rows]
+    test = read(tmp_path, f"Zeit,{HEADING}".replace(",", ";"), *rows)
+    assert test.time_source is TimeSource.FILE
+    assert test.start == datetime(2026, 3, 2, 8, 0, 0, 500_000)  # noqa: DTZ001  none is stated
+    assert test.time_s is not None
+    assert test.time_s[0, 0, FORWARD] == 0.0
 
 
 def test_times_may_state_a_zone(tmp_path: Path) -> None:
@@ -482,6 +604,27 @@ def test_a_comment_that_cannot_be_meant_is_an_error(tmp_path: Path, comment: str
 def test_headings_are_found_within_a_hundred_lines(tmp_path: Path) -> None:
     assert_the_run(read(tmp_path, *["text"] * 99, HEADING, *ROWS))
     assert "no column headings" in refused(tmp_path, *["text"] * 100, HEADING, *ROWS)
+
+
+def test_headings_that_are_not_understood_are_named(tmp_path: Path) -> None:
+    message = refused(tmp_path, "Protokoll 7", "cycle;sens;cible;écart", "1;avant;0;1")
+    assert "line 2" in message
+    assert "'cycle', 'sens', 'cible', 'écart'" in message
+    assert "lacks target; deviation or measured; direction or run" in message
+    assert "'x'" in refused(tmp_path, "x")
+    message = refused(tmp_path, "cycle;direction;target_mm;écart (µm)", "1;+;0;1")
+    assert "not understood: 'écart (µm)'" in message
+
+
+def test_the_column_with_a_unit_goes_before_one_without(tmp_path: Path) -> None:
+    rows = [f"{row},7" for row in ROWS]
+    test = read(tmp_path, f"{HEADING},Fehler", *rows)
+    assert_the_run(test)
+    assert list(test.channels) == ["Fehler"]
+
+
+def test_the_minus_sign_of_typesetting_is_a_minus(tmp_path: Path) -> None:
+    assert_the_run(read(tmp_path, HEADING, *[row.replace("-", "\N{MINUS SIGN}") for row in ROWS]))
 
 
 def test_headings_without_rows_are_an_error(tmp_path: Path) -> None:

@@ -51,6 +51,9 @@ def assert_the_run(test: PositioningTest, scale: float = 1.0) -> None:
         "Target (mm),1 (µm),2 (µm),3 (µm),4 (µm)",
         "Position [mm],Run 1 [um],Run 2 [um],Run 3 [um],Run 4 [um]",
         "target_mm,Run 1 µm,Run 2,Run 3,Run 4",
+        "Poloha [mm],Běh 1 [µm],Běh 2 [µm],Běh 3 [µm],Běh 4 [µm]",
+        "Soll (mm),1. Lauf (µm),2. Lauf (µm),3. Lauf (µm),4. Lauf (µm)",
+        "Target (mm),Run 1 error (µm),Run 2 error (µm),Run 3 error (µm),Run 4 error (µm)",
     ],
 )
 def test_runs_alternate_from_forward(tmp_path: Path, heading: str) -> None:
@@ -89,6 +92,15 @@ def test_the_unit_may_stand_above_the_headings(tmp_path: Path, above: str) -> No
     test = read(tmp_path, above, "target_mm,1,2,3,4", *ROWS)
     assert_the_run(test, 1e-3)
     assert not any("assumed" in remark for remark in test.remarks)
+
+
+def test_targets_of_a_rotary_axis_rise_through_a_full_turn(tmp_path: Path) -> None:
+    test = read(tmp_path, "target_deg,1,2,3,4", *map(row, (200.0, 341.0, 29.5, 170.0)))
+    np.testing.assert_array_equal(test.target, [200.0, 341.0, 389.5, 530.0])
+    np.testing.assert_allclose(test.deviation[:, 0, FORWARD], [3.0, 4.41, 1.295, 2.7])
+    assert test.order is not None
+    np.testing.assert_array_equal(test.order[:, 0, FORWARD], [1, 2, 3, 4])
+    assert any("(29.5° is 389.5°)" in remark for remark in test.remarks)
 
 
 def test_a_wrong_or_mixed_unit_is_an_error(tmp_path: Path) -> None:

@@ -101,6 +101,8 @@ def test_the_first_visible_sheet_with_a_run_is_read(tmp_path: Path) -> None:
 def test_no_sheet_with_a_run_is_an_error(tmp_path: Path) -> None:
     assert "no column headings" in refused(save(tmp_path, [("a", 1)], [("b", 2)]))
     assert "cell Sheet" in refused(save(tmp_path, [("a", 1)]))
+    message = refused(save(tmp_path, [("a", 1)], [("b",), ("x", "target_mm")]))
+    assert "'x', 'target_mm', which lacks deviation or measured; cycle or run" in message
 
 
 def test_cells_with_a_date_are_times(tmp_path: Path) -> None:

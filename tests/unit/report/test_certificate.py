@@ -18,9 +18,9 @@ from thermaxis.positioning import (
     evaluate_vdi_dgq_3441,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report import PositioningReport, check_limits
+from thermaxis.report import PositioningReport, check_limits, unshowable
 from thermaxis.report._certificate import build_certificate
-from thermaxis.report._document import Document, Fields, ItemList, Table, Verdict
+from thermaxis.report._document import Document, Fields, ItemList, Signature, Table, Verdict
 from thermaxis.report._limits import DecisionRule, Limits
 from thermaxis.report._names import FIGURE_NAMES
 
@@ -335,6 +335,61 @@ def test_a_very_long_run_is_not_printed_reading_by_reading(
     text = section_of(document_of(report), "Annex B")
     assert "The 22000 readings are not printed here" in text
     assert "Table" not in text
+    assert text.startswith("Annex B: raw data (not printed: more than 20000 readings)")
+    one_way = make_report(make_run(11, 1000, times=False, approaches="forward"))
+    assert section_of(document_of(one_way), "Annex B").startswith(
+        "Annex B: raw data (all readings)"
+    )
+
+
+def test_targets_with_fewer_readings_are_counted_in_the_notes(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    test = make_run(9, 6, times=False)
+    deviation = test.deviation.copy()
+    deviation[4, 2:, 1] = np.nan
+    deviation[:, 5] = np.nan
+    report = make_report(replace(test, deviation=deviation), conditions=())
+    assert "9 targets, 2 to 5 runs per direction, standard" in notes_of(document_of(report))
+    assert "these figures are of 2 to 5." in notes_of(document_of(report))
+    assert fields_of(report)["Runs per direction"] == "2 to 5"
+
+
+def test_values_of_the_environment_have_at_most_three_decimals(
+    small: PositioningReport,
+) -> None:
+    environment = {
+        "air_temperature_c": StartEnd(23.600000381, 24.41667),
+        "environment_factor_um": StartEnd(0.316411, 0.0004567),
+    }
+    fields = fields_of(replace(small, test=replace(small.test, environment=environment)))
+    assert fields["Air temperature"] == "23.6 °C (start), 24.417 °C (end)"
+    assert fields["Environment factor"] == "0.316 µm (start), 0.000457 µm (end)"
+
+
+def test_characters_without_a_sign_in_the_fonts_are_named(small: PositioningReport) -> None:
+    latin = "Přejímka Größe µm Ελληνικά Кириллица ±½×→≤ naïve Łódź"
+    assert unshowable(replace(small, header={"title": latin, "axis": "X"})) == ()
+    header = {"title": "加工中心", "control": "中", "加": "1"}
+    found = unshowable(replace(small, header=header, source_name="主.csv"))
+    assert [sentence.split(";")[0] for sentence in found] == [
+        (
+            "5 characters in Title, Control, further lines, name of the measurement file cannot be"
+            " shown in the PDF"
+        ),
+        ("5 characters in Title, name of the measurement file cannot be shown in the charts"),
+    ]
+    assert all(sentence.isascii() for sentence in found)
+    report = replace(small, header=header)
+    for warnings in ((), unshowable(report)):
+        text = section_of(document_of(replace(report, warnings=warnings)), "Remarks")
+        assert text.count("cannot be shown in the PDF") == 1
+
+
+def test_the_lines_for_a_signature_stand_under_the_verdict(small_document: Document) -> None:
+    assert isinstance(small_document.opening[-1], Signature)
+    assert isinstance(small_document.opening[-2], Verdict)
+    assert "Name and signature" not in str(small_document.sections)
 
 
 def test_further_channels_and_header_lines_are_shown(

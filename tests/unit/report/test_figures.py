@@ -11,9 +11,10 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import PositioningTest, montecarlo_difference
 from thermaxis.quantities import AxisKind
 from thermaxis.report import PositioningReport, write_figures, write_montecarlo_figures
-from thermaxis.report._chart_drift import widest_position
+from thermaxis.report._chart_drift import draw_one_position, widest_position
 from thermaxis.report._chart_iso230_2 import draw_iso230_2
 from thermaxis.report._figures import charts_of
+from thermaxis.report._output import NumberTable
 from thermaxis.report._style import drawing
 
 MakeRun = Callable[..., PositioningTest]
@@ -112,7 +113,7 @@ def test_the_numbers_behind_the_standards_chart_are_the_results(written: Written
         ("R_forward_um", result.R_i_unidirectional[:, 0]),
         ("R_um", result.R_i),
     ):
-        np.testing.assert_array_equal(numbers(table[name]), values)
+        np.testing.assert_allclose(numbers(table[name]), values, rtol=0, atol=5.1e-10)
 
 
 def test_the_numbers_behind_the_adjacent_difference_charts_are_the_results(
@@ -133,8 +134,8 @@ def test_the_numbers_behind_the_adjacent_difference_charts_are_the_results(
         (chart, "chart_backward_um", adjacent.backward.chart),
         (chart, "bound_backward_um", adjacent.backward.bound),
     ):
-        np.testing.assert_array_equal(numbers(table[name]), values)
-    assert spread["first_position"][0] == "1.0"
+        np.testing.assert_allclose(numbers(table[name]), values, rtol=0, atol=5.1e-10)
+    assert spread["first_position"] == [str(i) for i in range(1, report.test.target.size)]
     np.testing.assert_array_equal(numbers(spread["second_target_mm"]), report.test.target[1:])
 
 
@@ -150,15 +151,15 @@ def test_the_numbers_behind_the_charts_of_cycles_are_the_readings(written: Writt
         reading = test.deviation[i, cycle, approach]
         assert float(table["deviation_um"][row]) == reading
         first = test.deviation[0, cycle, approach]
-        assert float(shifted["shifted_deviation_um"][row]) == reading - first
+        assert shifted["shifted_deviation_um"][row] == str(round(reading - first, 2) + 0.0)
     assert len(table["cycle"]) == test.deviation.size
     one = columns(folder / "figure_07_one_position.csv")
     np.testing.assert_array_equal(
         numbers(one["backward_um"]), test.deviation[widest_position(report), :, 1]
     )
     against = columns(folder / "against_cycles.csv")
-    assert float(against["A_um"][-1]) == report.iso230_2.A
-    assert against["cycles"] == ["2.0", "3.0", "4.0", "5.0"]
+    assert float(against["A_um"][-1]) == pytest.approx(report.iso230_2.A, abs=1e-9)
+    assert against["cycles"] == ["2", "3", "4", "5"]
 
 
 def test_the_widest_position_is_the_one_with_the_largest_range(
@@ -326,6 +327,69 @@ def test_hostile_text_is_drawn_as_text(
         assert text in heading
 
 
+def heading_of(report: PositioningReport) -> str:
+    with drawing("test"):
+        return draw_iso230_2(report).get_suptitle()
+
+
+def test_a_title_stands_whole_above_a_chart_or_not_at_all(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    test = make_run(5, 3)
+    own_line = "Generated run, seed 26: a virtual axis, no machine was measured"
+    two_lines = f"{own_line}, and this title is longer than one line above a chart can ever hold"
+    for title, lines in (("short", 2), (own_line, 3), (two_lines, 4)):
+        heading = heading_of(make_report(test, header={"title": title}))
+        assert title in heading.replace("\n", " ")
+        assert heading.count("\n") + 1 == lines
+        assert "…" not in heading
+    for title in ("too long to show " * 20, "x" * 180):
+        heading = heading_of(make_report(test, header={"title": title}))
+        assert title[:10] not in heading
+        assert heading.count("\n") == 1
+
+
+def test_the_time_scale_stays_where_a_reading_is_missing(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    test = make_run(5, 12)
+    assert test.time_s is not None
+    assert test.order is not None
+    position = widest_position(make_report(test))
+    deviation, time_s, order = test.deviation.copy(), test.time_s.copy(), test.order.copy()
+    for values in (deviation, time_s, order):
+        values[position, [0, 6], 0] = np.nan
+    gap = make_report(replace(test, deviation=deviation, time_s=time_s, order=order))
+    places: list[float] = []
+    for report in (make_report(test), gap):
+        with drawing("test"):
+            axes = draw_one_position(report).axes[0]
+            (scale,) = axes.child_axes
+            assert scale.get_xlabel().startswith("time since the first reading")
+            time_of = scale._functions[0]
+        places.append(float(time_of(np.array([7.0]))[0]))
+    assert places[1] == pytest.approx(places[0], rel=1e-9)
+
+
+def test_a_heading_counts_only_cycles_that_hold_readings(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    test = make_run(5, 4, times=False)
+    deviation = test.deviation.copy()
+    deviation[:, 2] = np.nan
+    heading = heading_of(make_report(replace(test, deviation=deviation), against_cycles=None))
+    assert "5 targets, 3 cycles" in heading
+
+
+def test_numbers_have_no_round_off_behind_their_last_digit() -> None:
+    rows = [[0.1 + 0.2, 3, -1e-17, 1234.5678901234567, float("nan"), "forward"]]
+    columns_of = ("a", "b", "c", "d", "e", "f")
+    fine = NumberTable(columns_of, rows).as_csv().decode().splitlines()[1]
+    assert fine == "0.3,3,0.0,1234.56789012,,forward"
+    small = NumberTable(("a",), [[2.5e-13]], decimals=None).as_csv().decode()
+    assert small == "a\n2.5e-13\n"
+
+
 def test_hundreds_of_runs_are_drawn_in_part_and_the_chart_says_so(
     make_run: MakeRun, make_report: MakeReport
 ) -> None:
@@ -359,6 +423,7 @@ def test_the_monte_carlo_chart_has_its_counts_beside_it(tmp_path: Path) -> None:
     table = columns(paths[2])
     assert sum(numbers(table["source_count"])) == 500
     assert sum(numbers(table["derived_count"])) == 499
-    np.testing.assert_array_equal(numbers(table["class_to"]), result.histogram_edges[1:])
+    np.testing.assert_allclose(numbers(table["class_to"]), result.histogram_edges[1:], rtol=1e-11)
+    assert all(cell.isdigit() for cell in table["source_count"])
     again = write_montecarlo_figures(result, tmp_path / "again")
     assert [p.read_bytes() for p in paths] == [p.read_bytes() for p in again]

@@ -1,12 +1,16 @@
+import os
 import re
 import tomllib
 from pathlib import Path
 
 import pytest
 
+from thermaxis.cli._json import write_json
 from thermaxis.errors import ConfigurationError
-from thermaxis.report import read_header
+from thermaxis.quantities import AxisKind
+from thermaxis.report import read_header, read_limits
 from thermaxis.report._header import HEADER_FIELDS, HEADER_GROUPS
+from thermaxis.report._output import write_bytes
 
 
 def header_of(folder: Path, text: str) -> dict[str, str]:
@@ -54,15 +58,24 @@ def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[machine]\nnmae = 'x'\n", ["machine.nmae", "Did you mean machine.name?"]),
-        ("[machin]\nname = 'x'\n", ["unknown key machin.", "Did you mean machine"]),
+        ("[machine]\nnmae = 'x'\n", ["machine.nmae", "nearest known key is machine.name."]),
+        ("[machin]\nname = 'x'\n", ["unknown key machin.", "nearest known key is machine"]),
         ("zzzzqqq = 1\n", ["zzzzqqq", "Known keys are"]),
         ("machine = 'x'\n", ["machine is not a table", "[machine]"]),
         ("[procedure]\ndwell_s = true\n", ["procedure.dwell_s is not a number", "Dwell in s"]),
         ("[procedure]\ndwell_s = nan\n", ["procedure.dwell_s is not a number"]),
         ("[machine]\nname = ['a']\n", ["machine.name is not a text"]),
         ("[machine]\nname = '" + "x" * 301 + "'\n", ["has 301 characters", "Shorten it to 300"]),
-        ("[machine\n", ["not TOML", "line 1"]),
+        ("[machine\n", ["not TOML", "line 1", "[machine] on a line"]),
+        ("[procedure]\ndwell_s = -2\n", ["procedure.dwell_s is negative", "Dwell in s"]),
+        ("[procedure]\noverrun_mm = '-0.5'\n", ["procedure.overrun_mm is negative"]),
+        ("[environment]\nair_pressure_kpa = -inf\n", ["is not a number"]),
+        ("[time]\nstart = 'garbage'\n", ["time.start is not a date", "2026-03-31T07:30:00"]),
+        ("[time]\nstart = '2026-02-30'\n", ["time.start is not a date"]),
+        ("[time]\nend = 07:30:00\n", ["time.end is not a date"]),
+        ("[time]\nend = 5\n", ["time.end is not a date"]),
+        ("[time]\ndate = 'garbage'\n", ["time.date is not a date", "date = 2026-03-31"]),
+        ("[instrument]\ncalibration_date = 'May'\n", ["calibration_date is not a date"]),
         ("a = " + "9" * 5000, ["not TOML"]),
         ("a = " + "[" * 20000, ["not TOML"]),
     ],
@@ -75,6 +88,67 @@ def test_a_wrong_header_is_an_error_that_names_file_and_key(
     assert "header.toml" in str(caught.value)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [
+        ("2026-03-02T14:00:00", "2026-03-02T13:59:59"),
+        ("2026-03-02T14:00:00Z", "2026-03-02T14:30:00+01:00"),
+        ("2026-03-02T14:00:00Z", "2026-03-02T13:30:00"),
+        ("2026-03-02", "2026-03-01"),
+        ("2026-03-02", "2026-03-01 23:00:00"),
+    ],
+)
+def test_an_end_before_the_start_is_an_error(tmp_path: Path, start: str, end: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"time\.end lies before time\.start"):
+        header_of(tmp_path, f'[time]\nstart = "{start}"\nend = "{end}"\n')
+    assert header_of(tmp_path, f'[time]\nstart = "{end}"\nend = "{start}"\n')["end"] == start
+
+
+def test_what_may_lie_below_zero_is_taken(tmp_path: Path) -> None:
+    text = "[environment]\nair_temperature_c = -4.5\n[procedure]\ndwell_s = '1 to 2'\n"
+    assert header_of(tmp_path, text) == {"air_temperature_c": "-4.5", "dwell_s": "1 to 2"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "wrong", "right"),
+    [
+        (AxisKind.ROTARY, "feed_mm_per_min", "feed_deg_per_min in °/min"),
+        (AxisKind.LINEAR, "feed_deg_per_min", "feed_mm_per_min in mm/min"),
+        (AxisKind.ROTARY, "overrun_mm", "overrun_deg in °"),
+        (AxisKind.LINEAR, "overrun_deg", "overrun_mm in mm"),
+    ],
+)
+def test_a_field_of_the_other_kind_of_axis_is_an_error_that_names_the_right_one(
+    tmp_path: Path, kind: AxisKind, wrong: str, right: str
+) -> None:
+    path = tmp_path / "header.toml"
+    path.write_text(f"[procedure]\n{wrong} = 5\n", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=f"procedure.{wrong} belongs to a") as caught:
+        read_header(path, kind=kind)
+    assert f"Write {right}" in str(caught.value)
+    other = AxisKind.LINEAR if kind is AxisKind.ROTARY else AxisKind.ROTARY
+    assert read_header(path, kind=other) == read_header(path) == {wrong: "5"}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_refused_before_it_is_opened(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(ConfigurationError, match="a pipe or a device"):
+        read_header(pipe)
+    with pytest.raises(ConfigurationError, match="a pipe or a device"):
+        read_limits(pipe, AxisKind.LINEAR)
+    with pytest.raises(ConfigurationError, match="this output is a pipe"):
+        write_bytes(pipe, b"")
+    with pytest.raises(ConfigurationError, match="this output is a pipe"):
+        write_json({}, str(pipe))
+
+
+def test_results_as_json_into_a_folder_are_an_error_in_words(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="cannot be written"):
+        write_json({}, str(tmp_path))
 
 
 def test_a_comment_may_be_longer_than_other_texts(tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ def test_every_figure_can_have_a_limit(tmp_path: Path) -> None:
 def test_a_rotary_axis_has_limits_in_arcsec(tmp_path: Path) -> None:
     limits = limits_of(tmp_path, "[limits]\nA_arcsec = 8\n", AxisKind.ROTARY)
     assert limits.limit == {"A": 8.0}
-    with pytest.raises(ConfigurationError, match=r"Did you mean limits\.A_arcsec\?"):
+    with pytest.raises(ConfigurationError, match=r"nearest known key is limits\.A_arcsec\.$"):
         limits_of(tmp_path, "[limits]\nA_um = 8\n", AxisKind.ROTARY)
 
 
@@ -56,8 +56,9 @@ def test_a_rotary_axis_has_limits_in_arcsec(tmp_path: Path) -> None:
         ("[limits]\nA_um = '12'\n", ["not a positive number"]),
         ("[limits]\n", ["no figure has a limit"]),
         ("", ["no figure has a limit"]),
+        ("[limits\n", ["not TOML", "[limits] on a line and A_um = 12.0 below it"]),
         ("limits = 3\n", ["limits is not a table"]),
-        ("[limit]\nA_um = 1\n", ["unknown key limit", "Did you mean limits?"]),
+        ("[limit]\nA_um = 1\n", ["unknown key limit", "The nearest known key is limits."]),
         ("[limits]\nA_um = 1\ndecision_rule = 'iso14253'\n", ["iso14253-1", "simple"]),
         ("[limits]\nA_um = 1\ndecision_rule = 5\n", ["decision_rule"]),
         (

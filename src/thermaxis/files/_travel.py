@@ -1,0 +1,106 @@
+"""The way along the targets that the rows of a table show."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.positioning import BACKWARD, FORWARD, FloatArray
+from thermaxis.quantities import AxisKind
+
+FULL_TURN_DEG = 360.0
+"""One turn of a rotary axis. [deg]"""
+
+_IntArray: TypeAlias = NDArray[np.int64]
+
+_DECIMALS = 9
+"""Decimals that a target keeps when a turn is added to it. [1]"""
+
+
+def targets_through_a_turn(
+    kind: AxisKind,
+    row_target: FloatArray,
+    cycle: _IntArray,
+    approach: _IntArray,
+    place: FloatArray,
+) -> tuple[FloatArray, list[str]]:
+    """Let the targets of a rotary axis rise through 360 degrees where the travel does.
+
+    A turn is added to the targets below the one at which the forward passes begin, if these passes
+    neither rise nor fall as they are listed, all rise then, and the targets lie within one turn.
+    Without forward passes the backward ones are looked at, the other way round.
+
+    Parameters
+    ----------
+    kind : AxisKind
+        Kind of the axis; targets of a linear one stay as they are.
+    row_target : FloatArray
+        Target of each row, (k,). [mm or deg]
+    cycle, approach : array of int
+        Cycle, from 1, and approach of each row, (k,). [1]
+    place : FloatArray
+        Place of each row in the order of acquisition, NaN where it has none, (k,). [1]
+
+    Returns
+    -------
+    row_target : FloatArray
+        Target of each row, (k,). [mm or deg]
+    remarks : list of str
+        What was done.
+    """
+    if kind is not AxisKind.ROTARY or np.ptp(row_target) >= FULL_TURN_DEG:
+        return row_target, []
+    direction = FORWARD if bool(np.any(approach == FORWARD)) else BACKWARD
+    rows = np.flatnonzero((approach == direction) & ~np.isnan(place))
+    along = place[rows] if direction == FORWARD else -place[rows]
+    rows = rows[np.lexsort((along, cycle[rows]))]
+    within = np.diff(cycle[rows]) == 0
+    steps = np.diff(row_target[rows])[within]
+    if not (bool(np.any(steps < 0)) and bool(np.any(steps > 0))):
+        return row_target, []
+    _, first, count = np.unique(cycle[rows], return_index=True, return_counts=True)
+    begin = row_target[rows[first[np.argmax(count)]]]
+    behind = row_target < begin
+    turned = np.where(behind, np.round(row_target + FULL_TURN_DEG, _DECIMALS), row_target)
+    if not bool(np.all(np.diff(turned[rows])[within] > 0)):
+        return row_target, []
+    moved = np.unique(row_target[behind])
+    remark = (
+        f"the travel passes 360°: the targets rise from {begin:.10g}° through 360°, so a turn was"
+        f" added to {moved.size} of them ({moved[0]:.10g}° is {moved[0] + FULL_TURN_DEG:.10g}°)"
+    )
+    return turned, [remark]
+
+
+def rows_against_direction(
+    row_target: FloatArray, cycle: _IntArray, approach: _IntArray
+) -> list[str]:
+    """Say that the rows of a table without order and times run against their directions.
+
+    Nothing is said where both approaches are listed the same way: such a table was sorted.
+
+    Parameters
+    ----------
+    row_target : FloatArray
+        Target of each row, (k,). [mm or deg]
+    cycle, approach : array of int
+        Cycle, from 1, and approach of each row, (k,). [1]
+
+    Returns
+    -------
+    list of str
+        A remark, or nothing.
+    """
+    rows = np.lexsort((approach, cycle))  # stable: the order of the file within a pass
+    within = (np.diff(cycle[rows]) == 0) & (np.diff(approach[rows]) == 0)
+    steps = np.diff(row_target[rows])[within]
+    forward = approach[rows][1:][within] == FORWARD
+    if not bool(forward.any()) or bool(np.any(np.where(forward, steps >= 0, steps <= 0))):
+        return []
+    backward = "" if bool(forward.all()) else " and those of the backward passes upwards"
+    remark = (
+        f"the rows of the forward passes run downwards{backward}: if they stand in the order of"
+        " measurement, the directions are named the wrong way round (neither an order nor times"
+        " are stated)"
+    )
+    return [remark]
