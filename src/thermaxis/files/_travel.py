@@ -27,7 +27,8 @@ def targets_through_a_turn(
     """Let the targets of a rotary axis rise through 360 degrees where the travel does.
 
     A turn is added to the targets below the one at which the forward passes begin, if these passes
-    neither rise nor fall as they are listed, all rise then, and the targets lie within one turn.
+    neither rise nor fall as they are listed, every fall is more than half a turn, all rise then,
+    and the targets lie within one turn.
     Without forward passes the backward ones are looked at, the other way round.
 
     Parameters
@@ -56,7 +57,8 @@ def targets_through_a_turn(
     rows = rows[np.lexsort((along, cycle[rows]))]
     within = np.diff(cycle[rows]) == 0
     steps = np.diff(row_target[rows])[within]
-    if not (bool(np.any(steps < 0)) and bool(np.any(steps > 0))):
+    falls = steps[steps < 0]
+    if not falls.size or not bool(np.any(steps > 0)) or bool(np.any(falls > -0.5 * FULL_TURN_DEG)):
         return row_target, []
     _, first, count = np.unique(cycle[rows], return_index=True, return_counts=True)
     begin = row_target[rows[first[np.argmax(count)]]]

@@ -332,7 +332,9 @@ def _check_keys(
 
         nearest = difflib.get_close_matches(unknown[:100], sorted(known), n=1, cutoff=0.5)
         listed = ", ".join(sorted(known - set(table)))
-        advice = f"Did you mean {nearest[0]}?" if nearest else f"Keys left over are {listed}"
+        advice = (
+            f"The nearest known key is {nearest[0]}" if nearest else f"Keys left over are {listed}"
+        )
         raise ConfigurationError(
             f"unknown key {printable(unknown, 80)} in the plan of a {kind} axis",
             where=name,

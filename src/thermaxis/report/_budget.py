@@ -97,7 +97,8 @@ def read_budget(path: Path, kind: AxisKind) -> UncertaintyBudget:
         is not a number from zero, no term is stated, or the instrument is stated twice.
     """
     values: dict[str, float] = {}
-    for table, content in read_toml(path).items():
+    example = "[device] on a line and expanded_uncertainty_um = 0.2 below it"
+    for table, content in read_toml(path, example=example).items():
         _check_name(path, table, None, kind)
         for key, value in as_table(path, table, content).items():
             _check_name(path, table, key, kind)

@@ -20,10 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from thermaxis.positioning import APPROACHES, DriftResult, FloatArray, TimeSource
 from thermaxis.report._chart_parts import (
     at_position,
-    describe_run,
-    heading_line,
     measured_approaches,
     position_label,
+    put_heading,
 )
 from thermaxis.report._output import NumberTable
 from thermaxis.report._positioning_report import PositioningReport
@@ -34,7 +33,6 @@ from thermaxis.report._style import (
     MARKERS,
     drawable,
     new_figure,
-    set_heading,
     zero_line,
 )
 
@@ -223,8 +221,8 @@ def _head(figure: Figure, report: PositioningReport, drawn: int) -> None:
     readings = int(np.sum(report.test.readings))
     what = "Drift eliminated" if drift.significant else "Drift: none is seen"
     parts = [time_words(report), f"{drawn} of {readings} readings drawn" * (drawn < readings)]
-    first = heading_line(report, f"{what} (no result of ISO 230-2)")
-    set_heading(figure, first, " · ".join([describe_run(report), *filter(None, parts)]))
+    after = " · ".join(filter(None, parts))
+    put_heading(figure, report, f"{what} (no result of ISO 230-2)", after=after)
 
 
 def _limits(

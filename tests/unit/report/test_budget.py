@@ -68,7 +68,7 @@ def test_a_rotary_axis_has_its_units_and_no_terms_of_expansion(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[devices]\n", ["unknown key devices", "Did you mean device?"]),
+        ("[devices]\n", ["unknown key devices", "The nearest known key is device"]),
         (
             "[device]\nexpanded_uncertainty_mm = 1\n",
             ["unknown key device.expanded_uncertainty_mm", "device.expanded_uncertainty_um"],
