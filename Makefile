@@ -58,3 +58,4 @@ format: setup-dev
 bench: setup-dev
 	$(BIN)/python benchmarks/start_up.py
 	$(BIN)/python benchmarks/many_runs.py
+	$(BIN)/python benchmarks/drift_speed.py
