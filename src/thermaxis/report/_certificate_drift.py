@@ -258,6 +258,7 @@ def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:
     caption = (
         "Drift over the run, ± two standard uncertainties (from first to last: the sum of those"
         " at both ends, which is their upper bound)."
+        f"{' Those of the bow are not evaluated.' if drift.bow is not None else ''}"
     )
     return Table(columns, tuple(rows), caption)
 

@@ -38,6 +38,8 @@ from thermaxis.report._style import (
 
 _MOST_DRAWN = 2000
 """More readings than these are one grey area, and a file of many megabytes. [1]"""
+_FEW = 120
+"""Fewer readings than these are drawn larger, and above the lines. [1]"""
 _MOST_CHANNELS = 6
 _STEPS = 16
 """Colours along the axis; few enough that the scale beside the chart is no image. [1]"""
@@ -191,7 +193,7 @@ def draw_drift(report: PositioningReport) -> Figure:
     unit = report.test.kind.units.deviation
     entries = _draw_readings(panels["raw"], report, scale, raw, drawn)
     _draw_readings(panels["free"], report, scale, free, drawn)
-    entries += _draw_left_out(panels["raw"], scale, raw, drift)
+    entries += _draw_left_out(panels["raw"], scale, np.clip(raw, *raw_limits), drift)
     entries += _draw_estimate(panels["raw"], report, scale)
     panels["raw"].set_ylim(*raw_limits)
     panels["free"].set_ylim(*free_limits)
@@ -201,7 +203,8 @@ def draw_drift(report: PositioningReport) -> Figure:
     if "channels" in panels:
         entries += _draw_channels(panels["channels"], report, scale, drawn)
     entries += _mark_reference(list(panels.values()), scale)
-    grid[-1].set_xlabel(scale.label)
+    rests_on = time_words(report)
+    grid[-1].set_xlabel(f"{scale.label} ({rests_on})" if rests_on else scale.label)
     _add_order(panels["raw"], report, scale)
     colours = ScalarMappable(Normalize(*report.test.target[[0, -1]].tolist()), _COLOUR_MAP)
     bar = figure.colorbar(colours, ax=[panels["raw"], panels["free"]], pad=0.02, aspect=30)
@@ -220,15 +223,18 @@ def _head(figure: Figure, report: PositioningReport, drawn: int) -> None:
     drift = drift_result(report)
     readings = int(np.sum(report.test.readings))
     what = "Drift eliminated" if drift.significant else "Drift: none is seen"
-    parts = [time_words(report), f"{drawn} of {readings} readings drawn" * (drawn < readings)]
-    after = " · ".join(filter(None, parts))
-    put_heading(figure, report, f"{what} (no result of ISO 230-2)", after=after)
+    part = f"{drawn} of {readings} readings drawn" if drawn < readings else ""
+    put_heading(figure, report, f"{what} (no result of ISO 230-2)", after=part)
 
 
 def _limits(
     report: PositioningReport, raw: FloatArray, free: FloatArray
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the extents in y of the panes with and without drift, of the same scale."""
+    """Return the extents in y of the panes with and without drift, of the same scale.
+
+    An outlier that was left out does not count: it may lie so far out that nothing else is seen.
+    """
+    raw = np.where(np.isnan(free), np.nan, raw)
     ends = np.concatenate([drift_at(report, p) for p in _marked_positions(report)])
     high = max(float(np.nanmax(raw)), float(np.max(ends)))
     low = min(float(np.nanmin(raw)), float(np.min(ends)))
@@ -251,7 +257,7 @@ def _draw_readings(
     target = report.test.target
     share = (target - target[0]) / (target[-1] - target[0])
     step = np.minimum((share * _STEPS).astype(np.int64), _STEPS - 1)
-    size = 3.4 if int(np.sum(drawn)) <= 400 else 2.2
+    few = int(np.sum(drawn)) <= _FEW
     marks: list[Line2D | Patch] = []
     for approach in measured_approaches(report):
         for number, colour in enumerate(_COLOURS):
@@ -263,7 +269,8 @@ def _draw_readings(
                 values[:, :, approach][here],
                 linestyle="none",
                 marker=MARKERS[approach],
-                markersize=size,
+                markersize=3.4 if few else 2.2,
+                zorder=4.0 if few else 2.0,
                 markeredgewidth=0.5,
                 markeredgecolor=colour,
                 markerfacecolor=colour if approach == 0 else "white",
@@ -300,8 +307,9 @@ def _draw_left_out(
             markersize=6.0,
             markeredgewidth=1.2,
             color="black",
-            zorder=4,
-            label="outliers, left out",
+            zorder=5,
+            clip_on=False,
+            label="outliers, left out (on the edge: farther out)",
         )
     )
 
@@ -309,11 +317,16 @@ def _draw_left_out(
 def _draw_estimate(axes: Axes, report: PositioningReport, scale: _Scale) -> list[Line2D | Patch]:
     """Draw the drift at both ends of the axis and in its middle; one line where there is none."""
     places = ("first target", "mid-axis", "last target")
-    named = list(zip(_marked_positions(report), places, _LINES, strict=True))
+    named = [
+        (position, style, f"drift, {place} ({at_position(report, round(position, 3))})")
+        for position, place, style in zip(_marked_positions(report), places, _LINES, strict=True)
+    ]
+    if not drift_result(report).significant:
+        named = [(*named[1][:2], "drift: none is seen")]
     marks: list[Line2D | Patch] = []
-    for position, place, style in named if drift_result(report).significant else named[1:2]:
+    for position, style, label in named:
         values = drift_at(report, position)
-        axes.plot(scale.curve, values, color="white", linewidth=2.6, zorder=3)
+        axes.plot(scale.curve, values, color="white", linewidth=2.2, zorder=3)
         marks += axes.plot(
             scale.curve,
             values,
@@ -321,7 +334,7 @@ def _draw_estimate(axes: Axes, report: PositioningReport, scale: _Scale) -> list
             linestyle=style,
             linewidth=1.2,
             zorder=3.5,
-            label=f"drift, {place} ({at_position(report, round(position, 3))})",
+            label=label,
         )
     return marks
 

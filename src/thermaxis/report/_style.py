@@ -24,6 +24,8 @@ FIGURE_WIDTH_IN = 6.7
 """Width of the text of an A4 certificate. [in]"""
 PNG_DPI = 200
 """Dots per inch of a PNG. [1/in]"""
+_SETTLED = 7
+"""Decimals of the places of the panes, in units of the figure. [1]"""
 GREY = "#8c8c8c"
 DARK = "#333333"
 COLOURS = ("#0072b2", "#c84e00")
@@ -183,8 +185,25 @@ def _fitting(figure: Figure, line: str) -> str:
     return line
 
 
+def _settle(figure: Figure) -> None:
+    """Lay a figure out once and for all, without the round-off of the solver.
+
+    The round-off differs from time to time, and the identifiers inside an SVG depend on it.
+    """
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        x, y, width, height = axes.get_position(original=True).bounds
+        place = (round(x, _SETTLED), round(y, _SETTLED))
+        axes.set_position((*place, round(width, _SETTLED), round(height, _SETTLED)))
+
+
 def svg_bytes(figure: Figure) -> bytes:
     """Return a figure as SVG, text as outlines, without date and comments."""
+    _settle(figure)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="svg", metadata=_NO_METADATA)
     text = buffer.getvalue().decode("utf-8")

@@ -1,0 +1,624 @@
+"""The drift, its uncertainty and the diagnosis in figures and certificates."""
+
+import csv
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from thermaxis.positioning import (
+    FIGURE_KEYS,
+    DriftModel,
+    Finding,
+    PositioningTest,
+    TimeSource,
+    UncertaintyBudget,
+    diagnose,
+    evaluate_drift,
+    evaluate_uncertainty,
+    figures_by_key,
+)
+from thermaxis.quantities import AxisKind
+from thermaxis.report import PositioningReport, write_figures
+from thermaxis.report._certificate import build_certificate
+from thermaxis.report._certificate_html import certificate_html, render_html
+from thermaxis.report._certificate_pdf import certificate_pdf
+from thermaxis.report._chart_drift_model import drift_at, time_words
+from thermaxis.report._document import Document, ItemList, Paragraph, Picture, Section, Table
+from thermaxis.report._figures import charts_of
+from thermaxis.report._limits import DecisionRule, Limits
+from thermaxis.report._names import FIGURE_SYMBOLS
+from thermaxis.report._style import drawing
+from thermaxis.report._text import two_digits
+
+MakeRun = Callable[..., PositioningTest]
+MakeReport = Callable[..., PositioningReport]
+
+HEADING = "Drift eliminated (not results of ISO 230-2)"
+DIGITS = 2e-9
+"""Numbers in files are rounded to nine decimals."""
+HOSTILE = (
+    "<script>alert(1)</script>",
+    '"><img src=x onerror=alert(1)>',
+    "#panic() $\\frac{$ *_`@label<label>",
+    "=cmd|' /C calc'!A0",
+    "\u202egnp.exe\u2066 \u0000\u001b]0;owned\u0007",
+    "x" * 5000,
+)
+
+
+def drifting(
+    make_report: MakeReport,
+    test: PositioningTest,
+    *,
+    budget: UncertaintyBudget | None = None,
+    reference_time_s: float | None = None,
+    robust: bool = False,
+    **fields: Any,
+) -> PositioningReport:
+    """Return a report with everything that the command evaluates of the drift."""
+    drift = evaluate_drift(test, reference_time_s=reference_time_s, robust=robust)
+    evaluated = {
+        "drift": drift,
+        "uncertainty": evaluate_uncertainty(test, drift, budget=budget, samples=200),
+        "diagnosis": diagnose(test, drift),
+    }
+    return make_report(test, **{**evaluated, **fields})
+
+
+def still(make_run: MakeRun, seed: int = 3) -> PositioningTest:
+    """Return a run that does not drift."""
+    test = make_run()
+    noise = np.random.default_rng(seed).normal(0.0, 0.3, test.deviation.shape)
+    level = 4.0 * np.sin(test.target / 60.0)[:, None, None]
+    return replace(test, deviation=level + noise)
+
+
+def bowing(make_run: MakeRun) -> PositioningTest:
+    """Return a run whose axis bows in proportion to the time."""
+    test = make_run(9, 8)
+    assert test.time_s is not None
+    share = test.time_s / np.max(test.time_s)
+    x = (test.target / 150.0 - 1.0)[:, None, None]
+    noise = np.random.default_rng(4).normal(0.0, 0.1, test.deviation.shape)
+    return replace(test, deviation=share * (3.0 + 2.0 * x - 6.0 * x**2) + noise)
+
+
+def document_of(report: PositioningReport) -> Document:
+    return build_certificate(report, {})
+
+
+def section_of(report: PositioningReport, heading: str = HEADING) -> Section:
+    return next(s for s in document_of(report).sections if s.heading == heading)
+
+
+def tables_of(section: Section) -> list[Table]:
+    return [block for block in section.blocks if isinstance(block, Table)]
+
+
+def words_of(section: Section) -> str:
+    said: list[str] = []
+    for block in section.blocks:
+        if isinstance(block, ItemList):
+            said += block.items
+        elif isinstance(block, Paragraph):
+            said.append(block.text)
+    return " ".join(said)
+
+
+def notes_of(report: PositioningReport) -> str:
+    return words_of(document_of(report).sections[0])
+
+
+def draw(report: PositioningReport) -> Figure:
+    chart = next(chart for chart in charts_of(report) if chart.name == "drift")
+    with drawing(chart.name):
+        figure = chart.draw(report)
+        figure.draw_without_rendering()
+    return figure
+
+
+def legend_of(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def columns(content: bytes) -> dict[str, list[str]]:
+    rows = list(csv.reader(content.decode("utf-8").splitlines()))
+    return {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])}
+
+
+def readings_table(report: PositioningReport) -> dict[str, list[str]]:
+    chart = next(chart for chart in charts_of(report) if chart.name == "drift")
+    return columns(chart.numbers(report).as_csv())
+
+
+def curves_table(report: PositioningReport) -> dict[str, list[str]]:
+    chart = next(chart for chart in charts_of(report) if chart.name == "drift")
+    return columns(chart.more_numbers["curves"](report).as_csv())
+
+
+def numbers(cells: list[str]) -> np.ndarray:
+    return np.array([float(cell) if cell else np.nan for cell in cells])
+
+
+def places(table: dict[str, list[str]], report: PositioningReport) -> tuple[np.ndarray, ...]:
+    """Return target, cycle and approach of each row, from 0."""
+    target = numbers(next(cells for name, cells in table.items() if name.startswith("target_")))
+    i = np.searchsorted(report.test.target, target - 1e-6)
+    j = numbers(table["cycle"]).astype(int) - 1
+    return i, j, np.array([("forward", "backward").index(word) for word in table["direction"]])
+
+
+@pytest.fixture(scope="module")
+def report(make_run: MakeRun, make_report: MakeReport) -> PositioningReport:
+    return drifting(make_report, make_run())
+
+
+# ---- the figure ----------------------------------------------------------------------------------
+
+
+def test_the_figure_is_written_with_the_numbers_behind_it_and_the_same_bytes(
+    report: PositioningReport, tmp_path: Path
+) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    report = replace(report, adjacent_difference=None, against_cycles=None)
+    written = [path.name for path in write_figures(report, first)]
+    write_figures(report, second)
+    names = ["drift.png", "drift.svg", "drift.csv", "drift_curves.csv"]
+    assert [name for name in written if name.startswith("drift")] == names
+    assert all((first / name).read_bytes() == (second / name).read_bytes() for name in names)
+    svg = (first / "drift.svg").read_text(encoding="utf-8")
+    assert "<text" not in svg
+    assert "<image" not in svg
+
+
+def test_the_numbers_of_the_readings_are_the_results_in_time_order(
+    report: PositioningReport,
+) -> None:
+    test, drift = report.test, report.drift
+    assert drift is not None
+    assert test.time_s is not None
+    table = readings_table(report)
+    at = places(table, report)
+    assert len(table["cycle"]) == test.deviation.size
+    time_s = numbers(table["time_s"])
+    assert np.all(np.diff(time_s) > 0.0)
+    np.testing.assert_array_equal(time_s, test.time_s[at])
+    assert table["order"] == [str(n) for n in range(1, test.deviation.size + 1)]
+    i, _, approach = at
+    level = drift.level[i, approach]
+    for name, expected in (
+        ("deviation_um", test.deviation[at]),
+        ("level_um", level),
+        ("drift_um", drift.drift[at]),
+        ("drift_free_um", drift.deviation[at]),
+        ("deviation_less_level_um", test.deviation[at] - level),
+        ("drift_free_less_level_um", drift.deviation[at] - level),
+    ):
+        np.testing.assert_allclose(numbers(table[name]), expected, rtol=0.0, atol=DIGITS)
+
+
+def test_the_numbers_of_the_curves_are_the_results(report: PositioningReport) -> None:
+    drift = report.drift
+    assert drift is not None
+    table = curves_table(report)
+    for name, expected in (
+        ("time_s", drift.time_s),
+        ("a_um", drift.common),
+        ("a_std_um", drift.common_std),
+        ("b_um_per_m", 1000.0 * drift.slope),
+        ("b_std_um_per_m", 1000.0 * drift.slope_std),
+    ):
+        np.testing.assert_allclose(numbers(table[name]), expected, rtol=1e-11, atol=DIGITS)
+    assert "bow_um" not in table
+
+
+@pytest.mark.parametrize("bow", [False, True])
+def test_the_drift_at_a_target_is_that_of_its_readings(
+    make_run: MakeRun, make_report: MakeReport, bow: bool
+) -> None:
+    report = drifting(make_report, bowing(make_run) if bow else make_run())
+    drift, time_s = report.drift, report.test.time_s
+    assert drift is not None
+    assert time_s is not None
+    assert (drift.bow is not None) == bow
+    for i, target in enumerate(report.test.target.tolist()):
+        curve = np.interp(time_s[i], drift.time_s, drift_at(report, target))
+        np.testing.assert_allclose(curve, drift.drift[i], atol=0.01 * np.ptp(drift.drift))
+
+
+def test_the_bow_is_drawn_stated_and_in_the_numbers(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = drifting(make_report, bowing(make_run))
+    drift = report.drift
+    assert drift is not None
+    assert drift.bow is not None
+    table = curves_table(report)
+    np.testing.assert_allclose(numbers(table["bow_um"]), drift.bow, atol=DIGITS)
+    labels = [axes.get_ylabel() for axes in draw(report).axes]
+    assert sum("bow" in label for label in labels) == 1
+    rows = tables_of(section_of(report))[0].rows
+    assert [row[0][:3] for row in rows] == ["a, ", "b, ", "bow"]
+    assert "with a bow of the axis" in words_of(section_of(report))
+
+
+def test_the_panes_hold_the_readings_the_drift_at_three_places_and_t0(
+    report: PositioningReport,
+) -> None:
+    drift = report.drift
+    assert drift is not None
+    figure = draw(report)
+    raw, free, common, slope = figure.axes[:4]
+    labels = legend_of(figure)
+    assert labels[:2] == ["readings forward ↑", "readings backward ↓"]
+    assert [label.split(",")[1][:10] for label in labels[2:5]] == [
+        " first tar",
+        " mid-axis ",
+        " last targ",
+    ]
+    assert {"±2 standard uncertainties", "t₀, thermal state of the levels"} < set(labels)
+    for axes in (raw, free):
+        drawn = [line for line in axes.get_lines() if line.get_marker() in ("^", "v")]
+        assert sum(np.size(line.get_xdata()) for line in drawn) == report.test.deviation.size
+        faces = {line.get_marker(): line.get_markerfacecolor() == "white" for line in drawn}
+        assert faces == {"^": False, "v": True}
+    spans = [np.ptp(axes.get_ylim()) / axes.get_position().height for axes in (raw, free)]
+    assert spans[0] == pytest.approx(spans[1], rel=0.02)  # the same scale
+    assert drift.reference_time_s is not None
+    for axes in (raw, free, common, slope):
+        places_x = [np.asarray(line.get_xdata(), dtype=float) for line in axes.get_lines()]
+        t0 = drift.reference_time_s / 60.0
+        assert any(x.size == 2 and np.allclose(x, t0) for x in places_x)
+    assert [axes.get_ylabel().split("\n")[1] for axes in (common, slope)] == ["[µm]", "[µm/m]"]
+
+
+def test_the_bands_are_two_standard_uncertainties(report: PositioningReport) -> None:
+    drift = report.drift
+    assert drift is not None
+    common = draw(report).axes[2]
+    (band,) = common.collections
+    vertices = band.get_paths()[0].vertices
+    assert vertices is not None
+    assert np.max(vertices[:, 1]) == pytest.approx(np.max(drift.common + 2.0 * drift.common_std))
+    assert np.min(vertices[:, 1]) == pytest.approx(np.min(drift.common - 2.0 * drift.common_std))
+
+
+def test_the_readings_are_numbered_on_a_second_scale(report: PositioningReport) -> None:
+    raw = draw(report).axes[0]
+    (second,) = raw.child_axes
+    assert second.get_xlabel() == "number of the reading"
+    # readings are eight seconds apart
+    assert np.diff(second.get_xlim()) == pytest.approx(np.diff(raw.get_xlim()) * 60.0 / 8.0)
+
+
+def test_temperatures_are_drawn_below_and_other_channels_are_not(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    test = make_run()
+    values = np.full(test.deviation.shape, 20.0)
+    values[0, 0, 0] = np.nan
+    channels = {"scale_temperature_c": values, "room_C": values + 1.0, "force_n": values}
+    report = drifting(make_report, replace(test, channels=channels))
+    figure = draw(report)
+    assert figure.axes[4].get_ylabel() == "temperature\n[°C]"
+    labels = legend_of(figure)
+    assert {"scale_temperature_c", "room_C"} < set(labels)
+    assert "force_n" not in labels
+    table = readings_table(report)
+    assert table["channel_1_scale_temperature_c"][0] == ""
+    assert set(table["channel_2_room_C"][1:]) == {"21.0"}
+    assert len([name for name in table if name.startswith("channel")]) == 2
+
+
+def test_a_long_run_is_drawn_in_part_and_the_chart_says_so(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = drifting(make_report, make_run(9, 150))
+    figure = draw(report)
+    assert "1998 of 2700 readings drawn" in figure.get_suptitle()
+    assert len(readings_table(report)["cycle"]) == 2700
+
+
+# ---- runs of other kinds -------------------------------------------------------------------------
+
+
+def test_without_a_drift_nothing_is_said_of_it(make_run: MakeRun, make_report: MakeReport) -> None:
+    report = make_report(make_run())
+    assert "drift" not in {chart.name for chart in charts_of(report)}
+    headings = [section.heading for section in document_of(report).sections]
+    assert HEADING not in headings
+    assert "Diagnosis" not in headings
+    assert "The measurement uncertainty was not evaluated." in notes_of(report)
+    annex = section_of(report, "Annex A: results of each target")
+    assert len(tables_of(annex)) == 1
+
+
+def test_a_run_that_does_not_drift_is_left_as_it_was(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = drifting(make_report, still(make_run))
+    drift = report.drift
+    assert drift is not None
+    assert drift.model is DriftModel.NONE
+    words = words_of(section_of(report))
+    assert "No drift is seen (p = " in words
+    assert "the run is left as it was" in words
+    assert "Model:" not in words
+    figure = draw(report)
+    assert "Drift: none is seen" in figure.get_suptitle()
+    assert [label for label in legend_of(figure) if label.startswith("drift")] == [
+        "drift: none is seen"
+    ]
+    table = readings_table(report)
+    assert table["deviation_um"] == table["drift_free_um"]
+    assert all(row[1].startswith("0.0") for row in tables_of(section_of(report))[0].rows)
+
+
+def test_the_order_as_time_is_named_in_figure_and_certificate(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    timed = make_run()
+    test = replace(timed, time_source=TimeSource.ORDER, time_s=None)
+    report = drifting(make_report, test)
+    figure = draw(report)
+    assert figure.axes[0].child_axes == []
+    words = "no times: the order of the readings serves as time"
+    assert figure.axes[3].get_xlabel() == f"number of the reading ({words})"
+    said = words_of(section_of(report))
+    assert words[1:] in said
+    assert "t₀, at reading 45.5 in the order of acquisition." in said
+    assert "time_s" not in readings_table(report)
+    assert float(curves_table(report)["order"][-1]) == test.deviation.size
+
+
+def test_interpolated_times_state_their_resolution(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = drifting(make_report, replace(make_run(), time_source=TimeSource.INTERPOLATED))
+    words = "times interpolated between start and end, one reading every 8 s"
+    assert time_words(report) == words
+    assert words in draw(report).axes[3].get_xlabel()
+    assert words[1:] in words_of(section_of(report))
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_a_unidirectional_run_has_one_direction_and_no_reversal(
+    make_run: MakeRun, make_report: MakeReport, direction: str
+) -> None:
+    report = drifting(make_report, make_run(cycles=8, approaches=direction))
+    assert "there are no reversal values" in words_of(section_of(report))
+    assert [label for label in legend_of(draw(report)) if label.startswith("readings")] == [
+        f"readings {direction} {'↑' if direction == 'forward' else '↓'}"
+    ]
+    levels = tables_of(section_of(report, "Annex A: results of each target"))[1]
+    assert len(levels.columns) == 4
+    rows = {row[0]: row[1:] for row in tables_of(section_of(report))[1].rows}
+    assert set(rows["B"]) == {"absent", ""}
+    assert set(readings_table(report)["direction"]) == {direction}
+
+
+def test_a_rotary_axis_drifts_in_arcseconds(make_run: MakeRun, make_report: MakeReport) -> None:
+    report = drifting(make_report, make_run(kind=AxisKind.ROTARY, length=360.0))
+    for table in (readings_table(report), curves_table(report)):
+        assert not any("_um" in name or "_mm" in name for name in table)
+    assert "b_arcsec_per_1000_deg" in curves_table(report)
+    section = section_of(report)
+    assert "µm" not in str(section)
+    assert "b, growth [arcsec per 1000°]" in str(tables_of(section)[0].rows)
+    assert draw(report).axes[2].get_ylabel().endswith("[arcsec]")
+
+
+def test_a_missing_reading_is_in_no_row(make_run: MakeRun, make_report: MakeReport) -> None:
+    test = make_run()
+    deviation = test.deviation.copy()
+    deviation[4, 2, 0] = np.nan
+    table = readings_table(drifting(make_report, replace(test, deviation=deviation)))
+    assert len(table["cycle"]) == test.deviation.size - 1
+    assert "" not in table["drift_free_um"]
+
+
+def test_an_outlier_is_named_in_the_certificate_and_marked_in_the_figure(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    test = make_run(9, 10)
+    deviation = test.deviation.copy()
+    deviation[6, 4, 1] += 40.0
+    report = drifting(make_report, replace(test, deviation=deviation), robust=True)
+    words = words_of(section_of(report))
+    assert "Outliers, left out of this section only: target 7 (" in words
+    assert "cycle 5 ↓, " in words
+    figure = draw(report)
+    assert "outliers, left out (on the edge: farther out)" in legend_of(figure)
+    low, high = figure.axes[0].get_ylim()
+    assert high - low < 20.0
+    (cross,) = [line for line in figure.axes[0].get_lines() if line.get_marker() == "x"]
+    assert np.asarray(cross.get_ydata()) == pytest.approx(high)
+    table = readings_table(report)
+    row = table["drift_um"].index("")
+    assert (table["cycle"][row], table["direction"][row]) == ("5", "backward")
+    assert float(table["deviation_um"][row]) == deviation[6, 4, 1]
+
+
+# ---- the certificate -----------------------------------------------------------------------------
+
+
+def test_the_section_follows_the_standards_results_and_says_that_it_is_none(
+    report: PositioningReport,
+) -> None:
+    headings = [section.heading for section in document_of(report).sections]
+    results = next(k for k, h in enumerate(headings) if h.startswith("Results according to"))
+    adjacent = next(k for k, h in enumerate(headings) if h.startswith("Adjacent-difference"))
+    assert results < headings.index(HEADING) < headings.index("Diagnosis") < adjacent
+    assert "are not results of ISO 230-2" in words_of(section_of(report))
+
+
+def test_measured_and_drift_free_figures_stand_beside_each_other_with_their_u(
+    report: PositioningReport,
+) -> None:
+    drift, uncertainty = report.drift, report.uncertainty
+    assert drift is not None
+    assert uncertainty is not None
+    assert uncertainty.drift_free is not None
+    table = tables_of(section_of(report))[1]
+    labels = [column.label for column in table.columns]
+    assert labels[1:] == [
+        "as measured [µm]",
+        "U (k = 2, GUM) [µm]",
+        "drift-free [µm]",
+        "U (k = 2, GUM) [µm]",
+    ]
+    without = figures_by_key(drift.figures)
+    for key, row in zip(FIGURE_KEYS, table.rows, strict=True):
+        assert row == (
+            FIGURE_SYMBOLS[key],
+            f"{getattr(report.iso230_2, key):.2f}",
+            two_digits(uncertainty.measured.expanded_uncertainty[key]),
+            f"{without[key]:.2f}",
+            two_digits(uncertainty.drift_free.expanded_uncertainty[key]),
+        )
+    words = words_of(section_of(report))
+    b = f"B {report.iso230_2.B:.2f} µm as measured and {without['B']:.2f} µm without drift"
+    assert b in words
+    assert "scatter of the readings; estimate of the drift" in words
+    assert "no budget was given" in words
+
+
+def test_the_drift_is_stated_with_bands_that_hold_both_ends(report: PositioningReport) -> None:
+    drift = report.drift
+    assert drift is not None
+    common, slope = tables_of(section_of(report))[0].rows
+    for cell, value, std in (
+        (common[1], drift.common[0], drift.common_std[0]),
+        (common[2], drift.common[-1], drift.common_std[-1]),
+        (slope[1], 1e3 * drift.slope[0], 1e3 * drift.slope_std[0]),
+    ):
+        stated, band = cell.split(" ± ")
+        assert band == two_digits(2.0 * float(std))
+        assert float(stated) == pytest.approx(float(value), abs=0.5)
+    total, band = common[3].split(" ± ")
+    assert float(total) == pytest.approx(drift.total, abs=0.05 * abs(drift.total))
+    both = 2.0 * float(drift.common_std[0] + drift.common_std[-1])
+    assert band == two_digits(both)
+
+
+def test_model_state_and_noise_are_stated(report: PositioningReport) -> None:
+    drift = report.drift
+    assert drift is not None
+    words = words_of(section_of(report))
+    kind = {"line": "a straight line in time", "smooth": "a smooth curve in time"}
+    assert f"Model: {kind[str(drift.model)]}" in words
+    assert drift.reference_time_s is not None
+    assert f"{drift.reference_time_s / 60.0:.1f} min after the first reading" in words
+    assert f"↑ {drift.noise_std[0]:.3f}, ↓ {drift.noise_std[1]:.3f} µm" in words
+    assert f"of all residuals: {drift.residual_std:.3f} µm" in words
+
+
+def test_the_annex_has_the_levels_with_their_standard_uncertainties(
+    report: PositioningReport,
+) -> None:
+    drift = report.drift
+    assert drift is not None
+    levels = tables_of(section_of(report, "Annex A: results of each target"))[1]
+    assert [column.label for column in levels.columns[2:]] == ["level ↑", "u ↑", "level ↓", "u ↓"]
+    for i, row in enumerate(levels.rows):
+        expected = [f"{v:.3f}" for a in (0, 1) for v in (drift.level[i, a], drift.level_std[i, a])]
+        assert list(row[2:]) == expected
+
+
+def test_the_warnings_of_the_drift_stand_in_its_section(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    report = drifting(make_report, make_run())
+    assert report.drift is not None
+    said = replace(report, drift=replace(report.drift, warnings=("target 4 <b> is odd",)))
+    assert "Target 4 <b> is odd." in words_of(section_of(said))
+    assert "Target 4 &lt;b&gt; is odd." in render_html(document_of(said))
+
+
+def test_the_results_have_the_evaluated_uncertainty_where_no_other_is_stated(
+    report: PositioningReport,
+) -> None:
+    assert report.uncertainty is not None
+    (table, *_) = tables_of(document_of(report).sections[0])
+    assert [column.label for column in table.columns][2:] == ["Value [µm]", "U (k = 2, GUM) [µm]"]
+    expected = report.uncertainty.measured.expanded_uncertainty
+    assert [row[3] for row in table.rows] == [two_digits(expected[key]) for key in FIGURE_KEYS]
+    assert "U (k = 2, GUM): expanded uncertainty by Monte Carlo (200 draws, seed 1)" in notes_of(
+        report
+    )
+    assert "Left out: instrument and environment: no budget was given." in notes_of(report)
+
+
+def test_uncertainties_of_the_limits_file_come_first_and_decide(
+    make_run: MakeRun, make_report: MakeReport
+) -> None:
+    limits = Limits({"B": 4.0}, DecisionRule.ISO14253_1, {"B": 0.37}, "limits.toml")
+    report = drifting(make_report, make_run(), limits=limits)
+    (table, *_) = tables_of(document_of(report).sections[0])
+    assert table.columns[3].label == "U (k = 2) [µm]"
+    assert table.rows[0][3] == "0.37"
+    assert "taken from the limits file" in notes_of(report)
+    assert "Monte Carlo" not in notes_of(report)
+
+
+def test_a_budget_is_named_term_by_term(make_run: MakeRun, make_report: MakeReport) -> None:
+    budget = UncertaintyBudget(device=0.5, environmental_variation=0.4)
+    words = words_of(section_of(drifting(make_report, make_run(), budget=budget)))
+    assert "instrument, by its certificate" in words
+    assert "Left out: misalignment of the beam: not stated in the budget" in words
+    assert "environmental variation: it would count the drift twice" in words
+
+
+def test_the_diagnosis_is_printed_in_its_order(report: PositioningReport) -> None:
+    assert report.diagnosis
+    listed = next(b for b in section_of(report, "Diagnosis").blocks if isinstance(b, ItemList))
+    assert listed.items == tuple(finding.text for finding in report.diagnosis)
+    assert listed.numbered
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_hostile_names_of_channels_and_findings_are_shown_and_not_obeyed(
+    make_run: MakeRun, make_report: MakeReport, text: str
+) -> None:
+    test = make_run(5, 4)
+    channels = {f"{text} temp": np.full(test.deviation.shape, 21.0)}
+    finding = Finding("temperature_channel", 1.0, "µm/K", f"The channel '{text}'.", None)
+    report = drifting(make_report, replace(test, channels=channels), diagnosis=(finding,))
+    chart = next(chart for chart in charts_of(report) if chart.name == "drift")
+    picture = Picture(chart.svg(report).decode("utf-8"), "Drift.")
+    page = render_html(build_certificate(report, {"drift": picture}))
+    assert "<script" not in page.lower()
+    assert "<img" not in page.lower()
+    (column,) = [name for name in readings_table(report) if name.startswith("channel_")]
+    assert column.replace("_", "").isalnum()
+    assert len(column) < 60
+    labels = legend_of(draw(report))
+    assert not any(c in label for label in labels for c in "\x1b\x00\u202e")
+    assert max(map(len, labels)) < 50
+
+
+def test_two_renderings_are_the_same_bytes(
+    make_run: MakeRun, make_report: MakeReport, report: PositioningReport
+) -> None:
+    again = drifting(make_report, make_run())
+    assert certificate_pdf(again) == certificate_pdf(report)
+    assert certificate_html(again) == certificate_html(report)
+
+
+def test_the_settings_hash_follows_what_drift_and_uncertainty_depend_on(
+    make_run: MakeRun, make_report: MakeReport, report: PositioningReport
+) -> None:
+    test = make_run()
+    budget = UncertaintyBudget(device=0.5)
+    others = (
+        make_report(test),
+        drifting(make_report, test, reference_time_s=60.0),
+        drifting(make_report, test, budget=budget),
+    )
+    hashes = {report.settings_sha256, *(other.settings_sha256 for other in others)}
+    assert len(hashes) == 4
