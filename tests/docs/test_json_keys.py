@@ -43,6 +43,8 @@ SAME_KEYS = {
             "drift.uncertainty",
             "uncertainty.measured.expanded_uncertainty",
             "uncertainty.measured.bias",
+            "uncertainty.measured.standard_uncertainty",
+            "uncertainty.measured.closed_form",
             "trend.runs[].iso230_2",
             "trend.runs[].uncertainty",
             "trend.runs[].drift.iso230_2",

@@ -58,6 +58,9 @@ def report_as_json(report: "PositioningReport") -> dict[str, object]:
         "drift": _drift(report),
         "uncertainty": _uncertainty(report.uncertainty),
         "limits": _limits(report),
+        "plan_differences": (
+            None if report.plan_differences is None else list(report.plan_differences)
+        ),
         "warnings": list(report.warnings),
     }
 
@@ -153,7 +156,9 @@ def _drift(report: "PositioningReport") -> dict[str, object] | None:
         "residual_std": finite_or_none(drift.residual_std),
         "effective_parameters": drift.effective_parameters,
         "total": drift.total,
+        "total_within": drift.total_within,
         "total_per_m": drift.total_per_m,
+        "total_per_m_within": drift.total_per_m_within,
         "reference_time_s": drift.reference_time_s,
         "levels_forward": _numbers(drift.level[:, FORWARD].tolist()),
         "levels_backward": _numbers(drift.level[:, BACKWARD].tolist()),
@@ -187,6 +192,11 @@ def _figure_uncertainty(figures: "FigureUncertainty") -> dict[str, object]:
             key: finite_or_none(figures.expanded_uncertainty.get(key)) for key in FIGURE_KEYS
         },
         "bias": {key: finite_or_none(figures.bias.get(key)) for key in FIGURE_KEYS},
+        "standard_uncertainty": {
+            key: finite_or_none(figures.standard_uncertainty.get(key)) for key in FIGURE_KEYS
+        },
+        "closed_form": {key: finite_or_none(figures.closed_form.get(key)) for key in FIGURE_KEYS},
+        "closed_form_mark": dict(figures.closed_form_mark),
         "included": list(figures.included),
         "left_out": list(figures.left_out),
     }

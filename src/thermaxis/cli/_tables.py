@@ -53,6 +53,10 @@ def print_report(report: "PositioningReport") -> None:
         parts.append(_adjacent(test, report.adjacent_difference, decimals))
     if report.drift is not None:
         parts.append(_drift(report, report.drift, decimals))
+    elif report.uncertainty is not None:
+        parts.append(_uncertainty_alone(report, report.uncertainty.measured, decimals))
+    if report.plan_differences == ():
+        parts.append("plan: the run follows it\n")
     if report.diagnosis:
         found = "\n".join(
             f"  {number}. {printable(finding.text, 400)}"
@@ -167,6 +171,16 @@ def _drift(report: "PositioningReport", drift: "DriftResult", decimals: int) -> 
     return "\n".join((table, *_drift_in_words(report.test, drift), *_left_out(free), ""))
 
 
+def _uncertainty_alone(
+    report: "PositioningReport", measured: "FigureUncertainty", decimals: int
+) -> str:
+    expanded = measured.expanded_uncertainty
+    rows = [(FIGURE_SYMBOLS[key], _number(expanded.get(key), decimals)) for key in FIGURE_KEYS]
+    title = f"Uncertainty of the figures, {report.test.kind.units.deviation}"
+    table = text_table(title, ("", "U (k = 2)"), rows, words=1)
+    return "\n".join((table, *_left_out(measured), ""))
+
+
 def _left_out(free: "FigureUncertainty | None") -> list[str]:
     if free is None or not free.left_out:
         return []
@@ -188,8 +202,9 @@ def _drift_in_words(test: PositioningTest, drift: "DriftResult") -> list[str]:
         when = f" at {drift.reference_time_s / 3600.0:.2f} h"
     model = "a straight line" if str(drift.model) == "line" else "a smooth curve"
     growth = "µm/m" if unit == "µm" else "arcsec per 1000°"
-    grown = f"{drift.total_per_m:+.1f} {growth} of growth"
-    run = f"over the run {drift.total:+.2f} {unit} in common and {grown}"
+    grown = f"{drift.total_per_m:+.1f} ± {drift.total_per_m_within:.2g} {growth} of growth"
+    common = f"{drift.total:+.2f} ± {drift.total_within:.2g} {unit} in common"
+    run = f"over the run {common} and {grown}"
     state = f"levels are those of the thermal state{when}"
     return [f"drift: {model}; {run}; {state}", *said]
 

@@ -154,15 +154,22 @@ def _drift(
 
     if arguments.no_drift:
         return None, ()
-    from thermaxis.positioning import evaluate_drift  # noqa: PLC0415  scipy comes with it
+    from thermaxis.positioning import APPROACHES, evaluate_drift  # noqa: PLC0415  with scipy
 
     hours: float | None = arguments.reference_time
     time_s = None if hours is None else hours * 3600.0
     try:
         result = evaluate_drift(test, reference_time_s=time_s, robust=arguments.robust)
     except DataError as error:
-        return None, (f"no drift model: {error}",)
-    return result, result.warnings
+        advice = f". {error.remedy}" if error.remedy else ""
+        return None, (f"no drift model: {error.what}{advice}",)
+    unit = test.kind.units.deviation
+    outliers = tuple(
+        f"the reading of target {o.target} {APPROACHES[o.approach]} in cycle {o.cycle} lies"
+        f" {o.residual:+.3g} {unit} from the drift model and was left out of it"
+        for o in result.outliers
+    )
+    return result, (*result.warnings, *outliers)
 
 
 def _uncertainty_and_diagnosis(
@@ -178,9 +185,9 @@ def _uncertainty_and_diagnosis(
     return uncertainty, () if arguments.no_drift else diagnose(test, drift)
 
 
-def _against_plan(arguments: argparse.Namespace, test: "PositioningTest") -> tuple[str, ...]:
+def _against_plan(arguments: argparse.Namespace, test: "PositioningTest") -> tuple[str, ...] | None:
     if arguments.plan is None:
-        return ()
+        return None
     from thermaxis.files import read_plan  # noqa: PLC0415  only with a plan
     from thermaxis.positioning import check_against_plan  # noqa: PLC0415
 
@@ -288,7 +295,8 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
     other_standard, also_said = _other_standard(arguments.edition, test)
     drift, drift_said = _drift(arguments, test)
     uncertainty, diagnosis = _uncertainty_and_diagnosis(arguments, test, drift)
-    warnings += (*said, *also_said, *drift_said, *_against_plan(arguments, test))
+    plan_differences = _against_plan(arguments, test)
+    warnings += (*said, *also_said, *drift_said, *(plan_differences or ()))
     wants_charts = bool(arguments.report or arguments.figures)
     limits = report.read_limits(arguments.limits, test.kind) if arguments.limits else None
     stated: dict[str, str] = {}
@@ -307,6 +315,7 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         drift=drift,
         uncertainty=uncertainty,
         diagnosis=diagnosis,
+        plan_differences=plan_differences,
         source_name=path.name,
         source_sha256=sha256,
         version=__version__,

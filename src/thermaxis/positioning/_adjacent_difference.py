@@ -248,6 +248,8 @@ def _choose_reference_cycle(
                 remedy="Choose the reference by its cycle number",
             )
         chosen = _first_cycle_from(test, time_s, usable)
+        if chosen is None and time_s <= float(np.nanmax(test.time_s)) and np.any(usable):
+            return int(np.flatnonzero(usable)[-1])
         if chosen is None:
             duration_h = float(np.nanmax(test.time_s)) / 3600.0
             raise DataError(
@@ -352,7 +354,8 @@ def evaluate_adjacent_difference(
         Cycle whose reading anchors the deviation chart, from 1. Default: the first cycle that
         starts two hours or more after the first reading, else the first. [1]
     reference_time_s : float, optional
-        Take the first cycle that starts at or after this time instead. [s]
+        Take the first cycle that starts at or after this time instead; the last cycle, where
+        the run ends before another one starts. [s]
     reference_position : int
         Position whose reading anchors the chart, from 1. Default 1, as in the paper. [1]
 

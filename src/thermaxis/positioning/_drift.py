@@ -172,6 +172,16 @@ class DriftResult:
         """Growth of the axis from the first to the last reading. [µm/m; arcsec per 1000 deg]"""
         return 1000.0 * float(self.slope[-1] - self.slope[0])
 
+    @property
+    def total_within(self) -> float:
+        """Two standard uncertainties of `total`, those of both ends added. [µm or arcsec]"""
+        return 2.0 * float(self.common_std[0] + self.common_std[-1])
+
+    @property
+    def total_per_m_within(self) -> float:
+        """Two standard uncertainties of `total_per_m` at most. [µm/m; arcsec per 1000 deg]"""
+        return 2000.0 * float(self.slope_std[0] + self.slope_std[-1])
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)

@@ -524,7 +524,7 @@ def _draw_figures(
         np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)
     )
     at_once = max(_FEWEST_SAMPLES, _NUMBERS_AT_A_TIME // estimate.level.size)
-    measured: list[dict[str, FloatArray]] = []
+    change: list[dict[str, FloatArray]] = []
     drift_free: list[dict[str, FloatArray]] = []
     systematic, environment = terms.systematic_expanded, terms.environment_expanded
     for start in range(0, samples, at_once):
@@ -534,12 +534,21 @@ def _draw_figures(
             std = draw_std(estimate, count, std_rng)
         draws = _Draws(estimate, draw_levels(estimate, count, level_rng), std)
         drift_free.append(_with_terms(draws, systematic, 0.0, term_rng))
-        measured.append(
-            _with_terms(draws, systematic, environment, term_rng)
-            if environment > 0.0
-            else drift_free[-1]
-        )
-    return _Truths(_joined(measured), _joined(drift_free))
+        if environment > 0.0:
+            moved = _with_terms(draws, 0.0, environment, term_rng)
+            still = _with_terms(draws, 0.0, 0.0, term_rng)
+            change.append({key: moved[key] - still[key] for key in FIGURE_KEYS})
+    free = _joined(drift_free)
+    return _Truths(_widened(free, _joined(change)) if change else free, free)
+
+
+def _widened(truths: dict[str, FloatArray], change: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the truths with what the environment may have changed, without its mean.
+
+    The environment scattered the readings already, so it makes a true figure uncertain; that
+    extremes of scattered values are larger must not count a second time.
+    """
+    return {key: truths[key] + change[key] - np.mean(change[key]) for key in FIGURE_KEYS}
 
 
 def _compared(

@@ -69,6 +69,8 @@ class PositioningReport:
     """Expanded uncertainties of the figures; None if not evaluated."""
     diagnosis: "tuple[Finding, ...]" = ()
     """What is wrong with the axis, ranked; empty also where nothing was diagnosed."""
+    plan_differences: tuple[str, ...] | None = None
+    """How the run departs from its plan, in words; None if it was not compared with one."""
 
     def __post_init__(self) -> None:
         """Check the date and freeze the header."""

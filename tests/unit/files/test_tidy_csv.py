@@ -477,9 +477,8 @@ def test_times_of_day_give_start_and_end(tmp_path: Path) -> None:
 
 
 def test_times_may_have_the_day_first_with_points(tmp_path: Path) -> None:
-    rows = [f"2.{3:02d}.2026 8:00:{k:02d},5;{row}" for k, row in enumerate(ROWS)]
-    rows = [row.replace(",", ";").replace(";5;", ",5;", 1).replace(".", ",") for row in rows]
-    rows = [row.replace(",", ".", 2) for row in rows]
+    rows = [f"2.3.2026 8:00:{k:02d},5," + row for k, row in enumerate(ROWS)]
+    rows = [row.replace(",", ";").replace(";5;", ",5;", 1) for row in rows]
     test = read(tmp_path, f"Zeit,{HEADING}".replace(",", ";"), *rows)
     assert test.time_source is TimeSource.FILE
     assert test.start == datetime(2026, 3, 2, 8, 0, 0, 500_000)  # noqa: DTZ001  none is stated

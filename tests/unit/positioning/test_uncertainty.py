@@ -1,3 +1,4 @@
+import itertools
 import time
 from dataclasses import replace
 
@@ -346,6 +347,25 @@ def test_environmental_variation_does_not_touch_the_drift_free_figures(
     for key in FIGURE_KEYS:
         before = without.measured.standard_uncertainty[key]
         assert given.measured.standard_uncertainty[key] > before
+
+
+@pytest.mark.parametrize("with_drift", [True, False])
+def test_more_environmental_variation_never_makes_a_figure_more_certain(
+    drifting: tuple[PositioningTest, DriftResult], *, with_drift: bool
+) -> None:
+    test, drift = drifting[0], drifting[1] if with_drift else None
+    results = [
+        evaluate_uncertainty(
+            test, drift, budget=UncertaintyBudget(environmental_variation=variation)
+        ).measured
+        for variation in (0.0, 0.5, 2.0, 5.0)
+    ]
+    for key in FIGURE_KEYS:
+        u = [result.expanded_uncertainty[key] for result in results]
+        assert all(b > 0.97 * a for a, b in itertools.pairwise(u)), key  # draws scatter by 3 %
+        assert u[-1] > u[0]
+        biases = [result.bias[key] for result in results]
+        assert biases == pytest.approx([biases[0]] * 4, abs=1e-9)
 
 
 def test_without_a_budget_the_result_says_what_is_in_it_and_what_is_not(
