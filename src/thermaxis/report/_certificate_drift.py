@@ -240,17 +240,21 @@ def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:
     )
     rows: list[tuple[str, ...]] = []
     for label, total, values, std in (
-        (f"a, in common [{unit}]", drift.total, drift.common, drift.common_std),
+        (
+            f"a, in common [{unit}]",
+            _with_band(drift.total, drift.total_within),
+            drift.common,
+            drift.common_std,
+        ),
         (
             f"b, growth [{growth_unit(report)}]",
-            drift.total_per_m,
+            _with_band(drift.total_per_m, drift.total_per_m_within),
             1e3 * drift.slope,
             1e3 * drift.slope_std,
         ),
     ):
-        ends = [(float(values[k]), 2.0 * float(std[k])) for k in (0, -1)]
-        band = sum(b for _, b in ends)
-        rows.append((label, *(_with_band(*end) for end in ends), _with_band(total, band)))
+        ends = (_with_band(float(values[k]), 2.0 * float(std[k])) for k in (0, -1))
+        rows.append((label, *ends, total))
     if drift.bow is not None:
         ends = [float(drift.bow[k]) for k in (0, -1)]
         cells = (fixed(end, 2) for end in (*ends, ends[1] - ends[0]))
