@@ -69,7 +69,7 @@ def example(kind: AxisKind = AxisKind.LINEAR) -> PositioningTest:
         time_s=(order - 1) * 7.5,
         order=order,
         start=datetime(2026, 3, 2, 8, 0),  # noqa: DTZ001  files state local time
-        end=datetime(2026, 3, 2, 8, 5),  # noqa: DTZ001
+        end=datetime(2026, 3, 2, 8, 5),  # noqa: DTZ001  files state local time
         channels={"motor temperature": np.round(20 + order / 50, 2)},
         environment={"air_temperature_c": StartEnd(20.3, 20.6)},
         header={"machine": "Čapek & söhne", "axis": "X", "title": '=1+2, "quoted"'},
@@ -133,7 +133,7 @@ def tidy_workbook() -> bytes:
     test = example()
     rows: list[list[object]] = [["cycle", "direction", "target_mm", "deviation_um", "time"]]
     for i, j, a in np.ndindex(6, 3, 2):
-        moment = datetime(2026, 3, 2, 8, j, 6 * (i if a == 0 else 5 - i), 500_000 * a)  # noqa: DTZ001
+        moment = datetime(2026, 3, 2, 8, j, 6 * (i if a == 0 else 5 - i), 500_000 * a)  # noqa: DTZ001  files state local time
         rows.append([j + 1, ("+", "-")[a], test.target[i], test.deviation[i, j, a], moment])
     return workbook(rows, formula=True)
 

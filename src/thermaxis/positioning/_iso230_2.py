@@ -374,24 +374,13 @@ def evaluate_iso230_2(
     absent = np.full_like(figures.s, np.nan)
     spread = absent if single_run_rule else figures.s
 
-    def repeatability(figure: FloatArray) -> float | None:
-        return None if single_run_rule else value_or_none(figure)
-
+    values = figures_by_key(figures)
+    if single_run_rule:
+        values |= {key: None for key in FIGURE_KEYS if key[0] in "RA"}
     return Iso230_2Result(
         edition=edition,
         single_run_rule=single_run_rule,
-        B=value_or_none(figures.B),
-        B_mean=value_or_none(figures.B_mean),
-        M=value_or_none(figures.M),
-        E_forward=value_or_none(figures.E_unidirectional[FORWARD]),
-        E_backward=value_or_none(figures.E_unidirectional[BACKWARD]),
-        E=value_or_none(figures.E),
-        R_forward=repeatability(figures.R_unidirectional[FORWARD]),
-        R_backward=repeatability(figures.R_unidirectional[BACKWARD]),
-        R=repeatability(figures.R),
-        A_forward=repeatability(figures.A_unidirectional[FORWARD]),
-        A_backward=repeatability(figures.A_unidirectional[BACKWARD]),
-        A=repeatability(figures.A),
+        **values,
         target=test.target,
         mean=figures.mean,
         mean_bidirectional=figures.mean_bidirectional,

@@ -471,7 +471,7 @@ def test_times_of_day_give_start_and_end(tmp_path: Path) -> None:
     test = read(tmp_path, f"{HEADING},time", *timed())
     assert test.time_source is TimeSource.FILE
     assert test.start == datetime(2026, 3, 2, 8, 0)  # noqa: DTZ001  local time
-    assert test.end == datetime(2026, 3, 2, 8, 1, 22, 500_000)  # noqa: DTZ001
+    assert test.end == datetime(2026, 3, 2, 8, 1, 22, 500_000)  # noqa: DTZ001  no zone in the file
     assert test.time_s is not None
     assert test.time_s[0, 1, BACKWARD] == 82.5
 
@@ -706,7 +706,7 @@ def test_a_real_run_with_times_is_read_as_it_is(real_data: Path) -> None:
     assert test.deviation[0, 0, FORWARD] == -49.226
     assert test.time_source is TimeSource.FILE
     assert test.start == datetime(2022, 4, 6, 12, 48, 40, 1708)  # noqa: DTZ001  local time
-    assert test.end == datetime(2022, 4, 6, 13, 29, 14, 553787)  # noqa: DTZ001
+    assert test.end == datetime(2022, 4, 6, 13, 29, 14, 553787)  # noqa: DTZ001  no zone in the file
     assert test.time_s is not None
     assert test.time_s.max() == pytest.approx(40.58 * 60, abs=1)
     assert test.remarks == ()

@@ -116,11 +116,11 @@ def test_cells_with_a_date_are_times(tmp_path: Path) -> None:
 
 
 def test_a_time_without_date_is_an_error_that_names_the_cell(tmp_path: Path) -> None:
-    rows = [(*row, datetime(2026, 3, 2, 8, 0).time()) for row in ROWS]  # noqa: DTZ001
+    rows = [(*row, datetime(2026, 3, 2, 8, 0).time()) for row in ROWS]  # noqa: DTZ001  a workbook has no zones
     assert "Sheet!E2" in refused(save(tmp_path, [(*HEADING, "time"), *rows]))
 
 
-@pytest.mark.parametrize("value", ["abc", "nan", "#DIV/0!", True, datetime(2026, 3, 2), 1e300])  # noqa: DTZ001
+@pytest.mark.parametrize("value", ["abc", "nan", "#DIV/0!", True, datetime(2026, 3, 2), 1e300])  # noqa: DTZ001  a workbook has no zones
 def test_what_is_no_number_is_an_error_that_names_the_cell(tmp_path: Path, value: object) -> None:
     rows = [*ROWS[:3], (*ROWS[3][:3], value), *ROWS[4:]]
     assert "column deviation_um, cell Sheet!D5" in refused(save(tmp_path, [HEADING, *rows]))
