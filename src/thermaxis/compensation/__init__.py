@@ -1,0 +1,40 @@
+"""What may act on a machine: the model, one cycle of it, its quality. Standard library only."""
+
+from thermaxis.compensation._cycle import (
+    CycleOutput,
+    Reading,
+    ThermalState,
+    cycle,
+    initial_state,
+)
+from thermaxis.compensation._quality import Outcome, Quality
+from thermaxis.compensation._thermal_model import (
+    START,
+    STATED,
+    CompensationModel,
+    GainPoint,
+    Output,
+    Part,
+    Provenance,
+    Section,
+    TrainingLog,
+)
+
+__all__ = [
+    "START",
+    "STATED",
+    "CompensationModel",
+    "CycleOutput",
+    "GainPoint",
+    "Outcome",
+    "Output",
+    "Part",
+    "Provenance",
+    "Quality",
+    "Reading",
+    "Section",
+    "ThermalState",
+    "TrainingLog",
+    "cycle",
+    "initial_state",
+]

@@ -1,0 +1,283 @@
+"""The model that may act on a machine: gains and time constants, and what it was made from."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from types import MappingProxyType
+from typing import final
+
+from thermaxis.errors import ConfigurationError
+
+LARGEST_GAIN_UM_PER_K = 1e5
+"""Largest magnitude of a gain; a machine ten metres long grows by 120 µm/K. [µm/K]"""
+LONGEST_TIME_CONSTANT_S = 1e8
+"""Longest time constant: three years. [s]"""
+LONGEST_DELAY_S = 86400.0
+"""Longest delay of an input: a day. [s]"""
+MOST_PARTS = 200
+"""Largest number of parts of an output, and of outputs. [1]"""
+
+START = "start"
+"""Reference: the temperatures when the model starts, as in the paper."""
+STATED = "stated"
+"""Reference: temperatures that the model states."""
+
+
+def _require(condition: bool, what: str, where: str, remedy: str = "") -> None:  # noqa: FBT001 - reads as a sentence
+    if not condition:
+        raise ConfigurationError(what, where=where, remedy=remedy)
+
+
+def _within(value: float, largest: float) -> bool:
+    return abs(value) <= largest  # false for NaN
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A first-order lag: x += alpha (u - x), alpha = 1 - exp(-T / time constant)."""
+
+    gain_um_per_k: float
+    """Gain c of its state. [µm/K]"""
+    time_constant_s: float
+    """Time constant, positive: a section is stable whatever its numbers. [s]"""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _require(
+            _within(self.gain_um_per_k, LARGEST_GAIN_UM_PER_K),
+            f"the gain is no number of at most {LARGEST_GAIN_UM_PER_K:g} µm/K",
+            "gain_um_per_k",
+        )
+        _require(
+            0.0 < self.time_constant_s <= LONGEST_TIME_CONSTANT_S,
+            f"the time constant is not positive and at most {LONGEST_TIME_CONSTANT_S:g} s",
+            "time_constant_s",
+        )
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class GainPoint:
+    """Gain g of a part at one clamping diameter of the workpiece."""
+
+    diameter_mm: float
+    """Clamping diameter. [mm]"""
+    gain: float
+    """Factor of the part. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What one input contributes to an output: direct gain and sections side by side.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is not finite or out of its range, or diameters do not increase.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equations (5) and (6): difference of two temperatures, times a gain.
+    """
+
+    name: str
+    """Name of the input."""
+    plus: str
+    """Channel of the temperature."""
+    minus: str = ""
+    """Channel that is subtracted; empty where there is none."""
+    direct_gain_um_per_k: float = 0.0
+    """Gain without a lag. [µm/K]"""
+    sections: tuple[Section, ...] = ()
+    """The lags."""
+    delay_s: float = 0.0
+    """Time that the input needs to act at all. [s]"""
+    gain_by_diameter: tuple[GainPoint, ...] = ()
+    """Factor by clamping diameter, linear in between; empty where it is 1 throughout."""
+    tool_gain: float = 1.0
+    """Factor at the tool centre point, used where no diameter is stated. [1]"""
+    lowest_k: float | None = None
+    """Lowest value of the input in the training logs, relative to its reference. [K]"""
+    highest_k: float | None = None
+    """Highest value in the training logs. [K]"""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        where = f"part {self.name}"
+        _require(bool(self.name) and bool(self.plus), "the part names no channel", where)
+        _require(self.plus != self.minus, "a channel is subtracted from itself", where)
+        _require(
+            _within(self.direct_gain_um_per_k, LARGEST_GAIN_UM_PER_K),
+            f"the direct gain is no number of at most {LARGEST_GAIN_UM_PER_K:g} µm/K",
+            where,
+        )
+        _require(
+            0.0 <= self.delay_s <= LONGEST_DELAY_S,
+            f"the delay is not from 0 to {LONGEST_DELAY_S:g} s",
+            where,
+        )
+        _require(len(self.sections) <= MOST_PARTS, "too many sections", where)
+        points = self.gain_by_diameter
+        _require(
+            all(_within(p.diameter_mm, 1e6) and _within(p.gain, 1e3) for p in points)
+            and _within(self.tool_gain, 1e3),
+            "a diameter or a gain by diameter is out of range",
+            where,
+        )
+        _require(
+            all(a.diameter_mm < b.diameter_mm for a, b in pairwise(points)),
+            "the diameters of the gains do not increase",
+            where,
+        )
+        _require(
+            (self.lowest_k is None) == (self.highest_k is None), "half a range is stated", where
+        )
+        if self.lowest_k is not None and self.highest_k is not None:
+            _require(
+                _within(self.lowest_k, 1e6) and self.lowest_k <= self.highest_k <= 1e6,
+                "the range of the training logs is no range",
+                where,
+            )
+
+    @property
+    def dc_gain_um_per_k(self) -> float:
+        """What a lasting change of one kelvin does in the end, before any gain. [µm/K]"""
+        return self.direct_gain_um_per_k + math.fsum(s.gain_um_per_k for s in self.sections)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Output:
+    """One displacement: the sum of its parts and an offset.
+
+    Positive means: the tool point moves away from the workpiece. The correction is minus this.
+    """
+
+    name: str
+    """Name, with its unit: ``Z_um``."""
+    parts: tuple[Part, ...]
+    """Its parts."""
+    offset_um: float = 0.0
+    """Displacement where every input is at its reference for long. [µm]"""
+
+    def __post_init__(self) -> None:
+        """Check name and parts."""
+        where = f"output {self.name}"
+        _require(bool(self.name), "an output has no name", "output")
+        _require(1 <= len(self.parts) <= MOST_PARTS, "it has no part, or too many", where)
+        names = [part.name for part in self.parts]
+        _require(len(set(names)) == len(names), "two parts have the same name", where)
+        _require(_within(self.offset_um, 1e6), "the offset is out of range", where)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TrainingLog:
+    """A log that the model was made from."""
+
+    name: str
+    """Name of the file, without its folder."""
+    sha256: str
+    """Hash of the file; empty where it was no file."""
+    rows: int
+    """Rows that were used. [1]"""
+    first_row: int = 0
+    """First of them, from 0. [1]"""
+
+
+def _no_mapping() -> Mapping[str, float]:
+    return MappingProxyType({})
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where the model comes from."""
+
+    method: str = ""
+    """Estimator, in words."""
+    program: str = ""
+    """Name and version of the program."""
+    date: str = ""
+    """Date of the identification, as stated by whoever made it; may be empty."""
+    logs: tuple[TrainingLog, ...] = ()
+    """The training logs."""
+    figures: Mapping[str, float] = field(default_factory=_no_mapping)
+    """Figures by name, such as ``Z_um.fit_percent``; the unit ends the name."""
+
+    def __post_init__(self) -> None:
+        """Freeze the figures."""
+        object.__setattr__(self, "figures", MappingProxyType(dict(self.figures)))
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompensationModel:
+    """Outputs with their parts, references, and when the model may be believed.
+
+    Not protected: limits of the correction are not set by the identification; `limits_set` says
+    so, and nothing may act on a machine before they are. The model knows neither whether its
+    channels are wired to the sensors that it was made with, nor whether the machine was changed.
+
+    Raises
+    ------
+    ConfigurationError
+        If names repeat, a number is out of its range, or a stated reference lacks a channel.
+    """
+
+    outputs: tuple[Output, ...]
+    """The displacements."""
+    sample_time_s: float = 1.0
+    """Nominal time from reading to reading. [s]"""
+    reference: str = START
+    """``start`` or ``stated``."""
+    reference_c: Mapping[str, float] = field(default_factory=_no_mapping)
+    """Reference by channel where it is stated; with ``start`` those of training, for
+    information. [degC]"""
+    input_filter_s: float = 0.0
+    """Time constant of a first-order filter of every input, 0 for none; it is part of the
+    identified model. [s]"""
+    longest_gap_s: float = 3600.0
+    """After a longer gap between readings the model starts anew. Default: an hour, of the order
+    of the time constants that matter. [s]"""
+    longest_hold_s: float = 60.0
+    """An input that fails is held so long before the output is bad. Default: a minute, in which
+    no temperature of a machine moves by more than some tenths of a kelvin. [s]"""
+    provenance: Provenance = field(default_factory=Provenance)
+    """Where it comes from."""
+    warnings: tuple[str, ...] = ()
+    """What its user must know, in words."""
+    channels: tuple[str, ...] = field(init=False)
+    """Every channel that it needs, in the order of first use."""
+
+    def __post_init__(self) -> None:
+        """Check the model and collect its channels."""
+        _require(1 <= len(self.outputs) <= MOST_PARTS, "the model has no output", "outputs")
+        names = [output.name for output in self.outputs]
+        _require(len(set(names)) == len(names), "two outputs have the same name", "outputs")
+        _require(0.0 < self.sample_time_s <= 86400.0, "not from 0 to a day", "sample_time_s")
+        _require(0.0 <= self.input_filter_s <= 86400.0, "not from 0 to a day", "input_filter_s")
+        _require(self.longest_gap_s > 0.0, "the longest gap is not positive", "longest_gap_s")
+        _require(self.longest_hold_s >= 0.0, "the longest hold is negative", "longest_hold_s")
+        _require(self.reference in {START, STATED}, "neither start nor stated", "reference")
+        used: dict[str, None] = {}
+        for output in self.outputs:
+            for part in output.parts:
+                used[part.plus] = None
+                if part.minus:
+                    used[part.minus] = None
+        object.__setattr__(self, "channels", tuple(used))
+        object.__setattr__(self, "reference_c", MappingProxyType(dict(self.reference_c)))
+        for channel, value in self.reference_c.items():
+            _require(_within(value, 1e6), "the reference is out of range", f"channel {channel}")
+        if self.reference == STATED:
+            lacking = [channel for channel in used if channel not in self.reference_c]
+            _require(
+                not lacking,
+                f"the reference of {', '.join(lacking)} is not stated",
+                "reference_c",
+                "State it, or let the model refer to its start",
+            )
