@@ -29,6 +29,7 @@ from typing import cast
 import numpy as np
 
 from thermaxis.errors import ConfigurationError, printable
+from thermaxis.files._strict_json import read_json_object, write_json_text
 from thermaxis.positioning._plan import TestPlan
 from thermaxis.positioning._positioning_test import APPROACHES, Cycle, FloatArray
 from thermaxis.quantities import AxisKind
@@ -40,6 +41,7 @@ VERSION = 1
 LARGEST_PLAN_BYTES = 1_000_000
 """Largest plan that is read; ten thousand targets take a fifth of it. [byte]"""
 
+_REMEDY = "Give a plan that thermaxis plan -o has written"
 _LONGEST_WORD = 200
 _FIRST_KEYS = ("format", "version", "kind")
 _OPTIONAL = ("title", "recording_s", "pitch", "interval", "random_part", "seed", "sha256")
@@ -155,15 +157,7 @@ def write_plan(plan: TestPlan, path: Path | str) -> None:
     ConfigurationError
         If it cannot be written.
     """
-    try:
-        Path(path).write_text(format_plan(plan), encoding="ascii", newline="\n")
-    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
-        reason = error.strerror if isinstance(error, OSError) else None
-        raise ConfigurationError(
-            f"cannot be written ({reason or type(error).__name__})",
-            where=str(path),
-            remedy="Choose another place, or make room and permission there",
-        ) from None
+    write_json_text(format_plan(plan), path)
 
 
 def read_plan(path: Path | str) -> TestPlan:
@@ -186,7 +180,7 @@ def read_plan(path: Path | str) -> TestPlan:
         unknown, missing or repeated key, a value that cannot be, or a hash that does not fit.
     """
     name = str(path)
-    table = _as_object(name, _read_text(name))
+    table = read_json_object(name, largest_bytes=LARGEST_PLAN_BYTES, remedy=_REMEDY)
     _check_format(name, table)
     kind_word = _text(name, "kind", table["kind"])
     if kind_word not in {str(kind) for kind in AxisKind}:
@@ -240,63 +234,7 @@ def _wrong(name: str, key: str, what: str, remedy: str = "") -> ConfigurationErr
 
 
 def _no_plan(name: str, what: str) -> ConfigurationError:
-    return ConfigurationError(
-        what, where=name, remedy="Give a plan that thermaxis plan -o has written"
-    )
-
-
-def _read_text(name: str) -> str:
-    path = Path(name)
-    try:
-        if path.exists() and not path.is_file():
-            raise _no_plan(name, "this is not a regular file")
-        with path.open("rb") as stream:
-            content = stream.read(LARGEST_PLAN_BYTES + 1)
-    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
-        reason = error.strerror if isinstance(error, OSError) else None
-        raise ConfigurationError(
-            f"the file cannot be read ({reason or type(error).__name__})",
-            where=name,
-            remedy="Check its name and that it may be read",
-        ) from None
-    if len(content) > LARGEST_PLAN_BYTES:
-        raise _no_plan(name, f"the file is larger than {LARGEST_PLAN_BYTES / 1e6:g} MB")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise _no_plan(name, f"the file is not UTF-8 (byte {error.start + 1})") from None
-
-
-def _as_object(name: str, text: str) -> Mapping[str, object]:
-    def unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
-        found: dict[str, object] = {}
-        for key, value in pairs:
-            if key in found:
-                raise ConfigurationError(
-                    "the key stands there twice",
-                    where=f"{name}, key {printable(key, 80)}",
-                    remedy="Leave one of them out",
-                )
-            found[key] = value
-        return found
-
-    def no_constant(word: str) -> object:
-        raise ConfigurationError(
-            f"{word} is not a number", where=name, remedy="Write finite numbers"
-        )
-
-    try:
-        table: object = json.loads(text, object_pairs_hook=unique, parse_constant=no_constant)
-    except json.JSONDecodeError as error:
-        raise _no_plan(
-            f"{name}, line {error.lineno}, column {error.colno}",
-            f"the file is not JSON: {error.msg}",
-        ) from None
-    except (RecursionError, ValueError):  # a number of thousands of digits
-        raise _no_plan(name, "nested too deeply, or a number is too long") from None
-    if not isinstance(table, dict):
-        raise _no_plan(name, "the file holds no JSON object")
-    return cast("Mapping[str, object]", table)
+    return ConfigurationError(what, where=name, remedy=_REMEDY)
 
 
 def _check_format(name: str, table: Mapping[str, object]) -> None:
