@@ -1,0 +1,162 @@
+"""Verification simulates with the cycle, and its figures are those of the paper."""
+
+import numpy as np
+import pytest
+
+from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._thermal_log import ThermalLog
+from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
+from thermaxis.thermal._verification import MeasuredOutput, simulate_log, verify
+
+PARTS = (
+    Part("spindle", "T_spindle_C", "T_column_C", 3.0, (Section(26.0, 3000.0),)),
+    Part("table", "T_table_C", "T_column_C", 0.0, (Section(12.0, 1500.0), Section(20.0, 9000.0)),
+         gain_by_diameter=(GainPoint(0.0, 1.0), GainPoint(3000.0, 2.2))),
+)  # fmt: skip
+MODEL = CompensationModel(outputs=(Output("Z_um", PARTS),))
+
+
+def log(seed: int = 1, rows: int = 400, step_s: float = 60.0, noise_um: float = 0.0) -> ThermalLog:
+    random = np.random.default_rng(seed)
+    names = ("T_spindle_C", "T_table_C", "T_column_C")
+    warm = {n: 20.0 + np.cumsum(random.normal(0.02, 0.1, rows)) for n in names}
+    u = np.stack(
+        [warm["T_spindle_C"] - warm["T_column_C"], warm["T_table_C"] - warm["T_column_C"]], axis=1
+    )
+    first = u[:2].mean(axis=0)  # the first minute: two rows
+    z = vectorised(u - first, step_s)
+    columns = {
+        **warm,
+        "Z_um": 7.0 + z + random.normal(0.0, noise_um, rows),
+        "n_rpm": np.full(rows, 500.0),
+    }
+    return ThermalLog.from_columns(columns, sample_time_s=step_s, name=f"test {seed}")
+
+
+def vectorised(u: np.ndarray, step_s: float, gain: float = 1.0) -> np.ndarray:
+    spindle = ModalPart("spindle", 3.0, np.array([26.0]), np.array([3000.0]))
+    table = ModalPart("table", 0.0, gain * np.array([12.0, 20.0]), np.array([1500.0, 9000.0]))
+    return simulate_modal(ThermalModel((spindle, table)), step_s, u)
+
+
+def test_a_true_model_leaves_nothing() -> None:
+    result = verify(MODEL, [log()])
+    figures = result.pooled["Z_um"]
+    assert figures.fit_percent == pytest.approx(100.0, abs=1e-6)
+    assert figures.rmse_um < 1e-9
+    assert figures.reduction > 1e6
+
+
+def test_the_free_run_equals_the_vectorised_simulation() -> None:
+    record = log(seed=2)
+    run = simulate_log(MODEL, record, diameter_mm=3000.0)
+    u = np.stack(
+        [record.column(c) - record.column("T_column_C") for c in ("T_spindle_C", "T_table_C")],
+        axis=1,
+    )
+    expected = vectorised(u - u[:2].mean(axis=0), 60.0, gain=2.2)
+    assert np.max(np.abs(run.outputs["Z_um"].displacement_um - expected)) < 1e-9
+    assert np.allclose(run.outputs["Z_um"].contribution_um.sum(axis=1), expected)
+
+
+def test_figures_are_those_of_equation_4_and_of_the_definitions() -> None:
+    record = log(seed=3, noise_um=2.0)
+    output = verify(MODEL, [record]).logs[0].outputs[0]
+    y = record.column("Z_um") - record.column("Z_um")[:2].mean()
+    e = output.residual_um
+    figures = output.figures
+    assert figures.fit_percent == pytest.approx(
+        100.0 * (1.0 - np.sqrt(np.sum(e**2)) / np.sqrt(np.sum((y - y.mean()) ** 2)))
+    )
+    assert figures.uncompensated_um == pytest.approx(y.max() - y.min())
+    assert figures.residual_um == pytest.approx(e.max() - e.min())
+    assert figures.rmse_um == pytest.approx(np.sqrt(np.mean(e**2)))
+    assert (figures.mae_um, figures.max_um) == pytest.approx((np.abs(e).mean(), np.abs(e).max()))
+    assert figures.after_60_min_um == pytest.approx((y[60], e[60]))
+    assert figures.at_end_um == pytest.approx((y[-1], e[-1]))
+    assert figures.persistence_rmse_um == pytest.approx(np.sqrt(np.mean(np.diff(y) ** 2)))
+    assert figures.static_rmse_um is not None
+    assert figures.static_rmse_um > figures.rmse_um
+
+
+def test_rare_outputs_are_used_where_they_are() -> None:
+    record = log(seed=4)
+    z = np.full(record.rows, np.nan)
+    z[37::50] = record.column("Z_um")[37::50]
+    rare = ThermalLog.from_columns({**record.columns, "Z_um": z}, time_s=record.time_s)
+    figures = verify(MODEL, [rare]).pooled["Z_um"]
+    assert figures.rows == len(range(37, record.rows, 50))
+    assert figures.rmse_um < 1e-9
+
+
+def test_several_outputs_at_diameters_give_table_3_with_its_mean() -> None:
+    record = log(seed=5)
+    u = np.stack(
+        [record.column(c) - record.column("T_column_C") for c in ("T_spindle_C", "T_table_C")],
+        axis=1,
+    )
+    wide = vectorised(u - u[:2].mean(axis=0), 60.0, gain=2.2)
+    both = ThermalLog.from_columns({**record.columns, "Z_D3000_um": wide}, time_s=record.time_s)
+    measured = [MeasuredOutput("Z_um", "Z_um"), MeasuredOutput("Z_D3000_um", "Z_um", 3000.0)]
+    result = verify(MODEL, [both], measured)
+    assert list(result.pooled) == ["Z_um", "Z_D3000_um"]
+    assert result.mean_fit_percent == pytest.approx(100.0, abs=1e-6)
+
+
+def test_logs_are_pooled_about_their_own_means() -> None:
+    records = [log(seed=6, noise_um=1.0), log(seed=7, noise_um=1.0, rows=200)]
+    result = verify(MODEL, records)
+    e = np.concatenate([o.outputs[0].residual_um for o in result.logs])
+    y = [o.outputs[0].measured_um for o in result.logs]
+    spread = np.sqrt(sum(np.sum((v - v.mean()) ** 2) for v in y))
+    pooled = result.pooled["Z_um"]
+    assert pooled.fit_percent == pytest.approx(100.0 * (1.0 - np.linalg.norm(e) / spread))
+    assert pooled.rows == 600
+
+
+def test_rows_that_count_do_not_change_the_free_run() -> None:
+    record = log(seed=8, noise_um=1.0)
+    whole, part = verify(MODEL, [record]), verify(MODEL, [record], rows=(300, 400))
+    a, b = whole.logs[0].outputs[0], part.logs[0].outputs[0]
+    assert np.array_equal(a.simulated_um, b.simulated_um)
+    assert b.figures.rmse_um == pytest.approx(np.sqrt(np.mean(a.residual_um[300:400] ** 2)))
+
+
+def test_a_log_outside_the_range_of_the_training_is_named() -> None:
+    part = Part("spindle", "T_spindle_C", "", 3.0, (), lowest_k=-0.1, highest_k=0.1)
+    narrow = CompensationModel(outputs=(Output("Z_um", (part,)),))
+    result = verify(narrow, [log(seed=9)])
+    assert any("spindle lies outside the range" in w for w in result.warnings)
+    assert "spindle" in result.logs[0].outside
+
+
+def test_a_log_at_standstill_is_an_environmental_test() -> None:
+    record = log(seed=10)
+    still = ThermalLog.from_columns(
+        {**record.columns, "n_rpm": np.zeros(record.rows)}, time_s=record.time_s
+    )
+    assert verify(MODEL, [still]).logs[0].environmental
+    assert not verify(MODEL, [record]).logs[0].environmental
+
+
+def test_a_constant_output_has_no_fit_and_says_the_rest() -> None:
+    record = log(seed=11)
+    flat = ThermalLog.from_columns(
+        {**record.columns, "Z_um": np.full(record.rows, 5.0)}, time_s=record.time_s
+    )
+    figures = verify(MODEL, [flat]).pooled["Z_um"]
+    assert figures.fit_percent is None
+    assert figures.rmse_um > 0
+
+
+def test_what_cannot_be_compared_is_refused_in_words() -> None:
+    record = log()
+    with pytest.raises(ConfigurationError, match="no log"):
+        verify(MODEL, [])
+    with pytest.raises(DataError, match="T_table_C"):
+        verify(MODEL, [record.select(["Z_um", "T_spindle_C", "T_column_C"])])
+    with pytest.raises(ConfigurationError, match="no column named as an output"):
+        verify(MODEL, [record.select(["T_table_C", "T_spindle_C", "T_column_C"])])
+    with pytest.raises(ConfigurationError, match="no output X_um"):
+        verify(MODEL, [record], [MeasuredOutput("Z_um", "X_um")])
