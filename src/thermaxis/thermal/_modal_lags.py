@@ -146,7 +146,8 @@ class Refinement:
     bounds_s: tuple[float, float]
     """Shortest and longest time constant. [s]"""
 
-    def _design(self, taus_s: FloatArray) -> Design:
+    def design_at(self, taus_s: FloatArray) -> Design:
+        """Return the regressors for a few time constants."""
         return design_of(
             self.segments,
             taus_s,
@@ -157,7 +158,7 @@ class Refinement:
 
     def solved(self, taus_s: FloatArray) -> tuple[Design, FloatArray, float]:
         """Return design, coefficients and penalised sum of squares at these time constants."""
-        design = self._design(taus_s)
+        design = self.design_at(taus_s)
         gram, _ = design.products(self.sizes.noise)
         precision = gram[:-1, :-1] + np.diag(prior_precision(design, self.sizes, taus_s.size))
         mean = np.linalg.solve(precision, gram[:-1, -1])
@@ -165,7 +166,10 @@ class Refinement:
 
     def _slopes(self, taus_s: FloatArray, mean: FloatArray) -> list[FloatArray]:
         """Return what moving the logarithm of each time constant does, (n, j) per segment."""
-        above, below = self._design(taus_s * np.exp(_DELTA)), self._design(taus_s * np.exp(-_DELTA))
+        above, below = (
+            self.design_at(taus_s * np.exp(_DELTA)),
+            self.design_at(taus_s * np.exp(-_DELTA)),
+        )
         lags = taus_s.size
         pick = np.zeros((mean.size, lags))
         for i in range(above.inputs):

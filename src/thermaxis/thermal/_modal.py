@@ -1,0 +1,419 @@
+"""Estimate gains and time constants of a thermal error: the default estimator `modal`.
+
+    displacement = sum over inputs of (direct gain + sum of gain / (1 + time constant s)) input
+                   + offset + transients from an unknown start + slow drift + white noise
+
+1. Inputs are filtered by the lags of a grid of time constants at the log's own rate and averaged
+   over blocks of about two minutes, and so is the displacement: exact, as averaging is linear.
+2. The sizes of gains, transients and slow drift are those of the highest evidence.
+3. All sets of up to four time constants of the grid are compared from one matrix of products, the
+   best of every number refined between the points of the grid (variable projection).
+4. The number of lags is chosen by the free run over blocks that the fit has not seen; the gains
+   are those that carry the average response of all sets, each weighted by its evidence.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._experiment import Experiment, common_shape
+from thermaxis.thermal._field import FloatArray
+from thermaxis.thermal._modal_average import Average, averaged, best_of, compare_sets
+from thermaxis.thermal._modal_evidence import (
+    Design,
+    Hyperprior,
+    Posterior,
+    Scales,
+    Sizes,
+    design_of,
+    most_likely_sizes,
+    scales_of,
+)
+from thermaxis.thermal._modal_lags import Refined, Refinement
+from thermaxis.thermal._modal_regressors import Segment, segments_of
+from thermaxis.thermal._modal_validation import BlockedValidation, validated
+from thermaxis.thermal._thermal_model import ModalPart, ThermalModel
+
+GRID = 16
+"""Time constants of the grid. [1]"""
+LONGEST_SHARE = 0.8
+"""Longest time constant over the length of the longest experiment. [1]"""
+SUPPORTED_SHARE = 1.0 / 3.0
+"""Share of the longest experiment beyond which a time constant is not supported. [1]"""
+BLOCK_S = 180.0
+"""Length of the blocks that are averaged, for tests of some hours. [s]"""
+FEWEST_BLOCKS, MOST_BLOCKS = 100, 1500
+"""Blocks that the longest experiment is cut into, at least and at most. [1]"""
+DRIFT_CORRELATION_S = 5400.0
+"""Most plausible correlation time of a slow drift: what machines in halls show. [s]"""
+LARGEST_LOG_STD = 0.4
+"""Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
+LARGEST_DC_SHARE = 0.25
+"""Standard deviation of a DC gain over its size beyond which it is not supported. [1]"""
+TIME_CONSTANT_FLAG = "time constant not supported by the record"
+DC_GAIN_FLAG = "DC gain not supported by the record"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ModalOptions:
+    """What a user may ask of `modal`.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number of lags, a time or a delay cannot be.
+    """
+
+    most_lags: int = 4
+    """Largest number of lags that is tried. Default: more were never told apart. [1]"""
+    lags: int | None = None
+    """Number of lags; None lets blocked cross-validation choose. [1]"""
+    delays_s: tuple[float, ...] | None = None
+    """Delay of every input; None for none. [s]"""
+    steady_start: bool = False
+    """Whether every experiment starts in the steady state of its first row; else it is free."""
+    block_s: float | None = None
+    """Length of the blocks that are averaged; None chooses by the record's length. [s]"""
+
+    def __post_init__(self) -> None:
+        """Check that the options can be met."""
+        if not 1 <= self.most_lags <= 5 or not (self.lags is None or 1 <= self.lags <= 5):
+            raise ConfigurationError(
+                "the number of lags is not from 1 to 5",
+                where="modal",
+                remedy="More lags of one input cannot be told apart",
+            )
+        times = [*(self.delays_s or ()), self.block_s if self.block_s is not None else 1.0]
+        if not all(math.isfinite(t) and t >= 0 for t in times) or self.block_s == 0:
+            raise ConfigurationError("a delay or the block is not a time", where="modal")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PartStd:
+    """Standard deviations of one part's numbers; None where the record does not support one."""
+
+    direct_gain: float | None
+    """Of the direct gain. [µm/K]"""
+    gains: tuple[float | None, ...]
+    """Of the gains of the lags. [µm/K]"""
+    time_constants_s: tuple[float | None, ...]
+    """Of the time constants. [s]"""
+    dc_gain: float | None
+    """Of the DC gain. [µm/K]"""
+    flags: tuple[str, ...]
+    """What the record does not support, in words."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ModalResult:
+    """A model with what the record says of its numbers."""
+
+    model: ThermalModel
+    """The model."""
+    std: tuple[PartStd, ...]
+    """Standard deviations, one per part."""
+    noise_std_um: float
+    """White noise of one reading of the displacement, standard deviation. [µm]"""
+    slow_noise_std_um: float
+    """Slow drift that no input explains, standard deviation. [µm]"""
+    slow_noise_correlation_s: float
+    """Time in which the drift's correlation falls to 1/e. [s]"""
+    fit_percent: float
+    """Fit of the free run to the record, with its offsets and starts. [%]"""
+    offsets_um: tuple[float, ...]
+    """Offset of every experiment. [µm]"""
+    validation: BlockedValidation
+    """How the number of lags was chosen."""
+    warnings: tuple[str, ...]
+    """What a user must know, in words."""
+    stable: bool = True
+    """Always: time constants are real and positive."""
+
+    @property
+    def flags(self) -> tuple[tuple[str, ...], ...]:
+        """What the record does not support, per part."""
+        return tuple(s.flags for s in self.std)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ResponseEvidence:
+    """Steps one and two: gains over the grid, which need no choice of lags."""
+
+    segments: tuple[Segment, ...]
+    """The record in blocks."""
+    scales: Scales
+    """Spreads of inputs and displacement."""
+    time_constants_s: FloatArray
+    """The grid, (j,). [s]"""
+    design: Design
+    """Regressors over the grid."""
+    hyperprior: Hyperprior
+    """What sizes are plausible."""
+    sizes: Sizes
+    """Sizes of the highest evidence."""
+    posterior: Posterior
+    """Gains over the grid under these sizes."""
+    longest_s: float
+    """Length of the longest experiment. [s]"""
+
+
+def default_block_s(experiments: Sequence[Experiment]) -> float:
+    """Return the length of blocks that suits the longest experiment. [s]"""
+    longest = max(e.duration_s for e in experiments)
+    return float(np.clip(BLOCK_S, longest / MOST_BLOCKS, longest / FEWEST_BLOCKS))
+
+
+def response_evidence(
+    experiments: Sequence[Experiment], options: ModalOptions | None = None
+) -> ResponseEvidence:
+    """Return gains over a grid of time constants with the evidence of the record.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        With the same inputs.
+    options : ModalOptions, optional
+        Delays, start and block.
+
+    Returns
+    -------
+    ResponseEvidence
+        Its `posterior.log_evidence` compares sets of inputs on the same displacement.
+
+    Raises
+    ------
+    DataError
+        If the experiments have different inputs, or too little was measured.
+    """
+    chosen = options or ModalOptions()
+    inputs = common_shape(experiments)
+    delays = chosen.delays_s or (0.0,) * inputs
+    if len(delays) != inputs:
+        raise ConfigurationError(
+            f"{len(delays)} delays for {inputs} inputs",
+            where="modal",
+            remedy="Give one delay per input",
+        )
+    block_s = chosen.block_s or default_block_s(experiments)
+    segments = segments_of(experiments, block_s, delays)
+    longest = max(e.duration_s for e in experiments)
+    block_s = max(s.rows * s.sample_time_s for s in segments)
+    longest_tau = LONGEST_SHARE * longest
+    shortest_tau = min(0.8 * block_s, longest_tau / 4.0)
+    grid = np.geomspace(shortest_tau, longest_tau, GRID)
+    scales = scales_of(segments)
+    design = design_of(
+        segments,
+        grid,
+        scales,
+        free_start=not chosen.steady_start,
+        experiments=len(experiments),
+    )
+    if design.readings < 3 + design.offsets:
+        raise DataError(
+            f"there are {design.readings} blocks with a displacement", remedy="Use smaller blocks"
+        )
+    hyperprior = Hyperprior(min(DRIFT_CORRELATION_S, longest / 5.0))
+    sizes, posterior = most_likely_sizes(design, hyperprior)
+    return ResponseEvidence(
+        segments, scales, grid, design, hyperprior, sizes, posterior, float(longest)
+    )
+
+
+def modal(
+    experiments: Sequence[Experiment],
+    *,
+    input_names: Sequence[str],
+    options: ModalOptions | None = None,
+) -> ModalResult:
+    """Estimate direct gains, lags and their intervals from one or several experiments.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        With the same inputs; sample times may differ.
+    input_names : sequence of str
+        Names of the inputs, in their order.
+    options : ModalOptions, optional
+        Defaults suit thermal tests of hours to days.
+
+    Returns
+    -------
+    ModalResult
+        Always stable. Numbers that the record does not support have no standard deviation and a
+        flag.
+
+    Raises
+    ------
+    DataError
+        If names, inputs and experiments do not belong together, or too little was measured.
+    ConfigurationError
+        If the options do not fit the inputs.
+
+    References
+    ----------
+    Golub and Pereyra 1973 (variable projection); Rasmussen and Williams 2006, section 5.4
+    (evidence); Hoeting et al. 1999 (averaging over models); Mareš and Horejš 2021, equations (1)
+    to (3).
+    """
+    chosen = options or ModalOptions()
+    if len(input_names) != common_shape(experiments):
+        raise DataError(
+            f"{len(input_names)} names for {experiments[0].inputs} inputs",
+            remedy="Name every input once",
+        )
+    evidence = response_evidence(experiments, chosen)
+    products = evidence.design.products(evidence.sizes.noise)
+    found = compare_sets(
+        evidence.design,
+        products,
+        evidence.sizes,
+        evidence.time_constants_s,
+        max(chosen.most_lags, chosen.lags or 1),
+    )
+    validation = validated(evidence.design, found, evidence.sizes.noise)
+    lags = chosen.lags or validation.chosen
+    refined: dict[int, tuple[Refinement, Refined]] = {}
+    for number in {c.lags for c in found}:
+        members, sizes, _ = best_of(found, number)
+        problem = Refinement(
+            segments=evidence.segments,
+            scales=evidence.scales,
+            sizes=sizes,
+            free_start=not chosen.steady_start,
+            experiments=len(experiments),
+            bounds_s=(
+                float(evidence.time_constants_s[0]) / 4.0,
+                float(evidence.time_constants_s[-1]),
+            ),
+        )
+        if abs(number - lags) <= 1:
+            refined[number] = (
+                problem,
+                problem.refined(evidence.time_constants_s[members]),
+            )
+    span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
+    average = averaged(evidence.design, found, list(refined.values()), span)
+    return _result(evidence, input_names, chosen, average, refined[lags], validation)
+
+
+def _carried(problem: Refinement, refined: Refined, average: Average) -> FloatArray:
+    """Return gains of the refined lags that carry the average response, (k, 1 + j)."""
+    own = problem.design_at(refined.time_constants_s)
+    lags = refined.time_constants_s.size
+    rows = np.vstack([r[:, : own.gains] for r in own.rows])
+    gains = np.empty_like(refined.gains)
+    # A row for the DC gain that counts as much as half of the record.
+    weight = math.sqrt(0.5 * rows.shape[0])
+    for i in range(own.inputs):
+        columns = rows[:, i * (1 + lags) : (i + 1) * (1 + lags)]
+        left = np.vstack([columns, np.full((1, 1 + lags), weight)])
+        right = np.append(average.contribution[:, i], weight * average.dc_gain[i])
+        start = refined.gains[i]
+        ridge = 1e-3 * np.sqrt(np.trace(left.T @ left) / (1 + lags)) * np.eye(1 + lags)
+        full = np.vstack([left, ridge])
+        target = np.append(right - left @ start, np.zeros(1 + lags))
+        gains[i] = start + np.linalg.lstsq(full, target, rcond=None)[0]
+    return gains
+
+
+def _part_std(
+    refined: Refined,
+    number: int,
+    unit: float,
+    average: Average,
+    dc_gain: float,
+    longest_s: float,
+) -> PartStd:
+    lags = refined.time_constants_s.size
+    inputs = refined.gains.shape[0]
+    spread = np.sqrt(np.maximum(np.diag(refined.covariance), 0.0))
+    gains = unit * spread[number * (1 + lags) : (number + 1) * (1 + lags)]
+    log_tau = spread[inputs * (1 + lags) :]
+    supported = (log_tau < LARGEST_LOG_STD) & (
+        refined.time_constants_s <= SUPPORTED_SHARE * longest_s
+    )
+    flags = [
+        f"{TIME_CONSTANT_FLAG}: {tau_s:.0f} s"
+        for tau_s, known in zip(refined.time_constants_s, supported, strict=True)
+        if not known
+    ]
+    dc_std = unit * math.sqrt(float(average.dc_variance[number]))
+    known_dc = dc_std <= LARGEST_DC_SHARE * abs(dc_gain)
+    if not known_dc:
+        flags.append(DC_GAIN_FLAG)
+    return PartStd(
+        direct_gain=float(gains[0]),
+        gains=tuple(
+            float(g) if k else None for g, k in zip(gains[1:], supported.tolist(), strict=True)
+        ),
+        time_constants_s=tuple(
+            float(t * s) if k else None
+            for t, s, k in zip(refined.time_constants_s, log_tau, supported.tolist(), strict=True)
+        ),
+        dc_gain=dc_std if known_dc else None,
+        flags=tuple(flags),
+    )
+
+
+def _result(
+    evidence: ResponseEvidence,
+    input_names: Sequence[str],
+    options: ModalOptions,
+    average: Average,
+    refinement: tuple[Refinement, Refined],
+    validation: BlockedValidation,
+) -> ModalResult:
+    problem, refined = refinement
+    gains = _carried(problem, refined, average)
+    scales, delays = evidence.scales, options.delays_s or (0.0,) * len(input_names)
+    parts, stds = [], []
+    for i, name in enumerate(input_names):
+        unit = scales.y / float(scales.u[i])
+        part = ModalPart(
+            input_name=name,
+            direct_gain=float(unit * gains[i, 0]),
+            gains=unit * gains[i, 1:],
+            time_constants_s=refined.time_constants_s,
+            delay_s=delays[i],
+        )
+        parts.append(part)
+        stds.append(_part_std(refined, i, unit, average, part.dc_gain, evidence.longest_s))
+    offsets = scales.y * refined.offsets
+    model = ThermalModel(tuple(parts), float(np.mean(offsets)))
+    rows = float(np.median([s.rows for s in evidence.segments]))
+    block_std = scales.y * math.sqrt(refined.variance)
+    return ModalResult(
+        model=model,
+        std=tuple(stds),
+        noise_std_um=block_std * math.sqrt(rows),
+        slow_noise_std_um=block_std * math.sqrt(problem.sizes.noise.ratio),
+        slow_noise_correlation_s=problem.sizes.noise.correlation_s,
+        fit_percent=_fit_percent(problem, refined, gains),
+        offsets_um=tuple(offsets.tolist()),
+        validation=validation,
+        warnings=(),
+    )
+
+
+def _fit_percent(problem: Refinement, refined: Refined, gains: FloatArray) -> float:
+    own = problem.design_at(refined.time_constants_s)
+    left, spread = 0.0, 0.0
+    coefficients = np.concatenate([gains.ravel(), refined.transients.ravel(), refined.offsets])
+    for rows in own.rows:
+        y = rows[:, -1]
+        left += float(np.sum((y - rows[:, :-1] @ coefficients) ** 2))
+        spread += float(np.sum((y - np.mean(y)) ** 2))
+    if spread == 0:
+        raise DataError(
+            "the displacement never changes", remedy="A constant displacement has no model"
+        )
+    return 100.0 * (1.0 - math.sqrt(left / spread))
