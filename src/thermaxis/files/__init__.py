@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from thermaxis.files.field_csv import format_field_csv, read_field_csv, write_field_csv
     from thermaxis.files.flir import read_flir
     from thermaxis.files.iso230_dat import read_iso230_dat
+    from thermaxis.files.model_json import format_model, model_sha256, read_model, write_model
     from thermaxis.files.plan_json import (
         format_plan,
         plan_as_json,
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
         write_plan,
     )
     from thermaxis.files.rtl import read_rtl, write_rtl
+    from thermaxis.files.thermal_log import read_thermal_log
+    from thermaxis.files.thermal_log_csv import write_thermal_log
     from thermaxis.files.tidy_csv import format_tidy_csv, read_tidy_csv, write_tidy_csv
     from thermaxis.files.wide_csv import read_wide_csv
     from thermaxis.files.xlsx import read_xlsx
@@ -25,28 +28,40 @@ if TYPE_CHECKING:
 __all__ = [
     "FALLBACK_ENCODING",
     "format_field_csv",
+    "format_model",
     "format_plan",
     "format_tidy_csv",
+    "model_sha256",
     "plan_as_json",
     "plan_sha256",
     "read_field_csv",
     "read_flir",
     "read_iso230_dat",
+    "read_model",
     "read_plan",
     "read_positioning",
     "read_positioning_with_sha256",
     "read_rtl",
+    "read_thermal_log",
     "read_tidy_csv",
     "read_wide_csv",
     "read_xlsx",
     "write_field_csv",
+    "write_model",
     "write_plan",
     "write_rtl",
+    "write_thermal_log",
     "write_tidy_csv",
 ]
 
 _MODULES = {
     "format_field_csv": "field_csv",
+    "format_model": "model_json",
+    "model_sha256": "model_json",
+    "read_model": "model_json",
+    "write_model": "model_json",
+    "read_thermal_log": "thermal_log",
+    "write_thermal_log": "thermal_log_csv",
     "plan_as_json": "plan_json",
     "read_flir": "flir",
     "format_plan": "plan_json",

@@ -1,0 +1,272 @@
+"""Options and reading of thermal logs, shared by the commands that take them."""
+
+import argparse
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from thermaxis.compensation import TrainingLog
+    from thermaxis.thermal import MeasuredOutput, ThermalLog
+
+_UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
+_EDGE = re.compile(r"(?P<number>-?\d+(?:\.\d*)?|-?\.\d+)?(?P<unit>s|min|h)?")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Part of a log: rows, or times since its first row."""
+
+    first: float | None
+    """Begin, None for that of the log. [1 or s]"""
+    last: float | None
+    """End, not included; None for that of the log. [1 or s]"""
+    in_seconds: bool
+    """Whether both are times."""
+    text: str
+    """As the user wrote it."""
+
+
+def span(text: str) -> Span:
+    """Return a span as it is written on the command line.
+
+    Parameters
+    ----------
+    text : str
+        ``first:last`` in rows from zero, the last one not included, or in times with s, min, h.
+
+    Returns
+    -------
+    Span
+        The span.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If the text is something else.
+    """
+    first_word, colon, last_word = text.replace(" ", "").partition(":")
+    first, last = _EDGE.fullmatch(first_word), _EDGE.fullmatch(last_word)
+    if not colon or first is None or last is None or first_word + last_word == "":
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is no span; write 0:6669 in rows, or 0:8h or 30min:90min in time"
+        )
+    units = [m["unit"] for m in (first, last) if m["unit"]]
+    numbers = [None if m["number"] is None else float(m["number"]) for m in (first, last)]
+    if not units:
+        if any(n is not None and n != int(n) for n in numbers):
+            raise argparse.ArgumentTypeError(f"'{text}': rows are whole numbers")
+        return Span(numbers[0], numbers[1], in_seconds=False, text=text)
+    scaled: list[float | None] = []
+    for match, number in zip((first, last), numbers, strict=True):
+        unit = match["unit"] or units[0]  # 0:8h
+        scaled.append(None if number is None else number * _UNITS_S[unit])
+    if any(n is not None and n < 0 for n in scaled):
+        raise argparse.ArgumentTypeError(f"'{text}': times count from the first row")
+    return Span(scaled[0], scaled[1], in_seconds=True, text=text)
+
+
+def positive_seconds(text: str) -> float:
+    """Return a time in seconds as it is written on the command line.
+
+    Parameters
+    ----------
+    text : str
+        A number, with s, min or h behind it if it is not in seconds.
+
+    Returns
+    -------
+    float
+        The time. [s]
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If the text is no positive time.
+    """
+    match = _EDGE.fullmatch(text.replace(" ", ""))
+    number = -1.0 if match is None or match["number"] is None else float(match["number"])
+    seconds = number * _UNITS_S[(match["unit"] if match else None) or "s"]
+    if not 0.0 < seconds <= 1e9:
+        raise argparse.ArgumentTypeError(f"'{text}' is no positive time; write 60, 5min or 1h")
+    return seconds
+
+
+def add_log_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of reading logs.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of a command.
+    """
+    parser.add_argument(
+        "--mapping",
+        metavar="FILE",
+        type=Path,
+        help="names, units and factors of the columns (TOML); default: the ends of their names",
+    )
+    parser.add_argument(
+        "--reference",
+        metavar="TIME",
+        type=positive_seconds,
+        default=60.0,
+        help="temperatures and displacements count from their mean over this first time of each"
+        " log (default: 60 s)",
+    )
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadLog:
+    """A log that was read, and what a model remembers of it."""
+
+    log: "ThermalLog"
+    """The log, or the part of it that was asked for."""
+    training: "TrainingLog"
+    """Name, hash, rows."""
+
+
+def read_logs(
+    paths: "Sequence[Path]",
+    *,
+    mapping: Path | None,
+    part: Span | None = None,
+    sample_time_s: float | None = None,
+) -> "list[ReadLog]":
+    """Read logs, or the same part of each.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The files.
+    mapping : Path, optional
+        Mapping of columns.
+    part : Span, optional
+        Part of each log.
+    sample_time_s : float, optional
+        A large file is reduced to means over so much time while it is read; with a span in rows
+        it is not. [s]
+
+    Returns
+    -------
+    list of ReadLog
+        The logs in their order.
+
+    Raises
+    ------
+    ThermaxisError
+        If a file cannot be read, or the part is empty.
+    """
+    import hashlib  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.compensation import TrainingLog  # noqa: PLC0415
+    from thermaxis.files import read_thermal_log  # noqa: PLC0415
+
+    found: list[ReadLog] = []
+    reduce_s = None if part is not None and not part.in_seconds else sample_time_s
+    for path in paths:
+        log = read_thermal_log(path, mapping=mapping, sample_time_s=reduce_s)
+        first = 0
+        if part is not None:
+            whole = log
+            log = _part(log, part)
+            begin_s = 0.0
+            if part.in_seconds:
+                begin_s = part.first or 0.0
+                first = int((whole.time_s < begin_s).sum())
+            else:
+                first = slice(int(part.first or 0), None).indices(whole.rows)[0]
+        with path.open("rb") as stream:
+            digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        found.append(ReadLog(log, TrainingLog(path.name, digest, log.rows, first)))
+    return found
+
+
+def _part(log: "ThermalLog", part: Span) -> "ThermalLog":
+    if part.in_seconds:
+        end = float("inf") if part.last is None else part.last
+        return log.between(part.first or 0.0, end)
+    last = log.rows if part.last is None else int(part.last)
+    return log.span(int(part.first or 0), last)
+
+
+def measured_output(text: str) -> "MeasuredOutput":
+    """Return what is compared with what, as it is written on the command line.
+
+    Parameters
+    ----------
+    text : str
+        ``CHANNEL``, ``CHANNEL=OUTPUT`` or ``CHANNEL=OUTPUT@DIAMETER`` with the diameter in mm.
+
+    Returns
+    -------
+    MeasuredOutput
+        Channel, output and diameter.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If the text is something else.
+    """
+    from thermaxis.thermal import MeasuredOutput  # noqa: PLC0415  --help needs no numpy
+
+    channel, sign, rest = text.partition("=")
+    output, at, diameter_word = (rest if sign else channel).partition("@")
+    channel = channel.partition("@")[0].strip()
+    output = output.strip()
+    if not channel or not output:
+        raise argparse.ArgumentTypeError(f"'{text}' is no CHANNEL=OUTPUT or CHANNEL=OUTPUT@MM")
+    if not at:
+        return MeasuredOutput(channel, output)
+    try:
+        diameter = float(diameter_word)
+    except ValueError:
+        diameter = -1.0
+    if not 0.0 <= diameter <= 1e6:
+        raise argparse.ArgumentTypeError(f"'{text}': the diameter is no number of mm")
+    return MeasuredOutput(channel, output, diameter)
+
+
+def rows_of_span(logs: "Sequence[ThermalLog]", part: Span) -> tuple[int, int]:
+    """Return a span as rows of the only log.
+
+    Parameters
+    ----------
+    logs : sequence of ThermalLog
+        The logs.
+    part : Span
+        The span.
+
+    Returns
+    -------
+    tuple of int
+        First row and the one behind the last. [1]
+
+    Raises
+    ------
+    ConfigurationError
+        If there are several logs, or no row lies in the span.
+    """
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
+
+    if len(logs) > 1:
+        raise ConfigurationError(
+            "a span is of one log, and there are several", where=f"--span {part.text}"
+        )
+    log = logs[0]
+    if part.in_seconds:
+        edges = (part.first or 0.0, float("inf") if part.last is None else part.last)
+        first, last = (int((log.time_s < edge).sum()) for edge in edges)
+    else:
+        last_row = None if part.last is None else int(part.last)
+        first, last, _ = slice(int(part.first or 0), last_row).indices(log.rows)
+    if first >= last:
+        raise ConfigurationError(
+            f"no row lies in the span: the log has {log.rows} rows", where=f"--span {part.text}"
+        )
+    return first, last

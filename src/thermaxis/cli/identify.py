@@ -1,0 +1,252 @@
+"""``thermaxis identify``: from thermal logs to a compensation model."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from thermaxis.thermal import InputDefinition, ThermalLog
+
+
+def _orders(text: str) -> tuple[int, int, int]:
+    words = text.split(",")
+    if len(words) != 3 or not all(word.strip().isdecimal() for word in words):
+        raise argparse.ArgumentTypeError(f"'{text}' is no na,nb,nk, such as 2,2,3")
+    na, nb, nk = (int(word) for word in words)
+    return na, nb, nk
+
+
+def _date(text: str) -> str:
+    from datetime import date  # noqa: PLC0415  --help needs no dates
+
+    try:
+        return date.fromisoformat(text).isoformat()
+    except ValueError:
+        raise argparse.ArgumentTypeError("a date such as 2026-03-31 is expected") from None
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    from thermaxis.cli._thermal_logs import (  # noqa: PLC0415  of this command only
+        add_log_options,
+        positive_seconds,
+        span,
+    )
+
+    add = parser.add_argument
+    add(
+        "logs",
+        metavar="LOG",
+        type=Path,
+        nargs="+",
+        help="calibration tests, each an experiment of its own: CSV, Parquet, .xlsx, .mat or .tdms",
+    )
+    add(
+        "--output",
+        metavar="CHANNEL",
+        action="append",
+        required=True,
+        help="measured displacement, such as Z_um; may be given more than once",
+    )
+    add(
+        "--input",
+        metavar="NAME=CHANNEL[-CHANNEL]",
+        action="append",
+        default=[],
+        help="an input: a channel or the difference of two, such as"
+        " spindle=T_spindle_c-T_column_c; may be given more than once",
+    )
+    add(
+        "--candidates",
+        metavar="PATTERN",
+        action="append",
+        default=[],
+        help='channels among which the selection chooses, such as "t*_C"',
+    )
+    add(
+        "--span",
+        metavar="A:B",
+        type=span,
+        help="rows (0:6669, the last one not included) or times (0:8h) of each log",
+    )
+    add(
+        "--sample-time",
+        metavar="S",
+        type=positive_seconds,
+        help="take means over so much time first (default: the logs' own step)",
+    )
+    add(
+        "--method",
+        choices=("modal", "oe", "arx"),
+        default="modal",
+        help="estimator: gains and lags that are always stable (default), or the paper's output"
+        " error or ARX",
+    )
+    add(
+        "--orders",
+        metavar="NA,NB,NK",
+        type=_orders,
+        help="orders of oe and arx (default: searched up to four)",
+    )
+    add("--model", metavar="OUT.json", type=Path, help="write the compensation model")
+    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
+    add(
+        "--report",
+        metavar="FILE",
+        type=Path,
+        action="append",
+        default=[],
+        help="write the report, .pdf or .html; may be given more than once",
+    )
+    add("--date", metavar="YYYY-MM-DD", type=_date, default="", help="date, kept in the model")
+    add_log_options(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Identify, show and write.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ThermaxisError
+        If a log cannot be read, a channel is missing, the records do not allow a model, or a file
+        cannot be written.
+    """
+    from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
+    from thermaxis.cli._identification_result import (  # noqa: PLC0415
+        identification_as_json,
+        identification_as_text,
+    )
+    from thermaxis.cli._json import write_json  # noqa: PLC0415
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415
+    from thermaxis.cli._thermal_logs import read_logs  # noqa: PLC0415
+    from thermaxis.compensation import Provenance  # noqa: PLC0415
+    from thermaxis.errors import printable  # noqa: PLC0415
+    from thermaxis.files import write_model  # noqa: PLC0415
+    from thermaxis.thermal import Method, check_log, identify, records_of  # noqa: PLC0415
+
+    _check_outputs(arguments)
+    with Progress() as progress:
+        progress("reading", 0, 0)
+        entries = read_logs(
+            arguments.logs,
+            mapping=arguments.mapping,
+            part=arguments.span,
+            sample_time_s=arguments.sample_time,
+        )
+        logs = [entry.log for entry in entries]
+        inputs = _inputs(arguments, logs)
+        used = [*arguments.output, *(c for d in inputs for c in d.channels)]
+        findings = [
+            f"{log.where}: {finding.words}"
+            for log in logs
+            for finding in check_log(
+                log.select(list(dict.fromkeys(log.name_of(c) for c in used if c in log.columns)))
+            )
+        ]
+        records = records_of(
+            logs,
+            inputs,
+            arguments.output,
+            sample_time_s=arguments.sample_time,
+            reference_s=arguments.reference,
+        )
+        progress("identifying", 0, 0)
+        result = identify(
+            records,
+            method=Method(arguments.method),
+            choose=bool(arguments.candidates),
+            orders=arguments.orders,
+        )
+        provenance = Provenance(
+            method=f"{arguments.method}: {result.rule}"[:2000],
+            program=f"thermaxis {__version__}",
+            date=arguments.date,
+            logs=tuple(entry.training for entry in entries),
+            figures={f"{o.name}.fit_percent": o.fit_percent for o in result.outputs},
+        )
+        if arguments.model is not None:
+            write_model(result.to_compensation_model(records, provenance), arguments.model)
+        if arguments.report:
+            from thermaxis.report import write_identification_report  # noqa: PLC0415  slow
+
+            progress("report", 0, 0)
+            for path in arguments.report:
+                write_identification_report(
+                    result, records, logs, provenance, path, reference_s=arguments.reference
+                )
+    if arguments.json is not None:
+        write_json(identification_as_json(result, records, findings), arguments.json)
+    if arguments.json != "-":
+        sys.stdout.write(identification_as_text(result, records, findings))
+        for path in (arguments.model, *arguments.report):
+            if path is not None:
+                sys.stdout.write(f"written: {printable(str(path))}\n")
+    return 0
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
+
+    if not arguments.input and not arguments.candidates:
+        raise ConfigurationError(
+            "no input is named",
+            where="--input, --candidates",
+            remedy='Write --input spindle=T_spindle_c-T_column_c, or --candidates "T*_c"',
+        )
+    for path in (arguments.model, *arguments.report):
+        if path is not None and any(
+            path.exists() and log.exists() and path.samefile(log) for log in arguments.logs
+        ):
+            raise ConfigurationError(
+                "this output would overwrite a log",
+                where=str(path),
+                remedy="Give it another name",
+            )
+    if len(set(arguments.output)) < len(arguments.output):
+        raise ConfigurationError("an output is named twice", where="--output")
+
+
+def _inputs(
+    arguments: argparse.Namespace, logs: "Sequence[ThermalLog]"
+) -> "tuple[InputDefinition, ...]":
+    """Return the inputs that were named, and every channel that fits a pattern."""
+    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415  not for --help
+    from thermaxis.thermal import (  # noqa: PLC0415
+        InputDefinition,
+        check_inputs,
+        parse_input,
+    )
+
+    found = [parse_input(text, channels=logs[0].columns) for text in arguments.input]
+    outputs = {name.casefold() for name in arguments.output}
+    for pattern in arguments.candidates:
+        names = [n for n in logs[0].names_matching(pattern) if n.casefold() not in outputs]
+        if not names:
+            raise ConfigurationError(
+                "no channel fits the pattern",
+                where=f"--candidates {printable(pattern, 60)}",
+                remedy=f"Channels are {', '.join(list(logs[0].columns)[:12])}",
+            )
+        known = {definition.name for definition in found}
+        found += [InputDefinition(name, name) for name in names if name not in known]
+    check_inputs(found)
+    return tuple(found)

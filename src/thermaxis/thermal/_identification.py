@@ -1,0 +1,294 @@
+"""Identify a compensation model from records: one method for all outputs, one form of result."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import final
+
+import numpy as np
+
+from thermaxis.compensation import CompensationModel, Provenance
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arx import arx
+from thermaxis.thermal._conversion import thermal_model_of
+from thermaxis.thermal._experiment import Experiment
+from thermaxis.thermal._modal import ModalOptions, ModalResult, PartStd, modal
+from thermaxis.thermal._oe import oe
+from thermaxis.thermal._polynomial_model import PolynomialResult, held
+from thermaxis.thermal._records import Records, compensation_model
+from thermaxis.thermal._selection import SelectionOptions, SelectionResult, select
+from thermaxis.thermal._thermal_model import ThermalModel, simulate_modal
+
+
+class Method(StrEnum):
+    """Estimators."""
+
+    MODAL = "modal"
+    """Direct gain and first-order lags; always stable."""
+    OE = "oe"
+    """Output error of the paper."""
+    ARX = "arx"
+    """ARX of the paper."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class IdentifiedOutput:
+    """The model of one displacement and how sure its numbers are."""
+
+    name: str
+    """Channel of the displacement."""
+    model: ThermalModel | None
+    """Gains and time constants; None where the polynomials are not stable."""
+    std: tuple[PartStd, ...]
+    """Standard deviations, one per part; None within where the record does not support one."""
+    fit_percent: float
+    """Fit of the free run to the training records. [%]"""
+    noise_std_um: float | None
+    """White noise of one reading, standard deviation; None where it was not estimated. [µm]"""
+    slow_noise_std_um: float | None
+    """Slow drift that no input explains; None where it was not estimated. [µm]"""
+    validation_mae_um: float | None
+    """Mean absolute error of the free run on parts that were held out; None where there were
+    none. [µm]"""
+    baseline_mae_um: dict[str, float]
+    """The same of simple rules, by name; empty where there were none. [µm]"""
+    polynomials: PolynomialResult | None
+    """Numerators and denominators of ARX and output error."""
+    warnings: tuple[str, ...]
+    """What the user must know of this output, in words."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """What was identified."""
+
+    method: Method
+    """The estimator."""
+    rule: str
+    """How inputs and orders were chosen, in words."""
+    outputs: tuple[IdentifiedOutput, ...]
+    """Every displacement."""
+    stable: bool
+    """Whether every model is stable."""
+    selection: SelectionResult | None
+    """Choice among candidates; None where the inputs were named."""
+    warnings: tuple[str, ...]
+    """What the user must know, in words."""
+
+    def to_compensation_model(
+        self, records: Records, provenance: Provenance | None = None
+    ) -> CompensationModel:
+        """Return the model that may run on the machine once its limits are set.
+
+        Parameters
+        ----------
+        records : Records
+            What it was identified from.
+        provenance : Provenance, optional
+            Where it comes from.
+
+        Returns
+        -------
+        CompensationModel
+            Gains and time constants of every output.
+
+        Raises
+        ------
+        DataError
+            If a model is not stable: it must not run anywhere.
+        """
+        models: dict[str, ThermalModel] = {}
+        for output in self.outputs:
+            if output.model is None:
+                raise DataError(
+                    f"the model of {output.name} is not stable and cannot run",
+                    remedy="Use the method modal, which is stable by construction",
+                )
+            models[output.name] = output.model
+        said = [*self.warnings, *(f"{o.name}: {w}" for o in self.outputs for w in o.warnings)]
+        return compensation_model(models, records, provenance=provenance, warnings=said)
+
+
+def identify(
+    records: Records,
+    *,
+    method: Method = Method.MODAL,
+    choose: bool = False,
+    orders: tuple[int, int, int] | None = None,
+    modal_options: ModalOptions | None = None,
+    selection_options: SelectionOptions | None = None,
+) -> Identification:
+    """Identify the model of every output of records.
+
+    Parameters
+    ----------
+    records : Records
+        Experiments by output.
+    method : Method
+        The estimator. Default: modal.
+    choose : bool
+        Whether the inputs are candidates among which the selection chooses, for all outputs
+        together; modal only. Default: all inputs are used.
+    orders : tuple of int, optional
+        na, nb, nk of ARX and output error: order of the denominator, number of numerator
+        coefficients, delay in rows. Default: searched up to four. [1]
+    modal_options, selection_options : optional
+        As of `modal` and `select`.
+
+    Returns
+    -------
+    Identification
+        Models, their uncertainty and warnings.
+
+    Raises
+    ------
+    ConfigurationError
+        If options do not go together.
+    DataError
+        If the records do not allow a model.
+
+    References
+    ----------
+    Mareš and Horejš 2021, section 3.
+    """
+    if method is not Method.MODAL and choose:
+        raise ConfigurationError(
+            f"the method {method} does not choose among candidates",
+            where="candidates",
+            remedy="Name the inputs, or use the method modal",
+        )
+    if method is Method.MODAL and orders is not None:
+        raise ConfigurationError(
+            "the method modal has no orders", where="orders", remedy="Leave them out"
+        )
+    if choose:
+        return _chosen(records, selection_options)
+    names = [definition.name for definition in records.inputs]
+    if method is Method.MODAL:
+        results = [
+            _from_modal(name, modal(e, input_names=names, options=modal_options))
+            for name, e in records.experiments.items()
+        ]
+        rule = (
+            "number of lags by blocked cross-validation of the free run, time constants by"
+            " variable projection, gains held small where a mode is weakly excited"
+        )
+    else:
+        results = [
+            _polynomials(name, e, method, orders, names) for name, e in records.experiments.items()
+        ]
+        rule = (
+            f"orders na, nb, nk = {orders[0]}, {orders[1]}, {orders[2]} as stated"
+            if orders is not None
+            else "orders up to four by the free run in parts that the fit did not see"
+        )
+    return Identification(
+        method=method,
+        rule=rule,
+        outputs=tuple(results),
+        stable=all(output.model is not None for output in results),
+        selection=None,
+        warnings=(),
+    )
+
+
+def _from_modal(name: str, result: ModalResult) -> IdentifiedOutput:
+    return IdentifiedOutput(
+        name=name,
+        model=result.model,
+        std=result.std,
+        fit_percent=result.fit_percent,
+        noise_std_um=result.noise_std_um,
+        slow_noise_std_um=result.slow_noise_std_um,
+        validation_mae_um=None,
+        baseline_mae_um={},
+        polynomials=None,
+        warnings=result.warnings,
+    )
+
+
+def _unknown(model: ThermalModel, flags: Sequence[str] = ()) -> tuple[PartStd, ...]:
+    """Return parts without standard deviations."""
+    return tuple(
+        PartStd(None, (None,) * part.gains.size, (None,) * part.gains.size, None, tuple(flags))
+        for part in model.parts
+    )
+
+
+def _chosen(records: Records, options: SelectionOptions | None) -> Identification:
+    names = [definition.name for definition in records.inputs]
+    result = select(records.experiments, candidate_names=names, options=options)
+    outputs: list[IdentifiedOutput] = []
+    for name, chosen in result.outputs.items():
+        fit = _training_fit(records, name, chosen.model)
+        outputs.append(
+            IdentifiedOutput(
+                name=name,
+                model=chosen.model,
+                std=_unknown(chosen.model),
+                fit_percent=fit,
+                noise_std_um=None,
+                slow_noise_std_um=None,
+                validation_mae_um=chosen.validation_mae_um,
+                baseline_mae_um=dict(chosen.baseline_mae_um),
+                polynomials=None,
+                warnings=chosen.flags,
+            )
+        )
+    findings = [f"candidate {f.name}: {f.reason}" for f in result.findings]
+    return Identification(
+        method=Method.MODAL,
+        rule=result.rule,
+        outputs=tuple(outputs),
+        stable=True,
+        selection=result,
+        warnings=(*findings, *result.warnings),
+    )
+
+
+def _training_fit(records: Records, name: str, model: ThermalModel) -> float:
+    """Return the fit of the free run over the training records."""
+    wanted = [part.input_name for part in model.parts]
+    columns = [[d.name for d in records.inputs].index(name) for name in wanted]
+    left = spread = 0.0
+    for experiment in records.experiments[name]:
+        u, _ = held(experiment.u[:, columns])
+        simulated = simulate_modal(model, experiment.sample_time_s, u)
+        measured = ~np.isnan(experiment.y)
+        y = experiment.y[measured]
+        left += float(np.sum((y - simulated[measured]) ** 2))
+        spread += float(np.sum((y - np.mean(y)) ** 2))
+    return 100.0 * (1.0 - float(np.sqrt(left / spread)))
+
+
+def _polynomials(
+    name: str,
+    experiments: Sequence[Experiment],
+    method: Method,
+    orders: tuple[int, int, int] | None,
+    names: Sequence[str],
+) -> IdentifiedOutput:
+    estimator = arx if method is Method.ARX else oe
+    na, nb, nk = orders if orders is not None else (None, None, 0)
+    result = estimator(experiments, na, nb, nk, input_names=names)
+    model = thermal_model_of(result.model) if result.stable else None
+    std: tuple[PartStd, ...] = ()
+    if model is not None:
+        std = tuple(
+            PartStd(None, (None,) * p.gains.size, (None,) * p.gains.size, float(s), ())
+            for p, s in zip(model.parts, result.dc_gain_std, strict=True)
+        )
+    return IdentifiedOutput(
+        name=name,
+        model=model,
+        std=std,
+        fit_percent=result.fit_percent,
+        noise_std_um=result.noise_std_um,
+        slow_noise_std_um=None,
+        validation_mae_um=None,
+        baseline_mae_um={},
+        polynomials=result,
+        warnings=result.warnings,
+    )
