@@ -22,7 +22,7 @@ import numpy as np
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._experiment import Experiment, common_shape
 from thermaxis.thermal._field import FloatArray
-from thermaxis.thermal._modal_average import Average, averaged, best_of, compare_sets
+from thermaxis.thermal._modal_average import Average, Compared, averaged, best_of, compare_sets
 from thermaxis.thermal._modal_evidence import (
     Design,
     Hyperprior,
@@ -33,7 +33,7 @@ from thermaxis.thermal._modal_evidence import (
     most_likely_sizes,
     scales_of,
 )
-from thermaxis.thermal._modal_lags import Refined, Refinement
+from thermaxis.thermal._modal_lags import Refined, Refinement, prior_precision
 from thermaxis.thermal._modal_regressors import Segment, segments_of
 from thermaxis.thermal._modal_validation import BlockedValidation, validated
 from thermaxis.thermal._thermal_model import ModalPart, ThermalModel
@@ -116,7 +116,7 @@ class ModalResult:
     """A model with what the record says of its numbers."""
 
     model: ThermalModel
-    """The model."""
+    """The model, without an offset: at the reference of its inputs it says zero."""
     std: tuple[PartStd, ...]
     """Standard deviations, one per part."""
     noise_std_um: float
@@ -128,7 +128,8 @@ class ModalResult:
     fit_percent: float
     """Fit of the free run to the record, with its offsets and starts. [%]"""
     offsets_um: tuple[float, ...]
-    """Offset of every experiment. [µm]"""
+    """Offset of every experiment: where its displacement's zero lies, noise and drift of its
+    begin included; no property of the machine, so the model does not hold it. [µm]"""
     validation: BlockedValidation
     """How the number of lags was chosen."""
     warnings: tuple[str, ...]
@@ -171,6 +172,11 @@ def default_block_s(experiments: Sequence[Experiment]) -> float:
     return float(np.clip(BLOCK_S, longest / MOST_BLOCKS, longest / FEWEST_BLOCKS))
 
 
+def _constant(segments: Sequence[Segment]) -> bool:
+    y = np.concatenate([s.y[s.count > 0] for s in segments])
+    return bool(np.ptp(y) == 0)
+
+
 def response_evidence(
     experiments: Sequence[Experiment], options: ModalOptions | None = None
 ) -> ResponseEvidence:
@@ -210,6 +216,10 @@ def response_evidence(
     shortest_tau = min(0.8 * block_s, longest_tau / 4.0)
     grid = np.geomspace(shortest_tau, longest_tau, GRID)
     scales = scales_of(segments)
+    if _constant(segments):
+        raise DataError(
+            "the displacement never changes", remedy="A constant displacement has no model"
+        )
     design = design_of(
         segments,
         grid,
@@ -279,30 +289,41 @@ def modal(
         evidence.time_constants_s,
         max(chosen.most_lags, chosen.lags or 1),
     )
-    validation = validated(evidence.design, found, evidence.sizes.noise)
+    candidates = _refined_sets(evidence, found, chosen, len(experiments))
+    validation = validated([candidates[n] for n in sorted(candidates)])
     lags = chosen.lags or validation.chosen
+    if lags not in candidates:
+        raise DataError(
+            f"the grid has no set of {lags} time constants", remedy="Ask for fewer lags"
+        )
+    span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
+    average = averaged(evidence.design, found, list(candidates.values()), span)
+    return _result(evidence, input_names, chosen, average, candidates[lags], validation)
+
+
+def _refined_sets(
+    evidence: ResponseEvidence,
+    found: Sequence[Compared],
+    options: ModalOptions,
+    experiments: int,
+) -> dict[int, tuple[Refinement, Refined]]:
+    """Return the best set of every number of lags, moved between the points of the grid."""
     refined: dict[int, tuple[Refinement, Refined]] = {}
-    for number in {c.lags for c in found}:
+    for number in sorted({c.lags for c in found}):
         members, sizes, _ = best_of(found, number)
         problem = Refinement(
             segments=evidence.segments,
             scales=evidence.scales,
             sizes=sizes,
-            free_start=not chosen.steady_start,
-            experiments=len(experiments),
+            free_start=not options.steady_start,
+            experiments=experiments,
             bounds_s=(
                 float(evidence.time_constants_s[0]) / 4.0,
                 float(evidence.time_constants_s[-1]),
             ),
         )
-        if abs(number - lags) <= 1:
-            refined[number] = (
-                problem,
-                problem.refined(evidence.time_constants_s[members]),
-            )
-    span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
-    average = averaged(evidence.design, found, list(refined.values()), span)
-    return _result(evidence, input_names, chosen, average, refined[lags], validation)
+        refined[number] = (problem, problem.refined(evidence.time_constants_s[members]))
+    return refined
 
 
 def _carried(problem: Refinement, refined: Refined, average: Average) -> FloatArray:
@@ -387,8 +408,9 @@ def _result(
         )
         parts.append(part)
         stds.append(_part_std(refined, i, unit, average, part.dc_gain, evidence.longest_s))
-    offsets = scales.y * refined.offsets
-    model = ThermalModel(tuple(parts), float(np.mean(offsets)))
+    others = _starts_and_offsets(problem, refined, gains)
+    offsets = scales.y * others[others.size - refined.offsets.size :]
+    model = ThermalModel(tuple(parts))
     rows = float(np.median([s.rows for s in evidence.segments]))
     block_std = scales.y * math.sqrt(refined.variance)
     return ModalResult(
@@ -397,23 +419,32 @@ def _result(
         noise_std_um=block_std * math.sqrt(rows),
         slow_noise_std_um=block_std * math.sqrt(problem.sizes.noise.ratio),
         slow_noise_correlation_s=problem.sizes.noise.correlation_s,
-        fit_percent=_fit_percent(problem, refined, gains),
+        fit_percent=_fit_percent(problem, refined, gains, others),
         offsets_um=tuple(offsets.tolist()),
         validation=validation,
         warnings=(),
     )
 
 
-def _fit_percent(problem: Refinement, refined: Refined, gains: FloatArray) -> float:
+def _starts_and_offsets(problem: Refinement, refined: Refined, gains: FloatArray) -> FloatArray:
+    """Return the transients and offsets that suit given gains, scaled, (s j + e,). [1]"""
     own = problem.design_at(refined.time_constants_s)
+    gram, _ = own.products(problem.sizes.noise)
+    kept, fixed = slice(own.gains, -1), slice(0, own.gains)
+    prior = prior_precision(own, problem.sizes, refined.time_constants_s.size)[own.gains :]
+    right = gram[kept, -1] - gram[kept, fixed] @ gains.ravel()
+    return np.asarray(np.linalg.solve(gram[kept, kept] + np.diag(prior), right))
+
+
+def _fit_percent(
+    problem: Refinement, refined: Refined, gains: FloatArray, others: FloatArray
+) -> float:
+    """Return the fit of the free run over the block means of all experiments. [%]"""
+    own = problem.design_at(refined.time_constants_s)
+    coefficients = np.concatenate([gains.ravel(), others])
     left, spread = 0.0, 0.0
-    coefficients = np.concatenate([gains.ravel(), refined.transients.ravel(), refined.offsets])
     for rows in own.rows:
         y = rows[:, -1]
         left += float(np.sum((y - rows[:, :-1] @ coefficients) ** 2))
         spread += float(np.sum((y - np.mean(y)) ** 2))
-    if spread == 0:
-        raise DataError(
-            "the displacement never changes", remedy="A constant displacement has no model"
-        )
     return 100.0 * (1.0 - math.sqrt(left / spread))

@@ -5,7 +5,7 @@ refined between the points of the grid.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TypeAlias, final
 
@@ -125,6 +125,23 @@ class Refined:
     """Sum of squares plus penalties under the noise, scaled. [1]"""
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearised:
+    """The model around refined time constants: coefficients, then moves of their logarithms."""
+
+    design: Design
+    """Its rows hold all coefficients, the moves, and the displacement."""
+    prior: FloatArray
+    """Prior precision of coefficients and moves, (q,)."""
+    gains: int
+    """Number of gains, which come first. [1]"""
+    lags: int
+    """Number of time constants, whose moves come last. [1]"""
+
+
+WIDE_LOG_STD = 2.0
+"""Prior standard deviation of the logarithm of a time constant: hardly any. [1]"""
 _DELTA = 1e-3
 
 
@@ -184,28 +201,29 @@ class Refinement:
             for a, b in zip(above.rows, below.rows, strict=True)
         ]
 
-    def _joint(
-        self, design: Design, taus_s: FloatArray, mean: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return precision, right side and prior of coefficients with time constants' moves."""
+    def linearised(self, refined: Refined) -> Linearised:
+        """Return the model around refined time constants."""
+        coefficients = np.concatenate(
+            [refined.gains.ravel(), refined.transients.ravel(), refined.offsets]
+        )
+        taus_s = refined.time_constants_s
+        return self._linearised(self.design_at(taus_s), taus_s, coefficients, refined.variance)
+
+    def _linearised(
+        self, design: Design, taus_s: FloatArray, mean: FloatArray, variance: float
+    ) -> Linearised:
+        """Return the model around time constants, whose logarithms have a wide normal prior."""
         slopes = self._slopes(taus_s, mean)
         rows = tuple(
             np.hstack([r[:, :-1], d, r[:, -1:]]) for r, d in zip(design.rows, slopes, strict=True)
         )
-        wide = Design(
-            rows=rows,
-            white_variance=design.white_variance,
-            times_s=design.times_s,
-            inputs=design.inputs,
-            lags=design.lags,
-            transients=design.transients,
-            offsets=design.offsets,
+        prior = prior_precision(design, self.sizes, taus_s.size)
+        return Linearised(
+            design=replace(design, rows=rows),
+            prior=np.concatenate([prior, np.full(taus_s.size, variance / WIDE_LOG_STD**2)]),
+            gains=design.gains,
+            lags=taus_s.size,
         )
-        gram, _ = wide.products(self.sizes.noise)
-        prior = np.concatenate(
-            [prior_precision(design, self.sizes, taus_s.size), np.zeros(taus_s.size)]
-        )
-        return gram[:-1, :-1] + np.diag(prior), gram[:-1, -1], prior
 
     def refined(self, start_s: FloatArray, steps: int = 15) -> Refined:
         """Return the time constants near a start that fit best, with their covariance."""
@@ -215,14 +233,15 @@ class Refinement:
         damping = 1e-3
         freedom = max(design.readings - design.offsets, 1)
         for _ in range(steps):
-            precision, right, _prior = self._joint(design, taus_s, mean)
+            local = self._linearised(design, taus_s, mean, penalised / freedom)
+            gram, _ = local.design.products(self.sizes.noise)
+            precision = gram[:-1, :-1] + np.diag(local.prior)
+            right = gram[:-1, -1]
             moved = False
             while damping < 1e6:
                 damped = precision.copy()
                 tail = np.arange(mean.size, damped.shape[0])
-                # A move of one in the logarithm is held back by a prior of the same width.
                 damped[tail, tail] *= 1.0 + damping
-                damped[tail, tail] += penalised / freedom
                 move = np.clip(np.linalg.solve(damped, right)[mean.size :], -0.7, 0.7)
                 tried_s = np.clip(taus_s * np.exp(move), low, high)
                 if np.any(np.diff(np.sort(tried_s)) <= 1e-6 * low):
@@ -243,9 +262,10 @@ class Refinement:
         self, design: Design, taus_s: FloatArray, mean: FloatArray, penalised: float
     ) -> Refined:
         variance = penalised / max(design.readings - design.offsets, 1)
-        precision, _, _ = self._joint(design, taus_s, mean)
+        local = self._linearised(design, taus_s, mean, variance)
+        gram, _ = local.design.products(self.sizes.noise)
+        precision = gram[:-1, :-1] + np.diag(local.prior)
         tail = np.arange(mean.size, precision.shape[0])
-        precision[tail, tail] += variance / 4.0
         full = variance * np.linalg.inv(precision)
         kept = np.concatenate([np.arange(design.gains), tail])
         order = np.argsort(taus_s)

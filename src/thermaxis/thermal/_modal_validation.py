@@ -7,14 +7,11 @@ from typing import final
 import numpy as np
 
 from thermaxis.thermal._field import FloatArray
-from thermaxis.thermal._modal_average import Compared
-from thermaxis.thermal._modal_evidence import Design
-from thermaxis.thermal._modal_lags import columns_of, prior_precision
-from thermaxis.thermal._slow_noise import SlowNoise, weighted_products
+from thermaxis.thermal._modal_lags import Linearised, Refined, Refinement
+from thermaxis.thermal._slow_noise import weighted_products
 
 FOLDS = 6
 """Blocks that a record is cut into. [1]"""
-_CANDIDATES = 8
 
 
 @final
@@ -32,8 +29,9 @@ class BlockedValidation:
     """Smallest number of lags within one standard error of the best. [1]"""
 
 
-def _blocks(design: Design, noise: SlowNoise) -> tuple[FloatArray, FloatArray]:
-    """Return the products of every held-out block, (f, p + 1, p + 1), and its readings, (f,)."""
+def _products_of_blocks(problem: Refinement, local: Linearised) -> tuple[FloatArray, FloatArray]:
+    """Return the products of every block, (f, q + 1, q + 1), and its readings, (f,)."""
+    design, noise = local.design, problem.sizes.noise
     length = max(2, -(-design.readings // FOLDS))
     products, counts = [], []
     for rows, white, times_s in zip(
@@ -42,24 +40,45 @@ def _blocks(design: Design, noise: SlowNoise) -> tuple[FloatArray, FloatArray]:
         pieces = max(1, round(rows.shape[0] / length))
         for part in np.array_split(np.arange(rows.shape[0]), pieces):
             piece = slice(int(part[0]), int(part[-1]) + 1)
-            products.append(
-                weighted_products(rows[piece], white[piece], times_s[piece], noise).gram
-            )
+            found = weighted_products(rows[piece], white[piece], times_s[piece], noise)
+            products.append(found.gram)
             counts.append(part.size)
     return np.array(products), np.array(counts, dtype=np.float64)
 
 
-def validated(design: Design, found: Sequence[Compared], noise: SlowNoise) -> BlockedValidation:
+def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArray]:
+    """Return the squared free-run error over every block and its readings, (f,)."""
+    local = problem.linearised(refined)
+    blocks, counts = _products_of_blocks(problem, local)
+    if counts.size < 2:
+        return np.zeros(counts.size), counts
+    size = blocks.shape[1] - 1
+    diagonal = np.arange(size)
+    outside = blocks.sum(axis=0) - blocks
+    left = outside[:, :-1, :-1].copy()
+    # A start or an offset that only the held-out block knows stays at zero in the fit.
+    left[:, diagonal, diagonal] += local.prior + 1e-9
+    mean = np.linalg.solve(left, outside[:, :-1, -1:])[:, :, 0]
+    response = np.concatenate([np.arange(local.gains), np.arange(size - local.lags, size)])
+    own = np.arange(local.gains, size - local.lags)
+    signed = np.concatenate([-mean[:, response], np.ones((counts.size, 1))], axis=1)
+    kept = np.append(response, size)
+    total = np.einsum("fi,fij,fj->f", signed, blocks[:, kept[:, None], kept], signed)
+    right = np.einsum("fij,fj->fi", blocks[:, own[:, None], kept], signed)
+    start = blocks[:, own[:, None], own].copy()
+    places = np.arange(own.size)
+    start[:, places, places] += local.prior[own] + 1e-9
+    solved = np.linalg.solve(start, right[:, :, None])[:, :, 0]
+    return total - np.einsum("fi,fi->f", right, solved), counts
+
+
+def validated(candidates: Sequence[tuple[Refinement, Refined]]) -> BlockedValidation:
     """Choose the number of lags by blocked cross-validation of the free run.
 
     Parameters
     ----------
-    design : Design
-        Regressors over the grid.
-    found : sequence of Compared
-        All sets with their evidence.
-    noise : SlowNoise
-        The slow noise that weighs the errors.
+    candidates : sequence of tuple of Refinement and Refined
+        The best set of every number of lags, on all of the record.
 
     Returns
     -------
@@ -68,54 +87,21 @@ def validated(design: Design, found: Sequence[Compared], noise: SlowNoise) -> Bl
 
     Notes
     -----
-    The held-out block is simulated by its inputs from the begin of the record; its displacement
-    is not used. Errors are weighed by the inverse covariance of the noise, so that the slow drift
-    of a block does not drown what the lags explain. For every number of lags the sets that are
-    most likely on all of the record stand for it, each fitted anew without the block.
+    Gains and time constants are fitted without the block, the latter to first order. The block is
+    then simulated by its inputs; of its displacement only the offset and the unknown start are
+    taken. Errors are weighed by the inverse covariance of the noise, so that the slow drift of a
+    block does not drown what the lags explain.
     """
-    blocks, counts = _blocks(design, noise)
-    total = blocks.sum(axis=0)
-    numbers = tuple(sorted({c.lags for c in found}))
-    if blocks.shape[0] < 2:
-        return BlockedValidation(
-            numbers, np.zeros(len(numbers)), np.zeros(len(numbers)), numbers[0]
-        )
-    errors = np.empty((len(numbers), blocks.shape[0]))
-    for place, lags in enumerate(numbers):
-        errors[place] = _errors(design, [c for c in found if c.lags == lags], blocks, total)
+    numbers = tuple(int(refined.time_constants_s.size) for _, refined in candidates)
+    found = [_errors(problem, refined) for problem, refined in candidates]
+    counts = found[0][1]
+    unit = candidates[-1][1].variance
+    errors = np.array([e for e, _ in found]) / unit
     mean = errors.sum(axis=1) / counts.sum()
     best = int(np.argmin(mean))
-    difference = errors - errors[best]
-    folds = blocks.shape[0]
-    spread = np.std(difference, axis=1, ddof=1) * np.sqrt(folds) / counts.sum()
+    folds = counts.size
+    if folds < 2:
+        return BlockedValidation(numbers, mean, np.zeros(len(numbers)), numbers[0])
+    spread = np.std(errors - errors[best], axis=1, ddof=1) * np.sqrt(folds) / counts.sum()
     within = np.flatnonzero(mean - mean[best] <= spread)
     return BlockedValidation(numbers, mean, spread, numbers[int(within[0])])
-
-
-def _errors(
-    design: Design, those: Sequence[Compared], blocks: FloatArray, total: FloatArray
-) -> FloatArray:
-    """Return the squared free-run error over every block, of the best sets' average, (f,)."""
-    log_weight = np.concatenate([c.log_weight for c in those])
-    owner = np.concatenate([np.full(c.log_weight.size, i) for i, c in enumerate(those)])
-    place = np.concatenate([np.arange(c.log_weight.size) for c in those])
-    best = np.argsort(log_weight)[::-1][:_CANDIDATES]
-    weight = np.exp(log_weight[best] - log_weight[best[0]])
-    weight /= weight.sum()
-    errors = np.zeros(blocks.shape[0])
-    for number, share in zip(best.tolist(), weight.tolist(), strict=True):
-        item = those[int(owner[number])]
-        members = item.subsets.members[int(place[number])][None, :]
-        columns = columns_of(design, members)[0]
-        prior = np.diag(prior_precision(design, item.sizes, item.lags))
-        with_y = np.append(columns, total.shape[0] - 1)
-        inside = blocks[:, with_y[:, None], with_y]
-        outside = total[np.ix_(with_y, with_y)] - inside
-        left = outside[:, :-1, :-1] + prior
-        # An offset that only the held-out block knows stays at zero.
-        diagonal = np.arange(left.shape[1])
-        left[:, diagonal, diagonal] += 1e-9
-        mean = np.linalg.solve(left, outside[:, :-1, -1:])[:, :, 0]
-        signed = np.concatenate([-mean, np.ones((blocks.shape[0], 1))], axis=1)
-        errors += share * np.einsum("fi,fij,fj->f", signed, inside, signed)
-    return errors

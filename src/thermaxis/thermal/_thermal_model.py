@@ -192,7 +192,7 @@ def simulate_modal(
         part.gains.shape for part in model.parts
     ]:
         raise DataError("the initial state does not have one number per lag of every part")
-    y = np.full(values.shape[0], model.offset_um)
+    y = np.full(values.shape[0], model.offset_um, dtype=np.float64)
     for i, part in enumerate(model.parts):
         column = delayed(np.ascontiguousarray(values[:, i]), part.delay_s, sample_time_s)
         y += part.direct_gain * column
