@@ -75,6 +75,8 @@ def unit_of_name(name: str) -> str:
     str
         The unit (`degC`, `K`, `um`, `rpm`, ...); empty if the name states none.
     """
+    if name.casefold() == "rpm":
+        return "rpm"
     stem, underscore, word = name.rpartition("_")
     return UNITS.get(word.casefold(), "") if underscore and stem else ""
 
