@@ -1,14 +1,16 @@
 """Choose temperatures and lags of a compensation model among many candidate channels.
 
 The sensors of a machine are many and move together: a subset that fits a record best often fails
-on the next day. All healthy candidates are therefore kept with gains held small, as much as the
-uncertainty of the temperatures asks for, and only few time constants, common to all channels.
-How uncertain and which time constants is chosen by the error in free run on whole parts of the
-record that were held out, for all outputs together.
+on the next day, and so does the best set of time constants. All healthy candidates are therefore
+kept with gains held small, as much as the uncertainty of the temperatures asks for, and models of
+few time constants, common to all channels, are averaged instead of chosen. Their weights and the
+uncertainty come from the error in free run on whole parts of the record that were held out, for
+all outputs together. An average of such models is again one: gains and first-order lags.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from types import MappingProxyType
 from typing import final
 
@@ -23,7 +25,12 @@ from thermaxis.thermal._selection_sensors import (
     check_candidates,
     sensor_noise_k,
 )
-from thermaxis.thermal._selection_validation import Structure, Validation, validation_of
+from thermaxis.thermal._selection_validation import (
+    Member,
+    Structure,
+    Validation,
+    validation_of,
+)
 from thermaxis.thermal._thermal_model import ModalPart, ThermalModel
 
 SENSOR_UNCERTAINTIES_K = (0.05, 0.1, 0.2, 0.4, 0.8)
@@ -31,7 +38,9 @@ SENSOR_UNCERTAINTIES_K = (0.05, 0.1, 0.2, 0.4, 0.8)
 FIXED_TIME_CONSTANTS_S = (300.0, 1200.0, 3600.0, 10800.0)
 """Time constants of the baseline with fixed exponential averages. [s]"""
 LAG_RATIO = 4.0
-"""The second of two time constants is so many times the first. [1]"""
+"""Each time constant tried is so many times the one before: closer ones tell the same. [1]"""
+LEAST_WEIGHT = 0.02
+"""Models with a smaller share of the average are left out. [1]"""
 RECORD_PER_LAG = 8.0
 """A record is at least so many times longer than the largest time constant tried. [1]"""
 SHORTEST_PART_S = 3600.0
@@ -54,9 +63,12 @@ class SelectionOptions:
     sensor_uncertainties_k: tuple[float, ...] = SENSOR_UNCERTAINTIES_K
     """Uncertainties of the temperatures that are tried; gains are held small accordingly. [K]"""
     shortest_lag_s: float = 300.0
-    """Smallest time constant tried; the next are twice the one before. [s]"""
+    """Smallest time constant tried; each of the next is four times the one before. [s]"""
     lag_sets_s: tuple[tuple[float, ...], ...] | None = None
-    """Sets of time constants to choose among, in place of none, one, and two. [s]"""
+    """Sets of time constants of the models that are averaged, in place of none, one and two
+    neighbours. [s]"""
+    offset: bool = False
+    """Whether a displacement at the reference is allowed. In relative coordinates it is zero."""
     parts: int = 5
     """Parts that the record is cut into. [1]"""
     mean_s: float = 300.0
@@ -89,14 +101,14 @@ class SelectionOptions:
 @final
 @dataclass(frozen=True, slots=True)
 class StructureScore:
-    """Error in free run of one set of time constants, with the best of its other choices."""
+    """Error in free run of one set of time constants, with its best uncertainty."""
 
     time_constants_s: tuple[float, ...]
     """Time constants, common to all channels; none for a static model. [s]"""
     sensor_uncertainty_k: float
     """Uncertainty of the temperatures. [K]"""
-    offset: bool
-    """Whether the model has an offset; else it is zero at the reference."""
+    weight: float
+    """Share of its model in the average; zero where it was left out. [1]"""
     score: float
     """Error over that of each output's best structure, mean over outputs and splits. [1]"""
     excess: float
@@ -150,7 +162,7 @@ class SelectionResult:
     time_constants_s: tuple[float, ...]
     """Time constants, common to all channels. [s]"""
     sensor_uncertainty_k: float
-    """Uncertainty of the temperatures that held the gains small. [K]"""
+    """Uncertainty of the temperatures that held the gains small, mean by weight. [K]"""
     offset: bool
     """Whether the models have an offset."""
     structures: tuple[StructureScore, ...]
@@ -160,7 +172,8 @@ class SelectionResult:
     parts: tuple[RecordPart, ...]
     """Parts of the record that were held out."""
     findings: tuple[SensorFinding, ...]
-    """Candidates with a fault; those `left_out` are not in the models."""
+    """Candidates with a fault; those `left_out` are not in the models, of the others the direct
+    gain is held back by their noise."""
     rule: str
     """How everything was chosen, in words."""
     warnings: tuple[str, ...] = ()
@@ -229,15 +242,17 @@ def select(
     ------
     DataError
         If names and inputs are not one each, outputs have other inputs, a displacement never
-        changes, or no healthy candidate is left.
+        changes or was measured in one part of the record only, or no healthy candidate is left.
 
     Notes
     -----
     The record is cut into parts. Each is predicted in free run from temperatures alone, by models
     learned from all other parts, and each of the later half also from the parts before it. A ridge
     penalty is the squared uncertainty of the temperatures, plus for the direct gains the noise of
-    each channel: the error to be expected where a temperature is wrong by so much. The fewest time
-    constants are taken whose excess over the best is within one standard error of the difference.
+    each channel: the error to be expected where a temperature is wrong by so much. Each set of time
+    constants takes its best uncertainty. The weight of its model is its score to the power of minus
+    the number of parts: the likelihood of errors whose scale is unknown, where each part is one
+    independent observation.
     """
     settings = options or SelectionOptions()
     outputs = _by_name(experiments)
@@ -324,12 +339,11 @@ def _check_displacements(outputs: Mapping[str, Sequence[Experiment]]) -> None:
 
 
 def _lag_sets(shortest_s: float, duration_s: float) -> tuple[tuple[float, ...], ...]:
-    """Return none, one and two time constants in octaves, as far as the record supports them."""
-    longest = duration_s / RECORD_PER_LAG
-    count = int(np.floor(np.log2(longest / shortest_s))) + 1 if longest >= shortest_s else 0
-    octaves = [shortest_s * 2.0**i for i in range(count)]
-    pairs = [(tau, LAG_RATIO * tau) for tau in octaves if LAG_RATIO * tau in octaves]
-    return ((), *((tau,) for tau in octaves), *pairs)
+    """Return none, one and two neighbouring time constants, as far as the record supports them."""
+    taus: list[float] = []
+    while shortest_s * LAG_RATIO ** len(taus) <= duration_s / RECORD_PER_LAG:
+        taus.append(shortest_s * LAG_RATIO ** len(taus))
+    return ((), *((tau,) for tau in taus), *pairwise(taus))
 
 
 def _mean_over(values: FloatArray, axis: int) -> FloatArray:
@@ -343,21 +357,30 @@ def _mean_over(values: FloatArray, axis: int) -> FloatArray:
 def _scored(
     search: _Search, sets: Sequence[tuple[float, ...]], best_um: FloatArray | None = None
 ) -> tuple[list[_Scored], FloatArray]:
-    """Judge sets of time constants with and without an offset, at every uncertainty."""
+    """Judge sets of time constants, each with its best uncertainty, over each output's best."""
     every = tuple(range(len(search.channels)))
-    tried: list[tuple[Structure, int, FloatArray]] = []
-    for taus in sets:
-        for offset in (False, True):
-            structure = Structure(search.lags(taus), every, offset)
-            errors = search.validation.errors(structure)
-            tried += [(structure, i, errors[i]) for i in range(errors.shape[0])]
+    structures = [Structure(search.lags(taus), every, search.settings.offset) for taus in sets]
+    errors = [search.validation.errors(structure) for structure in structures]
     reference_um = best_um
     if reference_um is None:
-        least = np.min(np.stack([_mean_over(e, 0) for _, _, e in tried]), axis=0)
+        least = np.min(_mean_over(np.stack(errors), 2), axis=(0, 1))
         reference_um = np.maximum(least, np.finfo(np.float64).tiny)
-    return [
-        _Scored(structure, i, _mean_over(e / reference_um, 1), e) for structure, i, e in tried
-    ], reference_um
+    found: list[_Scored] = []
+    for structure, own in zip(structures, errors, strict=True):
+        relative = _mean_over(own / reference_um, 2)
+        position = int(np.argmin(_mean_over(relative, 1)))
+        found.append(_Scored(structure, position, relative[position], own[position]))
+    return found, reference_um
+
+
+def _check_judged(search: _Search, best_um: FloatArray) -> None:
+    for name, least_um in zip(search.validation.output_names, best_um.tolist(), strict=True):
+        if np.isnan(least_um):
+            raise DataError(
+                "the displacement was measured in one part of the record only",
+                where=f"output {name}",
+                remedy="Measure it at least twice, hours apart, or ask for more parts",
+            )
 
 
 def _excess(own: FloatArray, best: FloatArray) -> tuple[float, float]:
@@ -370,47 +393,55 @@ def _excess(own: FloatArray, best: FloatArray) -> tuple[float, float]:
     return float(np.mean(difference)), error
 
 
-def _fewest_lags(scored: Sequence[_Scored]) -> _Scored:
-    """Return the best of the structures with the fewest lags that one standard error allows."""
-    best = min(scored, key=lambda s: s.score)
-    for count in sorted({len(s.structure.lags) for s in scored}):
-        own = min((s for s in scored if len(s.structure.lags) == count), key=lambda s: s.score)
-        excess, error = _excess(own.relative, best.relative)
-        if excess <= error:
-            return own
-    return best
+def _members(scored: Sequence[_Scored], parts: int) -> tuple[Member, ...]:
+    """Return the models that are averaged, by weight, the heaviest first."""
+    score = np.array([s.score for s in scored])
+    share = (float(np.min(score)) / score) ** parts
+    share = np.where(share < LEAST_WEIGHT * np.sum(share), 0.0, share)
+    share = share / np.sum(share)
+    return tuple(
+        Member(scored[i].structure, scored[i].position, float(share[i]))
+        for i in sorted(range(len(scored)), key=lambda i: -float(share[i]))
+        if share[i] > 0
+    )
 
 
-def _without(
-    search: _Search, chosen: _Scored, channels: tuple[int, ...], best_um: FloatArray
+def _with_channels(members: Sequence[Member], channels: tuple[int, ...]) -> tuple[Member, ...]:
+    """Return the same models with other channels."""
+    return tuple(
+        Member(Structure(m.structure.lags, channels, m.structure.offset), m.position, m.weight)
+        for m in members
+    )
+
+
+def _relative(
+    search: _Search, members: Sequence[Member], channels: tuple[int, ...], best_um: FloatArray
 ) -> FloatArray:
-    structure = Structure(chosen.structure.lags, channels, chosen.structure.offset)
-    errors = search.validation.errors(structure, chosen.position)[0]
+    errors = search.validation.average_errors(_with_channels(members, channels))
     return _mean_over(errors / best_um, 1)
 
 
 def _elimination(
-    search: _Search, chosen: _Scored, best_um: FloatArray
+    search: _Search, members: Sequence[Member], best_um: FloatArray
 ) -> list[tuple[tuple[int, ...], FloatArray]]:
     """Leave out the least useful channel again and again; return channels and scores, fewest first.
 
-    The channels of each entry stand in the order of their use, since each entry is the one before
-    and the channel that would be left out next.
+    The heaviest model tells which one; the scores are those of the average. The channels of each
+    entry stand in the order of their use: they are those of the entry before and the one that
+    would be left out next.
     """
+    heaviest = (Member(members[0].structure, members[0].position, 1.0),)
     left: tuple[int, ...] = tuple(range(len(search.channels)))
-    steps = [(left, chosen.relative)]
+    dropped: list[int] = []
     while len(left) > 1:
         trials = [tuple(c for c in left if c != out) for out in left]
-        scores = [_without(search, chosen, trial, best_um) for trial in trials]
-        next_one = int(np.argmin([np.nanmean(s) for s in scores]))
-        left = trials[next_one]
-        steps.append((left, scores[next_one]))
-    ordered: list[tuple[tuple[int, ...], FloatArray]] = []
-    known: tuple[int, ...] = ()
-    for channels, score in reversed(steps):
-        known = (*known, *(c for c in channels if c not in known))
-        ordered.append((known, score))
-    return ordered
+        scores = [float(np.nanmean(_relative(search, heaviest, t, best_um))) for t in trials]
+        least = int(np.argmin(scores))
+        dropped.append(left[least])
+        left = trials[least]
+    order = (*left, *reversed(dropped))
+    counts = range(1, len(order) + 1)
+    return [(order[:n], _relative(search, members, order[:n], best_um)) for n in counts]
 
 
 def _curve(
@@ -434,27 +465,36 @@ def _kept(curve: Sequence[ChannelScore], settings: SelectionOptions) -> int:
     return min(most, within[0])
 
 
-def _models(search: _Search, structure: Structure, gains: FloatArray) -> list[ThermalModel]:
-    count = len(structure.channels)
-    taus = search.time_constants_s[list(structure.lags)]
-    models: list[ThermalModel] = []
-    for own in gains.T:
-        by_lag = own[: count * (1 + taus.size)].reshape(1 + taus.size, count)
-        models.append(
-            ThermalModel(
-                parts=tuple(
-                    ModalPart(
-                        input_name=search.channels[channel],
-                        direct_gain=float(by_lag[0, i]),
-                        gains=by_lag[1:, i],
-                        time_constants_s=taus,
-                    )
-                    for i, channel in enumerate(structure.channels)
-                ),
-                offset_um=float(own[-1]) if structure.offset else 0.0,
-            )
+def _models(
+    search: _Search, members: Sequence[Member], gains: Sequence[FloatArray]
+) -> list[ThermalModel]:
+    """Return the averages of the members' models, one per output."""
+    channels = members[0].structure.channels
+    lags = sorted({lag for m in members for lag in m.structure.lags})
+    total = np.zeros((1 + len(lags), len(channels), gains[0].shape[1]))
+    offset_um = np.zeros(gains[0].shape[1])
+    for member, own in zip(members, gains, strict=True):
+        rows = [0, *(1 + lags.index(lag) for lag in member.structure.lags)]
+        size = len(rows) * len(channels)
+        total[rows] += member.weight * own[:size].reshape(len(rows), len(channels), -1)
+        if member.structure.offset:
+            offset_um += member.weight * own[-1]
+    taus = search.time_constants_s[lags]
+    return [
+        ThermalModel(
+            parts=tuple(
+                ModalPart(
+                    input_name=search.channels[channel],
+                    direct_gain=float(total[0, i, output]),
+                    gains=total[1:, i, output],
+                    time_constants_s=taus,
+                )
+                for i, channel in enumerate(channels)
+            ),
+            offset_um=float(offset_um[output]),
         )
-    return models
+        for output in range(offset_um.size)
+    ]
 
 
 def _opposed(model: ThermalModel, correlation: FloatArray) -> list[str]:
@@ -474,25 +514,37 @@ def _opposed(model: ThermalModel, correlation: FloatArray) -> list[str]:
     return found
 
 
+def _time_constants(search: _Search, members: Sequence[Member]) -> tuple[float, ...]:
+    lags = sorted({lag for m in members for lag in m.structure.lags})
+    return tuple(search.time_constants_s[lags].tolist())
+
+
 def _baselines(search: _Search, best_um: FloatArray) -> dict[str, FloatArray]:
     """Return the errors of the baselines on the splits, (o,) each."""
     found = {"hold": _mean_over(search.validation.hold_errors(), 0)}
     for name, taus in (("static", ()), ("averages", FIXED_TIME_CONSTANTS_S)):
         scored, _ = _scored(search, [taus], best_um)
-        found[name] = _mean_over(min(scored, key=lambda s: s.score).errors, 0)
+        found[name] = _mean_over(scored[0].errors, 0)
     return found
 
 
-def _structures(search: _Search, scored: Sequence[_Scored]) -> tuple[StructureScore, ...]:
+def _structures(
+    search: _Search, scored: Sequence[_Scored], members: Sequence[Member]
+) -> tuple[StructureScore, ...]:
     best = min(scored, key=lambda s: s.score)
+    weights = {m.structure: m.weight for m in members}
     found: list[StructureScore] = []
-    for taus in search.lag_sets_s:
-        lags = search.lags(taus)
-        own = min((s for s in scored if s.structure.lags == lags), key=lambda s: s.score)
+    for taus, own in zip(search.lag_sets_s, scored, strict=True):
         excess, error = _excess(own.relative, best.relative)
-        uncertainty = search.settings.sensor_uncertainties_k[own.position]
         found.append(
-            StructureScore(taus, uncertainty, own.structure.offset, own.score, excess, error)
+            StructureScore(
+                time_constants_s=taus,
+                sensor_uncertainty_k=search.settings.sensor_uncertainties_k[own.position],
+                weight=weights.get(own.structure, 0.0),
+                score=own.score,
+                excess=excess,
+                excess_se=error,
+            )
         )
     return tuple(found)
 
@@ -511,38 +563,35 @@ def _rule(search: _Search, parts: Sequence[RecordPart], kept: int) -> str:
     return (
         f"The record is cut into {len(parts)} parts of {parts[0].duration_s / 3600:.1f} h. Each is"
         " predicted in free run from the temperatures by models learned from all other parts, each"
-        " of the later half also from the parts before it. Tried are the time constants"
-        f" {lags} s, common to all channels, uncertainties of the temperatures of {uncertainties} K"
-        " as ridge penalty (and the noise of each sensor on its direct gain), with and without an"
-        " offset; the smallest mean absolute error over all outputs decides, each over its best,"
-        " and the fewest time constants within one standard error of the difference are taken;"
-        f" {channels}."
+        " of the later half also from the parts before it. Models with the time constants"
+        f" {lags} s, common to all channels, are averaged. Their score is the mean absolute error"
+        " over that of each output's best, mean over all outputs; their weight is the score to the"
+        f" power of -{len(parts)}, one independent observation per part, and less than"
+        f" {100 * LEAST_WEIGHT:g} % is left out. Each takes the uncertainty of the temperatures"
+        f" ({uncertainties} K, as ridge penalty, with the noise of each sensor on its direct gain)"
+        f" with the best score. The displacement at the reference is"
+        f" {'free' if settings.offset else 'zero'}; {channels}."
     )
 
 
 def _warnings(
     search: _Search,
-    chosen: _Scored,
+    members: Sequence[Member],
     parts: Sequence[RecordPart],
-    findings: Sequence[SensorFinding],
 ) -> tuple[str, ...]:
-    found = [
-        f"{f.name} {f.reason}" + (": left out" if f.left_out else ": its direct gain is held back")
-        for f in findings
-    ]
-    taus = [search.time_constants_s[i] for i in chosen.structure.lags]
+    found: list[str] = []
     longest = max((t for s in search.lag_sets_s for t in s), default=0.0)
-    if taus and max(taus) == longest:
+    if longest in search.time_constants_s[list(members[0].structure.lags)]:
         found.append(
-            f"the largest time constant tried, {longest:g} s, was chosen: the record may be too"
-            " short for the slowest one of the machine"
+            f"the largest time constant tried, {longest:g} s, belongs to the best model: the"
+            " record may be too short for the slowest one of the machine"
         )
     shortest_s = min(part.duration_s for part in parts)
     if shortest_s < SHORTEST_PART_S:
         found.append(
             f"the parts held out are {shortest_s / 60:.0f} min long: what is slower was not judged"
         )
-    if chosen.position == len(search.settings.sensor_uncertainties_k) - 1:
+    if members[0].position == len(search.settings.sensor_uncertainties_k) - 1:
         found.append(
             "the gains were held as small as was allowed: the temperatures hardly explain the"
             " displacement"
@@ -571,20 +620,23 @@ def _result(
 ) -> SelectionResult:
     """Search, and put the result together."""
     scored, best_um = _scored(search, search.lag_sets_s)
-    chosen = _fewest_lags(scored)
-    steps = _elimination(search, chosen, best_um)
+    _check_judged(search, best_um)
+    members = _members(scored, len(parts))
+    structures = _structures(search, scored, members)
+    steps = _elimination(search, members, best_um)
     curve = _curve(search, steps)
     kept = _kept(curve, search.settings)
-    structure = Structure(chosen.structure.lags, steps[kept - 1][0], chosen.structure.offset)
+    members = _with_channels(members, steps[kept - 1][0])
+    structure = members[0].structure
     validation = search.validation
-    errors = _mean_over(validation.errors(structure, chosen.position)[0], 0)
-    gains = validation.fit(structure, chosen.position)
-    training = validation.training_errors(structure, gains)
+    errors = _mean_over(validation.average_errors(members), 0)
+    gains = [validation.fit(m.structure, m.position) for m in members]
+    training = validation.training_errors(members, gains)
     correlation = validation.correlation(structure.channels)
     baselines = _baselines(search, best_um)
     found: dict[str, SelectedOutput] = {}
     for i, (name, model) in enumerate(
-        zip(validation.output_names, _models(search, structure, gains), strict=True)
+        zip(validation.output_names, _models(search, members, gains), strict=True)
     ):
         own = {key: float(values[i]) for key, values in baselines.items()}
         found[name] = SelectedOutput(
@@ -597,13 +649,15 @@ def _result(
     return SelectionResult(
         outputs=MappingProxyType({name: found[name] for name in output_names}),
         channels=curve[kept - 1].channels,
-        time_constants_s=tuple(search.time_constants_s[list(structure.lags)].tolist()),
-        sensor_uncertainty_k=search.settings.sensor_uncertainties_k[chosen.position],
+        time_constants_s=_time_constants(search, members),
+        sensor_uncertainty_k=sum(
+            m.weight * search.settings.sensor_uncertainties_k[m.position] for m in members
+        ),
         offset=structure.offset,
-        structures=_structures(search, scored),
+        structures=structures,
         curve=curve,
         parts=parts,
         findings=findings,
         rule=_rule(search, parts, kept),
-        warnings=_warnings(search, chosen, parts, findings),
+        warnings=_warnings(search, members, parts),
     )

@@ -40,6 +40,19 @@ class Structure:
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A structure that takes part in an average of models."""
+
+    structure: Structure
+    """What the model consists of."""
+    position: int
+    """Position of the uncertainty of the temperatures. [1]"""
+    weight: float
+    """Its share; the shares of all members add to one. [1]"""
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Sums:
     """Sums over the parts of one bank."""
@@ -113,15 +126,13 @@ class Validation:
             penalty = np.column_stack([penalty, np.zeros(self.variance_k2.size)])
         return penalty
 
-    def errors(self, structure: Structure, position: int | None = None) -> FloatArray:
+    def errors(self, structure: Structure) -> FloatArray:
         """Return mean absolute errors in free run, (s, splits, o); NaN where nothing is held out.
 
         Parameters
         ----------
         structure : Structure
             What the models may consist of.
-        position : int, optional
-            Position of the only uncertainty of the temperatures to try. Default: all. [1]
 
         Returns
         -------
@@ -129,13 +140,38 @@ class Validation:
             One per uncertainty of the temperatures, split and output. [µm]
         """
         columns, penalties = self._columns(structure), self._penalties(structure)
-        if position is not None:
-            penalties = penalties[position : position + 1]
-        per_bank = [
-            np.stack([_split_errors(sums, s, columns, penalties) for s in self.splits], axis=1)
-            for sums in self.sums
-        ]
+        per_bank: list[FloatArray] = []
+        for sums in self.sums:
+            found = [_residuals(sums, s, columns, penalties) for s in self.splits]
+            means = [_mean_absolute(sums, s, r) for s, r in zip(self.splits, found, strict=True)]
+            per_bank.append(np.stack(means, axis=1))
         return np.concatenate(per_bank, axis=2)
+
+    def average_errors(self, members: Sequence[Member]) -> FloatArray:
+        """Return mean absolute errors of an average of models in free run, (splits, o).
+
+        Parameters
+        ----------
+        members : sequence of Member
+            What is averaged.
+
+        Returns
+        -------
+        FloatArray
+            One per split and output; NaN where nothing is held out. [µm]
+        """
+        chosen = [
+            (self._columns(m.structure), self._penalties(m.structure)[[m.position]], m.weight)
+            for m in members
+        ]
+        per_bank: list[FloatArray] = []
+        for sums in self.sums:
+            means: list[FloatArray] = []
+            for split in self.splits:
+                shares = [weight * _residuals(sums, split, c, p) for c, p, weight in chosen]
+                means.append(_mean_absolute(sums, split, np.sum(shares, axis=0))[0])
+            per_bank.append(np.stack(means))
+        return np.concatenate(per_bank, axis=1)
 
     def hold_errors(self) -> FloatArray:
         """Return the errors of repeating the last displacement before each part, (splits, o)."""
@@ -163,16 +199,33 @@ class Validation:
         fits = [_gains(sums, every, columns, penalty) for sums in self.sums]
         return np.concatenate([f[0] for f in fits if f is not None], axis=1)
 
-    def training_errors(self, structure: Structure, gains: FloatArray) -> FloatArray:
-        """Return the mean absolute errors on all parts, (o,). [µm]"""
-        columns = self._columns(structure)
+    def training_errors(self, members: Sequence[Member], gains: Sequence[FloatArray]) -> FloatArray:
+        """Return the mean absolute errors of an average of models on all parts, (o,).
+
+        Parameters
+        ----------
+        members : sequence of Member
+            What is averaged.
+        gains : sequence of FloatArray
+            Gains of every member from `fit`.
+
+        Returns
+        -------
+        FloatArray
+            One per output. [µm]
+        """
         found: list[FloatArray] = []
         first = 0
         for sums in self.sums:
-            own = gains[:, first : first + sums.bank.displacement.shape[1]]
-            first += own.shape[1]
-            residual = sums.bank.displacement - sums.bank.regressors[:, columns] @ own
-            found.append(np.average(np.abs(residual), axis=0, weights=sums.bank.weight))
+            last = first + sums.bank.displacement.shape[1]
+            residual = -sums.bank.displacement
+            for member, own in zip(members, gains, strict=True):
+                columns = self._columns(member.structure)
+                part = sums.bank.regressors[:, columns] @ own[:, first:last]
+                residual = residual + member.weight * part
+            weight = sums.bank.weight / float(np.sum(sums.bank.weight))
+            found.append(weight @ np.abs(residual))
+            first = last
         return np.concatenate(found)
 
     def correlation(self, channels: Sequence[int]) -> FloatArray:
@@ -251,21 +304,27 @@ def _gains(
     left = np.repeat(square[None], penalties.shape[0], axis=0)
     diagonal = np.arange(columns.size)
     left[:, diagonal, diagonal] += penalties
-    return np.linalg.solve(left, np.repeat(product[None], penalties.shape[0], axis=0))
+    right = np.repeat(product[None], penalties.shape[0], axis=0)
+    return np.asarray(np.linalg.solve(left, right), dtype=np.float64)
 
 
-def _split_errors(
-    sums: Sums, split: Split, columns: IndexArray, penalties: FloatArray
-) -> FloatArray:
-    """Return mean absolute errors on the part held out, (s, o)."""
-    outputs = sums.bank.displacement.shape[1]
+def _residuals(sums: Sums, split: Split, columns: IndexArray, penalties: FloatArray) -> FloatArray:
+    """Return simulated less measured on the part held out, (s, n, o); NaN without a model."""
     rows = sums.rows[split.judge]
     gains = _gains(sums, split.learn, columns, penalties) if rows.size else None
     if gains is None:
-        return np.full((penalties.shape[0], outputs), np.nan)
-    residual = sums.bank.regressors[rows][:, columns] @ gains - sums.bank.displacement[rows]
-    weight = sums.bank.weight[rows]
-    return np.einsum("n,sno->so", weight, np.abs(residual)) / float(np.sum(weight))
+        shape = (penalties.shape[0], rows.size, sums.bank.displacement.shape[1])
+        return np.full(shape, np.nan)
+    return sums.bank.regressors[rows][:, columns] @ gains - sums.bank.displacement[rows]
+
+
+def _mean_absolute(sums: Sums, split: Split, residual: FloatArray) -> FloatArray:
+    """Return mean absolute residuals, (s, o); NaN where nothing is held out."""
+    if residual.shape[1] == 0:
+        return np.full((residual.shape[0], residual.shape[2]), np.nan)
+    weight = sums.bank.weight[sums.rows[split.judge]]
+    share = weight / float(np.sum(weight))
+    return np.asarray(np.sum(np.abs(residual) * share[:, None], axis=1), dtype=np.float64)
 
 
 def _hold_errors(sums: Sums, split: Split) -> FloatArray:
@@ -276,5 +335,4 @@ def _hold_errors(sums: Sums, split: Split) -> FloatArray:
         (bank.part < split.judge) & (bank.experiment == bank.experiment[rows[0]])
     )
     held = bank.displacement[before[-1]] if before.size else np.zeros(bank.displacement.shape[1])
-    weight = bank.weight[rows] / float(np.sum(bank.weight[rows]))
-    return np.asarray(weight @ np.abs(bank.displacement[rows] - held))
+    return _mean_absolute(sums, split, np.abs(bank.displacement[rows] - held)[None])[0]

@@ -1,0 +1,217 @@
+"""Free-run errors on the public machining-centre record FL_THERMAL, beside baselines.
+
+The record (CAIVIAC/FL_THERMAL, MIT licence) has 16 temperatures and 5 displacements every 15 s
+and lies beside the project in ../shared/data. Signals are relative to the mean of their first 20
+rows. Everything is chosen inside the rows of `learn` by the rule that the result states; figures
+are mean absolute errors on the rows of `judge`, simulated from the first row of the record from
+temperatures alone. The baselines are made by the same rule: `static` without lags, `averages` with
+four fixed lags, `hold` repeats the last displacement of the rows learned from (for rows before
+them: is zero, the reference).
+
+    python benchmarks/fl_thermal.py            splits and sample times
+    python benchmarks/fl_thermal.py sensors    frozen and exchanged sensors
+"""
+
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.thermal._experiment import Experiment
+from thermaxis.thermal._selection import (
+    FIXED_TIME_CONSTANTS_S,
+    SelectionOptions,
+    SelectionResult,
+    select,
+)
+from thermaxis.thermal._selection_sensors import sensor_noise_k
+from thermaxis.thermal._thermal_model import simulate_modal
+
+Array: TypeAlias = NDArray[np.float64]
+RECORD = (
+    Path(__file__).resolve().parents[2]
+    / "shared/data/thermal/fl_thermal/fl_thermal_15s_rows_0_8891.csv"
+)
+SAMPLE_TIME_S = 15.0
+REFERENCE_ROWS = 20
+CHANNELS = tuple(f"ch{i}_um" for i in range(1, 6))
+CANDIDATES = tuple(f"t{i}_C" for i in range(1, 17))
+PUBLISHED = (3.56, 3.76, 3.70, 3.46, 4.28)
+"""Attention model of the record's authors on rows 6669 to 8891. [µm]"""
+SPLITS = (
+    ((0, 6669), (6669, 8892)),
+    ((0, 4445), (4445, 6669)),
+    ((0, 5557), (5557, 7780)),
+    ((2223, 8892), (0, 2223)),
+)
+"""Rows learned from and judged by, half-open."""
+WANTED_UM, WANTED_RATIO = 3.0, 1.5
+METHODS = {
+    "selection": SelectionOptions(),
+    "static": SelectionOptions(lag_sets_s=((),)),
+    "averages": SelectionOptions(lag_sets_s=(FIXED_TIME_CONSTANTS_S,)),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Temperatures and displacements relative to their first rows."""
+
+    sample_time_s: float
+    temperature_k: Array
+    displacement_um: Array
+
+    def averaged(self, rows: int) -> "Record":
+        """Return means over so many rows."""
+
+        def means(values: Array) -> Array:
+            count = values.shape[0] // rows
+            return values[: count * rows].reshape(count, rows, -1).mean(axis=1)
+
+        return Record(
+            self.sample_time_s * rows, means(self.temperature_k), means(self.displacement_um)
+        )
+
+
+def read_record(path: Path = RECORD) -> Record:
+    """Read the record."""
+    heading = path.open(encoding="utf-8").readline().strip().split(",")
+    values = np.loadtxt(path, delimiter=",", skiprows=1)
+    values -= values[:REFERENCE_ROWS].mean(axis=0)
+    column = {name: i for i, name in enumerate(heading)}
+    return Record(
+        SAMPLE_TIME_S,
+        values[:, [column[name] for name in CANDIDATES]],
+        values[:, [column[name] for name in CHANNELS]],
+    )
+
+
+def learned(
+    record: Record, first: int, last: int, options: SelectionOptions | None = None
+) -> SelectionResult:
+    """Choose and identify on some rows; one call for all five channels."""
+    u = record.temperature_k[first:last]
+    outputs = {
+        name: [Experiment(record.sample_time_s, u, record.displacement_um[first:last, i])]
+        for i, name in enumerate(CHANNELS)
+    }
+    return select(outputs, candidate_names=CANDIDATES, options=options)
+
+
+def errors_um(
+    result: SelectionResult, record: Record, first: int, last: int, u: Array | None = None
+) -> Array:
+    """Return the mean absolute errors of a free run from the record's first row, (5,)."""
+    temperature_k = record.temperature_k if u is None else u
+    found: list[float] = []
+    for i, name in enumerate(CHANNELS):
+        model = result.outputs[name].model
+        columns = [CANDIDATES.index(part.input_name) for part in model.parts]
+        simulated = simulate_modal(model, record.sample_time_s, temperature_k[:, columns])
+        residual = (record.displacement_um[:, i] - simulated)[first:last]
+        found.append(float(np.mean(np.abs(residual))))
+    return np.array(found)
+
+
+def hold_um(record: Record, learn: Sequence[int], judge: Sequence[int]) -> Array:
+    """Return the errors of repeating the last displacement before the rows judged by."""
+    y = record.displacement_um
+    held = y[learn[1] - 1] if learn[1] <= judge[0] else np.zeros(y.shape[1])
+    return np.mean(np.abs(y[judge[0] : judge[1]] - held), axis=0)
+
+
+def line(name: str, values: Array, note: str = "") -> str:
+    return f"  {name:<12}" + "".join(f"{v:8.2f}" for v in values.tolist()) + f"   {note}"
+
+
+def compare_splits() -> None:
+    full = read_record()
+    for learn, judge in SPLITS:
+        print(f"learn rows {learn[0]}:{learn[1]}, judge rows {judge[0]}:{judge[1]}; MAE in µm")
+        for rows in (1, 4, 20):
+            record = full.averaged(rows)
+            a, b = (-(-learn[0] // rows), learn[1] // rows)
+            c, d = (-(-judge[0] // rows), judge[1] // rows)
+            found: dict[str, Array] = {}
+            notes: dict[str, str] = {}
+            for name, options in METHODS.items():
+                begin = time.perf_counter()
+                result = learned(record, a, b, options)
+                passed_s = time.perf_counter() - begin
+                found[name] = errors_um(result, record, c, d)
+                lags = "+".join(f"{t:g}" for t in result.time_constants_s) or "none"
+                notes[name] = (
+                    f"lags {lags} s, {result.sensor_uncertainty_k:g} K,"
+                    f" offset {'free' if result.offset else 'zero'}, {passed_s:.2f} s"
+                )
+            found["hold"] = hold_um(record, (a, b), (c, d))
+            best = np.min(np.stack(list(found.values())), axis=0)
+            print(f" {record.sample_time_s:g} s" + "".join(f"{n:>9}" for n in CHANNELS))
+            for name, values in found.items():
+                print(line(name, values, notes.get(name, "")))
+            print(line("over best", found["selection"] / best, f"wanted: <= {WANTED_RATIO:g}"))
+            if learn == SPLITS[0][0]:
+                print(line("published", np.array(PUBLISHED), f"wanted: <= {WANTED_UM:g} µm"))
+    result = learned(full, *SPLITS[0][0])
+    print(result.rule)
+    for text in (*(f"{f.name} {f.reason}" for f in result.findings), *result.warnings):
+        print(f"warning: {text}")
+
+
+def frozen(u: Array, column: int, first: int, last: int) -> Array:
+    """Return inputs of which one stands still in some rows."""
+    broken = u.copy()
+    broken[first:last, column] = broken[first, column]
+    return broken
+
+
+def compare_sensors() -> None:
+    record = read_record()
+    learn, judge = SPLITS[0]
+    noise = sensor_noise_k([Experiment(SAMPLE_TIME_S, record.temperature_k, np.arange(8892.0))])
+    print(
+        "noise, mK: "
+        + ", ".join(f"{n} {1000 * s:.0f}" for n, s in zip(CANDIDATES, noise, strict=True))
+    )
+    print(line("healthy", errors_um(learned(record, *learn), record, *judge)))
+    print("frozen from row 2200 to 4400: found and left out, or not looked for")
+    unchecked = SelectionOptions(check_sensors=False)
+    for i, name in enumerate(CANDIDATES):
+        broken = Record(
+            SAMPLE_TIME_S, frozen(record.temperature_k, i, 2200, 4400), record.displacement_um
+        )
+        result = learned(broken, *learn)
+        found = ", ".join(f.name for f in result.findings if f.left_out) or "nothing"
+        print(line(name, errors_um(result, record, *judge), f"left out: {found}"))
+        result = learned(broken, *learn, unchecked)
+        print(line("  unchecked", errors_um(result, record, *judge)))
+    print("exchanged from row 3000 on")
+    for i, j in ((4, 8), (0, 4), (3, 10), (2, 14)):
+        u = record.temperature_k.copy()
+        start = read_start()
+        u[3000:, i], u[3000:, j] = (
+            record.temperature_k[3000:, j] + start[j] - start[i],
+            record.temperature_k[3000:, i] + start[i] - start[j],
+        )
+        broken = Record(SAMPLE_TIME_S, u, record.displacement_um)
+        for options in (None, unchecked):
+            result = learned(broken, *learn, options)
+            found = ", ".join(f.name for f in result.findings if f.left_out) or "nothing"
+            label = f"t{i + 1}, t{j + 1}" if options is None else "  unchecked"
+            print(line(label, errors_um(result, record, *judge), f"left out: {found}"))
+
+
+def read_start() -> Array:
+    """Return the temperatures that the record is relative to, (16,). [°C]"""
+    heading = RECORD.open(encoding="utf-8").readline().strip().split(",")
+    values = np.loadtxt(RECORD, delimiter=",", skiprows=1, max_rows=REFERENCE_ROWS)
+    return np.asarray(values.mean(axis=0)[[heading.index(name) for name in CANDIDATES]])
+
+
+if __name__ == "__main__":
+    compare_sensors() if "sensors" in sys.argv[1:] else compare_splits()
