@@ -22,7 +22,14 @@ import numpy as np
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._experiment import Experiment, common_shape
 from thermaxis.thermal._field import FloatArray
-from thermaxis.thermal._modal_average import Average, Compared, averaged, best_of, compare_sets
+from thermaxis.thermal._modal_average import (
+    Average,
+    Compared,
+    averaged,
+    best_of,
+    compare_sets,
+    compare_sparse,
+)
 from thermaxis.thermal._modal_evidence import (
     Design,
     Hyperprior,
@@ -297,6 +304,7 @@ def modal(
             f"the grid has no set of {lags} time constants", remedy="Ask for fewer lags"
         )
     span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
+    found += compare_sparse(evidence.design, products, evidence.sizes, found)
     average = averaged(evidence.design, found, list(candidates.values()), span)
     return _result(evidence, input_names, chosen, average, candidates[lags], validation)
 

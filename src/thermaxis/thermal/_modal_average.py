@@ -7,6 +7,7 @@ less than the best of them, and their spread belongs to the uncertainty of a DC 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import final
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._modal_evidence import Design, Sizes
 from thermaxis.thermal._modal_lags import (
+    BoolArray,
     IndexArray,
     Refined,
     Refinement,
@@ -24,6 +26,14 @@ from thermaxis.thermal._modal_lags import (
 
 LARGER_GAINS = (0.0, 1.0, 2.0)
 """Logarithms by which gains of few lags may be larger than those of a whole grid. [1]"""
+SLAB_GAINS = (1.0, 2.0, 3.0)
+"""The same where some gains may be zero. [1]"""
+MOST_ZEROS = 3
+"""Gains of one set that are held at zero together, at most. [1]"""
+MOST_PATTERNS = 180
+"""Ways to hold gains at zero that are tried per set. [1]"""
+SPARSE_SETS = 24
+"""Best sets, by size of gains, that are compared with gains held at zero. [1]"""
 CLOSEST = 1.5
 """Neighbouring time constants of one set differ at least by this factor. [1]"""
 
@@ -73,6 +83,78 @@ def compare_sets(
             subsets = compared(design, products, those, members)
             found.append(Compared(those, subsets, subsets.log_evidence - np.log(len(members))))
     return found
+
+
+def _patterns(gains: int) -> BoolArray:
+    """Return which gains are held at zero: none, one, two, ... of them, (m, gains)."""
+    rows: list[BoolArray] = []
+    for zeros in range(min(MOST_ZEROS, gains - 1) + 1):
+        chosen = list(combinations(range(gains), zeros))
+        if zeros > 0 and len(rows) + len(chosen) > MOST_PATTERNS:
+            break
+        for places in chosen:
+            row = np.zeros(gains, dtype=np.bool_)
+            row[list(places)] = True
+            rows.append(row)
+    return np.array(rows)
+
+
+def compare_sparse(
+    design: Design,
+    products: tuple[FloatArray, float],
+    sizes: Sizes,
+    found: Sequence[Compared],
+) -> list[Compared]:
+    """Return the best sets again, each with some gains held at zero.
+
+    Parameters
+    ----------
+    design : Design
+        Regressors over the grid.
+    products : tuple of FloatArray and float
+        Products of its columns under the noise, and the noise's log determinant.
+    sizes : Sizes
+        Sizes of the highest evidence.
+    found : sequence of Compared
+        All sets with all gains.
+
+    Returns
+    -------
+    list of Compared
+        Their weights are on the scale of those of `found`.
+
+    Notes
+    -----
+    An input need not act through every lag of the others. Where some gains may be zero, those
+    that are not may be large without a penalty, so that opposite lags are not drawn together.
+
+    References
+    ----------
+    George and McCulloch 1993 (spike and slab).
+    """
+    log_weight = np.concatenate([c.log_weight for c in found])
+    cut = np.sort(log_weight)[-min(SPARSE_SETS, log_weight.size)]
+    sparse = []
+    for lags in sorted({c.lags for c in found}):
+        those = [c.subsets.members[c.log_weight >= cut] for c in found if c.lags == lags]
+        members = np.unique(np.vstack(those), axis=0)
+        if members.shape[0] == 0:
+            continue
+        everything = len(sets_of_count(found, lags))
+        patterns = _patterns(design.inputs * (1 + lags))
+        repeated = np.repeat(members, patterns.shape[0], axis=0)
+        without = np.tile(patterns, (members.shape[0], 1))
+        for larger in SLAB_GAINS:
+            those_sizes = replace(sizes, log_gain=sizes.log_gain + larger)
+            subsets = compared(design, products, those_sizes, repeated, without)
+            weight = subsets.log_evidence - np.log(everything * patterns.shape[0])
+            sparse.append(Compared(those_sizes, subsets, weight))
+    return sparse
+
+
+def sets_of_count(found: Sequence[Compared], lags: int) -> IndexArray:
+    """Return all sets of so many lags that were compared, (m, j)."""
+    return next(c.subsets.members for c in found if c.lags == lags)
 
 
 def best_of(found: Sequence[Compared], lags: int) -> tuple[IndexArray, Sizes, float]:

@@ -6,8 +6,9 @@ common size. The size, the size of transients from an unknown start, and the slo
 under which the record is most likely after all gains are averaged out (type II likelihood).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import final
 
 import numpy as np
@@ -25,8 +26,9 @@ class Sizes:
 
     log_gain: float
     """Logarithm of the prior standard deviation of a gain, inputs scaled to unit spread. [1]"""
-    log_transient: float
-    """Logarithm of the prior standard deviation of a transient from the start. [1]"""
+    log_transients: tuple[float, ...]
+    """Logarithm of the prior standard deviation of a transient, per segment with a free start: a
+    cold start needs none, a warm one large ones. [1]"""
     log_ratio: float
     """Logarithm of the variance of the slow noise over that of the white noise. [1]"""
     log_correlation: float
@@ -199,7 +201,7 @@ class Hyperprior:
             ((sizes.log_correlation - np.log(self.correlation_s)) / 0.8) ** 2
             + ((sizes.log_ratio - 5.0) / 4.0) ** 2
             + ((sizes.log_gain - 3.0) / 4.0) ** 2
-            + ((sizes.log_transient) / 4.0) ** 2
+            + sum((one / 4.0) ** 2 for one in sizes.log_transients)
         )
 
 
@@ -220,7 +222,7 @@ def posterior_of(
     prior = np.concatenate(
         [
             np.full(design.gains, 2.0 * sizes.log_gain),
-            np.full(design.penalised - design.gains, 2.0 * sizes.log_transient),
+            np.repeat(2.0 * np.array(sizes.log_transients), design.lags),
         ]
     )
     precision = gram[:-1, :-1].copy()
@@ -246,13 +248,33 @@ def posterior_of(
     )
 
 
-_STEPS = {"log_gain": 1.5, "log_transient": 2.0, "log_ratio": 1.5, "log_correlation": 0.7}
+_STEPS = {"log_gain": 1.5, "log_ratio": 1.5, "log_correlation": 0.7}
+_TRANSIENT_STEP = 2.0
 _BOUNDS = {
     "log_gain": (-6.0, 14.0),
-    "log_transient": (-12.0, 12.0),
     "log_ratio": (-8.0, 14.0),
     "log_correlation": (-30.0, 30.0),
 }
+_TRANSIENT_BOUNDS = (-12.0, 12.0)
+
+
+def _neighbours(sizes: Sizes, share: float) -> Iterator[tuple[Sizes, Sizes]]:
+    """Yield, size by size, the sizes one step above and one below."""
+    for name, step in _STEPS.items():
+        low, high = _BOUNDS[name]
+        above, below = (
+            replace(sizes, **{name: float(np.clip(getattr(sizes, name) + move, low, high))})
+            for move in (share * step, -share * step)
+        )
+        yield above, below
+    low, high = _TRANSIENT_BOUNDS
+    for place, one in enumerate(sizes.log_transients):
+        head, tail = sizes.log_transients[:place], sizes.log_transients[place + 1 :]
+        above, below = (
+            replace(sizes, log_transients=(*head, float(np.clip(one + move, low, high)), *tail))
+            for move in (share * _TRANSIENT_STEP, -share * _TRANSIENT_STEP)
+        )
+        yield above, below
 
 
 def most_likely_sizes(
@@ -274,7 +296,7 @@ def most_likely_sizes(
     tuple of Sizes and Posterior
         The maximum, found coordinate by coordinate with shrinking steps.
     """
-    best = Sizes(4.0, 0.0, 5.0, float(np.log(hyperprior.correlation_s)))
+    best = Sizes(4.0, (0.0,) * design.transients, 5.0, float(np.log(hyperprior.correlation_s)))
     seen: dict[tuple[float, float], tuple[FloatArray, float]] = {}
 
     def tried(sizes: Sizes) -> Posterior:
@@ -286,11 +308,9 @@ def most_likely_sizes(
     found, share = tried(best), 1.0
     while share > smallest_step:
         moved = False
-        for name, step in _STEPS.items():
-            low, high = _BOUNDS[name]
-            for sign in (1.0, -1.0):
-                value = float(np.clip(getattr(best, name) + sign * share * step, low, high))
-                other = replace(best, **{name: value})
+        for place in range(len(_STEPS) + design.transients):
+            pair = next(islice(_neighbours(best, share), place, None))
+            for other in pair:
                 there = tried(other)
                 if there.log_evidence > found.log_evidence + 1e-9:
                     best, found, moved = other, there, True

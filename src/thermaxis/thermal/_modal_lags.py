@@ -17,6 +17,7 @@ from thermaxis.thermal._modal_evidence import Design, Scales, Sizes, design_of
 from thermaxis.thermal._modal_regressors import Segment
 
 IndexArray: TypeAlias = NDArray[np.intp]
+BoolArray: TypeAlias = NDArray[np.bool_]
 
 
 @final
@@ -57,7 +58,7 @@ def prior_precision(design: Design, sizes: Sizes, lags: int) -> FloatArray:
     return np.concatenate(
         [
             np.full(design.inputs * (1 + lags), np.exp(-2.0 * sizes.log_gain)),
-            np.full(design.transients * lags, np.exp(-2.0 * sizes.log_transient)),
+            np.repeat(np.exp(-2.0 * np.array(sizes.log_transients)), lags),
             np.zeros(design.offsets),
         ]
     )
@@ -68,8 +69,28 @@ def compared(
     products: tuple[FloatArray, float],
     sizes: Sizes,
     members: IndexArray,
+    without: BoolArray | None = None,
 ) -> Subsets:
-    """Return the evidence and the gains of subsets under given sizes."""
+    """Return the evidence and the gains of subsets under given sizes.
+
+    Parameters
+    ----------
+    design : Design
+        Regressors over the grid.
+    products : tuple of FloatArray and float
+        Products of its columns under the noise, and the noise's log determinant.
+    sizes : Sizes
+        Sizes of gains, transients and slow noise.
+    members : IndexArray
+        Numbers of the time constants of every set, (m, j). [1]
+    without : BoolArray, optional
+        Gains that are held at zero, (m, k (1 + j)).
+
+    Returns
+    -------
+    Subsets
+        One row per set.
+    """
     gram, log_determinant = products
     lags = members.shape[1]
     columns = columns_of(design, members)
@@ -78,16 +99,23 @@ def compared(
     prior = prior_precision(design, sizes, lags)
     diagonal = np.arange(width)
     precision[:, diagonal, diagonal] += prior
+    free = np.full(columns.shape, fill_value=True)
+    if without is not None:
+        # A unit row in place of a gain that is held at zero leaves the others as they are.
+        free[:, : without.shape[1]] = ~without
+        both = free[:, :, None] & free[:, None, :]
+        precision = np.where(both, precision, np.eye(width))
     factor = np.linalg.cholesky(precision)
     wanted = np.zeros((width, 1 + design.inputs))
     for i in range(design.inputs):
         wanted[i * (1 + lags) : (i + 1) * (1 + lags), 1 + i] = 1.0
     right = np.broadcast_to(wanted, (members.shape[0], *wanted.shape)).copy()
     right[:, :, 0] = gram[columns, -1]
+    right *= free[:, :, None]
     half = np.linalg.solve(factor, right)
     left = np.maximum(gram[-1, -1] - np.sum(half[:, :, 0] ** 2, axis=1), 1e-14 * gram[-1, -1])
     freedom = design.readings - design.offsets
-    log_prior = -np.sum(np.log(prior[prior > 0]))
+    log_prior = -(free[:, prior > 0] @ np.log(prior[prior > 0]))
     log_evidence = -0.5 * (
         freedom * np.log(left / freedom)
         + log_determinant
