@@ -166,8 +166,8 @@ class LeastSquares:
 
     parameters: FloatArray
     """Solution, (d,). [any]"""
-    inverse: FloatArray
-    """Inverse of the sum of products of the regressors, (d, d). [any]"""
+    inverse_root: FloatArray
+    """Root of the inverse of the sum of products of the regressors, (d, d). [any]"""
     sum_of_squares: float
     """What is left. [µm²]"""
     weak: tuple[int, ...]
@@ -202,7 +202,7 @@ def solve_triangle(factor: FloatArray, columns: Sequence[int] | None = None) -> 
     residual = right - matrix @ parameters
     return LeastSquares(
         parameters=parameters,
-        inverse=vectors @ vectors.T,
+        inverse_root=vectors,
         sum_of_squares=float(residual @ residual),
         weak=tuple(sorted(weak)),
     )
@@ -320,7 +320,7 @@ def arx(
         model=model,
         parameter_names=labels,
         parameters=frozen_array(solution.parameters),
-        covariance=frozen_array(variance * solution.inverse),
+        covariance_root=frozen_array(np.sqrt(variance) * solution.inverse_root),
         numerator_at=at,
         denominator_at=(tuple(range(orders.na)),) * inputs,
         delays=orders.nk,

@@ -11,12 +11,11 @@ import numpy as np
 from thermaxis.errors import DataError
 from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._polynomial_model import (
-    ComplexArray,
     PolynomialModel,
     TransferFunction,
-    distances_from_one,
     frozen_array,
 )
+from thermaxis.thermal._roots import ComplexArray, distances_from_one
 from thermaxis.thermal._thermal_model import ModalPart, ThermalModel
 
 SAME_POLE = 1e-7

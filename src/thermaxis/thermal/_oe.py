@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import comb
 from typing import final
 
 import numpy as np
@@ -18,6 +17,14 @@ from thermaxis.thermal._arx import (
     pole_warnings,
     triangle,
 )
+from thermaxis.thermal._cascade import (
+    basis_polynomials,
+    cascade_of,
+    filtered,
+    later,
+    output_of,
+    stage_outputs,
+)
 from thermaxis.thermal._experiment import Experiment, common_shape
 from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._figures import fit_percent
@@ -29,7 +36,6 @@ from thermaxis.thermal._polynomial_model import (
     Start,
     TransferFunction,
     common_sample_time_s,
-    filtered,
     frozen_array,
     held,
     names_of_inputs,
@@ -42,7 +48,7 @@ FIRST_ITERATIONS = 6
 """Steps from each of the best starts before one is chosen. [1]"""
 STARTS_TRIED = 3
 """Starts from which the iteration begins. [1]"""
-SEARCH_ROWS = 500
+SEARCH_ROWS = 240
 """Rows to which block means bring the tests for the search of orders. [row]"""
 LONGEST_TIME_CONSTANT = 20.0
 """Time constants end here, in durations of the longest test. [1]"""
@@ -123,29 +129,6 @@ class _Problem:
         return theta[at : at + self.states[i]]
 
 
-def _later(values: FloatArray, rows: int, before: float) -> FloatArray:
-    if rows == 0:
-        return values
-    count = min(rows, values.size)
-    return np.concatenate([np.full(count, before), values[: values.size - count]])
-
-
-def _behind(denominator: FloatArray, values: FloatArray, first: float) -> FloatArray:
-    """Return values behind one over the denominator, with a past that was `first` for ever."""
-    response = filtered(np.ones(1), denominator, values - first, np.zeros(denominator.size - 1))
-    return response + first / float(np.sum(denominator)) if first != 0.0 else response
-
-
-def _differences(values: FloatArray, count: int, first: float) -> list[FloatArray]:
-    """Return values and their successive differences; slow signals stay apart this way."""
-    columns = [values]
-    for _ in range(count - 1):
-        values = values - _later(values, 1, first)
-        first = 0.0
-        columns.append(values)
-    return columns[:count]
-
-
 def _first(problem: _Problem, values: FloatArray) -> float:
     return float(values[0]) if problem.options.start is Start.STEADY else 0.0
 
@@ -153,16 +136,12 @@ def _first(problem: _Problem, values: FloatArray) -> float:
 def _part_output(problem: _Problem, theta: FloatArray, test: int, i: int) -> FloatArray:
     u = np.ascontiguousarray(problem.tests[test][0][:, i])
     a, b = problem.numerator(theta, i), problem.denominator(theta, i)
-    first = _first(problem, u)
-    state = np.zeros(max(a.size, b.size) - 1)
-    y = filtered(a, b, u - first, state) if a.size else np.zeros(u.size)
-    if first != 0.0:
-        y = y + first * float(np.sum(a)) / float(np.sum(b))
+    y = output_of(a, b, u, _first(problem, u))
     initial = problem.initial(theta, test, i)
     if initial.size:
         impulse = np.zeros(u.size)
         impulse[: initial.size] = initial[: u.size]
-        y = y + filtered(np.ones(1), b, impulse, np.zeros(b.size - 1))
+        y = y + output_of(np.ones(1), b, impulse, 0.0)
     return y
 
 
@@ -179,7 +158,7 @@ def _innovations(problem: _Problem, theta: FloatArray, test: int) -> FloatArray:
     v = problem.tests[test][1] - _simulated(problem, theta, test)
     e = v.copy()
     for j, phi in enumerate(problem.phi(theta), start=1):
-        e -= phi * _later(v, j, np.nan)
+        e -= phi * later(v, j, np.nan)
     e[: problem.options.lead_in_rows + problem.noise] = np.nan
     return e
 
@@ -198,8 +177,9 @@ def _gradient(
 ) -> tuple[FloatArray, FloatArray]:
     """Return columns of the simulated displacement by the parameters, and the innovations.
 
-    Numerators and denominators are taken in differences of rows; `_to_coefficients` turns a step
-    in them into one of the coefficients. With `linear` the denominators' columns are zero.
+    Numerators and denominators are taken in the polynomials of the cascade; `_to_coefficients`
+    turns a step in their weights into one of the coefficients. With `linear` the denominators'
+    columns are zero.
     """
     u_all, measured = problem.tests[test]
     n = measured.size
@@ -208,23 +188,22 @@ def _gradient(
         b = problem.denominator(theta, i)
         at, nb, nf = problem.place(i), problem.orders.nb[i], problem.orders.nf[i]
         u = np.ascontiguousarray(u_all[:, i])
-        w = _behind(b, u, _first(problem, u))
-        w = _later(w, problem.orders.nk[i], _first(problem, w))
-        for j, column in enumerate(_differences(w, nb, _first(problem, w))):
+        cascade = cascade_of(b)
+        u = later(u, problem.orders.nk[i], _first(problem, u))
+        for j, column in enumerate(stage_outputs(cascade, u, _first(problem, u), nb)):
             columns[:, at + j] = column
         if nf and not linear:
-            y = _part_output(problem, theta, test, i)
-            z = -_behind(b, y, _first(problem, y))
-            z = _later(z, 1, _first(problem, z))
-            for j, column in enumerate(_differences(z, nf, _first(problem, z))):
+            y = -_part_output(problem, theta, test, i)
+            y = later(y, 1, _first(problem, y))
+            for j, column in enumerate(stage_outputs(cascade, y, _first(problem, y), nf)):
                 columns[:, at + nb + j] = column
         states = problem.states[i]
         place = problem.structural + test * sum(problem.states) + sum(problem.states[:i])
         impulse = np.zeros(n)
         impulse[:1] = 1.0
-        response = filtered(np.ones(1), b, impulse, np.zeros(b.size - 1)) if states else impulse
+        response = output_of(np.ones(1), b, impulse, 0.0) if states else impulse
         for j in range(states):
-            columns[:, place + j] = _later(response, j, 0.0)
+            columns[:, place + j] = later(response, j, 0.0)
     if problem.options.constant:
         columns[:, problem.coefficients] = 1.0
     phi = problem.phi(theta)
@@ -233,22 +212,19 @@ def _gradient(
         whitened[j:] -= value * columns[:-j]
     v = measured - _simulated(problem, theta, test) if phi.size else measured
     for j in range(phi.size):
-        whitened[:, problem.structural - phi.size + j] = _later(v, j + 1, np.nan)
+        whitened[:, problem.structural - phi.size + j] = later(v, j + 1, np.nan)
     return whitened, _innovations(problem, theta, test)
 
 
-def _to_coefficients(problem: _Problem) -> FloatArray:
-    """Return the matrix that turns a step in differences into one of the coefficients."""
+def _to_coefficients(problem: _Problem, theta: FloatArray) -> FloatArray:
+    """Return the matrix that turns a step in the cascade's weights into one of coefficients."""
     matrix = np.eye(problem.size)
     for i in range(problem.inputs):
-        at = problem.place(i)
-        for start, count in (
-            (at, problem.orders.nb[i]),
-            (at + problem.orders.nb[i], problem.orders.nf[i]),
-        ):
-            for j in range(count):
-                for k in range(count):
-                    matrix[start + k, start + j] = (-1.0) ** k * comb(j, k)
+        at, nb, nf = problem.place(i), problem.orders.nb[i], problem.orders.nf[i]
+        cascade = cascade_of(problem.denominator(theta, i))
+        matrix[at : at + nb, at : at + nb] = basis_polynomials(cascade, nb)
+        at += nb
+        matrix[at : at + nf, at : at + nf] = basis_polynomials(cascade, nf)
     return matrix
 
 
@@ -282,11 +258,10 @@ class _Decomposed:
         square = np.where(kept, self.values**2 + damping * self.values[0] ** 2, np.inf)
         return (self.vectors.T @ (self.values / square * self.right)) / self.scale
 
-    def inverse(self) -> FloatArray:
+    def inverse_root(self) -> FloatArray:
+        """Return P with P P' the inverse of the sum of products, where the rows determine it."""
         kept = self.values > _RANK * self.values[0]
-        inverse = np.where(kept, 1.0 / np.where(kept, self.values, 1.0), 0.0)
-        columns = (self.vectors.T * inverse) / self.scale[:, None]
-        return columns @ columns.T
+        return (self.vectors[kept].T / self.values[kept]) / self.scale[:, None]
 
 
 def _decompose(factor: FloatArray) -> _Decomposed:
@@ -304,7 +279,13 @@ def _with_best_numerators(problem: _Problem, denominators: Sequence[FloatArray])
         at = problem.place(i) + problem.orders.nb[i]
         theta[at : at + problem.orders.nf[i]] = b[1:]
     factor, _ = _factor(problem, theta, linear=True)
-    return theta + _to_coefficients(problem) @ _decompose(factor).step(0.0)
+    free = np.ones(problem.size, dtype=np.bool_)
+    for i in range(problem.inputs):
+        at = problem.place(i) + problem.orders.nb[i]
+        free[at : at + problem.orders.nf[i]] = False
+    step = np.zeros(problem.size)
+    step[free] = _decompose(factor[:, np.append(free, True)]).step(0.0)
+    return theta + _to_coefficients(problem, theta) @ step
 
 
 def _stable(problem: _Problem, theta: FloatArray) -> FloatArray:
@@ -328,12 +309,12 @@ def _iterate(problem: _Problem, theta: FloatArray, steps: int) -> _Iterated:
     """Damped Gauss-Newton; a step that leaves the stable region is brought back into it."""
     cost = _sum_of_squares(problem, theta)
     exact = _EXACT * sum(float(np.nansum(y**2)) for _, y in problem.tests)
-    matrix = _to_coefficients(problem)
     damping, quiet = _FIRST_DAMPING, 0
     for _ in range(steps):
         if cost <= exact:
             return _Iterated(theta, cost, converged=True)
         decomposed = _decompose(_factor(problem, theta)[0])
+        matrix = _to_coefficients(problem, theta)
         while True:
             tried = _stable(problem, theta + matrix @ decomposed.step(damping))
             new_cost = _sum_of_squares(problem, tried)
@@ -441,7 +422,7 @@ def oe(
     leave the stable region are reflected into it, and time constants end at twenty times the
     longest test. The optimum is local; that several starts lead to it is no proof.
 
-    The default search is that of `arx`, on block means of at most 500 rows per test.
+    The default search is that of `arx`, on block means of at most 240 rows per test.
 
     References
     ----------
@@ -561,8 +542,8 @@ def _errors_left_out(
     return errors
 
 
-def _coloured_covariance(problem: _Problem, theta: FloatArray, inverse: FloatArray) -> FloatArray:
-    """Return the covariance of the estimates where the residual is not white.
+def _coloured_root(problem: _Problem, theta: FloatArray, root: FloatArray) -> FloatArray:
+    """Return the root of the covariance of the estimates where the residual is not white.
 
     Sums of gradient times residual scatter by the residual's autocovariance. Its slow part is
     taken from an autoregression of block means, its fast part from what varies within the blocks.
@@ -571,42 +552,31 @@ def _coloured_covariance(problem: _Problem, theta: FloatArray, inverse: FloatArr
     block = max(-(-longest // COVARIANCE_BLOCKS), 1)
     means: list[FloatArray] = []
     gradients: list[FloatArray] = []
-    total, between = np.zeros_like(inverse), np.zeros_like(inverse)
-    within, free = 0.0, 0.0
+    within = np.zeros((root.shape[1], root.shape[1]))
+    left, free = 0.0, 0.0
     for test in range(len(problem.tests)):
-        columns, e = _gradient(problem, theta, test)
-        count = -(-e.size // block)
+        gradient, e = _gradient(problem, theta, test)
         counted = ~np.isnan(e)
-        group = np.repeat(np.arange(count), block)[: e.size]
-        present = np.bincount(group, counted, count)
-        columns = np.where(counted[:, None], columns, 0.0)
-        sums = np.add.reduceat(columns, np.arange(0, e.size, block), axis=0)
+        columns = np.where(counted[:, None], gradient, 0.0) @ root
         filled = np.where(counted, e, 0.0)
-        mean = np.bincount(group, filled, count) / np.maximum(present, 1.0)
-        total += columns.T @ columns
-        between += (sums / np.maximum(present, 1.0)[:, None]).T @ sums
-        within += float(np.sum(filled**2) - np.sum(present * mean**2))
+        starts = np.arange(0, e.size, block)
+        present = np.add.reduceat(counted.astype(np.float64), starts)
+        sums = np.add.reduceat(columns, starts, axis=0)
+        mean = np.add.reduceat(filled, starts) / np.maximum(present, 1.0)
+        within += columns.T @ columns - (sums / np.maximum(present, 1.0)[:, None]).T @ sums
+        left += float(np.sum(filled**2) - np.sum(present * mean**2))
         free += float(np.sum(np.maximum(present - 1.0, 0.0)))
         means.append(np.where(present > 0, mean, np.nan))
         gradients.append(sums)
     phi, variance = _colour(means)
-    middle = (within / free if free > 0 else 0.0) * (total - between)
-    for sums in gradients:
-        reversed_sums = sums[::-1]
-        shaped = np.stack(
-            [
-                filtered(
-                    np.ones(1),
-                    np.concatenate([[1.0], -phi]),
-                    np.ascontiguousarray(column),
-                    np.zeros(phi.size),
-                )
-                for column in reversed_sums.T
-            ],
-            axis=1,
-        )
-        middle += variance * shaped.T @ shaped
-    return inverse @ middle @ inverse
+    middle = (left / free if free > 0 else 0.0) * within
+    denominator, rest = np.concatenate([[1.0], -phi]), np.zeros(phi.size)
+    for sums in gradients:  # backwards in time: the transpose of what colours the residual
+        backwards = np.ascontiguousarray(sums[::-1].T)
+        shaped = np.stack([filtered(np.ones(1), denominator, row, rest) for row in backwards])
+        middle += variance * shaped @ shaped.T
+    values, vectors = np.linalg.eigh(middle)
+    return root @ (vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _colour(series: Sequence[FloatArray]) -> tuple[FloatArray, float]:
@@ -638,13 +608,13 @@ def _result(
 ) -> PolynomialResult:
     theta, used = fit.theta, problem.structural
     factor, rows = _factor(problem, theta)
-    inverse = _decompose(factor).inverse()
+    root = _decompose(factor).inverse_root()
     variance = fit.cost / (rows - problem.size)
-    spread = variance * inverse
     if problem.noise == 0 and rows > 4 * problem.size:
-        spread = _coloured_covariance(problem, theta, inverse) * rows / (rows - problem.size)
-    matrix = _to_coefficients(problem)
-    covariance = (matrix @ spread @ matrix.T)[:used, :used]
+        spread = _coloured_root(problem, theta, root) * np.sqrt(rows / (rows - problem.size))
+    else:
+        spread = np.sqrt(variance) * root
+    spread = (_to_coefficients(problem, theta) @ spread)[:used]
     parts = tuple(
         TransferFunction(_not_empty(problem.numerator(theta, i)), problem.denominator(theta, i))
         for i in range(problem.inputs)
@@ -659,7 +629,7 @@ def _result(
         model=model,
         parameter_names=_names(problem, names),
         parameters=frozen_array(theta[:used]),
-        covariance=frozen_array(covariance),
+        covariance_root=frozen_array(spread),
         numerator_at=tuple(tuple(range(p, p + b)) for p, b in zip(places, nb, strict=True)),
         denominator_at=tuple(
             tuple(range(p + b, p + b + f)) for p, b, f in zip(places, nb, nf, strict=True)
@@ -674,7 +644,9 @@ def _result(
             np.concatenate([e.y for e in experiments]), np.concatenate(simulated)
         ),
         search=search,
-        warnings=_warnings(problem, fit, model, experiments),
+        warnings=_warnings(
+            problem, fit, model, experiments, undetermined=problem.size - root.shape[1]
+        ),
     )
 
 
@@ -699,8 +671,15 @@ def _warnings(
     fit: _Iterated,
     model: PolynomialModel,
     experiments: Sequence[Experiment],
+    *,
+    undetermined: int,
 ) -> tuple[str, ...]:
     said = list(pole_warnings(model, experiments))
+    if undetermined:
+        said.append(
+            f"the rows leave {undetermined} combinations of parameters open: standard deviations"
+            " do not count them; lower the orders"
+        )
     if not fit.converged:
         said.append(
             f"the iteration did not settle in {MOST_ITERATIONS} steps: the rows hardly determine"

@@ -19,12 +19,11 @@ from thermaxis.thermal._conversion import modal_form
 from thermaxis.thermal._experiment import Experiment
 from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._polynomial_model import (
-    ComplexArray,
     TransferFunction,
-    distances_from_one,
     held,
     simulate_transfer_function,
 )
+from thermaxis.thermal._roots import ComplexArray, distances_from_one
 from thermaxis.thermal._thermal_model import section_response
 
 GRID_TIME_CONSTANTS = 24

@@ -3,22 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from math import comb, fsum
-from typing import TypeAlias, final
+from math import fsum
+from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.errors import DataError
+from thermaxis.thermal._cascade import filtered, output_of
 from thermaxis.thermal._experiment import Experiment
 from thermaxis.thermal._field import FloatArray
-
-ComplexArray: TypeAlias = NDArray[np.complex128]
+from thermaxis.thermal._roots import ComplexArray, distances_from_one
 
 MOST_COEFFICIENTS = 64
 """Largest number of coefficients of a numerator or denominator. [1]"""
-_POLISHING_STEPS = 4
 
 
 class Start(StrEnum):
@@ -48,74 +45,6 @@ def frozen_array(values: FloatArray | Sequence[float]) -> FloatArray:
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
-
-
-def _about_one(coefficients: FloatArray) -> FloatArray:
-    """Return the polynomial in w = 1 - z of one in falling powers of z, rising powers of w.
-
-    Slow poles are small numbers in w, so they keep their digits.
-    """
-    m = coefficients.size - 1
-    return np.array(
-        [
-            (-1.0) ** k * fsum(float(coefficients[i]) * comb(m - i, k) for i in range(m - k + 1))
-            for k in range(m + 1)
-        ]
-    )
-
-
-def distances_from_one(coefficients: FloatArray) -> ComplexArray:
-    """Return one minus each root of a polynomial, to full relative precision near one.
-
-    Parameters
-    ----------
-    coefficients : FloatArray
-        Coefficients of a polynomial in falling powers of z, the first one not zero, (m + 1,). [any]
-
-    Returns
-    -------
-    ComplexArray
-        1 - z for every root z, (m,), slowest first. [1]
-    """
-    shifted = _about_one(np.asarray(coefficients, dtype=np.float64))
-    roots = np.asarray(np.roots(shifted[::-1]), dtype=np.complex128)
-    slope = np.polynomial.polynomial.polyder(shifted)
-    for _ in range(_POLISHING_STEPS):
-        value = np.polynomial.polynomial.polyval(roots, shifted)
-        gradient = np.polynomial.polynomial.polyval(roots, slope)
-        step = np.divide(value, gradient, out=np.zeros_like(value), where=gradient != 0)
-        near = np.abs(step) <= 1e-3 * np.abs(roots)  # a multiple root is left as it is
-        roots = roots - np.where(near, step, 0.0)
-    real = np.abs(roots.imag) <= 1e-14 * np.abs(roots)
-    roots = np.where(real, roots.real + 0j, roots)
-    return roots[np.argsort(np.abs(roots), kind="stable")]
-
-
-def filtered(
-    numerator: FloatArray, denominator: FloatArray, values: FloatArray, state: FloatArray
-) -> FloatArray:
-    """Return values behind a transfer function whose first denominator coefficient is one.
-
-    Parameters
-    ----------
-    numerator : FloatArray
-        a_0 ... a_n, (n + 1,). [any]
-    denominator : FloatArray
-        1, b_1 ... b_m, (m + 1,). [1]
-    values : FloatArray
-        What goes in, (r,). [any]
-    state : FloatArray
-        State of the transposed direct form, (max(n, m),). [any]
-
-    Returns
-    -------
-    FloatArray
-        What comes out, (r,). [any]
-    """
-    if state.size == 0:
-        return values * numerator[0]
-    y, _ = lfilter(numerator, denominator, values, zi=state)
-    return np.asarray(y, dtype=np.float64)
 
 
 @final
@@ -379,14 +308,14 @@ def simulate_polynomial(
         model.input_names, model.transfer_functions, values.T, strict=True
     ):
         first = float(column[0]) if start is Start.STEADY else 0.0
-        level = part.dc_gain * first if first != 0.0 else 0.0
-        if not np.isfinite(level):
+        if first != 0.0 and not np.isfinite(part.dc_gain):
             raise DataError(
                 "a pole at z = 1 has no steady state",
                 where=f"input {name}",
                 remedy="Start at rest, with inputs relative to the first row",
             )
-        y += simulate_transfer_function(part, column - first) + level
+        b0 = part.denominator[0]
+        y += output_of(part.numerator / b0, part.denominator / b0, column, first)
     return y
 
 
@@ -570,8 +499,9 @@ class PolynomialResult:
     """Names of the free parameters, such as `b_1`, `a_0 spindle`, `offset`, `phi_1`."""
     parameters: FloatArray
     """Their values, (d,). [µm/K, 1 or µm]"""
-    covariance: FloatArray
-    """Their covariance, (d, d). [product of their units]"""
+    covariance_root: FloatArray
+    """Root of their covariance, (d, r): slow models lose the covariance of sums of coefficients in
+    the covariance itself. [their units]"""
     numerator_at: tuple[tuple[int, ...], ...]
     """Where the numerator of each input stands among the parameters. [1]"""
     denominator_at: tuple[tuple[int, ...], ...]
@@ -601,9 +531,14 @@ class PolynomialResult:
         return self.model.stable
 
     @property
+    def covariance(self) -> FloatArray:
+        """Covariance of the parameters, (d, d). [product of their units]"""
+        return self.covariance_root @ self.covariance_root.T
+
+    @property
     def std(self) -> FloatArray:
         """Standard deviations of the parameters, (d,). [their units]"""
-        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return np.linalg.norm(self.covariance_root, axis=1)
 
     @property
     def noise_std_um(self) -> float:
@@ -637,8 +572,8 @@ class PolynomialResult:
             if below != 0.0:
                 gradient[list(a_at)] = 1.0 / below
                 gradient[list(b_at)] = -part.dc_gain / below
-            variance = float(gradient @ self.covariance @ gradient)
-            deviations.append(float(np.sqrt(max(variance, 0.0))) if below != 0.0 else np.inf)
+            deviation = float(np.linalg.norm(gradient @ self.covariance_root))
+            deviations.append(deviation if below != 0.0 else np.inf)
         return np.array(deviations)
 
     @property

@@ -11,14 +11,14 @@ from scipy.fft import irfft, next_fast_len, rfft  # pyright: ignore[reportUnknow
 from scipy.special import gammaincc
 
 from thermaxis.errors import DataError
+from thermaxis.thermal._cascade import later, output_of
 from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._polynomial_model import (
-    ComplexArray,
     PolynomialResult,
     TransferFunction,
-    filtered,
     held,
 )
+from thermaxis.thermal._roots import ComplexArray
 
 DEFAULT_LAGS = 25
 """Lags of the correlations, unless others are asked for. [row]"""
@@ -353,10 +353,8 @@ def step_responses(result: PolynomialResult, rows: int) -> StepResponses:
     ):
         y, gradient = _step_and_gradient(part, step, delay, (len(a_at), len(b_at)))
         at = [*a_at, *b_at]
-        covariance = result.covariance[np.ix_(at, at)]
-        variance = np.einsum("ri,ij,rj->r", gradient, covariance, gradient)
         responses.append(y)
-        deviations.append(np.sqrt(np.maximum(variance, 0.0)))
+        deviations.append(np.linalg.norm(gradient @ result.covariance_root[at], axis=1))
     return StepResponses(
         times_s=np.arange(rows, dtype=np.float64) * np.float64(result.model.sample_time_s),
         response=np.stack(responses, axis=1),
@@ -369,18 +367,12 @@ def _step_and_gradient(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the output and its gradient by the free coefficients a and b."""
     b = part.denominator
-    rest = np.zeros(b.size - 1)
-    behind = filtered(np.ones(1), b, u, rest)
-    state = np.zeros(max(b.size, part.numerator.size) - 1)
-    y = filtered(part.numerator, b, u, state)
-    again = filtered(np.ones(1), b, y, rest)
-    columns = [_later(behind, delay + i) for i in range(counts[0])]
-    columns += [-_later(again, i + 1) for i in range(counts[1])]
+    one = np.ones(1)
+    y = output_of(part.numerator, b, u, 0.0)
+    behind, again = output_of(one, b, u, 0.0), output_of(one, b, y, 0.0)
+    columns = [later(behind, delay + i, 0.0) for i in range(counts[0])]
+    columns += [-later(again, i + 1, 0.0) for i in range(counts[1])]
     return y, np.stack(columns, axis=1) if columns else np.zeros((u.size, 0))
-
-
-def _later(values: FloatArray, rows: int) -> FloatArray:
-    return np.concatenate([np.zeros(min(rows, values.size)), values[: max(values.size - rows, 0)]])
 
 
 @final
@@ -425,7 +417,7 @@ def pole_zero_map(result: PolynomialResult) -> tuple[PoleZeroMap, ...]:
     ):
         distances = part.distances_from_one
         zeros = part.zeros
-        covariance = result.covariance[np.ix_(list(at), list(at))]
+        root = result.covariance_root[list(at)]
         gaps = np.abs(zeros[None, :] - part.poles[:, None])
         near = np.argwhere(gaps < CANCELLING * np.abs(distances)[:, None])
         maps.append(
@@ -433,7 +425,7 @@ def pole_zero_map(result: PolynomialResult) -> tuple[PoleZeroMap, ...]:
                 input_name=name,
                 poles=part.poles,
                 time_constants_s=part.time_constants_s(sample_time_s),
-                time_constants_std_s=_time_constant_std(distances, covariance, sample_time_s),
+                time_constants_std_s=_time_constant_std(distances, root, sample_time_s),
                 zeros=zeros,
                 cancelling=tuple((int(i), int(j)) for i, j in near),
             )
@@ -442,10 +434,10 @@ def pole_zero_map(result: PolynomialResult) -> tuple[PoleZeroMap, ...]:
 
 
 def _time_constant_std(
-    distances: ComplexArray, covariance: FloatArray, sample_time_s: float
+    distances: ComplexArray, root: FloatArray, sample_time_s: float
 ) -> FloatArray:
     """Return the standard deviations of the time constants of real poles between 0 and 1."""
-    m = covariance.shape[0]
+    m = root.shape[0]
     deviations = np.full(distances.size, np.nan)
     for i, w in enumerate(distances):
         if w.imag != 0.0 or not 0.0 < w.real < 1.0:
@@ -455,7 +447,6 @@ def _time_constant_std(
         if slope == 0.0:
             continue
         by_b = -(pole ** np.arange(m - 1, -1, -1.0)) / slope
-        variance = float(by_b @ covariance @ by_b)
         by_pole = sample_time_s / (pole * np.log1p(-w.real) ** 2)
-        deviations[i] = by_pole * float(np.sqrt(max(variance, 0.0)))
+        deviations[i] = by_pole * float(np.linalg.norm(by_b @ root))
     return deviations
