@@ -78,17 +78,29 @@ class Record:
         )
 
 
-def read_record(path: Path = RECORD) -> Record:
-    """Read the record."""
-    heading = path.open(encoding="utf-8").readline().strip().split(",")
-    values = np.loadtxt(path, delimiter=",", skiprows=1)
-    values -= values[:REFERENCE_ROWS].mean(axis=0)
-    column = {name: i for i, name in enumerate(heading)}
-    return Record(
-        SAMPLE_TIME_S,
-        values[:, [column[name] for name in CANDIDATES]],
-        values[:, [column[name] for name in CHANNELS]],
-    )
+def columns_of(path: Path = RECORD) -> dict[str, Array]:
+    """Return the record's columns by name."""
+    with path.open(encoding="utf-8") as stream:
+        heading = stream.readline().strip().split(",")
+        values = np.loadtxt(stream, delimiter=",")
+    return dict(zip(heading, values.T, strict=True))
+
+
+def start_c() -> Array:
+    """Return the temperatures that the record is relative to, (16,). [°C]"""
+    columns = columns_of()
+    return np.array([columns[name][:REFERENCE_ROWS].mean() for name in CANDIDATES])
+
+
+def read_record() -> Record:
+    """Return the record relative to the mean of its first rows."""
+    columns = columns_of()
+
+    def relative(names: Sequence[str]) -> Array:
+        values = np.column_stack([columns[name] for name in names])
+        return values - values[:REFERENCE_ROWS].mean(axis=0)
+
+    return Record(SAMPLE_TIME_S, relative(CANDIDATES), relative(CHANNELS))
 
 
 def learned(
@@ -146,7 +158,7 @@ def compare_splits() -> None:
                 found[name] = errors_um(result, record, c, d)
                 lags = "+".join(f"{t:g}" for t in result.time_constants_s) or "none"
                 notes[name] = (
-                    f"lags {lags} s, {result.sensor_uncertainty_k:g} K,"
+                    f"lags {lags} s, {result.sensor_uncertainty_k:.3f} K,"
                     f" offset {'free' if result.offset else 'zero'}, {passed_s:.2f} s"
                 )
             found["hold"] = hold_um(record, (a, b), (c, d))
@@ -191,9 +203,9 @@ def compare_sensors() -> None:
         result = learned(broken, *learn, unchecked)
         print(line("  unchecked", errors_um(result, record, *judge)))
     print("exchanged from row 3000 on")
+    start = start_c()
     for i, j in ((4, 8), (0, 4), (3, 10), (2, 14)):
         u = record.temperature_k.copy()
-        start = read_start()
         u[3000:, i], u[3000:, j] = (
             record.temperature_k[3000:, j] + start[j] - start[i],
             record.temperature_k[3000:, i] + start[i] - start[j],
@@ -204,13 +216,6 @@ def compare_sensors() -> None:
             found = ", ".join(f.name for f in result.findings if f.left_out) or "nothing"
             label = f"t{i + 1}, t{j + 1}" if options is None else "  unchecked"
             print(line(label, errors_um(result, record, *judge), f"left out: {found}"))
-
-
-def read_start() -> Array:
-    """Return the temperatures that the record is relative to, (16,). [°C]"""
-    heading = RECORD.open(encoding="utf-8").readline().strip().split(",")
-    values = np.loadtxt(RECORD, delimiter=",", skiprows=1, max_rows=REFERENCE_ROWS)
-    return np.asarray(values.mean(axis=0)[[heading.index(name) for name in CANDIDATES]])
 
 
 if __name__ == "__main__":

@@ -324,13 +324,13 @@ def _mean_absolute(sums: Sums, split: Split, residual: FloatArray) -> FloatArray
         return np.full((residual.shape[0], residual.shape[2]), np.nan)
     weight = sums.bank.weight[sums.rows[split.judge]]
     share = weight / float(np.sum(weight))
-    return np.asarray(np.sum(np.abs(residual) * share[:, None], axis=1), dtype=np.float64)
+    return np.einsum("n,sno->so", share, np.abs(residual), dtype=np.float64)
 
 
 def _hold_errors(sums: Sums, split: Split) -> FloatArray:
     bank, rows = sums.bank, sums.rows[split.judge]
     if rows.size == 0:
-        return np.full(bank.displacement.shape[1], np.nan)
+        return np.full((bank.displacement.shape[1],), np.nan)
     before = np.flatnonzero(
         (bank.part < split.judge) & (bank.experiment == bank.experiment[rows[0]])
     )
