@@ -238,7 +238,8 @@ def response_evidence(
         raise DataError(
             f"there are {design.readings} blocks with a displacement", remedy="Use smaller blocks"
         )
-    hyperprior = Hyperprior(min(DRIFT_CORRELATION_S, longest / 5.0))
+    correlation_s = min(DRIFT_CORRELATION_S, longest / 5.0)
+    hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s))
     sizes, posterior = most_likely_sizes(design, hyperprior)
     return ResponseEvidence(
         segments, scales, grid, design, hyperprior, sizes, posterior, float(longest)

@@ -34,10 +34,20 @@ class Sizes:
     log_correlation: float
     """Logarithm of the correlation time of the slow noise in seconds. [1]"""
 
+    log_fast_ratio: float
+    """The same ratio of the faster part of the noise. [1]"""
+    fast_correlation_s: float
+    """Correlation time of the faster part, which is not searched for. [s]"""
+
     @property
     def noise(self) -> SlowNoise:
-        """The slow noise of these sizes."""
-        return SlowNoise(float(np.exp(self.log_ratio)), float(np.exp(self.log_correlation)))
+        """The correlated noise of these sizes."""
+        return SlowNoise(
+            float(np.exp(self.log_ratio)),
+            float(np.exp(self.log_correlation)),
+            float(np.exp(self.log_fast_ratio)),
+            self.fast_correlation_s,
+        )
 
 
 @final
@@ -194,6 +204,8 @@ class Hyperprior:
 
     correlation_s: float
     """Most plausible correlation time of the slow noise. [s]"""
+    fast_correlation_s: float
+    """Correlation time of the faster part of the noise. [s]"""
 
     def log_density(self, sizes: Sizes) -> float:
         """Return the logarithm of the density up to a constant. [1]"""
@@ -201,6 +213,7 @@ class Hyperprior:
             ((sizes.log_correlation - np.log(self.correlation_s)) / 0.8) ** 2
             + ((sizes.log_ratio - 5.0) / 4.0) ** 2
             + ((sizes.log_gain - 3.0) / 4.0) ** 2
+            + ((sizes.log_fast_ratio - 1.0) / 3.0) ** 2
             + sum((one / 4.0) ** 2 for one in sizes.log_transients)
         )
 
@@ -248,12 +261,13 @@ def posterior_of(
     )
 
 
-_STEPS = {"log_gain": 1.5, "log_ratio": 1.5, "log_correlation": 0.7}
+_STEPS = {"log_gain": 1.5, "log_ratio": 1.5, "log_correlation": 0.7, "log_fast_ratio": 1.5}
 _TRANSIENT_STEP = 2.0
 _BOUNDS = {
     "log_gain": (-6.0, 14.0),
     "log_ratio": (-8.0, 14.0),
     "log_correlation": (-30.0, 30.0),
+    "log_fast_ratio": (-8.0, 12.0),
 }
 _TRANSIENT_BOUNDS = (-12.0, 12.0)
 
@@ -296,13 +310,20 @@ def most_likely_sizes(
     tuple of Sizes and Posterior
         The maximum, found coordinate by coordinate with shrinking steps.
     """
-    best = Sizes(4.0, (0.0,) * design.transients, 5.0, float(np.log(hyperprior.correlation_s)))
-    seen: dict[tuple[float, float], tuple[FloatArray, float]] = {}
+    best = Sizes(
+        log_gain=4.0,
+        log_transients=(0.0,) * design.transients,
+        log_ratio=5.0,
+        log_correlation=float(np.log(hyperprior.correlation_s)),
+        log_fast_ratio=1.0,
+        fast_correlation_s=hyperprior.fast_correlation_s,
+    )
+    seen: dict[SlowNoise, tuple[FloatArray, float]] = {}
 
     def tried(sizes: Sizes) -> Posterior:
-        key = (sizes.log_ratio, sizes.log_correlation)
+        key = sizes.noise
         if key not in seen:
-            seen[key] = design.products(sizes.noise)
+            seen[key] = design.products(key)
         return posterior_of(design, seen[key], sizes, hyperprior)
 
     found, share = tried(best), 1.0

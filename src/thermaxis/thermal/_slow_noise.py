@@ -17,12 +17,25 @@ from thermaxis.thermal._field import FloatArray
 @final
 @dataclass(frozen=True, slots=True)
 class SlowNoise:
-    """Ratio and speed of the slow part of the noise."""
+    """Ratios and speeds of the two correlated parts of the noise."""
 
     ratio: float
     """Variance of the slow drift over that of the white noise of one reading. [1]"""
     correlation_s: float
     """Time in which the drift's correlation falls to 1/e. [s]"""
+    fast_ratio: float = 0.0
+    """The same ratio of a faster part: what rounded temperatures leave in the displacement. [1]"""
+    fast_correlation_s: float = 1.0
+    """Time in which the faster part's correlation falls to 1/e. [s]"""
+
+    @property
+    def parts(self) -> tuple[tuple[float, float], ...]:
+        """Ratio and correlation time of the parts that there are. [1, s]"""
+        both = (
+            (self.ratio, self.correlation_s),
+            (self.fast_ratio, self.fast_correlation_s),
+        )
+        return tuple(part for part in both if part[0] > 0)
 
 
 @final
@@ -70,19 +83,39 @@ def weighted_products(
     weighted = columns * weight[:, None]
     gram = columns.T @ weighted
     log_determinant = float(np.sum(np.log(white_variance)))
-    if noise.ratio <= 0:
+    parts = noise.parts
+    if not parts:
         return Products(gram, log_determinant)
-    keep = np.exp(-np.diff(times_s) / noise.correlation_s)
-    innovation = np.maximum(1.0 - keep**2, 1e-12)
-    banded = np.zeros((2, weight.size))
-    banded[1] = 1.0
-    banded[1, 1:] = 1.0 / innovation
-    banded[1, :-1] += keep**2 / innovation
-    banded[0, 1:] = -keep / innovation
-    banded /= noise.ratio
-    banded[1] += weight
-    factor = cholesky_banded(banded, check_finite=False)
-    gram -= weighted.T @ cho_solve_banded((factor, False), weighted, check_finite=False)
-    log_determinant += 2.0 * float(np.sum(np.log(factor[1])))
-    log_determinant += weight.size * float(np.log(noise.ratio)) + float(np.sum(np.log(innovation)))
+    factor, log_drift = _factor(weight, times_s, parts)
+    count = len(parts)
+    states = np.repeat(weighted, count, axis=0)
+    inner = cho_solve_banded((factor, False), states, check_finite=False)
+    gram -= states.T @ inner
+    log_determinant += 2.0 * float(np.sum(np.log(factor[-1]))) + log_drift
     return Products((gram + gram.T) / 2.0, log_determinant)
+
+
+def _factor(
+    weight: FloatArray, times_s: FloatArray, parts: tuple[tuple[float, float], ...]
+) -> tuple[FloatArray, float]:
+    """Return the banded Cholesky factor of the states' precision and the drift's determinant.
+
+    The states of all parts stand side by side, block after block, so that a state meets its
+    neighbour in time at a distance of the number of parts.
+    """
+    count, blocks = len(parts), weight.size
+    banded = np.zeros((count + 1, count * blocks))
+    log_drift = 0.0
+    for place, (ratio, correlation_s) in enumerate(parts):
+        keep = np.exp(-np.diff(times_s) / correlation_s)
+        innovation = np.maximum(1.0 - keep**2, 1e-12)
+        diagonal = np.ones(blocks)
+        diagonal[1:] = 1.0 / innovation
+        diagonal[:-1] += keep**2 / innovation
+        banded[count, place::count] = diagonal / ratio + weight
+        banded[0, count + place :: count] = -keep / (innovation * ratio)
+        log_drift += blocks * float(np.log(ratio)) + float(np.sum(np.log(innovation)))
+    if count == 2:
+        # Both parts are seen in the same reading.
+        banded[1, 1::2] += weight
+    return np.asarray(cholesky_banded(banded, check_finite=False)), log_drift
