@@ -21,7 +21,7 @@ COMMANDS = {
     "field": "compare thermal fields of a table before and after a run",
     "convert": "write any measured run as tidy CSV",
     "montecarlo": "scatter of differences by Monte Carlo, equation (10) of the method",
-    "generate": "write an example run of a virtual axis",
+    "generate": "write an example run of a virtual machine",
 }
 """Commands in the order in which the help shows them, each with its summary."""
 

@@ -45,8 +45,21 @@ def identification_as_text(
     if result.selection is not None:
         parts.append(_selection_text(result))
     parts += [_output_text(output) for output in result.outputs]
+    parts.append(_beside_text(result))
     parts += [f"warning: {printable(w, 400)}\n" for w in result.warnings]
     return "\n".join(parts)
+
+
+def _beside_text(result: "Identification") -> str:
+    """Return the errors on the training rows, model and baselines side by side."""
+    keys = ("model", "static", "averages", "one_step")
+    rows = [
+        [printable(o.name, 30), *(f"{o.training_rmse_um[key]:.2f}" for key in keys)]
+        for o in result.outputs
+    ]
+    heads = ["output", "model", "static", "fixed averages", "nothing changes (one step)"]
+    title = "RMSE on the training rows, um: free run, and what simple rules leave"
+    return text_table(title, heads, rows, words=1)
 
 
 def _selection_text(result: "Identification") -> str:
@@ -182,6 +195,7 @@ def _output_as_json(output: "IdentifiedOutput") -> dict[str, object]:
         "slow_noise_std_um": output.slow_noise_std_um,
         "validation_mae_um": output.validation_mae_um,
         "baseline_mae_um": dict(output.baseline_mae_um),
+        "training_rmse_um": dict(output.training_rmse_um),
         "parts": _parts_as_json(output),
         "offset_um": None if output.model is None else float(output.model.offset_um),
         "warnings": list(output.warnings),

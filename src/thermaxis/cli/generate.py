@@ -1,4 +1,4 @@
-"""``thermaxis generate``: write an example run of a virtual axis."""
+"""``thermaxis generate``: write an example run of a virtual machine."""
 
 import argparse
 import sys
@@ -6,6 +6,8 @@ from pathlib import Path
 
 AXES = ("x-axis", "y-axis")
 """Virtual axes that can be measured."""
+LATHE_TESTS = ("lathe-spindle", "lathe-table", "lathe-verification")
+"""Thermal tests of the virtual lathe."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,8 +21,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add(
         "axis",
-        choices=AXES,
-        help="x-axis: 300 mm, drift, and an anomaly at position 3; y-axis: 150 mm",
+        choices=(*AXES, *LATHE_TESTS),
+        help="x-axis: 300 mm, drift, and an anomaly at position 3; y-axis: 150 mm; lathe-spindle,"
+        " lathe-table, lathe-verification: thermal tests of a virtual lathe",
     )
     add("-o", "--output", metavar="FILE", type=Path, required=True, help="tidy .csv, or .rtl")
     add("--seed", metavar="N", type=int, help="seed of everything random (default: the example's)")
@@ -57,6 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.virtual import paper_x_axis, paper_y_axis  # noqa: PLC0415
 
     output: Path = arguments.output
+    if arguments.axis in LATHE_TESTS:
+        return _lathe_test(arguments)
     suffix = output.suffix.lower()
     if suffix not in {".csv", ".rtl"}:
         raise ConfigurationError(
@@ -74,5 +79,31 @@ def run(arguments: argparse.Namespace) -> int:
     sys.stdout.write(
         f"{output}: {test.target.size} targets, {test.cycles} cycles,"
         f" generated with seed {generated.seed}\n"
+    )
+    return 0
+
+
+def _lathe_test(arguments: argparse.Namespace) -> int:
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
+    from thermaxis.files import write_thermal_log  # noqa: PLC0415
+    from thermaxis.virtual import LATHE_SEED, generate_lathe_test  # noqa: PLC0415
+
+    output: Path = arguments.output
+    if output.suffix.lower() != ".csv":
+        raise ConfigurationError(
+            "a thermal log is written as CSV",
+            where=f"--output {output}",
+            remedy="End the name in .csv",
+        )
+    for option, value in (("--cycles", arguments.cycles), ("--noise-um", arguments.noise_um)):
+        if value is not None:
+            raise ConfigurationError(
+                "this is for a positioning run", where=option, remedy="Leave it out"
+            )
+    seed = LATHE_SEED if arguments.seed is None else arguments.seed
+    log = generate_lathe_test(arguments.axis.removeprefix("lathe-"), seed)
+    write_thermal_log(output, log)
+    sys.stdout.write(
+        f"{output}: {log.rows} rows, {log.duration_s / 3600.0:.1f} h, generated with seed {seed}\n"
     )
     return 0

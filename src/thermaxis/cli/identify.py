@@ -107,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="write the report, .pdf or .html; may be given more than once",
     )
-    add("--date", metavar="YYYY-MM-DD", type=_date, default="", help="date, kept in the model")
+    add("--date", metavar="YYYY-MM-DD", type=_date, help="date, kept in the model")
     add_log_options(parser)
 
 
@@ -179,7 +179,7 @@ def run(arguments: argparse.Namespace) -> int:
         provenance = Provenance(
             method=f"{arguments.method}: {result.rule}"[:2000],
             program=f"thermaxis {__version__}",
-            date=arguments.date,
+            date=arguments.date or "",
             logs=tuple(entry.training for entry in entries),
             figures={f"{o.name}.fit_percent": o.fit_percent for o in result.outputs},
         )

@@ -5,6 +5,7 @@ from thermaxis.compensation._cycle import (
     Reading,
     ThermalState,
     cycle,
+    gain_of,
     initial_state,
 )
 from thermaxis.compensation._quality import Outcome, Quality
@@ -36,5 +37,6 @@ __all__ = [
     "ThermalState",
     "TrainingLog",
     "cycle",
+    "gain_of",
     "initial_state",
 ]

@@ -337,10 +337,33 @@ def _gain_at(points: tuple[GainPoint, ...], diameter_mm: float) -> float:
     return points[-1].gain
 
 
+def gain_of(part: Part, diameter_mm: float | None) -> float:
+    """Return the gain g of a part for a workpiece.
+
+    Parameters
+    ----------
+    part : Part
+        The part.
+    diameter_mm : float or None
+        Clamping diameter, None for the tool centre point. [mm]
+
+    Returns
+    -------
+    float
+        The gain, linear between the stated diameters, their end values outside; 1 for a part
+        without gains. [1]
+
+    References
+    ----------
+    Mareš and Horejš 2021, equation (6).
+    """
+    if not part.gain_by_diameter:
+        return 1.0
+    return part.tool_gain if diameter_mm is None else _gain_at(part.gain_by_diameter, diameter_mm)
+
+
 def _part_gain(part: Part, diameter_mm: float | None, outcomes: list[Outcome]) -> float:
     points = part.gain_by_diameter
-    if not points:
-        return 1.0
     if diameter_mm is None:
         return part.tool_gain
     inside = points[0].diameter_mm <= diameter_mm <= points[-1].diameter_mm

@@ -103,6 +103,9 @@ class Part:
     """Lowest value of the input in the training logs, relative to its reference. [K]"""
     highest_k: float | None = None
     """Highest value in the training logs. [K]"""
+    static_gain_um_per_k: float | None = None
+    """Gain of the best static regression on the training logs: the baseline of a verification,
+    never used by the cycle. [µm/K]"""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -120,6 +123,11 @@ class Part:
             where,
         )
         _require(len(self.sections) <= MOST_PARTS, "too many sections", where)
+        _require(
+            self.static_gain_um_per_k is None or _within(self.static_gain_um_per_k, 1e6),
+            "the gain of the static regression is out of range",
+            where,
+        )
         points = self.gain_by_diameter
         _require(
             all(_within(p.diameter_mm, 1e6) and _within(p.gain, 1e3) for p in points)

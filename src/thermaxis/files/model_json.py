@@ -18,7 +18,8 @@ One object. A key that is not listed here is an error; keys marked (*) may be le
     List of ``name``, ``offset_um`` (*), ``parts``: list of ``name``, ``plus``, ``minus`` (*),
     ``direct_gain_um_per_k``, ``sections`` (list of ``gain_um_per_k``, ``time_constant_s``),
     ``delay_s`` (*), ``gain_by_diameter`` (*) (list of ``diameter_mm``, ``gain``), ``tool_gain``
-    (*), ``lowest_k`` (*), ``highest_k`` (*) (range of the input in the training logs).
+    (*), ``lowest_k`` (*), ``highest_k`` (*) (range of the input in the training logs),
+    ``static_gain_um_per_k`` (*) (baseline of a verification; no part of the model).
 ``provenance`` (*)
     ``method``, ``program``, ``date``, ``logs`` (list of ``name``, ``sha256``, ``rows``,
     ``first_row``), ``figures`` (by name); each may be left out.
@@ -164,6 +165,9 @@ def _part_as_json(part: Part) -> dict[str, object]:
         "tool_gain": float(part.tool_gain),
         "lowest_k": None if part.lowest_k is None else float(part.lowest_k),
         "highest_k": None if part.highest_k is None else float(part.highest_k),
+        "static_gain_um_per_k": (
+            None if part.static_gain_um_per_k is None else float(part.static_gain_um_per_k)
+        ),
     }
 
 
@@ -323,7 +327,14 @@ _KNOWN = (
     *("sample_time_s", "reference", "reference_c", "input_filter_s", "longest_gap_s"),
     *("longest_hold_s", "limits", "outputs", "provenance", "warnings", "sha256", "name"),
     *("offset_um", "parts", "plus", "minus", "direct_gain_um_per_k", "sections", "delay_s"),
-    *("gain_by_diameter", "tool_gain", "lowest_k", "highest_k", "gain_um_per_k"),
+    *(
+        "gain_by_diameter",
+        "tool_gain",
+        "lowest_k",
+        "highest_k",
+        "static_gain_um_per_k",
+        "gain_um_per_k",
+    ),
     *("time_constant_s", "diameter_mm", "gain", "method", "program", "date", "logs", "figures"),
 )
 
@@ -431,6 +442,7 @@ def _part(of: _Object) -> Part:
         tool_gain=of.number("tool_gain", 1.0),
         lowest_k=of.number_or_none("lowest_k"),
         highest_k=of.number_or_none("highest_k"),
+        static_gain_um_per_k=of.number_or_none("static_gain_um_per_k"),
     )
 
 

@@ -53,6 +53,10 @@ if TYPE_CHECKING:
         evaluate_input,
         parse_input,
     )
+    from thermaxis.thermal._log_quality import (
+        LogFinding,
+        check_log,
+    )
     from thermaxis.thermal._merge import (
         merge_logs,
     )
@@ -124,6 +128,7 @@ __all__ = [
     "Identification",
     "IdentifiedOutput",
     "InputDefinition",
+    "LogFinding",
     "MeasuredOutput",
     "Method",
     "ModalOptions",
@@ -158,6 +163,7 @@ __all__ = [
     "arx",
     "change_sample_time",
     "check_inputs",
+    "check_log",
     "combine_models",
     "compensation_model",
     "correct_emissivity",
@@ -218,6 +224,8 @@ _MODULES = {
     "check_inputs": "_input",
     "evaluate_input": "_input",
     "parse_input": "_input",
+    "LogFinding": "_log_quality",
+    "check_log": "_log_quality",
     "merge_logs": "_merge",
     "ModalOptions": "_modal",
     "ModalResult": "_modal",

@@ -1,6 +1,6 @@
 """Identify a compensation model from records: one method for all outputs, one form of result."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import final
@@ -10,8 +10,14 @@ import numpy as np
 from thermaxis.compensation import CompensationModel, Provenance
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arx import arx
+from thermaxis.thermal._baselines import (
+    Baseline,
+    fit_baseline,
+    persistence_one_step,
+    simulate_baseline,
+)
 from thermaxis.thermal._conversion import thermal_model_of
-from thermaxis.thermal._experiment import Experiment
+from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._modal import ModalOptions, ModalResult, PartStd, modal
 from thermaxis.thermal._oe import oe
 from thermaxis.thermal._polynomial_model import PolynomialResult, held
@@ -51,8 +57,14 @@ class IdentifiedOutput:
     validation_mae_um: float | None
     """Mean absolute error of the free run on parts that were held out; None where there were
     none. [µm]"""
-    baseline_mae_um: dict[str, float]
+    baseline_mae_um: Mapping[str, float]
     """The same of simple rules, by name; empty where there were none. [µm]"""
+    training_rmse_um: Mapping[str, float]
+    """Root mean square error on the training rows: of the ``model`` in free run, of a ``static``
+    regression and of fixed exponential ``averages`` in free run (both with a ridge), and of
+    ``one_step`` persistence, which knows the displacement of the row before. [µm]"""
+    static_gains_um_per_k: FloatArray
+    """Gains of the static regression, one per input of the records. [µm/K]"""
     polynomials: PolynomialResult | None
     """Numerators and denominators of ARX and output error."""
     warnings: tuple[str, ...]
@@ -100,6 +112,7 @@ class Identification:
             If a model is not stable: it must not run anywhere.
         """
         models: dict[str, ThermalModel] = {}
+        statics = {output.name: output.static_gains_um_per_k for output in self.outputs}
         for output in self.outputs:
             if output.model is None:
                 raise DataError(
@@ -108,7 +121,13 @@ class Identification:
                 )
             models[output.name] = output.model
         said = [*self.warnings, *(f"{o.name}: {w}" for o in self.outputs for w in o.warnings)]
-        return compensation_model(models, records, provenance=provenance, warnings=said)
+        return compensation_model(
+            models,
+            records,
+            static_gains_um_per_k=statics,
+            provenance=provenance,
+            warnings=said,
+        )
 
 
 def identify(
@@ -168,7 +187,7 @@ def identify(
     names = [definition.name for definition in records.inputs]
     if method is Method.MODAL:
         results = [
-            _from_modal(name, modal(e, input_names=names, options=modal_options))
+            _from_modal(records, name, modal(e, input_names=names, options=modal_options))
             for name, e in records.experiments.items()
         ]
         rule = (
@@ -176,9 +195,7 @@ def identify(
             " variable projection, gains held small where a mode is weakly excited"
         )
     else:
-        results = [
-            _polynomials(name, e, method, orders, names) for name, e in records.experiments.items()
-        ]
+        results = [_polynomials(records, name, method, orders) for name in records.experiments]
         rule = (
             f"orders na, nb, nk = {orders[0]}, {orders[1]}, {orders[2]} as stated"
             if orders is not None
@@ -194,7 +211,8 @@ def identify(
     )
 
 
-def _from_modal(name: str, result: ModalResult) -> IdentifiedOutput:
+def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedOutput:
+    beside, static = _beside(records, name)
     return IdentifiedOutput(
         name=name,
         model=result.model,
@@ -204,6 +222,8 @@ def _from_modal(name: str, result: ModalResult) -> IdentifiedOutput:
         slow_noise_std_um=result.slow_noise_std_um,
         validation_mae_um=None,
         baseline_mae_um={},
+        training_rmse_um={"model": _free_run(records, name, result.model)[1], **beside},
+        static_gains_um_per_k=static,
         polynomials=None,
         warnings=result.warnings,
     )
@@ -222,7 +242,8 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
     result = select(records.experiments, candidate_names=names, options=options)
     outputs: list[IdentifiedOutput] = []
     for name, chosen in result.outputs.items():
-        fit = _training_fit(records, name, chosen.model)
+        fit, rmse = _free_run(records, name, chosen.model)
+        beside, static = _beside(records, name)
         outputs.append(
             IdentifiedOutput(
                 name=name,
@@ -233,6 +254,8 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
                 slow_noise_std_um=None,
                 validation_mae_um=chosen.validation_mae_um,
                 baseline_mae_um=dict(chosen.baseline_mae_um),
+                training_rmse_um={"model": rmse, **beside},
+                static_gains_um_per_k=static,
                 polynomials=None,
                 warnings=chosen.flags,
             )
@@ -248,11 +271,12 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
     )
 
 
-def _training_fit(records: Records, name: str, model: ThermalModel) -> float:
-    """Return the fit of the free run over the training records."""
+def _free_run(records: Records, name: str, model: ThermalModel) -> tuple[float, float]:
+    """Return fit and root mean square error of the free run over the training records."""
     wanted = [part.input_name for part in model.parts]
     columns = [[d.name for d in records.inputs].index(name) for name in wanted]
     left = spread = 0.0
+    rows = 0
     for experiment in records.experiments[name]:
         u, _ = held(experiment.u[:, columns])
         simulated = simulate_modal(model, experiment.sample_time_s, u)
@@ -260,20 +284,41 @@ def _training_fit(records: Records, name: str, model: ThermalModel) -> float:
         y = experiment.y[measured]
         left += float(np.sum((y - simulated[measured]) ** 2))
         spread += float(np.sum((y - np.mean(y)) ** 2))
-    return 100.0 * (1.0 - float(np.sqrt(left / spread)))
+        rows += y.size
+    return 100.0 * (1.0 - float(np.sqrt(left / spread))), float(np.sqrt(left / rows))
+
+
+def _beside(records: Records, name: str) -> tuple[dict[str, float], FloatArray]:
+    """Return errors of the baselines on the training records, and the static gains."""
+    experiments = records.experiments[name]
+    fitted = {
+        "static": fit_baseline(Baseline.RIDGE, experiments),
+        "averages": fit_baseline(Baseline.AVERAGES_RIDGE, experiments),
+    }
+    errors: dict[str, list[FloatArray]] = {"static": [], "averages": [], "one_step": []}
+    for experiment in experiments:
+        for key, model in fitted.items():
+            simulated = simulate_baseline(model, experiment.u, experiment.sample_time_s)
+            errors[key].append(experiment.y - simulated)
+        errors["one_step"].append(experiment.y - persistence_one_step(experiment.y))
+    rmse = {
+        key: float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2))) for key, parts in errors.items()
+    }
+    return rmse, fitted["static"].gains_um_per_k[:, 0]
 
 
 def _polynomials(
-    name: str,
-    experiments: Sequence[Experiment],
-    method: Method,
-    orders: tuple[int, int, int] | None,
-    names: Sequence[str],
+    records: Records, name: str, method: Method, orders: tuple[int, int, int] | None
 ) -> IdentifiedOutput:
+    experiments = records.experiments[name]
+    names = [definition.name for definition in records.inputs]
     estimator = arx if method is Method.ARX else oe
     na, nb, nk = orders if orders is not None else (None, None, 0)
     result = estimator(experiments, na, nb, nk, input_names=names)
     model = thermal_model_of(result.model) if result.stable else None
+    beside, static = _beside(records, name)
+    left = np.concatenate([e.y - s for e, s in zip(experiments, result.simulated_um, strict=True)])
+    own = float(np.sqrt(np.nanmean(left**2)))
     std: tuple[PartStd, ...] = ()
     if model is not None:
         std = tuple(
@@ -289,6 +334,8 @@ def _polynomials(
         slow_noise_std_um=None,
         validation_mae_um=None,
         baseline_mae_um={},
+        training_rmse_um={"model": own, **beside},
+        static_gains_um_per_k=static,
         polynomials=result,
         warnings=result.warnings,
     )

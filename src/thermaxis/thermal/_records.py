@@ -165,6 +165,7 @@ def compensation_model(
     models: Mapping[str, ThermalModel],
     records: Records,
     *,
+    static_gains_um_per_k: Mapping[str, FloatArray] | None = None,
     provenance: Provenance | None = None,
     warnings: Sequence[str] = (),
 ) -> CompensationModel:
@@ -176,6 +177,9 @@ def compensation_model(
         Model by output; parts are found among the inputs of the records by their names.
     records : Records
         What the models were identified from.
+    static_gains_um_per_k : mapping of str to FloatArray, optional
+        Gains of the static regression by output, one per input of the records: the baseline of a
+        verification. Default: none. [µm/K]
     provenance : Provenance, optional
         Where they come from. Default: nothing is stated.
     warnings : sequence of str
@@ -194,6 +198,7 @@ def compensation_model(
         for part in model.parts:
             k = definitions[part.input_name]
             definition = records.inputs[k]
+            static = (static_gains_um_per_k or {}).get(name)
             parts.append(
                 Part(
                     name=definition.name,
@@ -207,6 +212,7 @@ def compensation_model(
                     delay_s=round(part.delay_s / records.sample_time_s) * records.sample_time_s,
                     lowest_k=float(records.lowest_k[k]),
                     highest_k=float(records.highest_k[k]),
+                    static_gain_um_per_k=None if static is None else float(static[k]),
                 )
             )
         outputs.append(Output(name, tuple(parts), float(model.offset_um)))

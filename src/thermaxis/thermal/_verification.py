@@ -1,7 +1,7 @@
 """Verify a compensation model on a log: free run through the cycle that acts on the machine."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -14,6 +14,7 @@ from thermaxis.compensation import (
     Quality,
     Reading,
     cycle,
+    gain_of,
     initial_state,
 )
 from thermaxis.errors import ConfigurationError, DataError, printable
@@ -229,8 +230,9 @@ class VerificationFigures:
     """Root mean square of measured minus its value one row before: one step ahead, 'nothing
     changes'; None with one row. [µm]"""
     static_rmse_um: float | None
-    """Root mean square left by the best static regression on the model's inputs, fitted to this
-    very log: what no static model can beat; None where it cannot be fitted. [µm]"""
+    """Root mean square left by the static regression on the model's inputs that the model carries
+    from its training; where it carries none, by one that is fitted to this very log, which is
+    better than any that was known before; None where there is neither. [µm]"""
 
     @property
     def reduction(self) -> float:
@@ -479,8 +481,14 @@ def _verify_output(
                 where=log.name,
             )
     inputs = _inputs_of(model, entry.output, log)
+    static = _static_of(model, entry, inputs)
+    static_rmse = (
+        _own_static_rmse(measured[counted], inputs[counted])
+        if static is None
+        else _rmse((measured - static + np.nanmean(static[at_start]))[counted])
+    )
     figures = _figures(
-        [log.time_s[counted]], [measured[counted]], [displacement[counted]], [inputs[counted]]
+        [log.time_s[counted]], [measured[counted]], [displacement[counted]], static_rmse
     )
     return VerifiedOutput(
         entry, figures, measured, displacement, contribution, simulated.parts, counted
@@ -500,7 +508,7 @@ def _figures(
     times_s: Sequence[FloatArray],
     measured: Sequence[FloatArray],
     simulated: Sequence[FloatArray],
-    inputs: Sequence[FloatArray] | None,
+    static_rmse_um: float | None,
 ) -> VerificationFigures:
     """Return the figures of one or several runs; each spread is about its own run's mean."""
     residuals = [y - s for y, s in zip(measured, simulated, strict=True)]
@@ -511,10 +519,7 @@ def _figures(
     if spread > 0:
         fit = 100.0 * (1.0 - float(np.linalg.norm(e)) / spread)
     steps = np.concatenate([np.diff(m) for m in measured])
-    static = None
-    if inputs is not None:
-        static = _static_rmse(measured, inputs)
-    late = times_s[0] >= HOUR_S
+    late = (times_s[0] >= HOUR_S) & (times_s[0][0] < HOUR_S)
     after = None
     if len(measured) == 1 and bool(np.any(late)):
         k = int(np.argmax(late))
@@ -530,27 +535,37 @@ def _figures(
         after_60_min_um=after,
         at_end_um=(float(measured[-1][-1]), float(residuals[-1][-1])),
         persistence_rmse_um=float(np.sqrt(np.mean(steps**2))) if steps.size else None,
-        static_rmse_um=static,
+        static_rmse_um=static_rmse_um,
     )
 
 
-def _static_rmse(measured: Sequence[FloatArray], inputs: Sequence[FloatArray]) -> float | None:
-    """Return what the best static regression leaves, one constant per run."""
-    blocks: list[FloatArray] = []
-    values: list[FloatArray] = []
-    for y, u in zip(measured, inputs, strict=True):
-        present = ~np.any(np.isnan(u), axis=1)
-        if not bool(np.any(present)):
-            continue
-        blocks.append(u[present] - np.mean(u[present], axis=0))
-        values.append(y[present] - np.mean(y[present]))
-    if not blocks:
+def _static_of(
+    model: CompensationModel, entry: MeasuredOutput, inputs: FloatArray
+) -> FloatArray | None:
+    """Return what the static regression of the training says, None where the model has none."""
+    parts = next(o.parts for o in model.outputs if o.name == entry.output)
+    gains = [part.static_gain_um_per_k for part in parts]
+    if any(gain is None for gain in gains):
         return None
-    u, y = np.concatenate(blocks), np.concatenate(values)
-    if y.size <= u.shape[1] + len(blocks):
+    by_diameter = [gain_of(part, entry.diameter_mm) for part in parts]
+    total = np.array([g or 0.0 for g in gains]) * np.array(by_diameter)
+    return np.asarray(inputs @ total, dtype=np.float64)
+
+
+def _rmse(values: FloatArray) -> float | None:
+    present = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(present**2))) if present.size else None
+
+
+def _own_static_rmse(measured: FloatArray, inputs: FloatArray) -> float | None:
+    """Return what the best static regression leaves of the log that it is fitted to."""
+    present = ~np.any(np.isnan(inputs), axis=1)
+    if int(np.sum(present)) <= inputs.shape[1] + 1:
         return None
-    gain, *_ = np.linalg.lstsq(u, y, rcond=None)
-    return float(np.sqrt(np.mean((y - u @ gain) ** 2)))
+    u = inputs[present] - np.mean(inputs[present], axis=0)
+    y = measured[present] - np.mean(measured[present])
+    gain: FloatArray = np.linalg.lstsq(u, y, rcond=None)[0]
+    return _rmse(y - u @ gain)
 
 
 def _pooled(outputs: Sequence[VerifiedOutput]) -> VerificationFigures:
@@ -558,26 +573,17 @@ def _pooled(outputs: Sequence[VerifiedOutput]) -> VerificationFigures:
     if len(outputs) == 1:
         return outputs[0].figures
     present = [o.counted for o in outputs]
-    figures = _figures(
-        [np.zeros(1)],
-        [o.measured_um[p] for o, p in zip(outputs, present, strict=True)],
-        [o.simulated_um[p] for o, p in zip(outputs, present, strict=True)],
-        None,
-    )
     statics = [(o.figures.static_rmse_um, o.figures.rows) for o in outputs]
-    total = sum(n for _, n in statics)
-    known = all(value is not None for value, _ in statics)
-    pooled = np.sqrt(sum((v or 0.0) ** 2 * n for v, n in statics) / total) if known else None
-    return VerificationFigures(
-        rows=figures.rows,
-        fit_percent=figures.fit_percent,
-        uncompensated_um=figures.uncompensated_um,
-        residual_um=figures.residual_um,
-        rmse_um=figures.rmse_um,
-        mae_um=figures.mae_um,
-        max_um=figures.max_um,
+    pooled: float | None = None
+    if all(value is not None for value, _ in statics):
+        squares = sum((v or 0.0) ** 2 * n for v, n in statics)
+        pooled = float(np.sqrt(squares / sum(n for _, n in statics)))
+    return replace(
+        _figures(
+            [np.zeros(1)],
+            [o.measured_um[p] for o, p in zip(outputs, present, strict=True)],
+            [o.simulated_um[p] for o, p in zip(outputs, present, strict=True)],
+            pooled,
+        ),
         after_60_min_um=None,
-        at_end_um=figures.at_end_um,
-        persistence_rmse_um=figures.persistence_rmse_um,
-        static_rmse_um=None if pooled is None else float(pooled),
     )

@@ -1,5 +1,12 @@
 """Virtual machines: physics of their own, to make runs whose truth is known."""
 
+from thermaxis.virtual._lathe_tests import (
+    LATHE_SEED,
+    generate_lathe_test,
+)
+from thermaxis.virtual._lathe_tests import (
+    TESTS as LATHE_TESTS,
+)
 from thermaxis.virtual._positioning_run import (
     PAPER_X_AXIS,
     PAPER_Y_AXIS,
@@ -23,6 +30,8 @@ from thermaxis.virtual._thermal_field import (
 )
 
 __all__ = [
+    "LATHE_SEED",
+    "LATHE_TESTS",
     "PAPER_X_AXIS",
     "PAPER_Y_AXIS",
     "AxisGeometry",
@@ -34,6 +43,7 @@ __all__ = [
     "VirtualAxis",
     "VirtualTable",
     "WarmUp",
+    "generate_lathe_test",
     "generate_positioning_run",
     "generate_thermal_field",
     "paper_x_axis",
