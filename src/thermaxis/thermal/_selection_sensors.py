@@ -28,10 +28,13 @@ JUMP_TIMES = 4.0
 """A jump is so many times larger than the largest steps but one in a hundred. [1]"""
 NOISY_TIMES = 5.0
 """A noisy channel has so many times the median noise of all channels. [1]"""
+LONGEST_NOISE_STEP_S = 60.0
+"""Rows farther apart do not tell noise from a cooler that switches, and no channel is called
+noisy. [s]"""
 MOST_MISSING = 0.2
 """Share of rows without a value from which a channel is missing. [1]"""
-_SECOND_DIFFERENCE = 6.0**0.5
-"""Standard deviation of a second difference of white noise over that of the noise. [1]"""
+_CLIPPED = 5.0
+"""Second differences beyond so many standard deviations are steps or spikes. [1]"""
 _NORMAL_MEDIAN = 1.4826
 _ROWS_BESIDE_JUMP = 5
 
@@ -76,7 +79,7 @@ class SensorFinding:
 
 
 def sensor_noise_k(experiments: Sequence[Experiment]) -> FloatArray:
-    """Return the noise of every input between neighbouring rows.
+    """Return the white noise of every input.
 
     Parameters
     ----------
@@ -86,20 +89,36 @@ def sensor_noise_k(experiments: Sequence[Experiment]) -> FloatArray:
     Returns
     -------
     FloatArray
-        Standard deviation, (k,), from the median second difference, which slow changes do not
-        touch; where half of them are zero (a coarse count), from their mean square. [K]
+        Standard deviation, (k,). [K]
+
+    Notes
+    -----
+    Second differences of white noise have six times its variance, and neighbouring ones a
+    covariance of minus four times. What a temperature does between rows makes the first larger
+    and the second less negative, so that the smaller of both estimates is taken: a cooler that
+    switches every few rows is less of a noise. Steps and spikes are clipped at five standard
+    deviations.
     """
-    noise = np.zeros(experiments[0].inputs)
-    for i in range(noise.size):
-        second = np.concatenate([np.diff(e.u[:, i], 2) for e in experiments])
-        second = np.abs(second[~np.isnan(second)])
-        if second.size == 0:
-            continue
-        scale = _NORMAL_MEDIAN * float(np.median(second))
-        if scale == 0.0:
-            scale = float(np.sqrt(np.mean(second**2)))
-        noise[i] = scale / _SECOND_DIFFERENCE
-    return noise
+    return np.array(
+        [_noise_of([e.u[:, i] for e in experiments]) for i in range(experiments[0].inputs)]
+    )
+
+
+def _noise_of(series: Sequence[FloatArray]) -> float:
+    seconds = [np.diff(values, 2) for values in series]
+    every = np.concatenate(seconds)
+    every = np.abs(every[~np.isnan(every)])
+    if every.size == 0:
+        return 0.0
+    scale = _NORMAL_MEDIAN * float(np.median(every))
+    limit = _CLIPPED * scale if scale > 0 else float(np.max(every))
+    clipped = [np.clip(second, -limit, limit) for second in seconds]
+    own = np.concatenate([c**2 for c in clipped])
+    neighbours = np.concatenate([c[1:] * c[:-1] for c in clipped])
+    if bool(np.all(np.isnan(neighbours))):
+        return 0.0
+    variance = min(float(np.nanmean(own)) / 6.0, -float(np.nanmean(neighbours)) / 4.0)
+    return max(variance, 0.0) ** 0.5
 
 
 def _still_runs(values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -231,7 +250,12 @@ def _missing(experiments: Sequence[Experiment], column: int, name: str) -> Senso
     )
 
 
-def _noisy(names: Sequence[str], noise_k: FloatArray, duration_s: float) -> list[SensorFinding]:
+def _noisy(
+    experiments: Sequence[Experiment], names: Sequence[str], noise_k: FloatArray
+) -> list[SensorFinding]:
+    if max(e.sample_time_s for e in experiments) > LONGEST_NOISE_STEP_S:
+        return []
+    duration_s = sum(e.duration_s for e in experiments)
     usual = float(np.median(noise_k))
     return [
         SensorFinding(
@@ -288,6 +312,6 @@ def check_candidates(
             if finding.name not in seen:
                 seen.add(finding.name)
                 findings.append(finding)
-    findings += _noisy(names, noise_k, sum(e.duration_s for e in experiments))
+    findings += _noisy(experiments, names, noise_k)
     order = {name: i for i, name in enumerate(names)}
     return tuple(sorted(findings, key=lambda f: order[f.name]))
