@@ -168,7 +168,7 @@ def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float)
         If the inputs do not fit the model, one was never measured, or the sample time is not
         positive.
     """
-    values = np.asarray(u, dtype=np.float64)
+    values: FloatArray = np.asarray(u, dtype=np.float64)
     if values.ndim != 2 or values.shape[1] != model.gains_um_per_k.shape[0] or not values.shape[0]:
         raise DataError(
             f"inputs have the shape {values.shape}, the model has"
@@ -181,7 +181,10 @@ def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float)
     if bool(np.any(np.all(np.isnan(values), axis=0))):
         raise DataError("an input was never measured")
     columns = _columns(values, sample_time_s, model.lags_s)
-    return np.asarray(model.offset_um + columns @ model.gains_um_per_k.ravel(), dtype=np.float64)
+    y = np.full(values.shape[0], model.offset_um)
+    for column, gain in zip(columns.T, model.gains_um_per_k.ravel(), strict=True):
+        y += column * gain
+    return y
 
 
 def persistence_one_step(measured_um: FloatArray) -> FloatArray:

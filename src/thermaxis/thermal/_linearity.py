@@ -84,7 +84,8 @@ def check_linearity(
     Notes
     -----
     The machine heats where the simulated displacement moves away from where it began. Changes of
-    it are summed over heating and cooling separately; the measured displacement is a constant per test plus one gain times each sum, by least squares on block means. The
+    it are summed over heating and cooling separately; the measured displacement is a constant per
+    test plus one gain times each sum, by least squares on block means. The
     residual is taken for a first-order autoregression (Cochrane-Orcutt, twice). The model was
     fitted to both phases, so it is the ratio of both gains that says something.
 

@@ -46,6 +46,8 @@ MOST_ITERATIONS = 100
 """Steps of the iteration. [1]"""
 FIRST_ITERATIONS = 6
 """Steps from each of the best starts before one is chosen. [1]"""
+SEARCH_ITERATIONS = 20
+"""Steps of each fit of the search of orders. [1]"""
 STARTS_TRIED = 3
 """Starts from which the iteration begins. [1]"""
 SEARCH_ROWS = 240
@@ -331,7 +333,9 @@ def _iterate(problem: _Problem, theta: FloatArray, steps: int) -> _Iterated:
     return _Iterated(theta, cost, converged=False)
 
 
-def _best_fit(problem: _Problem, experiments: Sequence[Experiment]) -> _Iterated:
+def _best_fit(
+    problem: _Problem, experiments: Sequence[Experiment], steps: int = MOST_ITERATIONS
+) -> _Iterated:
     """Iterate from the best starts, without colour first, then with it."""
     white = _Problem(
         problem.tests, problem.orders, problem.options, 0, problem.slowest, problem.states
@@ -349,7 +353,7 @@ def _best_fit(problem: _Problem, experiments: Sequence[Experiment]) -> _Iterated
         first.sort(key=lambda fit: fit.cost)
         first = [_iterate(problem, f.theta, FIRST_ITERATIONS) for f in first[:STARTS_TRIED]]
         best = min(first, key=lambda fit: fit.cost)
-    return best if best.converged else _iterate(problem, best.theta, MOST_ITERATIONS)
+    return best if best.converged else _iterate(problem, best.theta, steps)
 
 
 def _with_colour(problem: _Problem, white: _Problem, theta: FloatArray) -> FloatArray:
@@ -527,7 +531,7 @@ def _errors_left_out(
     whole = _problem(experiments, orders, options)
     if sum(int(np.count_nonzero(~np.isnan(y))) for _, y in whole.tests) <= 2 * whole.size:
         return np.full(len(blocks), np.inf)
-    fit = _best_fit(whole, experiments)
+    fit = _best_fit(whole, experiments, SEARCH_ITERATIONS)
     errors = np.zeros(len(blocks))
     for j, (experiment, first, last) in enumerate(blocks):
         test = next(i for i, e in enumerate(experiments) if e is experiment)

@@ -1,0 +1,146 @@
+"""Simple models and the figures by which every model is judged."""
+
+import numpy as np
+import pytest
+
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._baselines import (
+    AVERAGE_LAGS_S,
+    Baseline,
+    fit_baseline,
+    persistence_one_step,
+    simulate_baseline,
+)
+from thermaxis.thermal._experiment import Experiment
+from thermaxis.thermal._figures import fit_percent, simulation_figures
+from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
+
+
+def walk(seed: int, n: int) -> np.ndarray:
+    return np.cumsum(np.random.default_rng(seed).normal(size=(n, 2)), axis=0)
+
+
+def test_the_fit_is_equation_4_with_the_mean_of_the_measured_output() -> None:
+    measured = np.array([1.0, 2.0, 4.0, np.nan, 9.0])
+    simulated = np.array([1.5, 2.0, 3.0, 5.0, 7.0])
+    residual = np.array([-0.5, 0.0, 1.0, 2.0])
+    about_mean = np.array([1.0, 2.0, 4.0, 9.0]) - 4.0
+    wanted = 100.0 * (1.0 - np.sqrt(np.sum(residual**2)) / np.sqrt(np.sum(about_mean**2)))
+    assert fit_percent(measured, simulated) == pytest.approx(wanted)
+    figures = simulation_figures(measured, simulated)
+    assert figures.rows == 4
+    assert figures.peak_to_peak_um == 8.0
+    assert figures.residual_peak_to_peak_um == 2.5
+    assert figures.reduction == pytest.approx(3.2)
+    assert figures.rmse_um == pytest.approx(np.sqrt(np.mean(residual**2)))
+    assert figures.mae_um == pytest.approx(0.875)
+    assert figures.max_um == 2.0
+
+
+def test_a_perfect_model_fits_100_percent_and_the_mean_0_percent() -> None:
+    y = walk(0, 50)[:, 0]
+    assert fit_percent(y, y) == 100.0
+    assert fit_percent(y, np.full(50, np.mean(y))) == pytest.approx(0.0, abs=1e-9)
+    assert fit_percent(y, -5.0 * y) < 0.0
+    assert simulation_figures(y, y).reduction == np.inf
+    assert fit_percent(1000.0 * y + 7.0, 900.0 * y + 7.0) == pytest.approx(
+        fit_percent(y, 0.9 * y), abs=50.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("measured", "match"),
+    [(np.full(5, 3.0), "constant"), (np.full(5, np.nan), "no row"), (np.zeros(4), "shapes")],
+)
+def test_a_fit_that_is_not_defined_is_refused(measured: np.ndarray, match: str) -> None:
+    with pytest.raises(DataError, match=match):
+        fit_percent(measured, np.zeros(5))
+
+
+def test_a_static_machine_is_found_by_the_static_regression() -> None:
+    u = walk(1, 100)
+    y = u @ [3.0, -2.0] + 5.0
+    y[::9] = np.nan
+    model = fit_baseline(
+        Baseline.STATIC, [Experiment(60.0, u[:60], y[:60]), Experiment(60.0, u[60:], y[60:])]
+    )
+    np.testing.assert_allclose(model.gains_um_per_k, [[3.0], [-2.0]], atol=1e-10)
+    assert model.offset_um == pytest.approx(5.0)
+    np.testing.assert_allclose(simulate_baseline(model, u, 60.0), u @ [3.0, -2.0] + 5.0, atol=1e-9)
+
+
+def test_averages_find_a_machine_with_their_own_lags_at_any_sample_time() -> None:
+    truth = ThermalModel(
+        (
+            ModalPart("a", 1.0, [2.0, -3.0], [AVERAGE_LAGS_S[0], AVERAGE_LAGS_S[2]]),
+            ModalPart("b", 0.5, [4.0], [AVERAGE_LAGS_S[1]]),
+        ),
+        2.0,
+    )
+    tests = [
+        Experiment(step, walk(seed, 400), simulate_modal(truth, step, walk(seed, 400)))
+        for seed, step in ((2, 60.0), (3, 120.0))
+    ]
+    model = fit_baseline(Baseline.AVERAGES, tests)
+    wanted = [[1.0, 2.0, 0.0, -3.0, 0.0], [0.5, 0.0, 4.0, 0.0, 0.0]]
+    np.testing.assert_allclose(model.gains_um_per_k, wanted, atol=1e-8)
+    other = walk(4, 300)
+    np.testing.assert_allclose(
+        simulate_baseline(model, other, 30.0), simulate_modal(truth, 30.0, other), atol=1e-7
+    )
+
+
+def test_the_ridge_is_the_solution_of_its_normal_equations() -> None:
+    u = walk(5, 80)
+    y = u @ [3.0, -2.0] + np.random.default_rng(6).normal(size=80)
+    model = fit_baseline(Baseline.RIDGE, [Experiment(60.0, u, y)], ridge=0.5)
+    centred = u - u.mean(axis=0)
+    spread = np.diag(centred.std(axis=0) ** 2)
+    gains = np.linalg.solve(centred.T @ centred + 0.5 * 80 * spread, centred.T @ (y - y.mean()))
+    np.testing.assert_allclose(model.gains_um_per_k[:, 0], gains, rtol=1e-9)
+    assert model.offset_um == pytest.approx(y.mean() - u.mean(axis=0) @ gains)
+
+
+def test_the_ridge_bears_inputs_that_repeat_each_other() -> None:
+    u = walk(7, 60)[:, :1]
+    twice = np.hstack([u, u])
+    model = fit_baseline(Baseline.RIDGE, [Experiment(60.0, twice, 4.0 * u[:, 0])], ridge=1e-6)
+    np.testing.assert_allclose(model.gains_um_per_k[:, 0], [2.0, 2.0], rtol=1e-4)
+
+
+def test_persistence_holds_the_last_measured_value() -> None:
+    y = np.arange(20.0)
+    y[-2:] = np.nan
+    model = fit_baseline(Baseline.PERSISTENCE, [Experiment(60.0, walk(8, 20), y)])
+    np.testing.assert_array_equal(simulate_baseline(model, walk(9, 5), 60.0), np.full(5, 17.0))
+    one_step = persistence_one_step(np.array([np.nan, 1.0, np.nan, 3.0, 4.0]))
+    np.testing.assert_array_equal(one_step, [np.nan, np.nan, 1.0, 1.0, 3.0])
+
+
+def test_missing_inputs_are_held() -> None:
+    u = walk(10, 100)
+    u[40:43, 0] = u[39, 0]
+    gaps = u.copy()
+    gaps[40:43, 0] = np.nan
+    y = u @ [1.0, 2.0]
+    one = fit_baseline(Baseline.AVERAGES, [Experiment(60.0, u, y)])
+    other = fit_baseline(Baseline.AVERAGES, [Experiment(60.0, gaps, y)])
+    np.testing.assert_array_equal(one.gains_um_per_k, other.gains_um_per_k)
+    np.testing.assert_array_equal(
+        simulate_baseline(one, gaps, 60.0), simulate_baseline(one, u, 60.0)
+    )
+
+
+def test_what_makes_no_sense_is_refused() -> None:
+    test = Experiment(60.0, walk(11, 9), walk(11, 9)[:, 0])
+    with pytest.raises(ConfigurationError, match="penalty"):
+        fit_baseline(Baseline.RIDGE, [test], ridge=-1.0)
+    with pytest.raises(ConfigurationError, match="lag"):
+        fit_baseline(Baseline.AVERAGES, [test], lags_s=(0.0,))
+    with pytest.raises(DataError, match="do not determine"):
+        fit_baseline(Baseline.AVERAGES, [test])
+    model = fit_baseline(Baseline.STATIC, [test])
+    with pytest.raises(DataError, match="shape"):
+        simulate_baseline(model, np.zeros((5, 3)), 60.0)
+    with pytest.raises(DataError, match="sample time"):
+        simulate_baseline(model, np.zeros((5, 2)), 0.0)

@@ -1,0 +1,269 @@
+"""Numerator and denominator, gains and time constants, and what printed digits lose."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._conversion import (
+    PAPER_SPINDLE,
+    PAPER_TABLE,
+    PrintedTransferFunction,
+    change_sample_time,
+    equivalent_part,
+    left_after,
+    modal_form,
+    modal_part,
+    part_with_digits,
+    polynomial_model_of,
+    printed_with,
+    rounding_loss,
+    thermal_model_of,
+    transfer_function_of,
+)
+from thermaxis.thermal._polynomial_model import (
+    PolynomialModel,
+    Start,
+    TransferFunction,
+    simulate_from_fitted_start,
+    simulate_polynomial,
+    simulate_transfer_function,
+)
+from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
+
+EPS1, EPS2 = PAPER_SPINDLE.transfer_function, PAPER_TABLE.transfer_function
+STEPS = {
+    "spindle": (
+        EPS1,
+        (10.0122, 8.809832, 7.553251, 7.894975, 8.049582, 8.000135, 8.002109),
+        (8.766268, 15.342284, 32.504411, 37.976811, 38.010533),
+    ),
+    "table": (
+        EPS2,
+        (-82.41672, -53.187912, -25.774950, -48.892737, -53.258408, -41.112506, -43.417489),
+        (-45.416902, -45.048679, -43.137096, -37.829563, -33.454479),
+    ),
+}
+
+
+def by_hand(a: list[float], b: list[float], u: np.ndarray) -> np.ndarray:
+    """Equation (3), written out."""
+    y = np.zeros(u.size)
+    for k in range(u.size):
+        inputs = sum(a[i] * u[k - i] for i in range(len(a)) if k >= i)
+        outputs = sum(b[i] * y[k - i] for i in range(1, len(b)) if k >= i)
+        y[k] = (inputs - outputs) / b[0]
+    return y
+
+
+@pytest.mark.parametrize("name", STEPS)
+def test_the_step_responses_of_the_paper_follow_its_printed_coefficients(name: str) -> None:
+    tf, first, late = STEPS[name]
+    y = simulate_transfer_function(tf, np.ones(28801))
+    np.testing.assert_allclose(y[:7], first, atol=6e-7)
+    np.testing.assert_allclose(y[[60, 600, 3600, 14400, 28800]], late, atol=6e-7)
+
+
+def test_the_difference_equation_holds_for_any_b_0_and_goes_on_from_any_row() -> None:
+    a, b = [1.0, 2.0, 3.0, -1.0], [2.0, -1.0, 0.3]
+    u = np.random.default_rng(1).normal(size=40)
+    tf = TransferFunction(np.array(a), np.array(b))
+    y = simulate_transfer_function(tf, u)
+    np.testing.assert_allclose(y, by_hand(a, b, u), atol=1e-13)
+    on = simulate_transfer_function(tf, u[10:], past_u=u[9::-1], past_y=y[9::-1])
+    np.testing.assert_allclose(on, y[10:], atol=1e-13)
+
+
+def test_poles_zeros_and_gains_of_the_paper_are_those_of_the_reference() -> None:
+    assert EPS1.dc_gain == pytest.approx(38.0106, abs=5e-5)
+    assert EPS2.dc_gain == pytest.approx(-27.5714, abs=5e-5)
+    assert EPS1.poles[0].real == pytest.approx(0.99952841, abs=5e-9)
+    assert EPS2.poles[0].real == pytest.approx(0.99996139, abs=5e-9)
+    assert EPS1.time_constants_s(1.0)[0] == pytest.approx(2119.99, abs=5e-3)
+    assert EPS2.time_constants_s(1.0)[0] == pytest.approx(25_899.49, abs=5e-3)
+    np.testing.assert_allclose(np.abs(EPS1.poles[1:]), 0.3767, atol=5e-5)
+    np.testing.assert_allclose(np.abs(EPS2.poles[1:]), 0.6770, atol=5e-5)
+    assert EPS1.zeros[0].real == pytest.approx(0.99773733, abs=5e-9)
+    assert EPS2.zeros[0].real == pytest.approx(0.99997658, abs=5e-9)
+    assert list(EPS1.zeros[1:]) == [0.0, 0.0]
+    assert EPS1.stable
+    assert EPS2.stable
+
+
+def test_the_equivalents_of_the_paper_settle_onto_it() -> None:
+    for tf, direct, gain, tau, after_10, after_20 in (
+        (EPS1, 7.9126, 30.0980, 2119.99, 0.00015, 8e-9),
+        (EPS2, -45.4590, 17.8876, 25_899.5, 0.45, 0.011),
+    ):
+        form = modal_form(tf, 1.0)
+        part = modal_part(form, "u")
+        # the reference lets a lag see the present input; ours sees the one before
+        pole = np.exp(-1.0 / part.time_constants_s[0])
+        assert part.gains[0] / pole == pytest.approx(gain, abs=6e-5)
+        assert part.dc_gain - part.gains[0] / pole == pytest.approx(direct, abs=6e-5)
+        assert part.time_constants_s[0] == pytest.approx(tau, abs=0.05)
+        assert len(form.other_modes) == 1
+        assert form.other_modes[0].pair
+        assert abs(left_after(form, 10)) == pytest.approx(after_10, rel=0.05)
+        assert max(abs(left_after(form, k)) for k in range(20, 25)) == pytest.approx(
+            after_20, rel=0.15
+        )
+        step = simulate_transfer_function(tf, np.ones(60))
+        lag = 1.0 - pole ** np.arange(60)
+        rest = step - part.direct_gain - part.gains[0] * lag
+        np.testing.assert_allclose(rest, [left_after(form, k) for k in range(60)], atol=1e-11)
+
+
+def test_the_loss_by_printed_digits_is_that_of_the_reference() -> None:
+    one, two = rounding_loss(PAPER_SPINDLE), rounding_loss(PAPER_TABLE)
+    np.testing.assert_allclose(one.dc_gain_between, (37.907, 38.115), atol=6e-4)
+    np.testing.assert_allclose(two.dc_gain_between, (-35.273, -22.588), atol=6e-4)
+    np.testing.assert_allclose(two.dc_gain_error, (-0.181, 0.279), atol=6e-4)
+    np.testing.assert_allclose(one.time_constant_rows_between, (2114.7, 2125.3), atol=0.06)
+    np.testing.assert_allclose(two.time_constant_rows_between, (21_329, 32_963), atol=0.6)
+    assert one.dc_gain_relative_std == pytest.approx(0.00085, abs=1e-5)
+    assert one.time_constant_relative_std == pytest.approx(0.00084, abs=1e-5)
+    assert two.dc_gain_relative_std == pytest.approx(0.073, abs=1e-3)
+    assert two.time_constant_relative_std == pytest.approx(0.073, abs=1e-3)
+    assert one.unstable_share == two.unstable_share == 0.0
+    assert one.decimals_for_percent == pytest.approx(5.4, abs=0.05)
+    assert two.decimals_for_percent == pytest.approx(6.3, abs=0.05)
+
+
+def test_four_decimals_spoil_a_polynomial_and_three_digits_keep_the_sections() -> None:
+    for tf, polynomial, sections in ((EPS1, -0.005, 2e-5), (EPS2, -0.31, 1.05e-3)):
+        loss = printed_with(tf, 4).transfer_function.dc_gain / tf.dc_gain - 1.0
+        assert loss == pytest.approx(polynomial, rel=0.08)
+        part = equivalent_part(tf, 1.0, "u")
+        kept = part_with_digits(part, 3).dc_gain / part.dc_gain - 1.0
+        assert abs(kept) < max(sections, 6e-4)
+
+
+def test_rounding_that_lets_a_pole_reach_one_is_said_to_be_unstable() -> None:
+    tf = printed_with(transfer_function_of(ModalPart("u", 1.0, [2.0], [2500.0]), 1.0), 3)
+    loss = rounding_loss(tf)
+    assert loss.time_constant_rows_between[1] == np.inf
+    assert loss.unstable_share > 0.0 or loss.time_constant_rows == np.inf
+
+
+taus = st.lists(st.floats(20.0, 20_000.0), min_size=0, max_size=3)
+gains = st.floats(-50.0, 50.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(taus, st.data())
+def test_sections_come_back_from_their_polynomials(tau: list[float], data: st.DataObject) -> None:
+    tau = sorted(tau, reverse=True)
+    for first, second in pairwise(tau):
+        if second > 0.8 * first:
+            return
+    size = len(tau)
+    c = [
+        g if abs(g) > 0.1 else 1.0 for g in data.draw(st.lists(gains, min_size=size, max_size=size))
+    ]
+    part = ModalPart("u", data.draw(gains), np.array(c), np.array(tau), 30.0)
+    back = equivalent_part(transfer_function_of(part, 10.0), 10.0, "u")
+    np.testing.assert_allclose(back.time_constants_s, tau, rtol=1e-4)
+    np.testing.assert_allclose(back.gains, c, rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(back.direct_gain, part.direct_gain, atol=1e-9)
+    if part.direct_gain != 0.0:
+        assert back.delay_s == 30.0
+
+
+def test_a_model_does_the_same_as_sections_and_as_polynomials() -> None:
+    model = ThermalModel(
+        (
+            ModalPart("a", 3.0, [14.0, 26.0], [400.0, 3000.0]),
+            ModalPart("b", 0.0, [12.0], [900.0], 20.0),
+        ),
+        1.5,
+    )
+    u = np.cumsum(np.random.default_rng(2).normal(size=(500, 2)), axis=0) * 0.1 + 2.0
+    polynomials = polynomial_model_of(model, 10.0)
+    wanted = simulate_modal(model, 10.0, u)
+    np.testing.assert_allclose(simulate_polynomial(polynomials, u), wanted, atol=1e-9)
+    back = thermal_model_of(polynomials)
+    np.testing.assert_allclose(simulate_modal(back, 10.0, u), wanted, atol=1e-9)
+
+
+def test_three_slow_poles_at_one_second_keep_their_digits() -> None:
+    model = ThermalModel((ModalPart("a", 0.0, [14.0, 26.0, -18.0], [400.0, 3000.0, 12_000.0]),))
+    u = np.repeat(np.random.default_rng(3).uniform(0, 15, 8), 1800)[:, None]
+    wanted = simulate_modal(model, 1.0, u)
+    polynomials = polynomial_model_of(model, 1.0)
+    # what remains is the rounding of the coefficients themselves, sum of b = 7e-11
+    np.testing.assert_allclose(simulate_polynomial(polynomials, u), wanted, rtol=1e-4, atol=1e-3)
+
+
+@pytest.mark.parametrize("new", [10.0, 2.5])
+def test_a_change_of_the_sample_time_keeps_every_pole_and_the_dc_gain(new: float) -> None:
+    for tf in (EPS1, EPS2):
+        changed = change_sample_time(tf, 1.0, new)
+        assert changed.dc_gain == pytest.approx(tf.dc_gain, abs=3e-10)
+    changed = simulate_transfer_function(change_sample_time(EPS1, 1.0, 10.0), np.ones(300))
+    np.testing.assert_allclose(
+        changed, simulate_transfer_function(EPS1, np.ones(3000))[::10], atol=1e-9
+    )
+
+
+def test_late_gains_negative_poles_and_delays_are_reported_as_such() -> None:
+    tf = TransferFunction(np.array([0.0, 0.0, 1.0, 2.0, 3.0]), np.array([1.0, 0.5]))
+    form = modal_form(tf, 5.0)
+    assert form.delay_rows == 2
+    assert form.late_gains.size == 1
+    assert not form.only_lags
+    assert form.other_modes[0].pole == -0.5
+    assert form.dc_gain == pytest.approx(4.0)
+    u = np.random.default_rng(4).normal(size=50)
+    impulse = simulate_transfer_function(tf, np.eye(1, 50)[0])
+    np.testing.assert_allclose(
+        np.convolve(impulse, u)[:50], simulate_transfer_function(tf, u), atol=1e-12
+    )
+    with pytest.raises(DataError, match="no counterpart"):
+        change_sample_time(tf, 5.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("b", "match"),
+    [([1.0, -1.0], "z = 1"), ([1.0, -1.8, 0.81], "coincide"), ([1.0, -1.01], "unstable")],
+)
+def test_what_has_no_equivalent_is_refused(b: list[float], match: str) -> None:
+    with pytest.raises(DataError, match=match):
+        equivalent_part(TransferFunction(np.array([1.0]), np.array(b)), 1.0, "u")
+
+
+def test_a_delay_that_is_no_whole_number_of_rows_is_refused() -> None:
+    with pytest.raises(DataError, match="divides the delay"):
+        transfer_function_of(ModalPart("u", 1.0, [], [], 90.0), 60.0)
+
+
+@pytest.mark.parametrize("b", [[0.0, 1.0], [np.nan], [[1.0]]])
+def test_coefficients_that_define_no_output_are_refused(b: list[float]) -> None:
+    with pytest.raises(DataError):
+        TransferFunction(np.array([1.0]), np.array(b))
+
+
+def test_decimals_must_be_stated_for_every_coefficient() -> None:
+    with pytest.raises(DataError, match="decimals"):
+        rounding_loss(PrintedTransferFunction(EPS1, (5, 7), (None, 6, 6, 6)))
+
+
+def test_a_fitted_start_finds_the_state_that_a_cut_record_hides() -> None:
+    model = PolynomialModel(
+        ("a", "b"),
+        (TransferFunction([1.0, -0.9], [1.0, -1.7, 0.71]), TransferFunction([0.5], [1.0, -0.95])),
+        1.0,
+        2.0,
+    )
+    u = np.cumsum(np.random.default_rng(5).normal(size=(300, 2)), axis=0)
+    y = simulate_polynomial(model, u)
+    measured = y[100:].copy()
+    measured[::7] = np.nan
+    np.testing.assert_allclose(
+        simulate_from_fitted_start(model, u[100:], measured), y[100:], atol=1e-7
+    )
+    off = simulate_polynomial(model, u[100:], start=Start.REST) - y[100:]
+    assert np.max(np.abs(off)) > 1.0

@@ -1,0 +1,176 @@
+"""Residuals: bands that hold, effective rows, poles and step responses with their deviations."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arx import arx
+from thermaxis.thermal._experiment import Experiment
+from thermaxis.thermal._linearity import check_linearity
+from thermaxis.thermal._polynomial_model import (
+    PolynomialModel,
+    TransferFunction,
+    simulate_polynomial,
+)
+from thermaxis.thermal._residuals import (
+    analyse_residuals,
+    correlation,
+    information_criteria,
+    pole_zero_map,
+    step_responses,
+)
+
+
+def slow(rng: np.random.Generator, n: int, pole: float) -> np.ndarray:
+    return lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], rng.normal(size=n + 500))[500:]
+
+
+def test_correlations_are_the_sums_over_the_pairs_that_are_present() -> None:
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=50), rng.normal(size=50)
+    a[[3, 20]] = np.nan
+    values, pairs = correlation([a], [b], 5)
+    for lag in range(-5, 6):
+        products = [
+            a[k + lag] * b[k] for k in range(50) if 0 <= k + lag < 50 and not np.isnan(a[k + lag])
+        ]
+        assert pairs[lag + 5] == len(products)
+        scale = np.sqrt(np.nanmean(a**2) * np.mean(b**2))
+        wanted = np.mean(products) * (50 - abs(lag)) / 50 / scale
+        assert values[lag + 5] == pytest.approx(wanted, abs=1e-12)
+
+
+def test_a_white_residual_stays_within_its_bands_and_a_coloured_one_does_not() -> None:
+    inside, white = [], 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        result = analyse_residuals([rng.normal(size=800)], [rng.normal(size=(800, 1))])
+        white += result.white
+        inside.append(np.abs(result.autocorrelation[1:]) <= result.autocorrelation_band[1:])
+    assert white >= 36
+    assert 0.975 < np.mean(inside) < 1.0
+    rng = np.random.default_rng(1)
+    coloured = analyse_residuals([slow(rng, 800, 0.9)], [rng.normal(size=(800, 1))])
+    assert not coloured.white
+    assert coloured.residual_effective_rows < 200
+
+
+def test_slow_but_independent_series_are_not_called_dependent() -> None:
+    found, naive, effective = 0, 0, []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        e, u = slow(rng, 3000, 0.97), slow(rng, 3000, 0.97)
+        result = analyse_residuals([e], [u[:, None]])
+        found += not result.independent[0]
+        naive += bool(np.any(np.abs(result.cross_correlation) > 3.3 / np.sqrt(3000)))
+        effective.append(result.effective_rows[0])
+    assert found <= 4
+    assert naive > 20
+    assert 50 < np.median(effective) < 250  # 3000 (1 - 0.97^2) / (1 + 0.97^2) = 91
+
+
+def test_a_residual_that_follows_an_input_is_seen() -> None:
+    rng = np.random.default_rng(2)
+    u = rng.normal(size=(500, 2))
+    e = rng.normal(size=500)
+    e[2:] += 0.5 * u[:-2, 0]
+    result = analyse_residuals([e], [u])
+    assert result.independent == (False, True)
+    assert int(result.cross_lags[np.argmax(np.abs(result.cross_correlation[:, 0]))]) == 2
+
+
+def test_series_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(DataError, match="tests"):
+        analyse_residuals([np.zeros(5)], [])
+    with pytest.raises(DataError, match="shape"):
+        analyse_residuals([np.zeros(50)], [np.zeros((40, 1))])
+    with pytest.raises(DataError, match="lags"):
+        analyse_residuals([np.zeros(10)], [np.zeros((10, 1))])
+
+
+def test_criteria_are_their_formulas() -> None:
+    criteria = information_criteria(0.00168531, 296, 4)
+    assert criteria.fpe_um2 == pytest.approx(0.0017315, abs=5e-8)
+    assert information_criteria(0.00168531, 300, 4).fpe_um2 == pytest.approx(0.0017309, abs=5e-8)
+    assert criteria.bic - criteria.aic == pytest.approx(4 * (np.log(296) - 2.0))
+    assert information_criteria(1.0, 3, 4).fpe_um2 == np.inf
+    with pytest.raises(DataError):
+        information_criteria(1.0, 0, 1)
+
+
+def fitted(seed: int) -> object:
+    rng = np.random.default_rng(seed)
+    u, e = np.repeat(rng.normal(size=60), 10), rng.normal(size=600) * 0.3
+    y = np.zeros(600)
+    for k in range(1, 600):
+        y[k] = 0.9 * y[k - 1] + u[k] + 0.5 * u[k - 1] + e[k]
+    return arx([Experiment(2.0, u[:, None], y)], 1, 2)
+
+
+def test_deviations_of_step_response_dc_gain_and_time_constant_are_those_over_seeds() -> None:
+    results = [fitted(seed) for seed in range(80)]
+    steps = np.array([step_responses(r, 200).response[:, 0] for r in results])
+    stated = np.array([step_responses(r, 200).std[:, 0] for r in results])
+    ratio = np.std(steps, axis=0) / np.mean(stated, axis=0)
+    assert 0.8 < ratio.min()
+    assert ratio.max() < 1.25
+    gains = np.array([r.dc_gain[0] for r in results])
+    assert np.std(gains) == pytest.approx(np.mean([r.dc_gain_std[0] for r in results]), rel=0.25)
+    maps = [pole_zero_map(r)[0] for r in results]
+    taus = [m.time_constants_s[0] for m in maps]
+    assert np.std(taus) == pytest.approx(
+        np.mean([m.time_constants_std_s[0] for m in maps]), rel=0.25
+    )
+    np.testing.assert_allclose(step_responses(results[0], 3).times_s, [0.0, 2.0, 4.0])
+
+
+def test_a_step_response_ends_at_the_dc_gain() -> None:
+    result = fitted(0)
+    assert step_responses(result, 2000).response[-1, 0] == pytest.approx(result.dc_gain[0])
+    with pytest.raises(DataError):
+        step_responses(result, 0)
+
+
+def test_a_pole_that_a_zero_cancels_is_named() -> None:
+    rng = np.random.default_rng(3)
+    u = rng.normal(size=(400, 1))
+    truth = PolynomialModel(("a",), (TransferFunction([1.0, -0.2], [1.0, -0.9]),), 1.0)
+    y = simulate_polynomial(truth, u) + rng.normal(size=400) * 1e-6
+    found = pole_zero_map(arx([Experiment(1.0, u, y)], 1, 2))[0]
+    assert found.cancelling == ()
+    assert found.poles[0].real == pytest.approx(0.9, abs=1e-4)
+    assert found.zeros[0].real == pytest.approx(0.2, abs=1e-4)
+
+
+def heated_and_cooled(ratio: float, seed: int) -> tuple[Experiment, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    n = 2000
+    u = np.concatenate([np.full(n // 2, 10.0), np.zeros(n // 2)])
+    simulated = 20.0 * lfilter([0.0, 1 / 400], [1.0, -1 + 1 / 400], u)
+    y = np.cumsum(np.diff(simulated, prepend=0.0) * np.where(u > 0, 1.0, ratio))
+    y += 1.5 * slow(rng, n, 0.99) + rng.normal(size=n) * 0.4
+    return Experiment(10.0, u[:, None], y), simulated
+
+
+def test_a_machine_that_cools_otherwise_is_found_and_a_linear_one_is_left_alone() -> None:
+    found = 0
+    for seed in range(25):
+        test, simulated = heated_and_cooled(1.0, seed)
+        found += not check_linearity([test], [simulated]).linear
+    assert found <= 2
+    test, simulated = heated_and_cooled(0.85, 0)
+    result = check_linearity([test], [simulated])
+    assert not result.linear
+    assert result.heating_gain == pytest.approx(1.0, abs=0.03)
+    assert result.cooling_gain == pytest.approx(0.85, abs=0.03)
+    assert result.heating_um == pytest.approx(200.0, rel=0.1)
+
+
+def test_one_phase_alone_is_refused() -> None:
+    test, simulated = heated_and_cooled(1.0, 0)
+    half = Experiment(10.0, test.u[:1000], test.y[:1000])
+    with pytest.raises(DataError, match="one phase"):
+        check_linearity([half], [simulated[:1000]])
+    with pytest.raises(DataError, match="length"):
+        check_linearity([test], [simulated[:10]])
