@@ -408,6 +408,8 @@ def _channels(
         if not isinstance(values, np.ndarray):
             words_left.append(channel.name)
             continue
+        if not table.headings[channel.column].strip() and not bool(np.isfinite(values).any()):
+            continue  # every row ends in a separator
         numbers = _within_limits(values, channel, remarks)
         if (channel.factor, channel.offset) != (1.0, 0.0):
             numbers = numbers * channel.factor + channel.offset

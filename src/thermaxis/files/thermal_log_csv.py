@@ -9,15 +9,15 @@ from thermaxis.files._thermal_columns import parse_log_heading
 from thermaxis.thermal._thermal_log import ThermalLog
 
 
-def write_thermal_log(path: Path | str, log: ThermalLog) -> None:
+def write_thermal_log(log: ThermalLog, path: Path | str) -> None:
     """Write a thermal log as CSV.
 
     Parameters
     ----------
-    path : Path or str
-        The file; one that is there is replaced.
     log : ThermalLog
         The log.
+    path : Path or str
+        The file; one that is there is replaced.
 
     Raises
     ------

@@ -1,7 +1,6 @@
 """Thermal logs in files of MATLAB, ``.mat``: vectors, matrices and structures of them."""
 
 import struct
-import zlib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -9,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files._mat5 import mat5_arrays
 from thermaxis.files._source import first_few
 from thermaxis.files._thermal_columns import (
     ColumnValues,
@@ -44,7 +44,6 @@ _READER_ERRORS = (
     TypeError,
     ValueError,
     struct.error,
-    zlib.error,
 )
 
 
@@ -89,7 +88,14 @@ def read_thermal_mat(
         begins = stream.read(520)
     is_hdf5 = b"\x89HDF\r\n\x1a\n" in (begins[:8], begins[512:520])
     try:
-        variables = _read_hdf5(path) if is_hdf5 else _read_old(path)
+        if is_hdf5:
+            variables = _read_hdf5(path)
+        elif begins[126:128] in (b"IM", b"MI") and 0 not in begins[:4]:
+            variables = _read_level_5(Path(path).read_bytes())
+        elif 0 in begins[:4] and len(begins) > 20:
+            variables = _read_level_4(path)
+        else:
+            raise ValueError("no mark of MATLAB")
     except _READER_ERRORS as error:
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise MeasurementFileError(
@@ -169,41 +175,31 @@ def _vectors(variables: Mapping[str, FloatArray]) -> Iterator[tuple[str, FloatAr
             yield f"{stem}_{column + 1}{unit}", np.ascontiguousarray(across[:, column])
 
 
-def _read_old(path: Path | str) -> dict[str, FloatArray]:
-    from scipy import io  # noqa: PLC0415  takes a tenth of a second
-
-    list_shapes = cast("Callable[[str], list[tuple[str, tuple[int, ...], str]]]", io.whosmat)  # pyright: ignore[reportUnknownMemberType]
-    shapes = list_shapes(str(path))
-    if sum(float(np.prod(np.array(shape, dtype=np.float64))) for _, shape, _ in shapes) > (
-        MOST_VALUES
-    ):
-        raise MeasurementFileError(
-            f"the file has more than {MOST_VALUES // 1_000_000} million values",
-            path=str(path),
-            remedy="Save fewer variables, or write the log as Parquet",
-        )
-    read = cast("Callable[..., dict[str, object]]", io.loadmat)
-    content = read(str(path), simplify_cells=True)
+def _read_level_5(content: bytes) -> dict[str, FloatArray]:
     found: dict[str, FloatArray] = {}
-    for key, value in content.items():
-        if not key.startswith("__"):
-            _collect(key, value, found, depth=0)
+    for name, values in mat5_arrays(content):
+        key, number = name, 2
+        while key in found:
+            key, number = f"{name}_{number}", number + 1
+        found[key] = values
     return found
 
 
-def _collect(name: str, value: object, found: dict[str, FloatArray], *, depth: int) -> None:
-    """Add the arrays of a variable; a field of a structure has its own name if that is free."""
-    if isinstance(value, dict) and depth < _MOST_DEPTH:
-        for key, entry in cast("dict[str, object]", value).items():
-            inner = str(key)
-            _collect(
-                inner if inner not in found else f"{name}_{inner}", entry, found, depth=depth + 1
-            )
-        return
-    if isinstance(value, np.ndarray):
-        array = cast("np.ndarray[Any, np.dtype[Any]]", value)
-        if array.dtype.kind in "bifu":
-            found[name] = array.astype(np.float64)
+def _read_level_4(path: Path | str) -> dict[str, FloatArray]:
+    from scipy import io  # noqa: PLC0415  takes a tenth of a second
+
+    read = cast("Callable[..., dict[str, object]]", io.loadmat)
+    try:
+        variables = read(str(path), appendmat=False)
+    except io.matlab.MatReadError as error:
+        raise ValueError(str(error)) from error
+    found: dict[str, FloatArray] = {}
+    for key, value in variables.items():
+        if isinstance(value, np.ndarray):
+            array = cast("np.ndarray[Any, np.dtype[Any]]", value)
+            if array.dtype.kind in "bifu":
+                found[key] = array.astype(np.float64)
+    return found
 
 
 def _read_hdf5(path: Path | str) -> dict[str, FloatArray]:

@@ -1,7 +1,9 @@
 """Thermal logs in ``.tdms`` files of LabVIEW: groups of channels, each with its own rate."""
 
+import logging
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, cast
@@ -91,7 +93,12 @@ def read_thermal_tdms(
             remedy="Install nptdms, or export the log as CSV",
         ) from None
     try:
-        with cast("Any", nptdms).TdmsFile.open(name) as file:
+        # The reader does not close what it opened where the file is damaged.
+        with (
+            Path(path).open("rb") as stream,
+            _silent(),
+            cast("Any", nptdms).TdmsFile.open(stream) as file,
+        ):
             groups = _groups(name, file)
             logs = [_group_log(name, *entry, mapping) for entry in groups]
     except _READER_ERRORS as error:
@@ -108,6 +115,20 @@ def read_thermal_tdms(
     except DataError as error:
         raise MeasurementFileError(error.what, path=name, remedy=error.remedy) from None
     return log if sample_time_s is None else log.resample(sample_time_s)
+
+
+@contextmanager
+def _silent() -> Generator[None]:
+    """Keep the reader from writing about damage: what matters becomes an error."""
+    loggers = [logging.getLogger(n) for n in logging.root.manager.loggerDict if "nptdms" in n]
+    before = [logger.disabled for logger in loggers]
+    for logger in loggers:
+        logger.disabled = True
+    try:
+        yield
+    finally:
+        for logger, disabled in zip(loggers, before, strict=True):
+            logger.disabled = disabled
 
 
 def _groups(path: str, file: Any) -> list[tuple[str, dict[str, ColumnValues], dict[str, str]]]:

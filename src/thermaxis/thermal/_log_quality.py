@@ -640,18 +640,23 @@ def _exchange_at(a: _Channel, b: _Channel, row: int) -> LogFinding | None:
 
 
 def _without_consequences(findings: Sequence[LogFinding]) -> list[LogFinding]:
-    """Leave out jumps that are an exchange, and noise of a channel that is out of range."""
+    """Leave out jumps into or out of another fault, and noise of a channel out of range."""
     exchanged = {
         (name, f.rows[0])
         for f in findings
         if f.kind is FindingKind.SWAPPED and f.rows is not None
         for name in f.channel.split(",")
     }
+    ended = {
+        (f.channel, f.rows[1])
+        for f in findings
+        if f.kind is FindingKind.STUCK and f.rows is not None
+    }
     broken = {f.channel for f in findings if f.kind is FindingKind.OUT_OF_RANGE}
     kept: list[LogFinding] = []
     for finding in findings:
         place = None if finding.rows is None else (finding.channel, finding.rows[1] - 1)
-        is_exchange = finding.kind is FindingKind.JUMP and place in exchanged
+        is_exchange = finding.kind is FindingKind.JUMP and place in (exchanged | ended)
         if not is_exchange and not (
             finding.kind is FindingKind.NOISY and finding.channel in broken
         ):
@@ -662,8 +667,8 @@ def _without_consequences(findings: Sequence[LogFinding]) -> list[LogFinding]:
 def _compare_names(log: ThermalLog, reference: ThermalLog) -> list[LogFinding]:
     """Find two names that are exchanged, from how the channels move with one another.
 
-    Which channel follows which is much the same in every test of a machine. Two names are
-    exchanged if the correlations of the log fit those of the reference much better that way.
+    Which channel follows which, and which moves most, is much the same in every test of a machine.
+    Two names are exchanged if the log fits the reference much better that way.
     """
     names = [
         name
@@ -672,15 +677,15 @@ def _compare_names(log: ThermalLog, reference: ThermalLog) -> list[LogFinding]:
     ][:_MOST_PAIRED]
     if len(names) < 3:
         return []
-    here, there = _correlations(log, names), _correlations(reference, names)
+    here, there = _behaviour(log, names), _behaviour(reference, names)
     found: list[tuple[float, int, int]] = []
-    as_named = float(np.sum((here - there) ** 2))
     for i, j in combinations(range(len(names)), 2):
         order = np.arange(len(names))
+        as_named = _distance(here, there, order, (i, j))
         order[[i, j]] = j, i
-        exchanged = float(np.sum((here[np.ix_(order, order)] - there) ** 2))
-        if exchanged < 0.4 * as_named and as_named - exchanged > 0.1:
-            found.append((exchanged, i, j))
+        exchanged = _distance(here, there, order, (i, j))
+        if exchanged < 0.5 * as_named and as_named - exchanged > 0.3:
+            found.append((exchanged - as_named, i, j))
     if not found:
         return []
     _, i, j = min(found)
@@ -702,15 +707,24 @@ def _varies(log: ThermalLog, name: str) -> bool:
     return measured.size > 20 and float(np.ptp(measured)) > 0.0
 
 
-def _correlations(log: ThermalLog, names: Sequence[str]) -> FloatArray:
-    """Return the correlations of block means' changes between some channels, (k, k)."""
+def _behaviour(log: ThermalLog, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+    """Return correlations between channels, (k, k), and logarithms of their spreads, (k,)."""
     small = log.select(names).resample(max(log.duration_s / 400.0, log.usual_step_s))
     values = np.stack([small.columns[name] for name in names])
     values = values[:, ~np.isnan(values).any(axis=0)]
-    if values.shape[1] < 10:
-        return np.eye(len(names))
-    smooth = np.diff(values[:, ::4], axis=1) if values.shape[1] > 80 else np.diff(values, axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        result = np.corrcoef(np.concatenate((values - values.mean(1, keepdims=True),), axis=1))
-        changes = np.corrcoef(smooth)
-    return np.nan_to_num(0.5 * (result + changes))
+    if values.shape[1] < 10 or bool((np.ptp(values, axis=1) == 0.0).any()):
+        return np.eye(len(names)), np.zeros(len(names))
+    spread = np.log(np.std(values, axis=1))
+    return np.asarray(np.corrcoef(values)), spread - np.median(spread)
+
+
+def _distance(
+    a: tuple[FloatArray, FloatArray],
+    b: tuple[FloatArray, FloatArray],
+    order: NDArray[np.int64],
+    pair: tuple[int, int],
+) -> float:
+    """Return how far two channels of a log, put in another order, are from the reference."""
+    rows = np.array(pair)
+    correlations = a[0][np.ix_(order[rows], order)] - b[0][rows]
+    return float(np.sum(correlations**2) + np.sum((a[1][order[rows]] - b[1][rows]) ** 2))

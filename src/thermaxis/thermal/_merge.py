@@ -337,7 +337,7 @@ def _on_grid(log: ThermalLog, name: str, step: float) -> FloatArray:
     above = np.bincount(nearest, weights=values - values[0], minlength=points)
     means = values[0] + above[filled] / counts[filled]
     mean_times = grid[filled] + late[filled] / counts[filled]
-    result: FloatArray = np.interp(grid, mean_times, means).astype(np.float64)
+    result: FloatArray = np.asarray(np.interp(grid, mean_times, means), dtype=np.float64)
     right = np.clip(np.searchsorted(time_s, grid), 0, time_s.size - 1)
     left = np.maximum(right - 1, 0)
     distance = np.minimum(np.abs(time_s[right] - grid), np.abs(time_s[left] - grid))

@@ -1,0 +1,463 @@
+"""Thermal logs of every format: what is read, what is refused, and that writing keeps it."""
+
+import datetime as dt
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+import openpyxl
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nptdms import ChannelObject, TdmsWriter
+from scipy import io
+
+from thermaxis.errors import MeasurementFileError, ThermaxisError
+from thermaxis.files import thermal_csv
+from thermaxis.files.thermal_log import read_thermal_log
+from thermaxis.files.thermal_log_csv import format_thermal_log, write_thermal_log
+from thermaxis.thermal._thermal_log import ThermalLog
+
+TIME_S = np.arange(50.0) * 2.0
+SPINDLE = 20.0 + np.round(np.sin(TIME_S / 9.0), 3)
+HEIGHT = np.where(np.arange(50) % 7 == 3, np.nan, TIME_S / 10.0)
+START = dt.datetime(2026, 11, 20, 8, 0, tzinfo=dt.UTC)
+
+
+def frame() -> pl.DataFrame:
+    return pl.DataFrame({"time_s": TIME_S, "T_spindle_C": SPINDLE, "Z_um": HEIGHT})
+
+
+def write_csv(path: Path) -> None:
+    frame().with_columns(pl.col("Z_um").fill_nan(None)).write_csv(path)
+
+
+def write_german_csv(path: Path) -> None:
+    lines = ["Zeit;Spindel [°C];Z [µm]"]
+    for t, c, z in zip(TIME_S, SPINDLE, HEIGHT, strict=True):
+        moment = (START + dt.timedelta(seconds=float(t))).strftime("%d.%m.%Y %H:%M:%S")
+        height = "" if np.isnan(z) else f"{z:.3f}".replace(".", ",")
+        lines.append(f"{moment};{c:.3f};{height}".replace(f"{c:.3f}", f"{c:.3f}".replace(".", ",")))
+    path.write_bytes("\r\n".join([*lines, ""]).encode("cp1250"))
+
+
+def write_parquet(path: Path) -> None:
+    frame().write_parquet(path)
+
+
+def write_dated_parquet(path: Path) -> None:
+    times = [START + dt.timedelta(seconds=float(t)) for t in TIME_S]
+    frame().drop("time_s").with_columns(pl.Series("timestamp", times)).write_parquet(path)
+
+
+def write_xlsx(path: Path) -> None:
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.append(["A machine, a title above the table"])
+    sheet.append(["time", "T_spindle_C", "Z_um"])
+    for t, c, z in zip(TIME_S, SPINDLE, HEIGHT, strict=True):
+        moment = (START + dt.timedelta(seconds=float(t))).replace(tzinfo=None)
+        sheet.append([moment, float(c), None if np.isnan(z) else float(z)])
+    book.save(path)
+
+
+def write_mat(path: Path) -> None:
+    io.savemat(path, {"time_s": TIME_S, "log": {"T_spindle_C": SPINDLE[:, None], "Z_um": HEIGHT}})
+
+
+def write_mat_73(path: Path) -> None:
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["time_s"] = TIME_S[None, :]
+        file["log/T_spindle_C"] = SPINDLE[None, :]
+        file["log/Z_um"] = HEIGHT[None, :]
+    with path.open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file".ljust(512, b" "))
+
+
+def write_tdms(path: Path) -> None:
+    waveform = {"wf_increment": 2.0, "wf_start_time": START.replace(tzinfo=None)}
+    with TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                ChannelObject("log", "T_spindle_C", SPINDLE, waveform),
+                ChannelObject("log", "Z", HEIGHT, {**waveform, "unit_string": "um"}),
+            ]
+        )
+
+
+WRITERS = {
+    "plain.csv": write_csv,
+    "german.csv": write_german_csv,
+    "numbers.parquet": write_parquet,
+    "dates.parquet": write_dated_parquet,
+    "book.xlsx": write_xlsx,
+    "variables.mat": write_mat,
+    "hdf5.mat": write_mat_73,
+    "labview.tdms": write_tdms,
+}
+
+
+def written(folder: Path, name: str) -> Path:
+    path = folder / name
+    WRITERS[name](path)
+    return path
+
+
+def from_text(folder: Path, text: str, **keywords: object) -> ThermalLog:
+    path = folder / "log.csv"
+    path.write_bytes(text.encode())
+    return read_thermal_log(path, **keywords)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_gives_the_same_log(tmp_path: Path, name: str) -> None:
+    log = read_thermal_log(written(tmp_path, name))
+    np.testing.assert_allclose(log.time_s, TIME_S, atol=1e-6)
+    spindle, height = log.columns
+    assert (log.units[spindle], log.units[height]) == ("degC", "um")
+    np.testing.assert_allclose(log.columns[spindle], SPINDLE, atol=1e-12)
+    np.testing.assert_allclose(log.columns[height], HEIGHT, atol=1e-12)
+    assert log.name == Path(name).stem
+    if name in {"german.csv", "dates.parquet", "book.xlsx", "labview.tdms"}:
+        assert log.start is not None
+        assert log.start.replace(tzinfo=dt.UTC) == START
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_reducing_while_reading_equals_reading_and_reducing(tmp_path: Path, name: str) -> None:
+    path = written(tmp_path, name)
+    reduced, whole = read_thermal_log(path, sample_time_s=12.0), read_thermal_log(path)
+    expected = whole.resample(12.0)
+    np.testing.assert_array_equal(reduced.time_s, expected.time_s)
+    for column in whole.columns:
+        np.testing.assert_allclose(reduced.columns[column], expected.columns[column], rtol=1e-14)
+    assert reduced.start == whole.start
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_damaged_file_is_an_error_with_its_name_never_a_traceback(
+    tmp_path: Path, name: str
+) -> None:
+    content = written(tmp_path, name).read_bytes()
+    dice = np.random.default_rng(len(content))
+    path = tmp_path / f"damaged{Path(name).suffix}"
+    for turn in range(40):
+        broken = bytearray(content)
+        for _ in range(dice.integers(1, 12)):
+            broken[dice.integers(len(broken))] = dice.integers(256)
+        if turn % 4 == 0:
+            broken = broken[: dice.integers(1, len(broken))]
+        path.write_bytes(bytes(broken))
+        found = log_or_error(path)
+        if isinstance(found, ThermaxisError):
+            assert found.what
+            assert str(path) in found.where or found.where == path.stem
+        else:
+            assert found.rows > 0
+
+
+def log_or_error(path: Path) -> ThermalLog | ThermaxisError:
+    try:
+        return read_thermal_log(path)
+    except ThermaxisError as error:
+        return error
+
+
+HOSTILE = {
+    "empty": b"",
+    "blank": b" \n\n",
+    "zeros": b"\x00" * 600,
+    "noise": np.random.default_rng(1).bytes(5000),
+    "words": b"lorem ipsum\ndolor sit amet\n",
+    "only headings": b"time_s,T_C\n",
+    "no time": b"a,b\n1,2\n",
+    "no channel": b"time_s,\n1,\n",
+    "ragged long": b"time_s,T_C\n0,1\n1,2,3\n",
+    "ragged short": b"time_s,T_C,x\n0,1,2\n1,2\n2,3,4\n",
+    "same names": b"time_s,T_C,T_C\n0,1,2\n",
+    "word in numbers": b"time_s,T_C\n0,1\n1,warm\n2,3\n3,4\n",
+    "open quotes": b'time_s,T_C\n0,"1\n1,2\n',
+    "no time at all": b"time_s,T_C\n,1\n,2\n",
+    "huge times": b"time_s,T_C\n1e300,1\n2e300,2\n",
+    "dates that are none": b"time,T_C\n2026-13-45T00:00:00,1\n",
+    "zones mixed": b"time,T_C\n2026-01-01T00:00:00,1\n2026-01-01T00:00:01+01:00,2\n",
+    "picture": b"\x89PNG\r\n\x1a\n" + b"x" * 100,
+    "parquet by name only": b"PAR1" + b"x" * 100 + b"PAR1",
+    "labview by name only": b"TDSm" + b"\xff" * 100,
+    "matlab by name only": b"MATLAB 5.0 MAT-file" + b"\xff" * 500,
+    "hdf5 by name only": b"\x89HDF\r\n\x1a\n" + b"\xff" * 600,
+    "zip": b"PK\x03\x04" + b"\xff" * 100,
+    "old workbook": b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\x00" * 600,
+    "long line": b"time_s,T_C\n0," + b"1" * 2_000_000 + b"\n",
+    "utf-16 cut": "time_s,T_C\n0,1\n".encode("utf-16")[:-1],
+    "column of signs": b"time_s,T_C\n0,=1+1\n1,2\n2,3\n",
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_what_is_no_log_is_refused_with_what_where_and_what_to_do(
+    tmp_path: Path, kind: str
+) -> None:
+    path = tmp_path / "file.csv"
+    path.write_bytes(HOSTILE[kind])
+    with pytest.raises(ThermaxisError) as raised:
+        read_thermal_log(path)
+    assert raised.value.what
+    assert raised.value.remedy
+    assert str(path) in raised.value.where
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes_give_a_log_or_an_error(content: bytes) -> None:
+    any_bytes(b"time_s,T_C\n" + content)
+    any_bytes(content)
+
+
+def any_bytes(content: bytes) -> None:
+    path = Path(tempfile.gettempdir()) / f"thermaxis_any_{hash(content)}.csv"
+    path.write_bytes(content)
+    try:
+        found = log_or_error(path)
+        assert isinstance(found, ThermalLog) or (found.what and str(path) in found.where)
+    finally:
+        path.unlink()
+
+
+CELLS = ["0", "1", "2.5", "-3", "1e5", "1e308", "1e999", "nan", "NaN", "inf", "-", "x", "1,5"]
+CELLS += ["''", '"2"', "2026-01-01", "#", ";", ",", "2026-01-01T00:00:00", "=1"]
+
+
+@given(
+    st.lists(
+        st.lists(
+            st.sampled_from(CELLS),
+            min_size=1,
+            max_size=4,
+        ),
+        max_size=12,
+    ),
+    st.sampled_from(",;\t"),
+)
+def test_any_rows_give_a_log_or_an_error(rows: list[list[str]], delimiter: str) -> None:
+    lines = [delimiter.join(["time_s", "T_C", "Z_um"]), *(delimiter.join(row) for row in rows)]
+    any_bytes("\n".join(lines).encode())
+
+
+def test_folders_and_files_that_are_not_there_are_errors(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "none.csv", tmp_path / "none.parquet", "a\x00b"):
+        with pytest.raises(MeasurementFileError):
+            read_thermal_log(path)
+
+
+def test_errors_name_line_and_column(tmp_path: Path) -> None:
+    text = "# a comment\n\ntime_s,T_C\n0,1\n# another\n1,warm\n2,3\n3,4\n"
+    with pytest.raises(MeasurementFileError) as raised:
+        from_text(tmp_path, text)
+    assert raised.value.where.endswith("log.csv, line 6, column T_C")
+    assert "'warm' is not a number" in raised.value.what
+    with pytest.raises(MeasurementFileError, match="line 3"):
+        from_text(tmp_path, "time,T_C\n2026-01-01T00:00:00,1\n2026-01-01T25:00:00,1\n")
+
+
+def test_a_time_stamp_in_any_zone_is_the_same_moment(tmp_path: Path) -> None:
+    log = from_text(
+        tmp_path,
+        "time,T_C\n2026-10-25T02:59:50+02:00,1\n2026-10-25T02:00:00+01:00,2\n"
+        "2026-10-25T01:00:10Z,3\n",
+    )
+    np.testing.assert_array_equal(log.time_s, [0.0, 10.0, 20.0])
+
+
+def test_the_hour_that_comes_twice_without_a_zone_is_named_and_carried_on(tmp_path: Path) -> None:
+    start = dt.datetime(2026, 10, 25, 1, 0, tzinfo=dt.UTC)
+    steps = [*range(0, 7200, 60), *range(3600, 10_800, 60)]
+    rows = [f"{(start + dt.timedelta(seconds=s)).strftime('%Y-%m-%dT%H:%M:%S')},1" for s in steps]
+    log = from_text(tmp_path, "time,T_C\n" + "\n".join(rows) + "\n")
+    np.testing.assert_allclose(log.time_s, np.arange(240) * 60.0)
+    assert "daylight saving" in log.remarks[0]
+
+
+def test_seconds_since_1970_give_the_time_of_day(tmp_path: Path) -> None:
+    log = from_text(tmp_path, f"time_ms,T_C\n{int(START.timestamp())}000,1\n1795161610000,2\n")
+    assert log.start == START
+    assert log.origin_s == 0.0
+
+
+def test_date_and_time_of_day_in_two_columns_are_joined(tmp_path: Path) -> None:
+    log = from_text(
+        tmp_path, "Datum;Zeit;T [°C]\n20.11.2026;23:59:50;1,5\n21.11.2026;00:00:00;2,5\n"
+    )
+    assert log.duration_s == 10.0
+    assert log.start == dt.datetime.fromisoformat("2026-11-20T23:59:50")
+    np.testing.assert_array_equal(log.columns["T"], [1.5, 2.5])
+
+
+def test_a_row_of_units_under_the_headings_is_understood(tmp_path: Path) -> None:
+    log = from_text(tmp_path, "time;T1;Z\ns;°C;µm\n0;1,0;2\n1;2,0;3\n")
+    assert log.units == {"T1": "degC", "Z": "um"}
+    assert log.rows == 2
+
+
+def test_words_of_recorders_and_numbers_beyond_every_sensor_count_as_missing(
+    tmp_path: Path,
+) -> None:
+    log = from_text(
+        tmp_path, "time_s,T_C,Z_um\n0,1,1\n1,NaN,3e38\n2,Overflow,inf\n3,,2\n4,5,6\n5,6,7\n"
+    )
+    np.testing.assert_array_equal(log.columns["T_C"], [1, np.nan, np.nan, np.nan, 5, 6])
+    np.testing.assert_array_equal(log.columns["Z_um"], [1, np.nan, np.nan, 2, 6, 7])
+    words = " ".join(log.remarks)
+    assert "'Overflow' stands in 1 cells" in words
+    assert "beyond 1e9" in words
+
+
+def test_columns_of_words_are_left_out_with_a_remark(tmp_path: Path) -> None:
+    log = from_text(tmp_path, "time_s,T_C,state\n0,1,idle\n1,2,run\n")
+    assert list(log.columns) == ["T_C"]
+    assert log.remarks == ("columns without numbers were left out: state",)
+
+
+def test_a_last_line_that_was_cut_short_is_left_out(tmp_path: Path) -> None:
+    log = from_text(tmp_path, "time_s,T_C,Z_um\n0,1,1\n1,2,2\n2,3")
+    assert log.rows == 2
+    assert "cut short" in log.remarks[0]
+
+
+@pytest.mark.parametrize("chunk", [40, 64, 100, 1000])
+def test_a_file_read_in_small_pieces_gives_the_same_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int
+) -> None:
+    for name in ("plain.csv", "german.csv"):
+        path = written(tmp_path, name)
+        whole = format_thermal_log(read_thermal_log(path))
+        with monkeypatch.context() as patch:
+            patch.setattr(thermal_csv, "_CHUNK_BYTES", chunk)
+            assert format_thermal_log(read_thermal_log(path)) == whole
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1250"])
+def test_line_ends_and_encodings_make_no_difference(
+    tmp_path: Path, ends: str, encoding: str
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(ends.join(["time_s\tT [°C]", "0\t1.5", "1\t2.5", ""]).encode(encoding))
+    log = read_thermal_log(path)
+    assert log.units == {"T": "degC"}
+    np.testing.assert_array_equal(log.columns["T"], [1.5, 2.5])
+
+
+def test_limits_of_size_are_errors_that_name_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, "plain.csv")
+    monkeypatch.setattr(thermal_csv, "MOST_VALUES", 100)
+    with pytest.raises(MeasurementFileError, match="more than 0 million values"):
+        read_thermal_log(path)
+    monkeypatch.setattr(thermal_csv, "FILE_LIMIT_BYTES", 100)
+    with pytest.raises(MeasurementFileError, match="more than the limit"):
+        read_thermal_log(path)
+
+
+def test_matrices_and_other_lengths_in_a_file_of_matlab(tmp_path: Path) -> None:
+    path = tmp_path / "m.mat"
+    io.savemat(path, {"t": np.arange(5.0), "T_C": np.arange(15.0).reshape(5, 3), "gain": 3.0})
+    log = read_thermal_log(path)
+    assert list(log.columns) == ["T_1_C", "T_2_C", "T_3_C"]
+    np.testing.assert_array_equal(log.columns["T_2_C"], [1, 4, 7, 10, 13])
+    assert "not as long as the times" in log.remarks[0]
+
+
+def test_groups_of_different_rates_share_the_union_of_times(tmp_path: Path) -> None:
+    path = tmp_path / "g.tdms"
+    with TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                ChannelObject("fast", "Z_um", np.arange(5.0), {"wf_increment": 1.0}),
+                ChannelObject("slow", "T_C", np.arange(3.0), {"wf_increment": 2.0}),
+                ChannelObject("slow", "Z_um", np.arange(3.0), {"wf_increment": 2.0}),
+            ]
+        )
+    log = read_thermal_log(path)
+    assert set(log.columns) == {"fast.Z_um", "T_C", "slow.Z_um"}
+    np.testing.assert_array_equal(log.columns["T_C"], [0, np.nan, 1, np.nan, 2])
+
+
+def test_seven_three_without_h5py_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, "hdf5.mat")
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(MeasurementFileError, match="Install h5py"):
+        read_thermal_log(path)
+    path = written(tmp_path, "labview.tdms")
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    with pytest.raises(MeasurementFileError, match="Install nptdms"):
+        read_thermal_log(path)
+
+
+NAMES = st.text(min_size=1, max_size=12).filter(lambda s: s.isprintable() and s.strip() == s)
+WITH_SUFFIX = st.builds(str.__add__, NAMES, st.sampled_from(["", "_C", "_um", "_rpm", "_K", "_s"]))
+NUMBERS = st.one_of(st.floats(-1e9, 1e9), st.just(float("nan")))
+
+
+@given(
+    names=st.lists(WITH_SUFFIX, min_size=1, max_size=4, unique=True),
+    units=st.lists(st.sampled_from([None, "", "degC", "um", "°", "%"]), min_size=4, max_size=4),
+    steps=st.lists(st.floats(1e-3, 1e5), min_size=0, max_size=8),
+    values=st.lists(NUMBERS, min_size=40, max_size=40),
+    dated=st.booleans(),
+    remark=st.text(max_size=30),
+)
+def test_what_was_written_reads_back_the_same(
+    names: list[str],
+    units: list[str | None],
+    steps: list[float],
+    values: list[float],
+    dated: bool,
+    remark: str,
+) -> None:
+    if "time_s" in names:
+        return
+    time_s = np.concatenate(([0.0], np.cumsum(steps)))
+    columns = {name: np.array(values[k * 9 : k * 9 + time_s.size]) for k, name in enumerate(names)}
+    stated = {n: u for n, u in zip(names, units, strict=False) if u is not None}
+    stated = {n: "deg" if u == "°" else u for n, u in stated.items()}
+    log = ThermalLog(
+        time_s=time_s,
+        columns=columns,
+        units=stated,
+        start=START if dated else None,
+        origin_s=0.0 if dated else 12.3456789,
+        name="written",
+        remarks=(remark,),
+    )
+    path = Path(tempfile.gettempdir()) / f"thermaxis_trip_{hash(log)}" / "written.csv"
+    path.parent.mkdir()
+    try:
+        write_thermal_log(log, path)
+        assert path.read_bytes().isascii()
+        back = read_thermal_log(path)
+    finally:
+        path.unlink(missing_ok=True)
+        path.parent.rmdir()
+    assert list(back.columns) == list(log.columns)
+    assert dict(back.units) == dict(log.units)
+    assert (back.start, back.origin_s, back.name) == (log.start, log.origin_s, log.name)
+    assert back.remarks == log.remarks
+    np.testing.assert_array_equal(back.time_s, log.time_s)
+    for name in log.columns:
+        np.testing.assert_array_equal(back.columns[name], log.columns[name])
+
+
+def test_help_imports_no_reader_of_thermal_logs() -> None:
+    code = (
+        "import sys, thermaxis.files.thermal_log, thermaxis.files.thermal_csv;"
+        "print([m for m in ('polars', 'nptdms', 'h5py', 'openpyxl') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,254 @@
+"""Wrong sensors and clocks are found and named; good ones are left alone."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermaxis.files.thermal_log import read_thermal_log
+from thermaxis.thermal._log_quality import FindingKind, LogFinding, check_log
+from thermaxis.thermal._thermal_log import ThermalLog
+
+ROWS, STEP_S = 4000, 10.0
+GAINS = {"T1_C": 8.0, "T2_C": 5.0, "T3_C": 3.0, "T4_C": 1.5}
+
+
+def columns(seed: int = 0) -> dict[str, np.ndarray]:
+    """Make a test that warms up in steps, with a displacement that follows."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(ROWS) * STEP_S
+    speed = np.repeat(rng.uniform(0.0, 1.0, 10), ROWS // 10)
+    made: dict[str, np.ndarray] = {}
+    for k, (name, gain) in enumerate(GAINS.items()):
+        tau, state, warm = 1500.0 * (k + 1), 0.0, np.zeros(ROWS)
+        for row in range(ROWS):
+            state += STEP_S / tau * (speed[row] - state)
+            warm[row] = state
+        hall = 0.5 * np.sin(2 * np.pi * time_s / 86_400.0)
+        made[name] = 20.0 + k + gain * warm + hall + rng.normal(0.0, 0.02, ROWS)
+    made["Z_um"] = 6.0 * (made["T1_C"] - made["T4_C"]) + rng.normal(0.0, 0.4, ROWS)
+    made["speed_rpm"] = 3000.0 * speed
+    return made
+
+
+def found(
+    changed: dict[str, np.ndarray], time_s: np.ndarray | None = None
+) -> tuple[LogFinding, ...]:
+    times = np.arange(ROWS) * STEP_S if time_s is None else time_s
+    return check_log(ThermalLog.from_columns(changed, time_s=times))
+
+
+def only(findings: tuple[LogFinding, ...]) -> LogFinding:
+    assert len(findings) == 1, [f.words for f in findings]
+    assert findings[0].words
+    assert findings[0].remedy
+    return findings[0]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_good_channels_give_no_finding(seed: int) -> None:
+    assert found(columns(seed)) == ()
+
+
+def test_a_real_machine_gives_no_false_alarm_but_the_noisy_sensor(real_data: Path) -> None:
+    log = read_thermal_log(real_data / "thermal/fl_thermal/fl_thermal_15s_rows_0_8891.csv")
+    finding = only(check_log(log))
+    assert (finding.kind, finding.channel) == (FindingKind.NOISY, "t16_C")
+
+
+@pytest.mark.real_data
+@pytest.mark.parametrize("kind", ["stuck", "sentinel", "swap", "quantised"])
+def test_faults_put_into_the_real_record_are_found(real_data: Path, kind: str) -> None:
+    log = read_thermal_log(real_data / "thermal/fl_thermal/fl_thermal_15s_rows_0_8891.csv")
+    changed = {name: values.copy() for name, values in log.columns.items()}
+    if kind == "stuck":
+        changed["t4_C"][3000:4500] = changed["t4_C"][3000]
+        expected = FindingKind.STUCK, "t4_C"
+    elif kind == "sentinel":
+        changed["t7_C"][100:105] = 850.0
+        expected = FindingKind.OUT_OF_RANGE, "t7_C"
+    elif kind == "swap":
+        changed["t5_C"][5000:], changed["t9_C"][5000:] = (
+            log.columns["t9_C"][5000:],
+            log.columns["t5_C"][5000:],
+        )
+        expected = FindingKind.SWAPPED, "t5_C,t9_C"
+    else:
+        changed["t3_C"] = np.round(changed["t3_C"], 1)
+        expected = FindingKind.QUANTISED, "t3_C"
+    findings = check_log(ThermalLog.from_columns(changed, time_s=log.time_s))
+    named = [(f.kind, f.channel) for f in findings if f.channel != "t16_C"]
+    assert named == [expected]
+
+
+@pytest.mark.parametrize("sentinel", [-999.0, 850.0, 85.0, 0.0, -127.0])
+def test_values_that_stand_for_a_fault_are_named_with_their_place(sentinel: float) -> None:
+    changed = columns()
+    changed["T2_C"][700:705] = sentinel
+    changed["T2_C"][2000] = sentinel
+    finding = only(found(changed))
+    assert (finding.kind, finding.channel) == (FindingKind.OUT_OF_RANGE, "T2_C")
+    assert finding.rows == (700, 2001)
+    assert "6 values of T2_C" in finding.words
+    assert f"{sentinel:g}" in finding.words
+    assert finding.serious
+
+
+def test_a_temperature_that_passes_through_zero_is_no_fault() -> None:
+    changed = {name: np.round(values - 21.0, 1) for name, values in columns().items()}
+    kinds = {f.kind for f in found(changed)}
+    assert kinds <= {FindingKind.QUANTISED}
+
+
+def test_the_step_of_a_quantised_channel_is_stated() -> None:
+    changed = columns()
+    changed["T3_C"] = np.round(changed["T3_C"], 1)
+    finding = only(found(changed))
+    assert finding.kind is FindingKind.QUANTISED
+    assert "steps of 0.1 degC" in finding.words
+    assert not finding.serious
+    changed["T3_C"] = np.round(columns()["T3_C"] * 16) / 16
+    assert "steps of 0.0625 degC" in only(found(changed)).words
+
+
+def test_a_channel_that_is_stuck_while_others_move_is_named_with_its_rows() -> None:
+    changed = columns()
+    changed["T1_C"][1000:1500] = changed["T1_C"][1000]
+    finding = only(found(changed))
+    assert (finding.kind, finding.channel) == (FindingKind.STUCK, "T1_C")
+    assert finding.rows == (1000, 1500)
+    assert finding.time_s == (10_000.0, 14_990.0)
+
+
+def test_a_quantised_channel_that_is_stuck_is_told_from_one_that_is_only_coarse() -> None:
+    changed = {n: np.round(v, 1) if n.startswith("T") else v for n, v in columns().items()}
+    assert {f.kind for f in found(changed)} == {FindingKind.QUANTISED}
+    begin = int(np.argmax(np.abs(changed["T1_C"][1000:] - changed["T1_C"][:-1000])))
+    changed["T1_C"][begin : begin + 1000] = changed["T1_C"][begin]
+    first = found(changed)[0]
+    assert (first.kind, first.channel) == (FindingKind.STUCK, "T1_C")
+
+
+def test_a_constant_channel_and_one_without_values_are_named_and_come_first() -> None:
+    changed = columns()
+    changed["T4_C"] = np.full(ROWS, 20.0)
+    changed["T3_C"] = np.full(ROWS, np.nan)
+    changed["T2_C"] = np.round(changed["T2_C"], 1)
+    kinds = [(f.kind, f.channel) for f in found(changed)]
+    assert kinds == [
+        (FindingKind.NEVER_MEASURED, "T3_C"),
+        (FindingKind.CONSTANT, "T4_C"),
+        (FindingKind.QUANTISED, "T2_C"),
+    ]
+
+
+def test_two_channels_that_exchange_places_are_named_with_the_row() -> None:
+    changed = columns()
+    first, second = changed["T1_C"].copy(), changed["T4_C"].copy()
+    row = 2500
+    changed["T1_C"][row:], changed["T4_C"][row:] = second[row:], first[row:]
+    finding = only(found(changed))
+    assert (finding.kind, finding.channel) == (FindingKind.SWAPPED, "T1_C,T4_C")
+    assert finding.rows == (row, ROWS)
+
+
+def test_names_exchanged_against_an_earlier_log_are_found() -> None:
+    earlier, later = columns(11), columns(12)
+    reference = ThermalLog.from_columns(earlier, sample_time_s=STEP_S, name="before")
+    right = ThermalLog.from_columns(later, sample_time_s=STEP_S)
+    assert check_log(right, reference=reference) == ()
+    later["T1_C"], later["T4_C"] = later["T4_C"], later["T1_C"]
+    finding = only(check_log(right.from_columns(later, sample_time_s=STEP_S), reference=reference))
+    assert (finding.kind, finding.channel) == (FindingKind.SWAPPED, "T1_C,T4_C")
+    assert "before" in finding.words
+
+
+@pytest.mark.real_data
+def test_names_exchanged_in_the_real_record_are_found_against_its_other_half(
+    real_data: Path,
+) -> None:
+    log = read_thermal_log(real_data / "thermal/fl_thermal/fl_thermal_15s_rows_0_8891.csv")
+    reference, later = log.span(0, 4400), log.span(4400, 8892)
+    swaps = [f for f in check_log(later, reference=reference) if f.kind is FindingKind.SWAPPED]
+    assert swaps == []
+    changed = dict(later.columns)
+    changed["t5_C"], changed["t6_C"] = changed["t6_C"], changed["t5_C"]
+    exchanged = ThermalLog.from_columns(changed, time_s=later.time_s)
+    kinds = [(f.kind, f.channel) for f in check_log(exchanged, reference=reference)]
+    assert kinds[0] == (FindingKind.SWAPPED, "t5_C,t6_C")
+
+
+def test_a_jump_that_heat_cannot_make_is_named() -> None:
+    changed = columns()
+    changed["T2_C"][1800:] += 5.0
+    finding = only(found(changed))
+    assert (finding.kind, finding.channel) == (FindingKind.JUMP, "T2_C")
+    assert finding.rows == (1799, 1801)
+    changed = columns()
+    changed["Z_um"][900] += 80.0
+    finding = only(found(changed))
+    assert (finding.kind, finding.channel) == (FindingKind.JUMP, "Z_um")
+
+
+def test_a_noisy_channel_is_named() -> None:
+    changed = columns()
+    changed["T3_C"] = changed["T3_C"] + np.random.default_rng(3).normal(0.0, 0.3, ROWS)
+    finding = only(found(changed))
+    assert (finding.kind, finding.channel) == (FindingKind.NOISY, "T3_C")
+
+
+def test_gaps_of_the_record_are_counted_and_the_longest_is_named() -> None:
+    time_s = np.arange(ROWS) * STEP_S
+    time_s[1000:] += 500.0
+    time_s[3000:] += 90.0
+    finding = only(found(columns(), time_s))
+    assert finding.kind is FindingKind.GAP
+    assert finding.words == "2 gaps of 590 s in all, the longest of 510 s after row 999"
+
+
+def test_a_gap_of_one_hour_may_be_the_clock() -> None:
+    time_s = np.arange(ROWS) * STEP_S
+    time_s[1000:] += 3600.0
+    assert [f.kind for f in found(columns(), time_s)] == [FindingKind.CLOCK, FindingKind.GAP]
+
+
+def test_missing_values_of_one_channel_are_named() -> None:
+    changed = columns()
+    changed["T1_C"][500:900] = np.nan
+    finding = only(found(changed))
+    assert (finding.kind, finding.channel) == (FindingKind.MISSING, "T1_C")
+    assert finding.rows == (499, 901)
+
+
+def test_a_channel_that_is_seen_now_and_then_is_rare_not_missing() -> None:
+    changed = columns()
+    seen = np.arange(ROWS) % 200 < 7
+    changed["Z_um"] = np.where(seen, changed["Z_um"], np.nan)
+    finding = only(found(changed))
+    assert finding.kind is FindingKind.RARE
+    assert "seen 20 times for about 60 s" in finding.words
+
+
+def test_a_channel_at_a_slower_rate_is_not_missing() -> None:
+    changed = columns()
+    changed["T2_C"] = np.where(np.arange(ROWS) % 6 == 0, changed["T2_C"], np.nan)
+    assert found(changed) == ()
+
+
+def test_values_held_between_measurements_are_named() -> None:
+    changed = columns()
+    changed["T2_C"] = np.repeat(changed["T2_C"][::10], 10)
+    findings = [f for f in found(changed) if f.kind is FindingKind.HELD]
+    assert "changes every 10 rows" in only(tuple(findings)).words
+
+
+def test_uneven_times_are_named() -> None:
+    time_s = np.arange(ROWS) * STEP_S + np.random.default_rng(0).uniform(0, 6.0, ROWS)
+    assert FindingKind.UNEVEN in {f.kind for f in found(columns(), time_s - time_s[0])}
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 5, 12])
+def test_short_logs_are_checked_without_a_word(rows: int) -> None:
+    short = {name: values[:rows] for name, values in columns().items()}
+    kinds = {f.kind for f in found(short, np.arange(rows) * STEP_S)}
+    assert kinds <= {FindingKind.CONSTANT}
