@@ -25,10 +25,12 @@ from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._modal_average import (
     Average,
     Compared,
+    Component,
     averaged,
     best_of,
     compare_sets,
     compare_sparse,
+    refined_components,
 )
 from thermaxis.thermal._modal_evidence import (
     Design,
@@ -61,6 +63,8 @@ LARGEST_LOG_STD = 0.4
 """Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
 LARGEST_DC_SHARE = 0.25
 """Standard deviation of a DC gain over its size beyond which it is not supported. [1]"""
+FEWEST_DRIFT_VALUES = 12.0
+"""Independent values of the drift that a short record is taken to hold. [1]"""
 TIME_CONSTANT_FLAG = "time constant not supported by the record"
 DC_GAIN_FLAG = "DC gain not supported by the record"
 
@@ -306,7 +310,11 @@ def modal(
         )
     span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
     found += compare_sparse(evidence.design, products, evidence.sizes, found)
-    average = averaged(evidence.design, found, list(candidates.values()), span)
+    none = np.zeros(evidence.design.inputs)
+    components = [Component(evidence.design, item, none) for item in found]
+    for problem, refined in candidates.values():
+        components += refined_components(problem, refined, evidence.sizes, span)
+    average = averaged(components)
     return _result(evidence, input_names, chosen, average, candidates[lags], validation)
 
 
@@ -355,17 +363,29 @@ def _carried(problem: Refinement, refined: Refined, average: Average) -> FloatAr
     return gains
 
 
+def _unknown_drift(evidence: ResponseEvidence) -> float:
+    """Return by how much intervals are wider because size and speed of the drift are estimates.
+
+    A record holds about one independent value of the drift per two correlation times. As in
+    Student's distribution, each of the two numbers costs a share of them.
+    """
+    measured_s = sum(s.blocks * s.rows * s.sample_time_s for s in evidence.segments)
+    freedom = max(measured_s / (2.0 * evidence.sizes.noise.correlation_s), FEWEST_DRIFT_VALUES)
+    return math.sqrt(freedom / (freedom - 4.0))
+
+
 def _part_std(
     refined: Refined,
     number: int,
     unit: float,
     average: Average,
     dc_gain: float,
-    longest_s: float,
+    evidence: ResponseEvidence,
 ) -> PartStd:
+    longest_s, wider = evidence.longest_s, _unknown_drift(evidence)
     lags = refined.time_constants_s.size
     inputs = refined.gains.shape[0]
-    spread = np.sqrt(np.maximum(np.diag(refined.covariance), 0.0))
+    spread = wider * np.sqrt(np.maximum(np.diag(refined.covariance), 0.0))
     gains = unit * spread[number * (1 + lags) : (number + 1) * (1 + lags)]
     log_tau = spread[inputs * (1 + lags) :]
     supported = (log_tau < LARGEST_LOG_STD) & (
@@ -376,7 +396,7 @@ def _part_std(
         for tau_s, known in zip(refined.time_constants_s, supported, strict=True)
         if not known
     ]
-    dc_std = unit * math.sqrt(float(average.dc_variance[number]))
+    dc_std = wider * unit * math.sqrt(float(average.dc_variance[number]))
     known_dc = dc_std <= LARGEST_DC_SHARE * abs(dc_gain)
     if not known_dc:
         flags.append(DC_GAIN_FLAG)
@@ -416,7 +436,7 @@ def _result(
             delay_s=delays[i],
         )
         parts.append(part)
-        stds.append(_part_std(refined, i, unit, average, part.dc_gain, evidence.longest_s))
+        stds.append(_part_std(refined, i, unit, average, part.dc_gain, evidence))
     others = _starts_and_offsets(problem, refined, gains)
     offsets = scales.y * others[others.size - refined.offsets.size :]
     model = ThermalModel(tuple(parts))

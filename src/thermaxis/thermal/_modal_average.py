@@ -28,6 +28,8 @@ LARGER_GAINS = (0.0, 1.0, 2.0)
 """Logarithms by which gains of few lags may be larger than those of a whole grid. [1]"""
 SLAB_GAINS = (1.0, 2.0, 3.0)
 """The same where some gains may be zero. [1]"""
+NEGLIGIBLE = 1e-6
+"""Weight against the best set below which sets are left out. [1]"""
 MOST_ZEROS = 3
 """Gains of one set that are held at zero together, at most. [1]"""
 MOST_PATTERNS = 180
@@ -140,21 +142,29 @@ def compare_sparse(
         members = np.unique(np.vstack(those), axis=0)
         if members.shape[0] == 0:
             continue
-        everything = len(sets_of_count(found, lags))
-        patterns = _patterns(design.inputs * (1 + lags))
-        repeated = np.repeat(members, patterns.shape[0], axis=0)
-        without = np.tile(patterns, (members.shape[0], 1))
-        for larger in SLAB_GAINS:
-            those_sizes = replace(sizes, log_gain=sizes.log_gain + larger)
-            subsets = compared(design, products, those_sizes, repeated, without)
-            weight = subsets.log_evidence - np.log(everything * patterns.shape[0])
-            sparse.append(Compared(those_sizes, subsets, weight))
+        everything = len(next(c for c in found if c.lags == lags).log_weight)
+        sparse += _with_zeros(design, products, sizes, members, -float(np.log(everything)))
     return sparse
 
 
-def sets_of_count(found: Sequence[Compared], lags: int) -> IndexArray:
-    """Return all sets of so many lags that were compared, (m, j)."""
-    return next(c.subsets.members for c in found if c.lags == lags)
+def _with_zeros(
+    design: Design,
+    products: tuple[FloatArray, float],
+    sizes: Sizes,
+    members: IndexArray,
+    log_prior: float,
+) -> list[Compared]:
+    """Return sets with some gains held at zero, for every size of the others."""
+    patterns = _patterns(design.inputs * (1 + members.shape[1]))
+    repeated = np.repeat(members, patterns.shape[0], axis=0)
+    without = np.tile(patterns, (members.shape[0], 1))
+    found = []
+    for larger in SLAB_GAINS:
+        those = replace(sizes, log_gain=sizes.log_gain + larger)
+        subsets = compared(design, products, those, repeated, without)
+        weight = subsets.log_evidence - np.log(patterns.shape[0]) + log_prior
+        found.append(Compared(those, subsets, weight))
+    return found
 
 
 def best_of(found: Sequence[Compared], lags: int) -> tuple[IndexArray, Sizes, float]:
@@ -181,81 +191,105 @@ class Average:
     """Weight of one, two, ... lags, (most lags,). [1]"""
 
 
-def _laplace(refinement: Refinement, refined: Refined, wide: float) -> float:
-    """Return the logarithm of the evidence of one number of lags around its refined place."""
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Component:
+    """Sets of lags that are averaged over, with the regressors that they belong to."""
+
+    design: Design
+    """Regressors."""
+    compared: Compared
+    """Sets with their weights."""
+    dc_variance: FloatArray
+    """Variance of the DC gain from the time constants' uncertainty, scaled, (k,). [1]"""
+
+
+def refined_components(
+    problem: Refinement, refined: Refined, sizes: Sizes, span: float
+) -> list[Component]:
+    """Return the components of lags off the grid, some gains held at zero.
+
+    Parameters
+    ----------
+    problem : Refinement
+        The record.
+    refined : Refined
+        The refined lags.
+    sizes : Sizes
+        Sizes of the highest evidence.
+    span : float
+        Logarithm of the longest over the shortest time constant. [1]
+
+    Returns
+    -------
+    list of Component
+        Weighted by the evidence, the time constants averaged out around their place.
+
+    References
+    ----------
+    MacKay 1992 (Laplace's approximation of the evidence).
+    """
     lags = refined.time_constants_s.size
-    sizes = refinement.sizes
-    subset = refinement.design_at(refined.time_constants_s)
-    only = compared(
-        subset, subset.products(sizes.noise), sizes, np.arange(lags, dtype=np.intp)[None, :]
-    )
+    design = problem.design_at(refined.time_constants_s)
+    products = design.products(sizes.noise)
     moves = refined.covariance[-lags:, -lags:]
     # Sets are unordered: as many orders as there are describe the same lags.
     orders = float(np.sum(np.log(np.arange(1, lags + 1))))
     _, log_volume = np.linalg.slogdet(2.0 * np.pi * moves)
-    return float(only.log_evidence[0]) + 0.5 * float(log_volume) + orders - lags * np.log(wide)
+    log_prior = 0.5 * float(log_volume) + orders - lags * float(np.log(span))
+    gains = design.gains
+    total = refined.covariance[:gains, :gains]
+    # What the gains would vary if the time constants were known.
+    cross = refined.covariance[:gains, gains:]
+    added = cross @ np.linalg.solve(moves, cross.T)
+    parts = [slice(i * (1 + lags), (i + 1) * (1 + lags)) for i in range(design.inputs)]
+    dc_variance = np.array([max(float(np.sum(added[p, p])), 0.0) for p in parts])
+    bound = np.array([float(np.sum(total[p, p])) for p in parts])
+    members = np.arange(lags, dtype=np.intp)[None, :]
+    return [
+        Component(design, item, np.minimum(dc_variance, bound))
+        for item in _with_zeros(design, products, sizes, members, log_prior)
+    ]
 
 
-def averaged(
-    design: Design,
-    found: Sequence[Compared],
-    refined: Sequence[tuple[Refinement, Refined]],
-    span: float,
-) -> Average:
-    """Return the average over all sets of the grid and the refined ones.
+def averaged(components: Sequence[Component]) -> Average:
+    """Return the average over all components.
 
     Parameters
     ----------
-    design : Design
-        Regressors over the grid.
-    found : sequence of Compared
-        All sets of the grid.
-    refined : sequence of tuple of Refinement and Refined
-        One refined set per number of lags.
-    span : float
-        Logarithm of the longest over the shortest time constant. [1]
+    components : sequence of Component
+        Sets on the grid and off it.
 
     Returns
     -------
     Average
         Mean contributions and DC gains with their variance.
     """
-    extra = [(item, _laplace(problem, item, span)) for problem, item in refined]
-    highest = max([float(np.max(c.log_weight)) for c in found] + [weight for _, weight in extra])
-    inputs, wide = design.inputs, 1 + design.lags
-    gains = np.zeros((inputs, wide))
-    most = max(c.lags for c in found)
-    share = np.zeros(most)
+    highest = max(float(np.max(c.compared.log_weight)) for c in components)
+    inputs = components[0].design.inputs
+    readings = components[0].design.readings
+    contribution = np.zeros((readings, inputs))
+    share = np.zeros(max(c.compared.lags for c in components))
     total, first, second, within = 0.0, np.zeros(inputs), np.zeros(inputs), np.zeros(inputs)
-    for item in found:
+    for component in components:
+        item, design = component.compared, component.design
         weight = np.exp(item.log_weight - highest)
+        whole = float(weight.sum())
+        if whole < NEGLIGIBLE:
+            continue
         members, values = item.subsets.members, item.subsets.gains
-        gains[:, 0] += weight @ values[:, :, 0]
+        gains = np.zeros((inputs, 1 + design.lags))
+        gains[:, 0] = weight @ values[:, :, 0]
         for i in range(inputs):
             np.add.at(gains[i], 1 + members, weight[:, None] * values[:, i, 1:])
+            columns = slice(i * (1 + design.lags), (i + 1) * (1 + design.lags))
+            contribution[:, i] += np.concatenate([r[:, columns] @ gains[i] for r in design.rows])
         dc = values.sum(axis=2)
         first += weight @ dc
         second += weight @ dc**2
-        within += weight @ item.subsets.dc_variance
-        share[item.lags - 1] += weight.sum()
-        total += float(weight.sum())
-    columns = np.vstack([r[:, : inputs * wide] for r in design.rows])
-    contribution = np.column_stack(
-        [columns[:, i * wide : (i + 1) * wide] @ gains[i] for i in range(inputs)]
-    )
-    for (problem, _), (item, log_weight) in zip(refined, extra, strict=True):
-        weight = float(np.exp(log_weight - highest))
-        own = problem.design_at(item.time_constants_s)
-        lags = item.time_constants_s.size
-        rows = np.vstack([r[:, : own.gains] for r in own.rows])
-        for i in range(inputs):
-            part = slice(i * (1 + lags), (i + 1) * (1 + lags))
-            contribution[:, i] += weight * (rows[:, part] @ item.gains[i])
-            within[i] += weight * float(np.sum(item.covariance[part, part]))
-        dc = item.gains.sum(axis=1)
-        first, second = first + weight * dc, second + weight * dc**2
-        share[lags - 1] += weight
-        total += weight
+        within += weight @ item.subsets.dc_variance + whole * component.dc_variance
+        share[item.lags - 1] += whole
+        total += whole
     mean = first / total
     return Average(
         contribution=contribution / total,
