@@ -76,8 +76,9 @@ def verification_as_text(result: "Verification", title: str) -> str:
     parts.append(table)
     parts.append(
         "p-p: range of the measured displacement; left: of measured minus simulated (free run)."
-        " persist.: RMSE of 'nothing changes from row to row'; static: RMSE of the best static"
-        " regression fitted to this very log. All in um.\n"
+        " persist.: RMSE of 'nothing changes from row to row', one step ahead; static: RMSE of the"
+        " static regression that the model carries from its training, or else of one fitted to"
+        " this very log. All in um.\n"
     )
     parts += [f"warning: {printable(w, 400)}\n" for w in result.warnings]
     return "\n".join(parts)

@@ -108,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write(text_table(title, heads, rows, words=1))
         if statics:
             sys.stdout.write(
-                f"  static regression fitted to this very log: RMSE {min(statics):.2f} um\n"
+                f"  static regression on the same inputs: RMSE {min(statics):.2f} um\n"
             )
         sys.stdout.write("\n")
     for path, _, result in results:

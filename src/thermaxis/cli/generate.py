@@ -102,7 +102,7 @@ def _lathe_test(arguments: argparse.Namespace) -> int:
             )
     seed = LATHE_SEED if arguments.seed is None else arguments.seed
     log = generate_lathe_test(arguments.axis.removeprefix("lathe-"), seed)
-    write_thermal_log(output, log)
+    write_thermal_log(log, output)
     sys.stdout.write(
         f"{output}: {log.rows} rows, {log.duration_s / 3600.0:.1f} h, generated with seed {seed}\n"
     )

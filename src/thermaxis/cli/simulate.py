@@ -67,9 +67,8 @@ def run(arguments: argparse.Namespace) -> int:
             stem = name.removesuffix("_um")
             for p, part in enumerate(simulated.parts):
                 columns[f"{stem}_{part}_um"] = simulated.contribution_um[:, p]
-    write_thermal_log(
-        ThermalLog.from_columns(columns, time_s=log.time_s + log.origin_s, start=log.start), output
-    )
+    plain = ThermalLog.from_columns(columns, time_s=log.time_s)
+    write_thermal_log(plain, output, first_time_s=log.origin_s)
     named = ", ".join(printable(name, 40) for name in columns)
     sys.stdout.write(f"written: {printable(str(output))} ({log.rows} rows: {named})\n")
     for name, (share, beyond) in run_along.outside.items():

@@ -9,7 +9,9 @@ from thermaxis.files._thermal_columns import parse_log_heading
 from thermaxis.thermal._thermal_log import ThermalLog
 
 
-def write_thermal_log(log: ThermalLog, path: Path | str) -> None:
+def write_thermal_log(
+    log: ThermalLog, path: Path | str, *, first_time_s: float | None = None
+) -> None:
     """Write a thermal log as CSV.
 
     Parameters
@@ -18,16 +20,21 @@ def write_thermal_log(log: ThermalLog, path: Path | str) -> None:
         The log.
     path : Path or str
         The file; one that is there is replaced.
+    first_time_s : float, optional
+        Times begin with this number, and no line of comment stands above the headings: what every
+        spreadsheet reads. Default: as of `format_thermal_log`. [s]
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    Path(path).write_text(format_thermal_log(log), encoding="ascii", newline="\n")
+    Path(path).write_text(
+        format_thermal_log(log, first_time_s=first_time_s), encoding="ascii", newline="\n"
+    )
 
 
-def format_thermal_log(log: ThermalLog) -> str:
+def format_thermal_log(log: ThermalLog, *, first_time_s: float | None = None) -> str:
     """Return a thermal log as CSV text: ASCII, comma between cells, decimal point.
 
     Times count from the first row; start, the recorder's clock at the first row and remarks stand
@@ -38,22 +45,30 @@ def format_thermal_log(log: ThermalLog) -> str:
     ----------
     log : ThermalLog
         The log.
+    first_time_s : float, optional
+        Times begin with this number, and there are no lines of comment. Default: times from the
+        first row. [s]
 
     Returns
     -------
     str
         The text of the file.
     """
+    lines = _comments(log) if first_time_s is None else []
+    time_s = log.time_s + (first_time_s or 0.0)
+    lines.append(",".join(["time_s", *(_cell(n, log.units[n]) for n in log.columns)]))
+    columns = [_numbers(time_s), *(_numbers(values) for values in log.columns.values())]
+    lines += map(",".join, zip(*columns, strict=True))
+    return "\n".join(lines) + "\n"
+
+
+def _comments(log: ThermalLog) -> list[str]:
     lines: list[str] = []
     if log.start is not None:
         lines.append(f"# start: {log.start.isoformat()}")
     if log.origin_s:
         lines.append(f"# origin_s: {_number(log.origin_s)}")
-    lines += [f"# remark: {_ascii(remark)}" for remark in log.remarks]
-    lines.append(",".join(["time_s", *(_cell(n, log.units[n]) for n in log.columns)]))
-    columns = [_numbers(log.time_s), *(_numbers(values) for values in log.columns.values())]
-    lines += map(",".join, zip(*columns, strict=True))
-    return "\n".join(lines) + "\n"
+    return lines + [f"# remark: {_ascii(remark)}" for remark in log.remarks]
 
 
 def _ascii(text: str) -> str:

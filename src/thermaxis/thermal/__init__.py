@@ -20,7 +20,15 @@ if TYPE_CHECKING:
     from thermaxis.thermal._arx import (
         arx,
     )
+    from thermaxis.thermal._baselines import (
+        Baseline,
+        BaselineModel,
+        fit_baseline,
+        simulate_baseline,
+    )
     from thermaxis.thermal._conversion import (
+        PAPER_SPINDLE,
+        PAPER_TABLE,
         PrintedTransferFunction,
         RoundingLoss,
         change_sample_time,
@@ -58,6 +66,8 @@ if TYPE_CHECKING:
         check_log,
     )
     from thermaxis.thermal._merge import (
+        ShiftResult,
+        find_shift,
         merge_logs,
     )
     from thermaxis.thermal._modal import (
@@ -69,6 +79,10 @@ if TYPE_CHECKING:
     from thermaxis.thermal._oe import (
         OeOptions,
         oe,
+    )
+    from thermaxis.thermal._paper_models import (
+        paper_spindle_model,
+        paper_table_model,
     )
     from thermaxis.thermal._polynomial_model import (
         PolynomialModel,
@@ -122,6 +136,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MOST_PIXELS",
+    "PAPER_SPINDLE",
+    "PAPER_TABLE",
+    "Baseline",
+    "BaselineModel",
     "DiameterGain",
     "DriftRelation",
     "Experiment",
@@ -146,6 +164,7 @@ __all__ = [
     "RoundingLoss",
     "SelectionOptions",
     "SelectionResult",
+    "ShiftResult",
     "SimulatedLog",
     "SimulatedOutput",
     "SimulationFigures",
@@ -171,6 +190,8 @@ __all__ = [
     "equivalent_part",
     "evaluate_input",
     "evaluate_thermal_fields",
+    "find_shift",
+    "fit_baseline",
     "fit_percent",
     "identify",
     "merge_logs",
@@ -178,6 +199,8 @@ __all__ = [
     "modal_form",
     "modal_part",
     "oe",
+    "paper_spindle_model",
+    "paper_table_model",
     "parse_gain",
     "parse_input",
     "pole_zero_map",
@@ -187,6 +210,7 @@ __all__ = [
     "relate_to_drift",
     "rounding_loss",
     "select",
+    "simulate_baseline",
     "simulate_log",
     "simulate_modal",
     "simulate_polynomial",
@@ -201,6 +225,12 @@ __all__ = [
 
 _MODULES = {
     "arx": "_arx",
+    "Baseline": "_baselines",
+    "BaselineModel": "_baselines",
+    "fit_baseline": "_baselines",
+    "simulate_baseline": "_baselines",
+    "PAPER_SPINDLE": "_conversion",
+    "PAPER_TABLE": "_conversion",
     "PrintedTransferFunction": "_conversion",
     "RoundingLoss": "_conversion",
     "change_sample_time": "_conversion",
@@ -226,6 +256,8 @@ _MODULES = {
     "parse_input": "_input",
     "LogFinding": "_log_quality",
     "check_log": "_log_quality",
+    "ShiftResult": "_merge",
+    "find_shift": "_merge",
     "merge_logs": "_merge",
     "ModalOptions": "_modal",
     "ModalResult": "_modal",
@@ -233,6 +265,8 @@ _MODULES = {
     "modal": "_modal",
     "OeOptions": "_oe",
     "oe": "_oe",
+    "paper_spindle_model": "_paper_models",
+    "paper_table_model": "_paper_models",
     "PolynomialModel": "_polynomial_model",
     "PolynomialResult": "_polynomial_model",
     "Start": "_polynomial_model",
