@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import final
 
 from thermaxis.compensation._quality import Outcome, Quality
-from thermaxis.compensation._thermal_model import STATED, CompensationModel, GainPoint, Part
+from thermaxis.compensation._thermal_model import START, STATED, CompensationModel, GainPoint, Part
 
 LARGEST_VALUE = 1e6
 """A reading of larger magnitude is no temperature and no speed: it counts as missing."""
@@ -113,8 +113,9 @@ def cycle(
 
     First every section is advanced with the input that has acted since the last reading, then the
     output is read with the present input: exact for inputs that are held from reading to reading.
-    The model starts at the steady state of the first reading in which every channel is good, and
-    starts anew after a gap or when the clock goes backward.
+    With the first reading in which every channel is good the model starts: at rest where it
+    refers to its start, else at the steady state of the reading. It starts anew at the steady
+    state after a gap or when the clock goes backward.
 
     Not protected: the correction is neither limited nor ramped here, and after a new start it
     jumps. Whether a temperature is plausible is judged by its being a finite number only.
@@ -158,7 +159,8 @@ def cycle(
         advanced = _advance(model, state, raw, time_s)
     else:
         outcomes.append(start)
-        advanced = _steady(model, raw, time_s)
+        at_reference = start is Outcome.STARTED and model.reference == START
+        advanced = _steady(model, raw, time_s, at_reference=at_reference)
     filtered, sections, history = advanced
     new = ThermalState(time_s, reference, value, good_s, filtered, raw, sections, history)
     return new, _output(model, new, reading, quality, outcomes)
@@ -253,9 +255,19 @@ _Advanced = tuple[
 ]
 
 
-def _steady(model: CompensationModel, raw: tuple[_Floats, ...], time_s: float) -> _Advanced:
+def _steady(
+    model: CompensationModel, raw: tuple[_Floats, ...], time_s: float, *, at_reference: bool
+) -> _Advanced:
+    """Return the steady state of the inputs; at the reference every section is at rest.
+
+    A model that refers to its start knows the start better from the reference, a mean over some
+    time, than from the noise of one reading.
+    """
     sections = tuple(
-        tuple((u,) * len(part.sections) for part, u in zip(output.parts, row, strict=True))
+        tuple(
+            (0.0 if at_reference else u,) * len(part.sections)
+            for part, u in zip(output.parts, row, strict=True)
+        )
         for output, row in zip(model.outputs, raw, strict=True)
     )
     return raw, sections, ((time_s, raw),)

@@ -17,7 +17,7 @@ class Quality(StrEnum):
 class Outcome(StrEnum):
     """What was out of the ordinary in a cycle; the value is its sentence."""
 
-    STARTED = "the model started at the steady state of the first reading"
+    STARTED = "the model started at the steady state"
     WAITING = "the model waits for the first good value of every input"
     CLOCK_BACKWARD = "the clock went backward: the model started anew at the steady state"
     CLOCK_UNUSABLE = "the time of the reading is no number: nothing was advanced"

@@ -279,7 +279,8 @@ def _free_run(records: Records, name: str, model: ThermalModel) -> tuple[float, 
     rows = 0
     for experiment in records.experiments[name]:
         u, _ = held(experiment.u[:, columns])
-        simulated = simulate_modal(model, experiment.sample_time_s, u)
+        at_rest = [np.zeros_like(part.gains) for part in model.parts]
+        simulated = simulate_modal(model, experiment.sample_time_s, u, at_rest)
         measured = ~np.isnan(experiment.y)
         y = experiment.y[measured]
         left += float(np.sum((y - simulated[measured]) ** 2))

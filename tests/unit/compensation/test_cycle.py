@@ -186,6 +186,14 @@ def test_a_stated_reference_starts_at_its_steady_state() -> None:
     assert output.model_um[0] == pytest.approx(2.0 * sum(GAINS))
 
 
+def test_the_noise_of_the_first_reading_is_no_warm_machine() -> None:
+    model = one_output(one_part())
+    state, output = cycle(model, initial_state(model, {"a": 20.0}), Reading(0.0, {"a": 20.5}))
+    assert output.model_um[0] == 0.0
+    _, output = cycle(model, state, Reading(1e6, {"a": 20.5}))
+    assert output.model_um[0] == pytest.approx(0.5 * sum(GAINS))
+
+
 def test_leaving_the_range_of_the_training_is_said() -> None:
     model = one_output(one_part(lowest_k=-1.0, highest_k=5.0))
     state, output = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))

@@ -37,7 +37,8 @@ def log(seed: int = 1, rows: int = 400, step_s: float = 60.0, noise_um: float = 
 def vectorised(u: np.ndarray, step_s: float, gain: float = 1.0) -> np.ndarray:
     spindle = ModalPart("spindle", 3.0, np.array([26.0]), np.array([3000.0]))
     table = ModalPart("table", 0.0, gain * np.array([12.0, 20.0]), np.array([1500.0, 9000.0]))
-    return simulate_modal(ThermalModel((spindle, table)), step_s, u)
+    at_rest = [np.zeros(1), np.zeros(2)]
+    return simulate_modal(ThermalModel((spindle, table)), step_s, u, at_rest)
 
 
 def test_a_true_model_leaves_nothing() -> None:
