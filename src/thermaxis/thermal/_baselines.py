@@ -176,12 +176,12 @@ def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float)
         )
     if not (np.isfinite(sample_time_s) and sample_time_s > 0):
         raise DataError(f"the sample time is {sample_time_s:g} s, not a positive time")
+    y = np.full(values.shape[0], model.offset_um)
     if model.baseline is Baseline.PERSISTENCE:
-        return np.full(values.shape[0], model.offset_um)
+        return y
     if bool(np.any(np.all(np.isnan(values), axis=0))):
         raise DataError("an input was never measured")
     columns = _columns(values, sample_time_s, model.lags_s)
-    y = np.full(values.shape[0], model.offset_um)
     for column, gain in zip(columns.T, model.gains_um_per_k.ravel(), strict=True):
         y += column * gain
     return y

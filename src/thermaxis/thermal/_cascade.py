@@ -6,6 +6,7 @@ keeps the digits, and the signals between the poles are a basis in which numerat
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -16,6 +17,7 @@ from thermaxis.thermal._roots import distances_from_one
 
 FAST = 0.5
 """A pole further than this from one needs no stage of its own. [1]"""
+_REMEMBERED = 64
 
 
 @final
@@ -71,7 +73,12 @@ def cascade_of(denominator: FloatArray) -> Cascade:
     Cascade
         Its factors.
     """
-    distances = distances_from_one(denominator)
+    return _cascade(tuple(float(b) for b in denominator))
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _cascade(denominator: tuple[float, ...]) -> Cascade:
+    distances = distances_from_one(np.array(denominator))
     fast, slow, sums = np.ones(1), list[FloatArray](), list[float]()
     for w in distances[::-1]:
         if w.imag < 0.0:

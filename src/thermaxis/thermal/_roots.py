@@ -1,5 +1,6 @@
 """Poles as their distances from one, so that slow ones keep their digits."""
 
+from functools import lru_cache
 from math import comb, fsum
 from typing import TypeAlias
 
@@ -11,20 +12,48 @@ from thermaxis.thermal._field import FloatArray
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
 _POLISHING_STEPS = 4
+_REMEMBERED = 64
 
 
-def _about_one(coefficients: FloatArray) -> FloatArray:
+def _about_one(coefficients: tuple[float, ...]) -> list[float]:
     """Return the polynomial in w = 1 - z of one in falling powers of z, rising powers of w.
 
     Slow poles are small numbers in w, so they keep their digits.
     """
-    m = coefficients.size - 1
-    return np.array(
-        [
-            (-1.0) ** k * fsum(float(coefficients[i]) * comb(m - i, k) for i in range(m - k + 1))
-            for k in range(m + 1)
-        ]
-    )
+    m = len(coefficients) - 1
+    return [
+        (-1.0) ** k * fsum(coefficients[i] * comb(m - i, k) for i in range(m - k + 1))
+        for k in range(m + 1)
+    ]
+
+
+def _polished(root: complex, shifted: list[float]) -> complex:
+    """Return a root after a few steps of Newton; a multiple root is left as it is."""
+    for _ in range(_POLISHING_STEPS):
+        value, slope = 0j, 0j
+        for coefficient in reversed(shifted):
+            slope = slope * root + value
+            value = value * root + coefficient
+        if slope == 0:
+            break
+        step = value / slope
+        if abs(step) > 1e-3 * abs(root):
+            break
+        root -= step
+    return complex(root.real) if abs(root.imag) <= 1e-14 * abs(root) else root
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _distances(coefficients: tuple[float, ...]) -> ComplexArray:
+    shifted = _about_one(coefficients)
+    if len(shifted) == 2:
+        roots = np.array([-shifted[0] / shifted[1]], dtype=np.complex128)
+    else:
+        found = np.asarray(np.roots(shifted[::-1]), dtype=np.complex128)
+        roots = np.array([_polished(complex(w), shifted) for w in found], dtype=np.complex128)
+    roots = roots[np.argsort(np.abs(roots), kind="stable")]
+    roots.setflags(write=False)
+    return roots
 
 
 def distances_from_one(coefficients: FloatArray) -> ComplexArray:
@@ -38,17 +67,6 @@ def distances_from_one(coefficients: FloatArray) -> ComplexArray:
     Returns
     -------
     ComplexArray
-        1 - z for every root z, (m,), slowest first. [1]
+        1 - z for every root z, (m,), slowest first; read-only. [1]
     """
-    shifted = _about_one(np.asarray(coefficients, dtype=np.float64))
-    roots = np.asarray(np.roots(shifted[::-1]), dtype=np.complex128)
-    slope = np.polynomial.polynomial.polyder(shifted)
-    for _ in range(_POLISHING_STEPS):
-        value = np.polynomial.polynomial.polyval(roots, shifted)
-        gradient = np.polynomial.polynomial.polyval(roots, slope)
-        step = np.divide(value, gradient, out=np.zeros_like(value), where=gradient != 0)
-        near = np.abs(step) <= 1e-3 * np.abs(roots)  # a multiple root is left as it is
-        roots = roots - np.where(near, step, 0.0)
-    real = np.abs(roots.imag) <= 1e-14 * np.abs(roots)
-    roots = np.where(real, roots.real + 0j, roots)
-    return roots[np.argsort(np.abs(roots), kind="stable")]
+    return _distances(tuple(float(c) for c in coefficients))
