@@ -110,7 +110,7 @@ class Scales:
 
 def scales_of(segments: Sequence[Segment]) -> Scales:
     """Return the spreads of the inputs and of the displacement over all segments."""
-    u = np.concatenate([s.input_means()[s.count > 0] for s in segments])
+    u = np.concatenate([s.mean_u[s.count > 0] for s in segments])
     y = np.concatenate([s.y[s.count > 0] for s in segments])
     spread_u = np.sqrt(np.mean(np.square(u), axis=0))
     spread_u = np.where(spread_u > 0, spread_u, 1.0)
@@ -151,7 +151,7 @@ def design_of(
     for number, segment in enumerate(segments):
         use = segment.count > 0
         columns: list[FloatArray] = []
-        direct = segment.input_means()
+        direct = segment.mean_u
         for i, spread in enumerate(scales.u.tolist()):
             columns += [direct[:, i : i + 1] / spread]
             columns += [segment.lag_means(i, time_constants_s) / spread]

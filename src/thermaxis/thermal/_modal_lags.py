@@ -168,9 +168,11 @@ class Linearised:
     """Number of time constants, whose moves come last. [1]"""
 
 
+ENOUGH = 3e-3
+"""Gain of one step, in variances of the white noise, below which the refinement ends. [1]"""
 WIDE_LOG_STD = 2.0
 """Prior standard deviation of the logarithm of a time constant: hardly any. [1]"""
-_DELTA = 1e-3
+_DELTA = 1e-4
 
 
 @final
@@ -209,12 +211,9 @@ class Refinement:
         mean = np.linalg.solve(precision, gram[:-1, -1])
         return design, mean, float(gram[-1, -1] - gram[:-1, -1] @ mean)
 
-    def _slopes(self, taus_s: FloatArray, mean: FloatArray) -> list[FloatArray]:
+    def _slopes(self, design: Design, taus_s: FloatArray, mean: FloatArray) -> list[FloatArray]:
         """Return what moving the logarithm of each time constant does, (n, j) per segment."""
-        above, below = (
-            self.design_at(taus_s * np.exp(_DELTA)),
-            self.design_at(taus_s * np.exp(-_DELTA)),
-        )
+        above = self.design_at(taus_s * np.exp(_DELTA))
         lags = taus_s.size
         pick = np.zeros((mean.size, lags))
         for i in range(above.inputs):
@@ -225,8 +224,8 @@ class Refinement:
                 column = above.gains + s * lags + j
                 pick[column, j] = mean[column]
         return [
-            (a[:, :-1] - b[:, :-1]) @ pick / (2.0 * _DELTA)
-            for a, b in zip(above.rows, below.rows, strict=True)
+            (a[:, :-1] - b[:, :-1]) @ pick / _DELTA
+            for a, b in zip(above.rows, design.rows, strict=True)
         ]
 
     def linearised(self, refined: Refined) -> Linearised:
@@ -241,7 +240,7 @@ class Refinement:
         self, design: Design, taus_s: FloatArray, mean: FloatArray, variance: float
     ) -> Linearised:
         """Return the model around time constants, whose logarithms have a wide normal prior."""
-        slopes = self._slopes(taus_s, mean)
+        slopes = self._slopes(design, taus_s, mean)
         rows = tuple(
             np.hstack([r[:, :-1], d, r[:, -1:]]) for r, d in zip(design.rows, slopes, strict=True)
         )
@@ -282,7 +281,7 @@ class Refinement:
                     damping, moved = max(damping / 10.0, 1e-6), True
                     break
                 damping *= 10.0
-            if not moved or gain < 1e-4 * penalised / freedom:
+            if not moved or gain < ENOUGH * penalised / freedom:
                 break
         return self._result(design, taus_s, mean, penalised)
 

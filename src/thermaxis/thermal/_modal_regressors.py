@@ -38,8 +38,10 @@ class Segment:
     """Time between rows. [s]"""
     rows: int
     """Rows per block. [1]"""
-    u: FloatArray
-    """Inputs after their delays without gaps, (blocks x rows, k). [K]"""
+    u: tuple[FloatArray, ...]
+    """Inputs after their delays without gaps, k arrays (blocks x rows,). [K]"""
+    mean_u: FloatArray
+    """Mean inputs per block, (blocks, k). [K]"""
     y: FloatArray
     """Mean displacement per block, (blocks,); NaN where a block has none. [µm]"""
     count: FloatArray
@@ -59,15 +61,11 @@ class Segment:
 
     def means(self, values: FloatArray) -> FloatArray:
         """Return the means per block of a series at full rate, over measured rows."""
-        blocked = values.reshape(self.blocks, self.rows)
-        if self.measured is None:
-            return np.asarray(blocked.mean(axis=1))
-        total = np.einsum("br,br->b", blocked, self.measured)
-        return np.asarray(total / np.maximum(self.count, 1.0))
+        return _block_means(values, self.rows, self.measured)
 
     def input_means(self) -> FloatArray:
         """Return the mean inputs per block, (blocks, k). [K]"""
-        return np.column_stack([self.means(self.u[:, i]) for i in range(self.u.shape[1])])
+        return self.mean_u
 
     def lag_means(self, column: int, time_constants_s: FloatArray) -> FloatArray:
         """Return the mean of lagged inputs per block, started at rest, (blocks, j). [K]
@@ -78,7 +76,7 @@ class Segment:
         inputs. One product of matrices gives the sums of all lags, a recursion from block to block
         the begins: the lags at the full rate without their series.
         """
-        u = np.ascontiguousarray(self.u[:, column])
+        u = self.u[column]
         log_keep = -self.sample_time_s / time_constants_s
         alpha = -np.expm1(log_keep)
         if self.measured is not None:
@@ -110,6 +108,14 @@ class Segment:
         first = np.exp(self.rows * np.arange(self.blocks)[:, None] * log_keep)
         within = np.expm1(self.rows * log_keep) / (self.rows * np.expm1(log_keep))
         return np.asarray(first * within)
+
+
+def _block_means(values: FloatArray, rows: int, measured: FloatArray | None) -> FloatArray:
+    blocked = values.reshape(-1, rows)
+    if measured is None:
+        return np.asarray(blocked.mean(axis=1))
+    total = np.einsum("br,br->b", blocked, measured)
+    return np.asarray(total / np.maximum(measured.sum(axis=1), 1.0))
 
 
 def _without_gaps(values: FloatArray) -> FloatArray:
@@ -174,7 +180,8 @@ def _segment(
         start_s=begin * experiment.sample_time_s,
         sample_time_s=experiment.sample_time_s,
         rows=rows,
-        u=np.column_stack(columns),
+        u=tuple(columns),
+        mean_u=np.column_stack([_block_means(c, rows, measured) for c in columns]),
         y=mean,
         count=count,
         measured=measured,
