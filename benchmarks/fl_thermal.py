@@ -10,6 +10,7 @@ them: is zero, the reference).
 
     python benchmarks/fl_thermal.py            splits and sample times
     python benchmarks/fl_thermal.py sensors    frozen and exchanged sensors
+    python benchmarks/fl_thermal.py rules      other rules, inside rows 0 to 6668 alone
 """
 
 import sys
@@ -176,6 +177,43 @@ def compare_splits() -> None:
         print(f"warning: {text}")
 
 
+def compare_rules() -> None:
+    """Judge rules on stretches of the rows learned from: each is hidden, everything else chosen."""
+    record = read_record().averaged(4)
+    rows = SPLITS[0][0][1] // 4
+    u = record.temperature_k[:rows]
+    edges = np.linspace(0, rows, 8).round().astype(int).tolist()
+    stretches = [(edges[i], edges[i + w]) for w in (1, 2) for i in range(8 - w)]
+    found: dict[str, list[Array]] = {}
+    for first, last in stretches:
+        hidden = record.displacement_um[:rows].copy()
+        hidden[first:last] = np.nan
+        part = Record(record.sample_time_s, u, hidden)
+        default = learned(part, 0, rows)
+        best = min(default.structures, key=lambda s: s.score).time_constants_s
+        rules = {
+            "average": default,
+            "best alone": learned(part, 0, rows, SelectionOptions(lag_sets_s=(best,))),
+            "fewest": learned(part, 0, rows, SelectionOptions(fewest_channels=True)),
+            "offset": learned(part, 0, rows, SelectionOptions(offset=True)),
+            "static": learned(part, 0, rows, METHODS["static"]),
+            "averages": learned(part, 0, rows, METHODS["averages"]),
+        }
+        for name, result in rules.items():
+            found.setdefault(name, []).append(errors_um(result, record, first, last))
+        y = record.displacement_um
+        held = y[max(first - 1, 0)]
+        found.setdefault("hold", []).append(np.mean(np.abs(y[first:last] - held), axis=0))
+    table = {name: np.array(values) for name, values in found.items()}
+    best_um = np.min([table[name] for name in ("static", "averages", "hold")], axis=0)
+    print(f"{len(stretches)} hidden stretches of 4 and 8 h inside rows 0 to 6668; mean MAE in µm")
+    print(" " * 14 + "".join(f"{n:>8}" for n in CHANNELS))
+    for name, values in table.items():
+        over = float(np.mean(values > WANTED_RATIO * best_um))
+        note = f"mean {np.mean(values):.2f}; over {WANTED_RATIO:g} x the best baseline: {over:.0%}"
+        print(line(name, values.mean(axis=0), note))
+
+
 def frozen(u: Array, column: int, first: int, last: int) -> Array:
     """Return inputs of which one stands still in some rows."""
     broken = u.copy()
@@ -220,4 +258,6 @@ def compare_sensors() -> None:
 
 
 if __name__ == "__main__":
-    compare_sensors() if "sensors" in sys.argv[1:] else compare_splits()
+    {"sensors": compare_sensors, "rules": compare_rules}.get(
+        sys.argv[1] if len(sys.argv) > 1 else "", compare_splits
+    )()

@@ -39,10 +39,14 @@ FIXED_TIME_CONSTANTS_S = (300.0, 1200.0, 3600.0, 10800.0)
 """Time constants of the baseline with fixed exponential averages. [s]"""
 LAG_RATIO = 4.0
 """Each time constant tried is so many times the one before: closer ones tell the same. [1]"""
+LONGEST_LAG_S = 86400.0
+"""Largest time constant tried, however long the record: what is slower is the season. [s]"""
 LEAST_WEIGHT = 0.02
 """Models with a smaller share of the average are left out. [1]"""
 RECORD_PER_LAG = 8.0
 """A record is at least so many times longer than the largest time constant tried. [1]"""
+FEWEST_MEANS, MOST_MEANS = 100, 20_000
+"""Means that a record is reduced to; averaging is linear and keeps the lags exact. [1]"""
 SHORTEST_PART_S = 3600.0
 """Parts shorter than this say little about the free run of a warm-up. [s]"""
 _OPPOSED_CORRELATION = 0.98
@@ -72,7 +76,8 @@ class SelectionOptions:
     parts: int = 5
     """Parts that the record is cut into. [1]"""
     mean_s: float = 300.0
-    """Averaging time of displacements and lags; of a short record a hundredth of it. [s]"""
+    """Averaging time of displacements and lags: a hundredth of a short record, and more of one
+    that is longer than two months. [s]"""
     fewest_channels: bool = False
     """Whether as many channels are left out as one standard error allows."""
     most_channels: int | None = None
@@ -275,9 +280,7 @@ def select(
     time_constants = np.unique(
         np.concatenate([[*taus] for taus in (*sets, FIXED_TIME_CONSTANTS_S)])
     )
-    banks = banks_of(
-        outputs, columns, time_constants, min(settings.mean_s, duration_s / 100.0), parts
-    )
+    banks = banks_of(outputs, columns, time_constants, _mean_s(first, settings.mean_s), parts)
     validation = validation_of(
         banks, len(parts), sensor_noise_k(first)[columns], np.array(settings.sensor_uncertainties_k)
     )
@@ -338,10 +341,18 @@ def _check_displacements(outputs: Mapping[str, Sequence[Experiment]]) -> None:
             )
 
 
+def _mean_s(experiments: Sequence[Experiment], wanted_s: float) -> float:
+    """Return the averaging time: enough means of a short record, not too many of a long one."""
+    total_s = sum(e.duration_s for e in experiments)
+    longest_s = max(e.duration_s for e in experiments)
+    return max(min(wanted_s, longest_s / FEWEST_MEANS), total_s / MOST_MEANS)
+
+
 def _lag_sets(shortest_s: float, duration_s: float) -> tuple[tuple[float, ...], ...]:
     """Return none, one and two neighbouring time constants, as far as the record supports them."""
     taus: list[float] = []
-    while shortest_s * LAG_RATIO ** len(taus) <= duration_s / RECORD_PER_LAG:
+    longest_s = min(LONGEST_LAG_S, duration_s / RECORD_PER_LAG)
+    while shortest_s * LAG_RATIO ** len(taus) <= longest_s:
         taus.append(shortest_s * LAG_RATIO ** len(taus))
     return ((), *((tau,) for tau in taus), *pairwise(taus))
 
@@ -581,7 +592,8 @@ def _warnings(
 ) -> tuple[str, ...]:
     found: list[str] = []
     longest = max((t for s in search.lag_sets_s for t in s), default=0.0)
-    if longest in search.time_constants_s[list(members[0].structure.lags)]:
+    limited = LAG_RATIO * longest <= LONGEST_LAG_S
+    if limited and longest in search.time_constants_s[list(members[0].structure.lags)]:
         found.append(
             f"the largest time constant tried, {longest:g} s, belongs to the best model: the"
             " record may be too short for the slowest one of the machine"

@@ -26,6 +26,8 @@ LEAST_JUMP_K = 0.3
 """A smaller step between two rows is no evidence of exchanged sensors. [K]"""
 JUMP_TIMES = 4.0
 """A jump is so many times larger than the largest steps but one in a hundred. [1]"""
+MOST_JUMPS = 6
+"""A channel that jumps more often does so by its nature. [1]"""
 NOISY_TIMES = 5.0
 """A noisy channel has so many times the median noise of all channels. [1]"""
 LONGEST_NOISE_STEP_S = 60.0
@@ -196,6 +198,7 @@ def _exchanged(experiment: Experiment, label: str, names: Sequence[str]) -> list
         return []
     limit = _jump_limit(step)
     jumping = np.nan_to_num(np.abs(step)) > limit
+    jumping[:, np.count_nonzero(jumping, axis=0) > MOST_JUMPS] = False
     found: dict[int, SensorFinding] = {}
     for row in np.flatnonzero(np.count_nonzero(jumping, axis=1) >= 2).tolist():
         columns = np.flatnonzero(jumping[row]).tolist()

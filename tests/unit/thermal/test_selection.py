@@ -387,6 +387,13 @@ def test_single_spikes_are_no_exchange() -> None:
     assert check_candidates([own], NAMES) == ()
 
 
+def test_channels_that_jump_all_the_time_are_not_exchanged() -> None:
+    rng = np.random.default_rng(37)
+    u = np.repeat(rng.normal(0.0, 2.0, (ROWS // 40, 5)), 40, axis=0)
+    own = Experiment(STEP_S, u + 0.01 * rng.normal(size=u.shape), np.arange(ROWS * 1.0))
+    assert check_candidates([own], NAMES) == ()
+
+
 def test_a_noisy_sensor_stays_but_its_direct_gain_is_held_back() -> None:
     rng = np.random.default_rng(30)
     clean = temperatures(30, 0.005)
