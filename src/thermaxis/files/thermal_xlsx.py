@@ -88,7 +88,10 @@ def read_thermal_xlsx(
             path=name,
             remedy="Open it in a spreadsheet program and save it as .xlsx, without a password",
         )
-    check_parts(content, path=name)
+    try:
+        check_parts(content, path=name)
+    except IndexError as error:  # a part without a name
+        raise damaged(name, error) from error
     for sheet, rows in _sheets(name, content):
         for index, row in enumerate(rows[:_ROWS_ABOVE]):
             headings = ["" if cell is None else str(cell).strip() for cell in row]

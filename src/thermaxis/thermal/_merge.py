@@ -151,8 +151,9 @@ def merge_logs(
     a, b : ThermalLog
         The logs; the first one's clock holds.
     shift_s : float, optional
-        What is added to the second log's clock. Default: found from common channels; without any
-        the clocks are taken as they are if both logs state the time of day. [s]
+        What is added to the second log's clock (where only one log states the time of day: to its
+        times since its first row). Default: found from common channels; without any the clocks
+        are taken as they are if both logs state the time of day. [s]
     common : sequence of (str, str)
         Channels of the first and of the second log that measure the same, for the search.
 

@@ -4,6 +4,7 @@ import datetime as dt
 import subprocess
 import sys
 import tempfile
+import zipfile
 from pathlib import Path
 
 import h5py
@@ -252,6 +253,15 @@ def test_folders_and_files_that_are_not_there_are_errors(tmp_path: Path) -> None
     for path in (tmp_path, tmp_path / "none.csv", tmp_path / "none.parquet", "a\x00b"):
         with pytest.raises(MeasurementFileError):
             read_thermal_log(path)
+
+
+def test_a_workbook_with_a_part_without_a_name_is_damaged(tmp_path: Path) -> None:
+    path = written(tmp_path, "book.xlsx")
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("nameless", b"")
+    path.write_bytes(path.read_bytes().replace(b"nameless", b"\x00ameless"))
+    with pytest.raises(MeasurementFileError, match="damaged"):
+        read_thermal_log(path)
 
 
 def test_errors_name_line_and_column(tmp_path: Path) -> None:
