@@ -65,8 +65,6 @@ LARGEST_DC_SHARE = 0.25
 """Standard deviation of a DC gain over its size beyond which it is not supported. [1]"""
 FEWEST_DRIFT_VALUES = 12.0
 """Independent values of the drift that a short record is taken to hold. [1]"""
-HOPELESS = 40.0
-"""Logarithm of the evidence by which a number of lags may fall behind to be refined. [1]"""
 TIME_CONSTANT_FLAG = "time constant not supported by the record"
 DC_GAIN_FLAG = "DC gain not supported by the record"
 
@@ -328,12 +326,8 @@ def _refined_sets(
 ) -> dict[int, tuple[Refinement, Refined]]:
     """Return the best set of every number of lags, moved between the points of the grid."""
     refined: dict[int, tuple[Refinement, Refined]] = {}
-    numbers = sorted({c.lags for c in found})
-    tops = {number: best_of(found, number)[2] for number in numbers}
-    for number in numbers:
-        members, sizes, log_weight = best_of(found, number)
-        if log_weight < max(tops.values()) - HOPELESS and number != options.lags:
-            continue
+    for number in sorted({c.lags for c in found}):
+        members, sizes, _ = best_of(found, number)
         problem = Refinement(
             segments=evidence.segments,
             scales=evidence.scales,

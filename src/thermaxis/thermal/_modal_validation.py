@@ -12,6 +12,8 @@ from thermaxis.thermal._slow_noise import weighted_products
 
 FOLDS = 6
 """Blocks that a record is cut into. [1]"""
+EXACT = 1e-9
+"""Share of the displacement's variance that is not worth another lag. [1]"""
 
 
 @final
@@ -103,5 +105,6 @@ def validated(candidates: Sequence[tuple[Refinement, Refined]]) -> BlockedValida
     if folds < 2:
         return BlockedValidation(numbers, mean, np.zeros(len(numbers)), numbers[0])
     spread = np.std(errors - errors[best], axis=1, ddof=1) * np.sqrt(folds) / counts.sum()
-    within = np.flatnonzero(mean - mean[best] <= spread)
+    worse = mean - mean[best]
+    within = np.flatnonzero((worse <= spread) | (worse * unit <= EXACT))
     return BlockedValidation(numbers, mean, spread, numbers[int(within[0])])
