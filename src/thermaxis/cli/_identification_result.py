@@ -45,9 +45,19 @@ def identification_as_text(
     if result.selection is not None:
         parts.append(_selection_text(result))
     parts += [_output_text(output) for output in result.outputs]
+    if result.joint is not None:
+        parts.append(_joint_text(result))
     parts.append(_beside_text(result))
     parts += [f"warning: {printable(w, 400)}\n" for w in result.warnings]
     return "\n".join(parts)
+
+
+def _joint_text(result: "Identification") -> str:
+    if result.joint is None:
+        return ""
+    rows = [[printable(c, 30), f"{g:.3f}"] for c, g in result.joint.gain_by_channel.items()]
+    title = f"Gain g of the part {printable(result.joint.part, 30)} by displacement"
+    return text_table(title, ["displacement", "g"], rows, words=1)
 
 
 def _beside_text(result: "Identification") -> str:
@@ -169,6 +179,12 @@ def identification_as_json(
         "findings": list(findings),
         "warnings": list(result.warnings),
     }
+    if result.joint is not None:
+        content["joint_gains"] = {
+            "part": result.joint.part,
+            "reference": result.joint.reference,
+            "gains": dict(result.joint.gain_by_channel),
+        }
     selection = result.selection
     if selection is not None:
         content["selection"] = {

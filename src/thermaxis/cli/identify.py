@@ -19,6 +19,25 @@ def _orders(text: str) -> tuple[int, int, int]:
     return na, nb, nk
 
 
+def _joint(text: str) -> tuple[str, dict[str, float | None]]:
+    part, sign, listed = text.partition("=")
+    found: dict[str, float | None] = {}
+    for entry in listed.split(","):
+        channel, at, place = (word.strip() for word in entry.partition("@"))
+        try:
+            diameter = None if place.casefold() == "tcp" else float(place)
+        except ValueError:
+            diameter = -1.0
+        good = channel and at and channel not in found and (diameter is None or diameter >= 0.0)
+        if not sign or not part.strip() or not good:
+            raise argparse.ArgumentTypeError(
+                f"'{text}' is no PART=CHANNEL@MM,CHANNEL@MM,..., such as"
+                " table=Z_D0_um@0,Z_D3000_um@3000"
+            )
+        found[channel] = diameter
+    return part.strip(), found
+
+
 def _date(text: str) -> str:
     from datetime import date  # noqa: PLC0415  --help needs no dates
 
@@ -97,6 +116,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_orders,
         help="orders of oe and arx (default: searched up to four)",
     )
+    add(
+        "--joint",
+        metavar="PART=CHANNEL@MM,...",
+        type=_joint,
+        help="estimate the gain of a part by workpiece diameter together with the parts, from"
+        " displacements at several diameters: table=Z_D0_um@0,Z_D3000_um@3000; --output then names"
+        " the model's output",
+    )
     add("--model", metavar="OUT.json", type=Path, help="write the compensation model")
     add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
     add(
@@ -141,7 +168,13 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.compensation import Provenance  # noqa: PLC0415
     from thermaxis.errors import printable  # noqa: PLC0415
     from thermaxis.files import write_model  # noqa: PLC0415
-    from thermaxis.thermal import Method, check_log, identify, records_of  # noqa: PLC0415
+    from thermaxis.thermal import (  # noqa: PLC0415
+        Method,
+        check_log,
+        identify,
+        identify_joint,
+        records_of,
+    )
 
     _check_outputs(arguments)
     with Progress() as progress:
@@ -154,7 +187,10 @@ def run(arguments: argparse.Namespace) -> int:
         )
         logs = [entry.log for entry in entries]
         inputs = _inputs(arguments, logs)
-        used = [*arguments.output, *(c for d in inputs for c in d.channels)]
+        outputs: list[str] = arguments.output
+        if arguments.joint is not None:
+            outputs = list(arguments.joint[1])
+        used = [*outputs, *(c for d in inputs for c in d.channels)]
         findings = [
             f"{log.where}: {finding.words}"
             for log in logs
@@ -165,17 +201,20 @@ def run(arguments: argparse.Namespace) -> int:
         records = records_of(
             logs,
             inputs,
-            arguments.output,
+            outputs,
             sample_time_s=arguments.sample_time,
             reference_s=arguments.reference,
         )
         progress("identifying", 0, 0)
-        result = identify(
-            records,
-            method=Method(arguments.method),
-            choose=bool(arguments.candidates),
-            orders=arguments.orders,
-        )
+        if arguments.joint is not None:
+            result = identify_joint(records, arguments.output[0], *arguments.joint)
+        else:
+            result = identify(
+                records,
+                method=Method(arguments.method),
+                choose=bool(arguments.candidates),
+                orders=arguments.orders,
+            )
         provenance = Provenance(
             method=f"{arguments.method}: {result.rule}"[:2000],
             program=f"thermaxis {__version__}",
@@ -221,6 +260,11 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
                 where=str(path),
                 remedy="Give it another name",
             )
+    alone = len(arguments.output) == 1 and arguments.method == "modal" and not arguments.candidates
+    if arguments.joint is not None and not alone:
+        raise ConfigurationError(
+            "joint gains are for one output, the method modal and named inputs", where="--joint"
+        )
     if len(set(arguments.output)) < len(arguments.output):
         raise ConfigurationError("an output is named twice", where="--output")
 

@@ -54,12 +54,17 @@ if TYPE_CHECKING:
         IdentifiedOutput,
         Method,
         identify,
+        identify_joint,
     )
     from thermaxis.thermal._input import (
         InputDefinition,
         check_inputs,
         evaluate_input,
         parse_input,
+    )
+    from thermaxis.thermal._joint_gains import (
+        JointGains,
+        joint_gains,
     )
     from thermaxis.thermal._log_quality import (
         LogFinding,
@@ -146,6 +151,7 @@ __all__ = [
     "Identification",
     "IdentifiedOutput",
     "InputDefinition",
+    "JointGains",
     "LogFinding",
     "MeasuredOutput",
     "Method",
@@ -194,6 +200,8 @@ __all__ = [
     "fit_baseline",
     "fit_percent",
     "identify",
+    "identify_joint",
+    "joint_gains",
     "merge_logs",
     "modal",
     "modal_form",
@@ -250,10 +258,13 @@ _MODULES = {
     "IdentifiedOutput": "_identification",
     "Method": "_identification",
     "identify": "_identification",
+    "identify_joint": "_identification",
     "InputDefinition": "_input",
     "check_inputs": "_input",
     "evaluate_input": "_input",
     "parse_input": "_input",
+    "JointGains": "_joint_gains",
+    "joint_gains": "_joint_gains",
     "LogFinding": "_log_quality",
     "check_log": "_log_quality",
     "ShiftResult": "_merge",

@@ -18,11 +18,13 @@ from thermaxis.thermal._baselines import (
 )
 from thermaxis.thermal._conversion import thermal_model_of
 from thermaxis.thermal._field import FloatArray
+from thermaxis.thermal._joint_gains import JointGains, joint_gains
 from thermaxis.thermal._modal import ModalOptions, ModalResult, PartStd, modal
 from thermaxis.thermal._oe import oe
 from thermaxis.thermal._polynomial_model import PolynomialResult, held
 from thermaxis.thermal._records import Records, compensation_model
 from thermaxis.thermal._selection import SelectionOptions, SelectionResult, select
+from thermaxis.thermal._superposition import combine_models
 from thermaxis.thermal._thermal_model import ThermalModel, simulate_modal
 
 
@@ -88,6 +90,8 @@ class Identification:
     """Choice among candidates; None where the inputs were named."""
     warnings: tuple[str, ...]
     """What the user must know, in words."""
+    joint: JointGains | None = None
+    """Gains by workpiece diameter that were estimated with the parts; None where none were."""
 
     def to_compensation_model(
         self, records: Records, provenance: Provenance | None = None
@@ -121,13 +125,17 @@ class Identification:
                 )
             models[output.name] = output.model
         said = [*self.warnings, *(f"{o.name}: {w}" for o in self.outputs for w in o.warnings)]
-        return compensation_model(
+        model = compensation_model(
             models,
             records,
             static_gains_um_per_k=statics,
             provenance=provenance,
             warnings=said,
         )
+        if self.joint is None:
+            return model
+        name = next(iter(models))
+        return combine_models([(name, model)], {self.joint.part: self.joint.gain})
 
 
 def identify(
@@ -208,6 +216,77 @@ def identify(
         stable=all(output.model is not None for output in results),
         selection=None,
         warnings=(),
+    )
+
+
+def identify_joint(
+    records: Records,
+    output: str,
+    part: str,
+    diameters_mm: Mapping[str, float | None],
+    *,
+    modal_options: ModalOptions | None = None,
+) -> Identification:
+    """Identify one output from its displacements at several workpiece diameters.
+
+    Parameters
+    ----------
+    records : Records
+        Experiments with the displacements of all diameters.
+    output : str
+        Name of the model's output.
+    part : str
+        Name of the input whose part acts differently at each diameter.
+    diameters_mm : mapping of str to float or None
+        Diameter by channel; None for the tool centre point. [mm]
+    modal_options : ModalOptions, optional
+        As of `modal`.
+
+    Returns
+    -------
+    Identification
+        One output with `joint` gains; its figures are of all displacements together.
+
+    Raises
+    ------
+    ConfigurationError, DataError
+        As of `joint_gains`.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equation (8).
+    """
+    found = joint_gains(records, part, diameters_mm, options=modal_options)
+    result = found.result
+    beside, static = _beside(records, found.reference)
+    identified = IdentifiedOutput(
+        name=output,
+        model=result.model,
+        std=result.std,
+        fit_percent=result.fit_percent,
+        noise_std_um=result.noise_std_um,
+        slow_noise_std_um=result.slow_noise_std_um,
+        validation_mae_um=None,
+        baseline_mae_um={},
+        training_rmse_um={
+            "model": _free_run(records, found.reference, result.model)[1],
+            **beside,
+        },
+        static_gains_um_per_k=static,
+        polynomials=None,
+        warnings=result.warnings,
+    )
+    return Identification(
+        method=Method.MODAL,
+        rule=(
+            f"parts common to all diameters, gain of the part {part} by least squares, in turn;"
+            f" errors on the training rows are those at {found.reference}"
+        ),
+        outputs=(identified,),
+        stable=True,
+        selection=None,
+        warnings=(),
+        joint=found,
     )
 
 

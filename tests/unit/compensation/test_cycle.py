@@ -187,7 +187,7 @@ def test_a_stated_reference_starts_at_its_steady_state() -> None:
 
 
 def test_the_noise_of_the_first_reading_is_no_warm_machine() -> None:
-    model = one_output(one_part())
+    model = one_output(one_part(), longest_gap_s=1e7)
     state, output = cycle(model, initial_state(model, {"a": 20.0}), Reading(0.0, {"a": 20.5}))
     assert output.model_um[0] == 0.0
     _, output = cycle(model, state, Reading(1e6, {"a": 20.5}))

@@ -1,0 +1,48 @@
+"""Parts and their gains by diameter come back from one test at all diameters."""
+
+import numpy as np
+import pytest
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.thermal._input import parse_input
+from thermaxis.thermal._joint_gains import joint_gains
+from thermaxis.thermal._records import Records, records_of
+from thermaxis.virtual import generate_lathe_test
+
+INPUTS = (
+    parse_input("spindle=T_spindle_C-T_column_C"),
+    parse_input("table=T_table_C-T_column_C"),
+)
+DIAMETERS = {"Z_D0_um": 0.0, "Z_D1500_um": 1500.0, "Z_D3000_um": 3000.0}
+
+
+@pytest.fixture(scope="module")
+def records() -> Records:
+    return records_of([generate_lathe_test("verification")], INPUTS, [*DIAMETERS, "Z_um"])
+
+
+def test_the_lathes_gains_come_back(records: Records) -> None:
+    found = joint_gains(records, "table", DIAMETERS)
+    assert found.reference == "Z_D0_um"
+    assert [p.diameter_mm for p in found.gain.points] == [0.0, 1500.0, 3000.0]
+    assert [p.gain for p in found.gain.points] == pytest.approx([1.0, 1.6, 2.2], rel=0.04)
+    table = found.result.model.parts[1]
+    assert table.dc_gain == pytest.approx(-20.0, rel=0.1)
+
+
+def test_the_tool_centre_point_is_the_reference_where_it_is_named(records: Records) -> None:
+    found = joint_gains(records, "table", {**DIAMETERS, "Z_um": None})
+    assert found.reference == "Z_um"
+    assert found.gain.tool_gain == 1.0
+    assert np.allclose([p.gain for p in found.gain.points], [1.0, 1.6, 2.2], rtol=0.04)
+
+
+@pytest.mark.parametrize(
+    ("part", "diameters"),
+    [("turret", DIAMETERS), ("table", {"Z_D0_um": 0.0}), ("table", {"Z_D0_um": 0.0, "Q_um": 1.0})],
+)
+def test_what_cannot_be_joint_is_refused(
+    records: Records, part: str, diameters: dict[str, float | None]
+) -> None:
+    with pytest.raises(ConfigurationError):
+        joint_gains(records, part, diameters)
