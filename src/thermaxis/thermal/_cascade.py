@@ -1,8 +1,8 @@
-"""Simulation of slow transfer functions pole after pole, without the round-off of one recursion.
+"""Simulation of slow transfer functions pole after pole.
 
-With three poles near one, one recursion of third order in double precision is off by tens of
-micrometres after a shift: rounding enters through a gain of (1 - p)^-3. One pole after the other
-keeps the digits, and the signals between the poles are a basis in which numerators stay apart.
+Behind three poles near one, an input and its shifted copies are the same signal to ten digits:
+numerators do not stay apart in them. The signals between the poles are a basis in which they do,
+and sums of coefficients that nearly cancel are never formed from the signals.
 """
 
 from dataclasses import dataclass

@@ -586,7 +586,9 @@ class RoundingLoss:
 
     @property
     def dc_gain_error(self) -> tuple[float, float]:
-        """Relative errors of the DC gain at the two corners, the smaller magnitude first. [1]"""
+        """Relative errors of the DC gain at the corners, the smaller first; NaN for gain 0. [1]"""
+        if self.dc_gain == 0.0:
+            return float("nan"), float("nan")
         low, high = (abs(x) / abs(self.dc_gain) - 1.0 for x in self.dc_gain_between)
         return (low, high) if low < high else (high, low)
 

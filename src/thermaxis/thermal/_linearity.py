@@ -86,12 +86,14 @@ def check_linearity(
     The machine heats where the simulated displacement moves away from where it began. Changes of
     it are summed over heating and cooling separately; the measured displacement is a constant per
     test plus one gain times each sum, by least squares on block means. The
-    residual is taken for a first-order autoregression (Cochrane-Orcutt, twice). The model was
-    fitted to both phases, so it is the ratio of both gains that says something.
+    residual is taken for a first-order autoregression (Cochrane-Orcutt, twice), its correlation
+    raised by what the fit took from it. The model was fitted to both phases, so it is the ratio of
+    both gains that says something.
 
     References
     ----------
-    Mareš and Horejš 2021, section 3.3: a linear dependency in heating and cooling.
+    Mareš and Horejš 2021, section 3.3: a linear dependency in heating and cooling. F.
+    Marriott and J. Pope 1954 (bias of a correlation of neighbours, from memory).
     """
     if len(experiments) != len(simulated_um) or not experiments:
         raise DataError(
@@ -159,7 +161,7 @@ def _tested(tables: Sequence[FloatArray], totals: FloatArray) -> Linearity:
         if turn < _TURNS - 1:
             plain = [table[:, -1] - table[:, :-1] @ solution for table in tables]
             values, _ = correlation(plain, plain, 1)
-            rho = min(max(float(values[2]), 0.0), _MOST_CORRELATION)
+            rho = _unbiased(float(values[2]), matrix.shape)
     variance = float(covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1])
     difference_std = float(np.sqrt(max(variance, 0.0)))
     difference = abs(float(estimate[0] - estimate[1]))
@@ -175,6 +177,17 @@ def _tested(tables: Sequence[FloatArray], totals: FloatArray) -> Linearity:
         cooling_um=float(totals[1]),
         residual_correlation=rho,
     )
+
+
+def _unbiased(rho: float, shape: tuple[int, ...]) -> float:
+    """Return the correlation of neighbours before the fit took its slow part.
+
+    A fit of q slow columns to n rows lowers it by about (q + (q + 2) rho) / n; with q = 1, a mean,
+    this is the formula of Marriott and Pope.
+    """
+    rows, columns = shape
+    raised = (rho * rows + columns) / max(rows - columns - 2.0, 1.0)
+    return min(max(raised, 0.0), _MOST_CORRELATION) if rho > 0.0 else 0.0
 
 
 def _whitened(table: FloatArray, rho: float) -> FloatArray:

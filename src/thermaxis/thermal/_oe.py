@@ -1,7 +1,7 @@
 """Output error: transfer functions whose free run is nearest to the measured displacement."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
@@ -58,6 +58,8 @@ COVARIANCE_BLOCKS = 2000
 """Block means from which the colour of the residual is taken, at most. [1]"""
 HIGHEST_COLOUR = 12
 """Highest order of the autoregression that describes the colour of the residual. [1]"""
+LARGEST_RELATIVE_STD = 0.25
+"""Standard deviation over DC gain above which the record does not determine it. [1]"""
 _CONVERGED = 1e-12
 _EXACT = 1e-28
 _RANK = 1e-11
@@ -628,7 +630,7 @@ def _result(
     simulated = tuple(frozen_array(_simulated(problem, theta, t)) for t in range(len(experiments)))
     places = [problem.place(i) for i in range(problem.inputs)]
     nb, nf = problem.orders.nb, problem.orders.nf
-    return PolynomialResult(
+    result = PolynomialResult(
         method="oe",
         model=model,
         parameter_names=_names(problem, names),
@@ -652,6 +654,18 @@ def _result(
             problem, fit, model, experiments, undetermined=problem.size - root.shape[1]
         ),
     )
+    return replace(result, warnings=(*result.warnings, *_unsupported_gains(result)))
+
+
+def _unsupported_gains(result: PolynomialResult) -> list[str]:
+    return [
+        f"{name}: the DC gain is {gain:.4g} µm/K with a standard deviation of {std:.3g} µm/K; the"
+        " record does not determine it"
+        for name, gain, std in zip(
+            result.model.input_names, result.dc_gain, result.dc_gain_std, strict=True
+        )
+        if std > LARGEST_RELATIVE_STD * abs(gain)
+    ]
 
 
 def _not_empty(numerator: FloatArray) -> FloatArray:

@@ -149,6 +149,23 @@ def test_rounding_that_lets_a_pole_reach_one_is_said_to_be_unstable() -> None:
     assert loss.unstable_share > 0.0 or loss.time_constant_rows == np.inf
 
 
+@pytest.mark.parametrize(
+    ("sample_time_s", "sum_b", "decimals", "unstable"),
+    [(1.0, 6.9e-11, 12.3, 1.0), (10.0, 6.8e-8, 9.3, 0.79), (60.0, 1.4e-5, 7.0, 0.02)],
+)
+def test_the_disease_of_printed_digits_grows_with_the_sample_rate(
+    sample_time_s: float, sum_b: float, decimals: float, unstable: float
+) -> None:
+    part = ModalPart("u", 0.0, [14.0, 26.0, -18.0], [400.0, 3000.0, 12_000.0])
+    tf = transfer_function_of(part, sample_time_s)
+    assert np.sum(tf.denominator) == pytest.approx(sum_b, rel=0.02)
+    assert rounding_loss(printed_with(tf, 12)).decimals_for_percent == pytest.approx(
+        decimals, abs=0.06
+    )
+    assert rounding_loss(printed_with(tf, 5)).unstable_share == pytest.approx(unstable, abs=0.01)
+    assert tf.dc_gain == pytest.approx(22.0, rel=3e-6)
+
+
 taus = st.lists(st.floats(20.0, 20_000.0), min_size=0, max_size=3)
 gains = st.floats(-50.0, 50.0)
 

@@ -107,7 +107,7 @@ def test_intervals_cover_the_truth_whatever_the_colour(colour: float, low: float
         inside.append(np.abs(error) < 1.96 * result.std)
         ratios.append((result.dc_gain[0] - 30.0) / result.dc_gain_std[0])
     assert np.mean(inside) > low
-    # white-residual theory would give about 5 with this colour
+    # white-residual theory gives 8.5 with the colour
     assert 0.6 < np.sqrt(np.mean(np.square(ratios))) < 1.7
 
 
@@ -145,6 +145,14 @@ def test_a_time_constant_that_the_record_does_not_show_is_said() -> None:
     y = np.cumsum(u[:, 0]) * 0.01
     result = oe([Experiment(1.0, u, y)], 1, 2)
     assert any("longer than a third" in text for text in result.warnings)
+
+
+def test_a_dc_gain_that_the_record_does_not_determine_is_said() -> None:
+    rng = np.random.default_rng(11)
+    u = np.concatenate([[0.0], np.full(299, 5.0)])
+    y = 5.0 * 20.0 * (1.0 - np.exp(-np.arange(300) / 3000.0)) + rng.normal(size=300)
+    result = oe([Experiment(1.0, u[:, None], y)], 1, 2)
+    assert any("does not determine" in text for text in result.warnings)
 
 
 @pytest.mark.parametrize(
