@@ -25,7 +25,7 @@ from thermaxis.thermal._cascade import (
     output_of,
     stage_outputs,
 )
-from thermaxis.thermal._experiment import Experiment, common_shape
+from thermaxis.thermal._experiment import FEWEST_READINGS, Experiment, common_shape
 from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._figures import fit_percent
 from thermaxis.thermal._oe_start import OeOrders, denominators_to_start, stabilised
@@ -60,6 +60,7 @@ HIGHEST_COLOUR = 12
 """Highest order of the autoregression that describes the colour of the residual. [1]"""
 LARGEST_RELATIVE_STD = 0.25
 """Standard deviation over DC gain above which the record does not determine it. [1]"""
+_FEWEST_BLOCKS = 20
 _CONVERGED = 1e-12
 _EXACT = 1e-28
 _RANK = 1e-11
@@ -504,7 +505,9 @@ def _search(
     inputs = len(delays)
     longest = max(e.y.size for e in experiments)
     rows = max(-(-longest // SEARCH_ROWS), 1)
-    short = [block_means(e, rows) for e in experiments]
+    if not any(_long_enough(e, rows) for e in experiments):
+        rows = 1
+    short = [block_means(e, rows) for e in experiments if _long_enough(e, rows)]
     short_delays = tuple(round(d / rows) for d in delays)
     plain = OeOptions(options.start, 0, options.constant, -(-options.lead_in_rows // rows))
     blocks = blocks_of_rows(short)
@@ -521,6 +524,15 @@ def _search(
         for (i, j), values in errors.items()
     )
     return trials, OeOrders((m,) * inputs, (n + 1,) * inputs, delays)
+
+
+def _long_enough(experiment: Experiment, rows: int) -> bool:
+    """Return whether enough block means of a test are left."""
+    if rows == 1:
+        return True
+    count = experiment.y.size // rows
+    present = ~np.isnan(experiment.y[: count * rows]).reshape(count, rows)
+    return int(np.count_nonzero(np.any(present, axis=1))) >= FEWEST_READINGS
 
 
 def _errors_left_out(
@@ -556,6 +568,8 @@ def _coloured_root(problem: _Problem, theta: FloatArray, root: FloatArray) -> Fl
     """
     longest = max(y.size for _, y in problem.tests)
     block = max(-(-longest // COVARIANCE_BLOCKS), 1)
+    while _share_of_blocks(problem, block) < 0.5 and longest // block > _FEWEST_BLOCKS:
+        block *= 2  # rare outputs: the colour is seen from one group of rows to the next
     means: list[FloatArray] = []
     gradients: list[FloatArray] = []
     within = np.zeros((root.shape[1], root.shape[1]))
@@ -585,23 +599,45 @@ def _coloured_root(problem: _Problem, theta: FloatArray, root: FloatArray) -> Fl
     return root @ (vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
+def _share_of_blocks(problem: _Problem, block: int) -> float:
+    """Return the share of the blocks in which something was measured."""
+    filled, count = 0, 0
+    for _, y in problem.tests:
+        present = np.add.reduceat(~np.isnan(y), np.arange(0, y.size, block), dtype=np.int64)
+        filled += int(np.count_nonzero(present))
+        count += present.size
+    return filled / count
+
+
 def _colour(series: Sequence[FloatArray]) -> tuple[FloatArray, float]:
     """Return an autoregression and the variance of its innovations, order by Schwarz."""
     present = np.concatenate([values[~np.isnan(values)] for values in series])
     power = float(np.mean(present**2))
     highest = min(HIGHEST_COLOUR, present.size // 10)
-    values, _ = correlation(series, series, max(highest, 1))
-    own = values[max(highest, 1) :]
     best, phi, variance = present.size * float(np.log(max(power, 1e-300))), np.zeros(0), power
     for order in range(1, highest + 1):
         tried = _autoregression(series, order)
-        left = power * max(1.0 - float(tried @ own[1 : order + 1]), 1e-12)
+        left, rows = _innovation_power(series, tried)
+        if rows < 5 * order + _FEWEST_BLOCKS:
+            break  # gaps: too few rows show what such an order leaves
         criterion = present.size * float(np.log(max(left, 1e-300))) + order * float(
             np.log(present.size)
         )
         if criterion < best:
             best, phi, variance = criterion, tried, left
     return phi, variance
+
+
+def _innovation_power(series: Sequence[FloatArray], phi: FloatArray) -> tuple[float, int]:
+    """Return the mean square that an autoregression leaves, and the rows that show it."""
+    total, rows = 0.0, 0
+    for values in series:
+        left = values.copy()
+        for j, coefficient in enumerate(phi, start=1):
+            left -= coefficient * later(values, j, np.nan)
+        total += float(np.nansum(left**2))
+        rows += int(np.count_nonzero(~np.isnan(left)))
+    return total / max(rows, 1), rows
 
 
 def _result(

@@ -111,6 +111,20 @@ def test_intervals_cover_the_truth_whatever_the_colour(colour: float, low: float
     assert 0.6 < np.sqrt(np.mean(np.square(ratios))) < 1.7
 
 
+def test_outputs_that_are_seen_rarely_give_honest_deviations() -> None:
+    model = PolynomialModel(("a",), (TransferFunction([8.0, -7.7], [1.0, -0.99]),), 10.0)
+    ratios = []
+    for seed in range(16):
+        rng = np.random.default_rng(seed)
+        u = lfilter([0.02], [1.0, -0.98], np.repeat(rng.normal(size=40) * 4.0, 75))[:, None]
+        noise = lfilter([1.0], [1.0, -0.95], rng.normal(size=3000) * np.sqrt(1.0 - 0.95**2))
+        y = simulate_polynomial(model, u) + noise
+        y[np.arange(3000) % 40 >= 4] = np.nan
+        result = oe([Experiment(10.0, u, y)], 1, 2)
+        ratios.append((result.dc_gain[0] - 30.0) / result.dc_gain_std[0])
+    assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 2.0
+
+
 def test_the_search_runs_free_as_well_as_the_truth() -> None:
     model = PolynomialModel(("a",), (TransferFunction([8.0, -7.7], [1.0, -0.99]),), 10.0)
     rng = np.random.default_rng(7)
