@@ -20,16 +20,24 @@ if TYPE_CHECKING:
     )
     from thermaxis.files.rtl import read_rtl, write_rtl
     from thermaxis.files.thermal_log import read_thermal_log
-    from thermaxis.files.thermal_log_csv import write_thermal_log
+    from thermaxis.files.thermal_log_csv import format_thermal_log, write_thermal_log
+    from thermaxis.files.thermal_mapping_toml import (
+        ColumnMapping,
+        ThermalMapping,
+        read_thermal_mapping,
+    )
     from thermaxis.files.tidy_csv import format_tidy_csv, read_tidy_csv, write_tidy_csv
     from thermaxis.files.wide_csv import read_wide_csv
     from thermaxis.files.xlsx import read_xlsx
 
 __all__ = [
     "FALLBACK_ENCODING",
+    "ColumnMapping",
+    "ThermalMapping",
     "format_field_csv",
     "format_model",
     "format_plan",
+    "format_thermal_log",
     "format_tidy_csv",
     "model_sha256",
     "plan_as_json",
@@ -43,6 +51,7 @@ __all__ = [
     "read_positioning_with_sha256",
     "read_rtl",
     "read_thermal_log",
+    "read_thermal_mapping",
     "read_tidy_csv",
     "read_wide_csv",
     "read_xlsx",
@@ -55,6 +64,10 @@ __all__ = [
 ]
 
 _MODULES = {
+    "format_thermal_log": "thermal_log_csv",
+    "read_thermal_mapping": "thermal_mapping_toml",
+    "ThermalMapping": "thermal_mapping_toml",
+    "ColumnMapping": "thermal_mapping_toml",
     "format_field_csv": "field_csv",
     "format_model": "model_json",
     "model_sha256": "model_json",

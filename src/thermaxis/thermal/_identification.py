@@ -47,7 +47,7 @@ class IdentifiedOutput:
     name: str
     """Channel of the displacement."""
     model: ThermalModel | None
-    """Gains and time constants; None where the polynomials are not stable."""
+    """Gains and time constants; None where the polynomials are no sum of stable lags."""
     std: tuple[PartStd, ...]
     """Standard deviations, one per part; None within where the record does not support one."""
     fit_percent: float
@@ -120,7 +120,7 @@ class Identification:
         for output in self.outputs:
             if output.model is None:
                 raise DataError(
-                    f"the model of {output.name} is not stable and cannot run",
+                    f"the model of {output.name} is no sum of stable lags and cannot run",
                     remedy="Use the method modal, which is stable by construction",
                 )
             models[output.name] = output.model
@@ -213,7 +213,7 @@ def identify(
         method=method,
         rule=rule,
         outputs=tuple(results),
-        stable=all(output.model is not None for output in results),
+        stable=all(o.polynomials is None or o.polynomials.stable for o in results),
         selection=None,
         warnings=(),
     )
@@ -387,6 +387,16 @@ def _beside(records: Records, name: str) -> tuple[dict[str, float], FloatArray]:
     return rmse, fitted["static"].gains_um_per_k[:, 0]
 
 
+def _as_lags(result: PolynomialResult) -> tuple[ThermalModel | None, tuple[str, ...]]:
+    """Return polynomials as gains and time constants, or why they are none."""
+    if not result.stable:
+        return None, ("a pole lies outside the unit circle: the model is not stable",)
+    try:
+        return thermal_model_of(result.model), ()
+    except DataError as error:
+        return None, (f"the model has no form of gains and time constants: {error.what}",)
+
+
 def _polynomials(
     records: Records, name: str, method: Method, orders: tuple[int, int, int] | None
 ) -> IdentifiedOutput:
@@ -395,7 +405,7 @@ def _polynomials(
     estimator = arx if method is Method.ARX else oe
     na, nb, nk = orders if orders is not None else (None, None, 0)
     result = estimator(experiments, na, nb, nk, input_names=names)
-    model = thermal_model_of(result.model) if result.stable else None
+    model, why = _as_lags(result)
     beside, static = _beside(records, name)
     left = np.concatenate([e.y - s for e, s in zip(experiments, result.simulated_um, strict=True)])
     own = float(np.sqrt(np.nanmean(left**2)))
@@ -417,5 +427,5 @@ def _polynomials(
         training_rmse_um={"model": own, **beside},
         static_gains_um_per_k=static,
         polynomials=result,
-        warnings=result.warnings,
+        warnings=(*result.warnings, *why),
     )
