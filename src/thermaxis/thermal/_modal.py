@@ -65,6 +65,9 @@ LARGEST_DC_SHARE = 0.25
 """Standard deviation of a DC gain over its size beyond which it is not supported. [1]"""
 FEWEST_DRIFT_VALUES = 12.0
 """Independent values of the drift that a short record is taken to hold. [1]"""
+FREE_START = 1.0
+"""Logarithm of the size of transients, in standard deviations of the white noise, beyond which an
+experiment did not begin in a steady state. [1]"""
 TIME_CONSTANT_FLAG = "time constant not supported by the record"
 DC_GAIN_FLAG = "DC gain not supported by the record"
 
@@ -451,8 +454,34 @@ def _result(
         fit_percent=_fit_percent(problem, refined, gains, others),
         offsets_um=tuple(offsets.tolist()),
         validation=validation,
-        warnings=(),
+        warnings=_warnings(evidence, stds),
     )
+
+
+def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[str, ...]:
+    """Return what a user must know of the record as a whole."""
+    warnings = []
+    started = {
+        segment.experiment
+        for segment, size in zip(
+            evidence.segments, evidence.sizes.log_transients or (), strict=False
+        )
+        if size > FREE_START
+    }
+    count = 1 + max(s.experiment for s in evidence.segments)
+    if len(started) == count:
+        warnings.append(
+            "no experiment begins in a steady state: what the machine did before the start is"
+            " estimated, and slow time constants and DC gains with it"
+            " (add a test that starts cold)"
+        )
+    if any(s.dc_gain is None for s in stds):
+        warnings.append(
+            "the record does not support every DC gain: the model holds for changes that last as"
+            " long as the record's, not for longer ones (add a longer test, or one that starts"
+            " cold)"
+        )
+    return tuple(warnings)
 
 
 def _starts_and_offsets(problem: Refinement, refined: Refined, gains: FloatArray) -> FloatArray:

@@ -12,11 +12,33 @@ from itertools import islice
 from typing import final
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg import cho_solve, solve_triangular
 
 from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._modal_regressors import Segment
 from thermaxis.thermal._slow_noise import SlowNoise, weighted_products
+
+ROUND_OFF = (0.0, 1e-12, 1e-9, 1e-6)
+"""Shares by which the diagonal of a precision is raised until round-off leaves it positive. [1]"""
+
+
+def factored(precision: FloatArray) -> FloatArray:
+    """Return the lower Cholesky factor of one precision or of many, (..., p, p).
+
+    Where a record without noise makes regressors all but equal, round-off may leave a precision
+    slightly negative; its diagonal is raised by as little as is needed.
+    """
+    places = np.arange(precision.shape[-1])
+    for share in ROUND_OFF[:-1]:
+        raised = precision.copy()
+        raised[..., places, places] *= 1.0 + share
+        try:
+            return np.asarray(np.linalg.cholesky(raised))
+        except np.linalg.LinAlgError:
+            continue
+    raised = precision.copy()
+    raised[..., places, places] *= 1.0 + ROUND_OFF[-1]
+    return np.asarray(np.linalg.cholesky(raised))
 
 
 @final
@@ -241,9 +263,9 @@ def posterior_of(
     precision = gram[:-1, :-1].copy()
     diagonal = np.arange(design.penalised)
     precision[diagonal, diagonal] += np.exp(-prior)
-    factor = cholesky(precision, lower=True, check_finite=False)
+    factor = factored(precision)
     half = solve_triangular(factor, gram[:-1, -1], lower=True, check_finite=False)
-    left = max(float(gram[-1, -1] - half @ half), 1e-14 * float(gram[-1, -1]) + 1e-300)
+    left = max(float(gram[-1, -1] - half @ half), 1e-14 * abs(float(gram[-1, -1])) + 1e-300)
     freedom = design.readings - free
     log_evidence = -0.5 * (
         freedom * np.log(left / freedom)
@@ -263,19 +285,23 @@ def posterior_of(
 
 _STEPS = {"log_gain": 1.5, "log_ratio": 1.5, "log_correlation": 0.7, "log_fast_ratio": 1.5}
 _TRANSIENT_STEP = 2.0
+MOST_LOG_CHANGE = 2.4
+"""Logarithm by which the correlation time may differ from the most plausible one. [1]"""
 _BOUNDS = {
     "log_gain": (-6.0, 14.0),
     "log_ratio": (-8.0, 14.0),
-    "log_correlation": (-30.0, 30.0),
     "log_fast_ratio": (-8.0, 12.0),
 }
 _TRANSIENT_BOUNDS = (-12.0, 12.0)
 
 
-def _neighbours(sizes: Sizes, share: float) -> Iterator[tuple[Sizes, Sizes]]:
+def _neighbours(
+    sizes: Sizes, share: float, hyperprior: Hyperprior
+) -> Iterator[tuple[Sizes, Sizes]]:
     """Yield, size by size, the sizes one step above and one below."""
+    middle = float(np.log(hyperprior.correlation_s))
     for name, step in _STEPS.items():
-        low, high = _BOUNDS[name]
+        low, high = _BOUNDS.get(name, (middle - MOST_LOG_CHANGE, middle + MOST_LOG_CHANGE))
         above, below = (
             replace(sizes, **{name: float(np.clip(getattr(sizes, name) + move, low, high))})
             for move in (share * step, -share * step)
@@ -330,7 +356,7 @@ def most_likely_sizes(
     while share > smallest_step:
         moved = False
         for place in range(len(_STEPS) + design.transients):
-            pair = next(islice(_neighbours(best, share), place, None))
+            pair = next(islice(_neighbours(best, share, hyperprior), place, None))
             for other in pair:
                 there = tried(other)
                 if there.log_evidence > found.log_evidence + 1e-9:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.thermal._field import FloatArray
-from thermaxis.thermal._modal_evidence import Design, Scales, Sizes, design_of
+from thermaxis.thermal._modal_evidence import Design, Scales, Sizes, design_of, factored
 from thermaxis.thermal._modal_regressors import Segment
 
 IndexArray: TypeAlias = NDArray[np.intp]
@@ -105,7 +105,7 @@ def compared(
         free[:, : without.shape[1]] = ~without
         both = free[:, :, None] & free[:, None, :]
         precision = np.where(both, precision, np.eye(width))
-    factor = np.linalg.cholesky(precision)
+    factor = factored(precision)
     wanted = np.zeros((width, 1 + design.inputs))
     for i in range(design.inputs):
         wanted[i * (1 + lags) : (i + 1) * (1 + lags), 1 + i] = 1.0
@@ -113,7 +113,8 @@ def compared(
     right[:, :, 0] = gram[columns, -1]
     right *= free[:, :, None]
     half = np.linalg.solve(factor, right)
-    left = np.maximum(gram[-1, -1] - np.sum(half[:, :, 0] ** 2, axis=1), 1e-14 * gram[-1, -1])
+    least = 1e-14 * abs(gram[-1, -1]) + 1e-300
+    left = np.maximum(gram[-1, -1] - np.sum(half[:, :, 0] ** 2, axis=1), least)
     freedom = design.readings - design.offsets
     log_prior = -(free[:, prior > 0] @ np.log(prior[prior > 0]))
     log_evidence = -0.5 * (
@@ -209,7 +210,8 @@ class Refinement:
         gram, _ = design.products(self.sizes.noise)
         precision = gram[:-1, :-1] + np.diag(prior_precision(design, self.sizes, taus_s.size))
         mean = np.linalg.solve(precision, gram[:-1, -1])
-        return design, mean, float(gram[-1, -1] - gram[:-1, -1] @ mean)
+        left = float(gram[-1, -1] - gram[:-1, -1] @ mean)
+        return design, mean, max(left, 1e-14 * abs(float(gram[-1, -1])) + 1e-300)
 
     def _slopes(self, design: Design, taus_s: FloatArray, mean: FloatArray) -> list[FloatArray]:
         """Return what moving the logarithm of each time constant does, (n, j) per segment."""

@@ -288,8 +288,8 @@ def generate_thermal_test(plan: ThermalTestPlan, seed: int) -> GeneratedThermalT
     drift += plan.hall_drift_um_per_k * (hall_lagged - hall[0])
     column = _lagged(hall, 2.0 * 3600.0, hall[0])
     body = _lagged(hall, 1.5 * 3600.0, hall[0])
-    spindle = body + _bearing_rise(spindle_share, 7.0, (700.0, 4500.0))
-    table = body + _bearing_rise(table_share, 4.5, (1200.0, 7000.0))
+    spindle = body + _bearing_rise(spindle_share, 9.0, (700.0, 4500.0))
+    table = body + _bearing_rise(table_share, 6.0, (1200.0, 7000.0))
     u = np.column_stack([spindle - column, table - column])
     late = round(plan.delay_s / PHYSICS_STEP_S)
     arrived = np.concatenate([np.repeat(u[:1], late, axis=0), u])[:count]

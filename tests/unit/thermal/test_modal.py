@@ -1,0 +1,268 @@
+"""The default estimator: exact where a record is, honest where it is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._experiment import Experiment
+from thermaxis.thermal._modal import (
+    DC_GAIN_FLAG,
+    TIME_CONSTANT_FLAG,
+    ModalOptions,
+    ModalResult,
+    modal,
+    response_evidence,
+)
+from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
+from thermaxis.virtual._thermal_run import ThermalTestPlan, generate_thermal_test
+
+NAMES = ("spindle", "table")
+TRUTH = ThermalModel(
+    (
+        ModalPart("spindle", 2.0, np.array([14.0, 26.0]), np.array([400.0, 3000.0])),
+        ModalPart("table", -5.0, np.array([12.0, 20.0]), np.array([400.0, 3000.0])),
+    )
+)
+
+
+def steps(rows: int, seed: int, inputs: int = 2, hold: int = 40) -> np.ndarray:
+    """Return inputs that jump now and then."""
+    rng = np.random.default_rng(seed)
+    return 3.0 * np.repeat(rng.normal(size=(-(-rows // hold), inputs)), hold, axis=0)[:rows]
+
+
+def exact(model: ThermalModel = TRUTH, seed: int = 3, step_s: float = 10.0) -> Experiment:
+    u = steps(2880, seed)
+    return Experiment(step_s, u, simulate_modal(model, step_s, u))
+
+
+def virtual(seed: int = 1, step_s: float = 10.0, **plan: object) -> Experiment:
+    test = generate_thermal_test(
+        replace(ThermalTestPlan(hours=8.0, sample_time_s=step_s), **plan), seed
+    )
+    return Experiment(step_s, test.u_k, test.z_um)
+
+
+def assert_same(one: ModalResult, other: ModalResult, rel: float = 1e-5) -> None:
+    for a, b in zip(one.model.parts, other.model.parts, strict=True):
+        assert a.time_constants_s == pytest.approx(b.time_constants_s, rel=rel)
+        assert a.gains == pytest.approx(b.gains, rel=rel, abs=1e-3)
+        assert a.dc_gain == pytest.approx(b.dc_gain, rel=rel)
+
+
+@pytest.fixture(scope="module")
+def cold() -> ModalResult:
+    return modal([virtual()], input_names=NAMES)
+
+
+def test_a_record_without_noise_gives_the_model_that_made_it():
+    result = modal([exact()], input_names=NAMES)
+    for found, true in zip(result.model.parts, TRUTH.parts, strict=True):
+        assert found.direct_gain == pytest.approx(true.direct_gain, abs=1e-4)
+        assert found.gains == pytest.approx(true.gains, rel=1e-5)
+        assert found.time_constants_s == pytest.approx(true.time_constants_s, rel=1e-5)
+    assert result.fit_percent == pytest.approx(100.0, abs=1e-3)
+    assert result.validation.chosen == 2
+
+
+def test_an_offset_and_a_free_start_do_not_disturb_an_exact_record():
+    u = steps(2880, 4)
+    starts = [np.array([3.0, -2.0]), np.array([1.0, 4.0])]
+    y = simulate_modal(TRUTH, 10.0, u, starts) - 37.0
+    result = modal([Experiment(10.0, u, y)], input_names=NAMES)
+    assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-4)
+    assert result.offsets_um == pytest.approx((-37.0,), abs=0.01)
+    assert result.model.offset_um == 0.0
+
+
+def test_a_delay_that_is_given_is_part_of_an_exact_model():
+    late = ThermalModel(
+        (replace(TRUTH.parts[0], delay_s=90.0), replace(TRUTH.parts[1], delay_s=30.0))
+    )
+    options = ModalOptions(delays_s=(90.0, 30.0))
+    result = modal([exact(late)], input_names=NAMES, options=options)
+    for found, true in zip(result.model.parts, late.parts, strict=True):
+        assert found.time_constants_s == pytest.approx(true.time_constants_s, rel=1e-4)
+        assert found.delay_s == true.delay_s
+
+
+def test_missing_rows_leave_an_exact_record_exact():
+    whole = exact()
+    y, u = whole.y.copy(), whole.u.copy()
+    y[np.random.default_rng(5).random(y.size) < 0.3] = np.nan
+    # Inside a hold a missing input is what its neighbours are.
+    u[10:15, 0], u[1210:1230, 1] = np.nan, np.nan
+    result = modal([Experiment(10.0, u, y)], input_names=NAMES)
+    assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-4)
+
+
+def test_a_long_gap_in_an_input_cuts_the_record_and_both_ends_are_used():
+    whole = exact()
+    u = whole.u.copy()
+    u[1000:1300, 0] = np.nan
+    experiment = Experiment(10.0, u, whole.y)
+    assert len(response_evidence([experiment]).segments) == 2
+    result = modal([experiment], input_names=NAMES)
+    assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-3)
+
+
+def test_a_displacement_that_is_seen_now_and_then_is_used_where_it_is():
+    whole = exact()
+    y = np.full(whole.y.size, np.nan)
+    y[::60] = whole.y[::60]
+    result = modal([Experiment(10.0, whole.u, y)], input_names=NAMES)
+    assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-2)
+
+
+def test_experiments_at_different_sample_times_join():
+    parts = [exact(seed=6), exact(seed=7, step_s=20.0)]
+    result = modal(parts, input_names=NAMES, options=ModalOptions(block_s=60.0))
+    assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-4)
+
+
+def test_one_input_is_enough():
+    u = steps(2000, 8, inputs=1)
+    model = ThermalModel((ModalPart("spindle", 0.0, np.array([20.0]), np.array([1500.0])),))
+    y = simulate_modal(model, 10.0, u)
+    y += np.random.default_rng(1).normal(0.0, 0.1, y.size)
+    result = modal([Experiment(10.0, u, y)], input_names=("spindle",))
+    assert result.model.parts[0].dc_gain == pytest.approx(20.0, abs=0.2)
+    assert result.noise_std_um == pytest.approx(0.1, rel=0.3)
+
+
+def test_the_order_of_experiments_does_not_matter():
+    a, b = virtual(1), virtual(2, warm_up_h=5.0)
+    assert_same(modal([a, b], input_names=NAMES), modal([b, a], input_names=NAMES), rel=1e-2)
+
+
+def test_other_units_of_the_displacement_scale_the_gains(cold):
+    e = virtual()
+    inch = modal([Experiment(10.0, e.u, e.y / 25.4)], input_names=NAMES)
+    for a, b in zip(cold.model.parts, inch.model.parts, strict=True):
+        assert b.dc_gain * 25.4 == pytest.approx(a.dc_gain, rel=1e-4)
+    assert inch.fit_percent == pytest.approx(cold.fit_percent, abs=1e-3)
+
+
+def test_other_units_of_one_input_scale_its_gains_alone(cold):
+    e = virtual()
+    milli = modal([Experiment(10.0, e.u * np.array([1.0, 1e3]), e.y)], input_names=NAMES)
+    assert milli.model.parts[0].dc_gain == pytest.approx(cold.model.parts[0].dc_gain, rel=1e-4)
+    assert 1e3 * milli.model.parts[1].dc_gain == pytest.approx(
+        cold.model.parts[1].dc_gain, rel=1e-4
+    )
+
+
+def test_inputs_in_another_order_give_the_same_parts(cold):
+    e = virtual()
+    swapped = modal([Experiment(10.0, e.u[:, ::-1], e.y)], input_names=NAMES[::-1])
+    for a, b in zip(cold.model.parts, swapped.model.parts[::-1], strict=True):
+        assert a.input_name == b.input_name
+        assert b.dc_gain == pytest.approx(a.dc_gain, rel=1e-3)
+
+
+def test_an_offset_of_the_displacement_changes_nothing_but_the_offset(cold):
+    e = virtual()
+    moved = modal([Experiment(10.0, e.u, e.y + 500.0)], input_names=NAMES)
+    assert_same(cold, moved, rel=1e-3)
+    assert moved.offsets_um[0] - cold.offsets_um[0] == pytest.approx(500.0, abs=0.01)
+
+
+def test_another_clock_scales_the_time_constants_of_an_exact_record():
+    slow = exact()
+    fast = Experiment(1.0, slow.u, slow.y)
+    result = modal([fast], input_names=NAMES)
+    assert result.model.parts[0].time_constants_s == pytest.approx([40.0, 300.0], rel=1e-4)
+
+
+def test_a_cold_test_of_eight_hours_is_simulated_well_on_another_one(cold):
+    other = generate_thermal_test(ThermalTestPlan(hours=8.0, sample_time_s=10.0), 5001)
+    simulated = simulate_modal(cold.model, 10.0, other.u_k)
+    spread = np.linalg.norm(other.clean_um - np.mean(other.clean_um))
+    fit = 100.0 * (1.0 - np.linalg.norm(other.clean_um - simulated) / spread)
+    assert fit > 92.0
+    assert cold.stable
+    assert all(np.all(p.time_constants_s > 0) for p in cold.model.parts)
+
+
+def test_the_noise_of_the_result_is_that_of_the_record(cold):
+    assert 0.4 < cold.slow_noise_std_um < 1.5
+    assert cold.slow_noise_correlation_s > 1000.0
+
+
+def test_a_time_constant_beyond_a_third_of_the_record_has_a_flag_and_no_interval(cold):
+    for part, std in zip(cold.model.parts, cold.std, strict=True):
+        for tau_s, known in zip(part.time_constants_s, std.time_constants_s, strict=True):
+            if tau_s > 8.0 * 3600.0 / 3.0:
+                assert known is None
+                assert any(TIME_CONSTANT_FLAG in f for f in std.flags)
+        assert np.max(part.time_constants_s) <= 0.8 * 8.0 * 3600.0
+
+
+def test_a_warm_test_alone_says_what_it_cannot_show():
+    for seed in (1, 2, 3):
+        result = modal([virtual(seed, warm_up_h=5.0)], input_names=NAMES)
+        assert any(result.flags)
+        assert any("start" in text for text in result.warnings)
+
+
+def test_an_input_that_did_not_move_has_no_dc_gain():
+    e = virtual()
+    idle = np.column_stack([e.u[:, 0], np.random.default_rng(0).normal(0.0, 0.02, e.y.size)])
+    result = modal([Experiment(10.0, idle, e.y)], input_names=NAMES)
+    assert result.std[1].dc_gain is None
+    assert DC_GAIN_FLAG in result.std[1].flags
+
+
+def test_white_noise_alone_is_covered_by_the_intervals():
+    scaled = []
+    u = steps(1440, 9)
+    clean = simulate_modal(TRUTH, 20.0, u)
+    for seed in range(12):
+        y = clean + np.random.default_rng(seed).normal(0.0, 1.0, clean.size)
+        result = modal([Experiment(20.0, u, y)], input_names=NAMES)
+        for part, std, true in zip(result.model.parts, result.std, TRUTH.parts, strict=True):
+            assert std.dc_gain is not None
+            scaled.append((part.dc_gain - true.dc_gain) / std.dc_gain)
+    assert np.sqrt(np.mean(np.square(scaled))) < 1.5
+    assert np.mean(np.abs(scaled) < 1.96) >= 0.85
+
+
+def test_a_number_of_lags_that_is_asked_for_is_kept():
+    result = modal([virtual()], input_names=NAMES, options=ModalOptions(lags=2))
+    assert result.model.parts[0].gains.size == 2
+
+
+def test_a_steady_start_may_be_asked_for():
+    result = modal([exact()], input_names=NAMES, options=ModalOptions(steady_start=True))
+    assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-5)
+
+
+def test_a_constant_displacement_has_no_model():
+    with pytest.raises(DataError, match="never changes"):
+        modal([Experiment(10.0, steps(200, 1), np.ones(200))], input_names=NAMES)
+
+
+def test_names_must_fit_the_inputs():
+    with pytest.raises(DataError, match="1 names for 2 inputs"):
+        modal([exact()], input_names=("spindle",))
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"lags": 0}, "1 to 5"),
+        ({"most_lags": 9}, "1 to 5"),
+        ({"delays_s": (-1.0, 0.0)}, "not a time"),
+        ({"block_s": 0.0}, "not a time"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(options, says):
+    with pytest.raises(ConfigurationError, match=says):
+        ModalOptions(**options)
+
+
+def test_delays_must_fit_the_inputs():
+    with pytest.raises(ConfigurationError, match="1 delays for 2 inputs"):
+        modal([exact()], input_names=NAMES, options=ModalOptions(delays_s=(90.0,)))

@@ -1,0 +1,85 @@
+"""Block means and the coloured noise, each against a slow and plain second way."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from thermaxis.thermal._experiment import Experiment
+from thermaxis.thermal._modal_regressors import segments_of
+from thermaxis.thermal._slow_noise import SlowNoise, weighted_products
+
+TAUS_S = np.array([30.0, 700.0, 20000.0])
+
+
+def _series(rows: int = 601) -> Experiment:
+    rng = np.random.default_rng(0)
+    return Experiment(10.0, np.cumsum(rng.normal(size=(rows, 2)), axis=0), rng.normal(size=rows))
+
+
+def _lagged(u: np.ndarray, tau_s: float) -> np.ndarray:
+    keep = np.exp(-10.0 / tau_s)
+    return lfilter([0.0, 1.0 - keep], [1.0, -keep], u, zi=[u[0]])[0]
+
+
+def test_block_means_of_lags_are_means_of_the_lags_at_full_rate():
+    experiment = _series()
+    (segment,) = segments_of([experiment], 120.0, (0.0, 0.0))
+    assert segment.rows == 12
+    for column in range(2):
+        means = segment.lag_means(column, TAUS_S)
+        for j, tau_s in enumerate(TAUS_S):
+            full = _lagged(experiment.u[:600, column], tau_s).reshape(-1, 12).mean(axis=1)
+            assert means[:, j] == pytest.approx(full, abs=1e-9)
+
+
+def test_block_means_over_measured_rows_take_the_same_rows_of_the_lags():
+    whole = _series(600)
+    y = whole.y.copy()
+    gone = np.random.default_rng(1).random(600) < 0.4
+    gone[24:36] = True
+    y[gone] = np.nan
+    (segment,) = segments_of([Experiment(10.0, whole.u, y)], 120.0, (0.0, 0.0))
+    assert segment.count[2] == 0
+    means = segment.lag_means(0, TAUS_S)
+    fading = segment.fading_means(TAUS_S)
+    for j, tau_s in enumerate(TAUS_S):
+        full = np.where(gone, np.nan, _lagged(whole.u[:, 0], tau_s)).reshape(-1, 12)
+        start = np.where(gone, np.nan, np.exp(-10.0 * np.arange(600) / tau_s)).reshape(-1, 12)
+        for block in np.flatnonzero(segment.count > 0):
+            assert means[block, j] == pytest.approx(np.nanmean(full[block]), abs=1e-9)
+            assert fading[block, j] == pytest.approx(np.nanmean(start[block]), abs=1e-12)
+
+
+def test_the_fading_of_a_start_is_a_geometric_series():
+    (segment,) = segments_of([_series(600)], 120.0, (0.0, 0.0))
+    for j, tau_s in enumerate(TAUS_S):
+        full = np.exp(-10.0 * np.arange(600) / tau_s).reshape(-1, 12).mean(axis=1)
+        assert segment.fading_means(TAUS_S)[:, j] == pytest.approx(full, abs=1e-12)
+
+
+def test_a_delay_shifts_an_input_by_whole_rows():
+    experiment = _series(600)
+    (segment,) = segments_of([experiment], 10.0, (90.0, 0.0))
+    assert segment.u[0][9:] == pytest.approx(experiment.u[:-9, 0])
+    assert segment.u[0][:9] == pytest.approx(np.full(9, experiment.u[0, 0]))
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        SlowNoise(0.0, 1.0),
+        SlowNoise(4.0, 7200.0),
+        SlowNoise(4.0, 7200.0, 2.0, 600.0),
+        SlowNoise(0.0, 1.0, 2.0, 600.0),
+    ],
+)
+def test_products_equal_those_of_the_full_covariance(noise):
+    rng = np.random.default_rng(2)
+    times = np.cumsum(rng.uniform(50.0, 300.0, 120))
+    columns, white = rng.normal(size=(120, 4)), rng.uniform(0.5, 2.0, 120)
+    covariance = np.diag(white)
+    for ratio, correlation_s in noise.parts:
+        covariance += ratio * np.exp(-np.abs(times[:, None] - times) / correlation_s)
+    found = weighted_products(columns, white, times, noise)
+    assert found.gram == pytest.approx(columns.T @ np.linalg.solve(covariance, columns), rel=1e-9)
+    assert found.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-9)
