@@ -564,8 +564,11 @@ def _own_static_rmse(measured: FloatArray, inputs: FloatArray) -> float | None:
         return None
     u = inputs[present] - np.mean(inputs[present], axis=0)
     y = measured[present] - np.mean(measured[present])
-    gain: FloatArray = np.linalg.lstsq(u, y, rcond=None)[0]
-    return _rmse(y - u @ gain)
+    factor, triangle = np.linalg.qr(u)
+    if float(np.min(np.abs(np.diag(triangle)))) < 1e-9 * float(np.max(np.abs(triangle))):
+        return None
+    left: FloatArray = y - factor @ (factor.T @ y)
+    return _rmse(left)
 
 
 def _pooled(outputs: Sequence[VerifiedOutput]) -> VerificationFigures:

@@ -57,7 +57,7 @@ def _lag(u: FloatArray, tau_s: float) -> FloatArray:
 def _profile(hours: float, stages: tuple[tuple[float, float], ...]) -> FloatArray:
     """Return a speed profile of (hours, share of the full speed) stages, then standstill."""
     time_h = np.arange(round(hours * 3600.0 / STEP_S)) * STEP_S / 3600.0
-    share = np.zeros_like(time_h)
+    share: FloatArray = np.zeros(time_h.size)
     begin = 0.0
     for length, value in stages:
         share[(time_h >= begin) & (time_h < begin + length)] = value
