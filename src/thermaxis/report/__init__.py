@@ -26,6 +26,12 @@ if TYPE_CHECKING:
     from thermaxis.report._field_regions import read_regions
     from thermaxis.report._limits import Limits, LimitsCheck
     from thermaxis.report._output import write_bytes
+    from thermaxis.report._thermal_output import (
+        write_identification_figures,
+        write_identification_report,
+        write_verification_figures,
+        write_verification_report,
+    )
     from thermaxis.report._trend import (
         Trend,
         TrendChange,
@@ -62,9 +68,13 @@ __all__ = [
     "write_certificate_pdf",
     "write_field_figures",
     "write_figures",
+    "write_identification_figures",
+    "write_identification_report",
     "write_montecarlo_figures",
     "write_report",
     "write_trend_figures",
+    "write_verification_figures",
+    "write_verification_report",
 ]
 
 # Every function imports its module when it is called: matplotlib and typst take longer to import
@@ -349,7 +359,11 @@ _MODULES = {
     "trend_table": "_trend",
     "write_bytes": "_output",
     "write_field_figures": "_field_figures",
+    "write_identification_figures": "_thermal_output",
+    "write_identification_report": "_thermal_output",
     "write_trend_figures": "_chart_trend",
+    "write_verification_figures": "_thermal_output",
+    "write_verification_report": "_thermal_output",
 }
 
 
