@@ -6,11 +6,18 @@ from thermaxis.cli._text_table import text_table
 from thermaxis.errors import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    from thermaxis.thermal import Identification, IdentifiedOutput, PolynomialResult, Records
+    from thermaxis.thermal import (
+        Identification,
+        IdentifiedOutput,
+        LogFinding,
+        PolynomialResult,
+        Records,
+    )
 
 _T = 1.96
+_MOST_NAMED = 6
 
 
 def _with_interval(value: float, std: float | None, digits: int = 4) -> str:
@@ -18,8 +25,42 @@ def _with_interval(value: float, std: float | None, digits: int = 4) -> str:
     return text if std is None else f"{text} ± {_T * std:.2g}"
 
 
+def finding_sentences(findings: "Mapping[str, Sequence[LogFinding]]") -> list[str]:
+    """Return findings as sentences; channels of one log of which the same is said share one.
+
+    Parameters
+    ----------
+    findings : mapping of str to sequence of LogFinding
+        Findings by log.
+
+    Returns
+    -------
+    list of str
+        Sentences, the most important of each log first.
+    """
+    said: list[str] = []
+    for log, found in findings.items():
+        channels: dict[str, list[str]] = {}
+        for finding in found:
+            rest = finding.words.removeprefix(f"{finding.channel} ")
+            names = channels.setdefault(rest if rest != finding.words else finding.words, [])
+            if rest != finding.words:
+                names.append(finding.channel)
+        for rest, names in channels.items():
+            if len(names) > _MOST_NAMED:
+                listed = f"{', '.join(names[:_MOST_NAMED])} and {len(names) - _MOST_NAMED} more"
+            else:
+                listed = ", ".join(names)
+            each = " each" if len(names) > 1 else ""
+            said.append(f"{log}: {listed}{each} {rest}" if names else f"{log}: {rest}")
+    return said
+
+
 def identification_as_text(
-    result: "Identification", records: "Records", findings: "Sequence[str]"
+    result: "Identification",
+    records: "Records",
+    findings: "Mapping[str, Sequence[LogFinding]]",
+    remarks: "Sequence[str]" = (),
 ) -> str:
     """Return an identification as tables for a terminal.
 
@@ -29,8 +70,10 @@ def identification_as_text(
         The result.
     records : Records
         What it was identified from.
-    findings : sequence of str
-        Faults of sensors and clock, in words.
+    findings : mapping of str to sequence of LogFinding
+        Faults of sensors and clock, by log.
+    remarks : sequence of str
+        What was noticed while the logs were read.
 
     Returns
     -------
@@ -41,7 +84,10 @@ def identification_as_text(
     stable = "stable" if result.stable else "NOT STABLE"
     head = f"method {result.method}, {max(count)} experiment(s) at {records.sample_time_s:g} s;"
     parts = [f"{head} {stable}\n{result.rule}\n"]
-    parts += [f"sensor first: {printable(finding, 400)}\n" for finding in findings]
+    said = [f"reading: {printable(remark, 400)}\n" for remark in remarks]
+    said += [f"sensor first: {printable(f, 400)}\n" for f in finding_sentences(findings)]
+    if said:
+        parts.append("".join(said))
     if result.selection is not None:
         parts.append(_selection_text(result))
     parts += [_output_text(output) for output in result.outputs]
@@ -149,7 +195,10 @@ def _polynomial_text(result: "PolynomialResult") -> str:
 
 
 def identification_as_json(
-    result: "Identification", records: "Records", findings: "Sequence[str]"
+    result: "Identification",
+    records: "Records",
+    findings: "Mapping[str, Sequence[LogFinding]]",
+    remarks: "Sequence[str]" = (),
 ) -> dict[str, object]:
     """Return an identification with the keys of the command's JSON.
 
@@ -159,8 +208,10 @@ def identification_as_json(
         The result.
     records : Records
         What it was identified from.
-    findings : sequence of str
-        Faults of sensors and clock, in words.
+    findings : mapping of str to sequence of LogFinding
+        Faults of sensors and clock, by log.
+    remarks : sequence of str
+        What was noticed while the logs were read.
 
     Returns
     -------
@@ -176,8 +227,19 @@ def identification_as_json(
         "rule": result.rule,
         "sample_time_s": records.sample_time_s,
         "outputs": {output.name: _output_as_json(output) for output in result.outputs},
-        "findings": list(findings),
-        "warnings": list(result.warnings),
+        "findings": [
+            {
+                "log": log,
+                "kind": str(finding.kind),
+                "channel": finding.channel,
+                "text": finding.words,
+                "remedy": finding.remedy,
+                "rows": None if finding.rows is None else list(finding.rows),
+            }
+            for log, found in findings.items()
+            for finding in found
+        ],
+        "warnings": [*remarks, *finding_sentences(findings), *result.warnings],
     }
     if result.joint is not None:
         content["joint_gains"] = {

@@ -187,6 +187,22 @@ def read_logs(
     return found
 
 
+def remarks_of(logs: "Sequence[ThermalLog]") -> list[str]:
+    """Return what was noticed while logs were read, each sentence with its log.
+
+    Parameters
+    ----------
+    logs : sequence of ThermalLog
+        The logs.
+
+    Returns
+    -------
+    list of str
+        Sentences; empty where nothing was noticed.
+    """
+    return [f"{log.where}: {remark}" for log in logs for remark in log.remarks]
+
+
 def _part(log: "ThermalLog", part: Span) -> "ThermalLog":
     if part.in_seconds:
         end = float("inf") if part.last is None else part.last
@@ -223,13 +239,96 @@ def measured_output(text: str) -> "MeasuredOutput":
         raise argparse.ArgumentTypeError(f"'{text}' is no CHANNEL=OUTPUT or CHANNEL=OUTPUT@MM")
     if not at:
         return MeasuredOutput(channel, output)
+    return MeasuredOutput(channel, output, diameter(diameter_word))
+
+
+def diameter(text: str) -> float:
+    """Return a workpiece diameter as it is written on the command line.
+
+    Parameters
+    ----------
+    text : str
+        A number of millimetres.
+
+    Returns
+    -------
+    float
+        The diameter. [mm]
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If the text is no number from 0 to a kilometre.
+    """
     try:
-        diameter = float(diameter_word)
+        found = float(text)
     except ValueError:
-        diameter = -1.0
-    if not 0.0 <= diameter <= 1e6:
-        raise argparse.ArgumentTypeError(f"'{text}': the diameter is no number of mm")
-    return MeasuredOutput(channel, output, diameter)
+        found = -1.0
+    if not 0.0 <= found <= 1e6:
+        raise argparse.ArgumentTypeError(f"'{text}' is no diameter in mm, such as 1500")
+    return found
+
+
+def check_written(
+    written: "Sequence[tuple[str, Path | str | None]]", read: "Sequence[Path | None]"
+) -> None:
+    """Check that no output overwrites what is read, or another output.
+
+    Parameters
+    ----------
+    written : sequence of tuple of str and Path, str or None
+        Option and file of every output; None and ``-`` are no files.
+    read : sequence of Path or None
+        Files that are read.
+
+    Raises
+    ------
+    ConfigurationError
+        If two of them are one file.
+    """
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
+
+    files = [(option, Path(name)) for option, name in written if name is not None and name != "-"]
+    for number, (option, path) in enumerate(files):
+        if any(other is not None and _same(path, other) for other in read):
+            raise ConfigurationError(
+                "this would overwrite a file that is read",
+                where=f"{option} {path}",
+                remedy="Name another file",
+            )
+        if any(_same(path, other) for _, other in files[:number]):
+            raise ConfigurationError(
+                "two outputs have one name",
+                where=f"{option} {path}",
+                remedy="Give every output a name of its own",
+            )
+
+
+def check_csv_name(path: Path) -> None:
+    """Check that a log that is written as CSV is not named as another format.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    ConfigurationError
+        If its name ends as that of another format.
+    """
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
+
+    if path.suffix.lower() in {".parquet", ".xlsx", ".mat", ".tdms", ".json"}:
+        raise ConfigurationError(
+            "a thermal log is written as CSV", where=str(path), remedy="End the name in .csv"
+        )
+
+
+def _same(one: Path, other: Path) -> bool:
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return one.absolute() == other.absolute()
 
 
 def rows_of_span(logs: "Sequence[ThermalLog]", part: Span) -> tuple[int, int]:

@@ -43,7 +43,7 @@ def _row(name: str, figures: "VerificationFigures") -> list[str]:
     ]
 
 
-def verification_as_text(result: "Verification", title: str) -> str:
+def verification_as_text(result: "Verification", title: str, remarks: "Sequence[str]" = ()) -> str:
     """Return a verification as tables for a terminal.
 
     Parameters
@@ -52,6 +52,8 @@ def verification_as_text(result: "Verification", title: str) -> str:
         The result.
     title : str
         First words of the title.
+    remarks : sequence of str
+        What was noticed while the logs were read.
 
     Returns
     -------
@@ -80,7 +82,10 @@ def verification_as_text(result: "Verification", title: str) -> str:
         " static regression that the model carries from its training, or else of one fitted to"
         " this very log. All in um.\n"
     )
-    parts += [f"warning: {printable(w, 400)}\n" for w in result.warnings]
+    said = [f"reading: {printable(remark, 400)}\n" for remark in remarks]
+    said += [f"warning: {printable(w, 400)}\n" for w in result.warnings]
+    if said:
+        parts.append("".join(said))
     return "\n".join(parts)
 
 
@@ -131,7 +136,9 @@ def _pair(values: tuple[float, float]) -> dict[str, float]:
     return {"uncompensated": values[0], "residual": values[1]}
 
 
-def verification_as_json(result: "Verification", model_hash: str) -> dict[str, object]:
+def verification_as_json(
+    result: "Verification", model_hash: str, remarks: "Sequence[str]" = ()
+) -> dict[str, object]:
     """Return a verification with the keys of the command's JSON.
 
     Parameters
@@ -140,6 +147,8 @@ def verification_as_json(result: "Verification", model_hash: str) -> dict[str, o
         The result.
     model_hash : str
         Hash of the model.
+    remarks : sequence of str
+        What was noticed while the logs were read.
 
     Returns
     -------
@@ -154,7 +163,7 @@ def verification_as_json(result: "Verification", model_hash: str) -> dict[str, o
         "outputs": _outputs(result.pooled),
         "mean_fit_percent": result.mean_fit_percent,
         "logs": [_log(log) for log in result.logs],
-        "warnings": list(result.warnings),
+        "warnings": [*remarks, *result.warnings],
     }
 
 

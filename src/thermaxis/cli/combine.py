@@ -44,18 +44,14 @@ def run(arguments: argparse.Namespace) -> int:
     ThermaxisError
         If a model cannot be read, they do not fit together, or the file cannot be written.
     """
-    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415  not for --help
+    from thermaxis.cli._thermal_logs import check_written  # noqa: PLC0415  not for --help
+    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415
     from thermaxis.files import read_model, write_model  # noqa: PLC0415
     from thermaxis.thermal import combine_models, parse_gain  # noqa: PLC0415
 
     paths: list[Path] = arguments.models
     output: Path = arguments.output
-    if any(output.exists() and p.exists() and output.samefile(p) for p in paths):
-        raise ConfigurationError(
-            "this would overwrite a model that is read",
-            where=str(output),
-            remedy="Name another file",
-        )
+    check_written([("--output", output)], paths)
     gains = dict(parse_gain(text) for text in arguments.gain)
     if len(gains) < len(arguments.gain):
         raise ConfigurationError("two gains name the same part", where="--gain")

@@ -55,12 +55,15 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.cli._json import write_json  # noqa: PLC0415
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli._text_table import text_table  # noqa: PLC0415
-    from thermaxis.cli._thermal_logs import read_logs  # noqa: PLC0415
+    from thermaxis.cli._thermal_logs import check_written, read_logs, remarks_of  # noqa: PLC0415
     from thermaxis.cli._verification_result import figures_as_json  # noqa: PLC0415
     from thermaxis.errors import printable  # noqa: PLC0415
     from thermaxis.files import model_sha256, read_model  # noqa: PLC0415
     from thermaxis.thermal import Verification, verify  # noqa: PLC0415
 
+    check_written(
+        [("--json", arguments.json)], [*arguments.files, arguments.log, arguments.mapping]
+    )
     with Progress() as progress:
         progress("reading", 0, 0)
         log = read_logs([arguments.log], mapping=arguments.mapping)[0].log
@@ -84,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
                     }
                     for path, digest, result in results
                 ],
+                "warnings": remarks_of([log]),
             },
             arguments.json,
         )
@@ -111,6 +115,8 @@ def run(arguments: argparse.Namespace) -> int:
                 f"  static regression on the same inputs: RMSE {min(statics):.2f} um\n"
             )
         sys.stdout.write("\n")
+    for remark in remarks_of([log]):
+        sys.stdout.write(f"reading: {printable(remark, 400)}\n")
     for path, _, result in results:
         for warning in result.warnings:
             sys.stdout.write(f"warning: {printable(path.name, 40)}: {printable(warning, 400)}\n")

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from thermaxis.thermal import InputDefinition, ThermalLog
+    from thermaxis.thermal import InputDefinition, LogFinding, ThermalLog
+
+_FEWEST_ROWS = 2
+_SHORTEST_STEP = 0.5
 
 
 def _orders(text: str) -> tuple[int, int, int]:
@@ -157,16 +160,18 @@ def run(arguments: argparse.Namespace) -> int:
         If a log cannot be read, a channel is missing, the records do not allow a model, or a file
         cannot be written.
     """
-    from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
+    from numpy.linalg import LinAlgError  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis import __version__  # noqa: PLC0415
     from thermaxis.cli._identification_result import (  # noqa: PLC0415
         identification_as_json,
         identification_as_text,
     )
     from thermaxis.cli._json import write_json  # noqa: PLC0415
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.cli._thermal_logs import read_logs  # noqa: PLC0415
+    from thermaxis.cli._thermal_logs import read_logs, remarks_of  # noqa: PLC0415
     from thermaxis.compensation import Provenance  # noqa: PLC0415
-    from thermaxis.errors import printable  # noqa: PLC0415
+    from thermaxis.errors import DataError, printable  # noqa: PLC0415
     from thermaxis.files import write_model  # noqa: PLC0415
     from thermaxis.thermal import (  # noqa: PLC0415
         Method,
@@ -190,14 +195,14 @@ def run(arguments: argparse.Namespace) -> int:
         outputs: list[str] = arguments.output
         if arguments.joint is not None:
             outputs = list(arguments.joint[1])
+        _check_logs(arguments, logs, inputs, outputs)
         used = [*outputs, *(c for d in inputs for c in d.channels)]
-        findings = [
-            f"{log.where}: {finding.words}"
-            for log in logs
-            for finding in check_log(
-                log.select(list(dict.fromkeys(log.name_of(c) for c in used if c in log.columns)))
-            )
-        ]
+        findings: dict[str, Sequence[LogFinding]] = {}
+        for log in logs:
+            known = {name.casefold(): name for name in log.columns}
+            names = dict.fromkeys(known[c.casefold()] for c in used if c.casefold() in known)
+            findings[log.where] = check_log(log.select(list(names)))
+        remarks = remarks_of(logs)
         records = records_of(
             logs,
             inputs,
@@ -206,15 +211,23 @@ def run(arguments: argparse.Namespace) -> int:
             reference_s=arguments.reference,
         )
         progress("identifying", 0, 0)
-        if arguments.joint is not None:
-            result = identify_joint(records, arguments.output[0], *arguments.joint)
-        else:
-            result = identify(
-                records,
-                method=Method(arguments.method),
-                choose=bool(arguments.candidates),
-                orders=arguments.orders,
-            )
+        try:
+            if arguments.joint is not None:
+                result = identify_joint(records, arguments.output[0], *arguments.joint)
+            else:
+                result = identify(
+                    records,
+                    method=Method(arguments.method),
+                    choose=bool(arguments.candidates),
+                    orders=arguments.orders,
+                )
+        except LinAlgError as error:
+            raise DataError(
+                f"the rows do not determine a model ({error})",
+                where=", ".join(log.where for log in logs[:3]),
+                remedy="Check that inputs and displacement are measured values and that no input"
+                " follows another exactly",
+            ) from None
         provenance = Provenance(
             method=f"{arguments.method}: {result.rule}"[:2000],
             program=f"thermaxis {__version__}",
@@ -233,9 +246,9 @@ def run(arguments: argparse.Namespace) -> int:
                     result, records, logs, provenance, path, reference_s=arguments.reference
                 )
     if arguments.json is not None:
-        write_json(identification_as_json(result, records, findings), arguments.json)
+        write_json(identification_as_json(result, records, findings, remarks), arguments.json)
     if arguments.json != "-":
-        sys.stdout.write(identification_as_text(result, records, findings))
+        sys.stdout.write(identification_as_text(result, records, findings, remarks))
         for path in (arguments.model, *arguments.report):
             if path is not None:
                 sys.stdout.write(f"written: {printable(str(path))}\n")
@@ -243,7 +256,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
+    from thermaxis.cli._thermal_logs import check_written  # noqa: PLC0415  not for --help
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
 
     if not arguments.input and not arguments.candidates:
         raise ConfigurationError(
@@ -251,15 +265,14 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
             where="--input, --candidates",
             remedy='Write --input spindle=T_spindle_c-T_column_c, or --candidates "T*_c"',
         )
-    for path in (arguments.model, *arguments.report):
-        if path is not None and any(
-            path.exists() and log.exists() and path.samefile(log) for log in arguments.logs
-        ):
-            raise ConfigurationError(
-                "this output would overwrite a log",
-                where=str(path),
-                remedy="Give it another name",
-            )
+    check_written(
+        [
+            ("--model", arguments.model),
+            ("--json", arguments.json),
+            *(("--report", path) for path in arguments.report),
+        ],
+        [*arguments.logs, arguments.mapping],
+    )
     alone = len(arguments.output) == 1 and arguments.method == "modal" and not arguments.candidates
     if arguments.joint is not None and not alone:
         raise ConfigurationError(
@@ -267,6 +280,40 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         )
     if len(set(arguments.output)) < len(arguments.output):
         raise ConfigurationError("an output is named twice", where="--output")
+
+
+def _check_logs(
+    arguments: argparse.Namespace,
+    logs: "Sequence[ThermalLog]",
+    inputs: "Sequence[InputDefinition]",
+    outputs: "Sequence[str]",
+) -> None:
+    """Refuse what no estimator can make anything of."""
+    from thermaxis.errors import ConfigurationError, DataError, printable  # noqa: PLC0415
+
+    for log in logs:
+        if log.rows < _FEWEST_ROWS:
+            raise DataError(
+                "the log has a single row",
+                where=log.where,
+                remedy="Give a test of some hours; a model is made from changes",
+            )
+        step_s = log.usual_step_s
+        if arguments.sample_time is not None and arguments.sample_time < _SHORTEST_STEP * step_s:
+            raise ConfigurationError(
+                f"{arguments.sample_time:g} s is shorter than the time between the rows of"
+                f" {log.where}, {step_s:g} s",
+                where="--sample-time",
+                remedy="Leave it out, or give a longer time",
+            )
+    measured = {name.casefold() for name in outputs}
+    for definition in inputs:
+        if any(channel.casefold() in measured for channel in definition.channels):
+            raise ConfigurationError(
+                f"the input {printable(definition.name, 40)} is made of a measured displacement",
+                where="--input",
+                remedy="Name temperatures: displacements are not there when the machine works",
+            )
 
 
 def _inputs(
@@ -280,7 +327,12 @@ def _inputs(
         parse_input,
     )
 
-    found = [parse_input(text, channels=logs[0].columns) for text in arguments.input]
+    found: list[InputDefinition] = []
+    for text in arguments.input:
+        written = parse_input(text, channels=logs[0].columns)
+        minus = None if written.minus is None else logs[0].name_of(written.minus)
+        # Models of several tests fit together only if they spell a channel alike.
+        found.append(InputDefinition(written.name, logs[0].name_of(written.plus), minus))
     outputs = {name.casefold() for name in arguments.output}
     for pattern in arguments.candidates:
         names = [n for n in logs[0].names_matching(pattern) if n.casefold() not in outputs]

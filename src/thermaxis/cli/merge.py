@@ -68,18 +68,14 @@ def run(arguments: argparse.Namespace) -> int:
         file cannot be written.
     """
     from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli._thermal_logs import read_logs  # noqa: PLC0415
-    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415
+    from thermaxis.cli._thermal_logs import check_csv_name, check_written, read_logs  # noqa: PLC0415
+    from thermaxis.errors import printable  # noqa: PLC0415
     from thermaxis.files import write_thermal_log  # noqa: PLC0415
     from thermaxis.thermal import merge_logs  # noqa: PLC0415
 
     output: Path = arguments.output
-    if output.exists() and any(
-        p.exists() and output.samefile(p) for p in (arguments.first, arguments.second)
-    ):
-        raise ConfigurationError(
-            "this would overwrite a log that is read", where=str(output), remedy="Name another file"
-        )
+    check_csv_name(output)
+    check_written([("--output", output)], [arguments.first, arguments.second, arguments.mapping])
     with Progress() as progress:
         progress("reading", 0, 0)
         a, b = read_logs([arguments.first, arguments.second], mapping=arguments.mapping)

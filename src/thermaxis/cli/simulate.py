@@ -13,13 +13,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser : argparse.ArgumentParser
         Parser of this command.
     """
-    from thermaxis.cli._thermal_logs import add_log_options  # noqa: PLC0415  of this command only
+    from thermaxis.cli._thermal_logs import (  # noqa: PLC0415  of this command only
+        add_log_options,
+        diameter,
+    )
 
     add = parser.add_argument
     add("model", metavar="MODEL", type=Path, help="compensation model (JSON)")
     add("log", metavar="LOG", type=Path, help="thermal log: CSV, Parquet, .xlsx, .mat or .tdms")
     add("-o", "--output", metavar="OUT.csv", type=Path, required=True, help="the simulated log")
-    add("--diameter", metavar="MM", type=float, help="clamping diameter (default: the tool centre)")
+    add(
+        "--diameter",
+        metavar="MM",
+        type=diameter,
+        help="clamping diameter (default: the tool centre)",
+    )
     add("--contributions", action="store_true", help="a column for every part as well")
     add_log_options(parser)
 
@@ -43,16 +51,15 @@ def run(arguments: argparse.Namespace) -> int:
         If model or log cannot be read, the log lacks a channel, or the file cannot be written.
     """
     from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli._thermal_logs import read_logs  # noqa: PLC0415
-    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415
+    from thermaxis.cli._thermal_logs import check_csv_name, check_written, read_logs, remarks_of  # noqa: PLC0415
+    from thermaxis.compensation import Outcome  # noqa: PLC0415
+    from thermaxis.errors import printable  # noqa: PLC0415
     from thermaxis.files import read_model, write_thermal_log  # noqa: PLC0415
     from thermaxis.thermal import ThermalLog, simulate_log  # noqa: PLC0415
 
     output: Path = arguments.output
-    if output.exists() and any(output.samefile(p) for p in (arguments.model, arguments.log)):
-        raise ConfigurationError(
-            "this would overwrite what is read", where=str(output), remedy="Name another file"
-        )
+    check_csv_name(output)
+    check_written([("--output", output)], [arguments.model, arguments.log, arguments.mapping])
     with Progress() as progress:
         progress("reading", 0, 0)
         model = read_model(arguments.model)
@@ -71,6 +78,8 @@ def run(arguments: argparse.Namespace) -> int:
     write_thermal_log(plain, output, first_time_s=log.origin_s)
     named = ", ".join(printable(name, 40) for name in columns)
     sys.stdout.write(f"written: {printable(str(output))} ({log.rows} rows: {named})\n")
+    for remark in remarks_of([log]):
+        sys.stdout.write(f"reading: {printable(remark, 400)}\n")
     for name, (share, beyond) in run_along.outside.items():
         sys.stdout.write(
             f"warning: input {printable(name, 40)} lies outside the range of the training in"
@@ -80,4 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write(
             f"warning: in {run_along.bad_share:.1%} of the rows an input had failed for too long\n"
         )
+    for outcome in (Outcome.DIAMETER_HELD, Outcome.GAP, Outcome.CLOCK_BACKWARD):
+        if outcome in run_along.outcomes:
+            sys.stdout.write(f"warning: {outcome}\n")
     return 0

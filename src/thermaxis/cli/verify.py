@@ -79,7 +79,12 @@ def run(arguments: argparse.Namespace) -> int:
     """
     from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.cli._thermal_logs import read_logs, rows_of_span  # noqa: PLC0415
+    from thermaxis.cli._thermal_logs import (  # noqa: PLC0415
+        check_written,
+        read_logs,
+        remarks_of,
+        rows_of_span,
+    )
     from thermaxis.cli._verification_result import (  # noqa: PLC0415
         verification_as_json,
         verification_as_text,
@@ -88,6 +93,10 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.files import model_sha256, read_model  # noqa: PLC0415
     from thermaxis.thermal import verify  # noqa: PLC0415
 
+    check_written(
+        [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
+        [arguments.model, *arguments.logs, arguments.mapping],
+    )
     with Progress() as progress:
         progress("reading", 0, 0)
         model = read_model(arguments.model)
@@ -104,11 +113,12 @@ def run(arguments: argparse.Namespace) -> int:
             for path in arguments.report:
                 write_verification_report(model, logs, result, path)
     if arguments.json is not None:
-        write_json(verification_as_json(result, model_sha256(model)), arguments.json)
+        content = verification_as_json(result, model_sha256(model), remarks_of(logs))
+        write_json(content, arguments.json)
     if arguments.json != "-":
         counted = "" if arguments.span is None else f", {arguments.span.text}"
         title = f"Verification of {printable(arguments.model.name, 60)}{counted}"
-        sys.stdout.write(verification_as_text(result, title))
+        sys.stdout.write(verification_as_text(result, title, remarks_of(logs)))
         for path in arguments.report:
             sys.stdout.write(f"written: {printable(str(path))}\n")
     return 0
