@@ -103,14 +103,20 @@ def scores(test: GeneratedThermalTest, simulated: Array) -> tuple[float, float]:
     return fit_percent(test.clean_um, simulated), fit_percent(test.z_um, simulated)
 
 
+def from_rest(model: ThermalModel, test: GeneratedThermalTest) -> Array:
+    """Return the free run of a cold machine: all lags begin at zero, as those of the peers do."""
+    rest = [np.zeros(part.gains.size) for part in model.parts]
+    return simulate_modal(model, test.plan.sample_time_s, test.u_k, rest)
+
+
 def own_scores(test: GeneratedThermalTest) -> tuple[float, float]:
     """Return the truth's own fit in both readings. [%]"""
-    behind = simulate_modal(truth(test.plan), test.plan.sample_time_s, test.u_k)
+    behind = from_rest(truth(test.plan), test)
     return fit_percent(test.clean_um, behind), fit_percent(test.z_um, test.clean_um)
 
 
 def freed(test: GeneratedThermalTest, result: ModalResult) -> Array:
-    return simulate_modal(result.model, test.plan.sample_time_s, test.u_k)
+    return from_rest(result.model, test)
 
 
 def shown(label: str, clean: Sequence[float], measured: Sequence[float], note: str = "") -> None:

@@ -26,6 +26,8 @@ from thermaxis.thermal._modal_lags import (
 
 LARGER_GAINS = (0.0, 1.0, 2.0)
 """Logarithms by which gains of few lags may be larger than those of a whole grid. [1]"""
+PER_LAG = 1.0
+"""Logarithm of how much less plausible every further lag is before the record is seen. [1]"""
 SLAB_GAINS = (1.0, 2.0, 3.0)
 """The same where some gains may be zero. [1]"""
 NEGLIGIBLE = 1e-6
@@ -83,7 +85,8 @@ def compare_sets(
         for larger in LARGER_GAINS:
             those = replace(sizes, log_gain=sizes.log_gain + larger)
             subsets = compared(design, products, those, members)
-            found.append(Compared(those, subsets, subsets.log_evidence - np.log(len(members))))
+            weight = subsets.log_evidence - np.log(len(members)) - PER_LAG * lags
+            found.append(Compared(those, subsets, weight))
     return found
 
 
@@ -163,6 +166,7 @@ def _with_zeros(
         those = replace(sizes, log_gain=sizes.log_gain + larger)
         subsets = compared(design, products, those, repeated, without)
         weight = subsets.log_evidence - np.log(patterns.shape[0]) + log_prior
+        weight -= PER_LAG * members.shape[1]
         found.append(Compared(those, subsets, weight))
     return found
 

@@ -21,6 +21,8 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 
 LONGEST_GAP_S = 900.0
 """Inputs missing for longer are not interpolated: the record is cut there. [s]"""
+AT_REFERENCE = 0.15
+"""First value over the root mean square of an input up to which it begins at its reference. [1]"""
 MANY_BLOCKS = 30
 """In a record of more blocks than these the rows of an unfinished last block are left out. [1]"""
 
@@ -42,6 +44,8 @@ class Segment:
     """Inputs after their delays without gaps, k arrays (blocks x rows,). [K]"""
     mean_u: FloatArray
     """Mean inputs per block, (blocks, k). [K]"""
+    start: tuple[float, ...]
+    """State of every input's lags at the first row, but for transients. [K]"""
     y: FloatArray
     """Mean displacement per block, (blocks,); NaN where a block has none. [µm]"""
     count: FloatArray
@@ -68,7 +72,7 @@ class Segment:
         return self.mean_u
 
     def lag_means(self, column: int, time_constants_s: FloatArray) -> FloatArray:
-        """Return the mean of lagged inputs per block, started at rest, (blocks, j). [K]
+        """Return the mean of lagged inputs per block, (blocks, j). [K]
 
         Notes
         -----
@@ -76,13 +80,13 @@ class Segment:
         inputs. One product of matrices gives the sums of all lags, a recursion from block to block
         the begins: the lags at the full rate without their series.
         """
-        u = self.u[column]
+        u, start = self.u[column], self.start[column]
         log_keep = -self.sample_time_s / time_constants_s
         alpha = -np.expm1(log_keep)
         if self.measured is not None:
             return np.column_stack(
                 [
-                    self.means(lfilter([0.0, a], [1.0, a - 1.0], u, zi=[u[0]])[0])
+                    self.means(lfilter([0.0, a], [1.0, a - 1.0], u, zi=[start])[0])
                     for a in alpha.tolist()
                 ]
             )
@@ -95,7 +99,7 @@ class Segment:
         begin_weight = -np.expm1(self.rows * log_keep) / (self.rows * alpha)
         means = np.empty((self.blocks, count))
         for j in range(count):
-            begins, _ = lfilter([0.0, 1.0], [1.0, -keep_block[j]], sums[:, count + j], zi=[u[0]])
+            begins, _ = lfilter([0.0, 1.0], [1.0, -keep_block[j]], sums[:, count + j], zi=[start])
             means[:, j] = sums[:, j] + begin_weight[j] * begins
         return means
 
@@ -145,6 +149,20 @@ def _stretches(u: FloatArray, longest_gap: int) -> list[tuple[int, int]]:
     return _runs(~cut)
 
 
+def _starts(columns: Sequence[FloatArray]) -> tuple[float, ...]:
+    """Return where the lags of every input begin.
+
+    A machine in its reference state has lags at zero, whatever the first reading says: rounding
+    and the rise within the first row are no state. Else the first value is taken as lasting.
+    """
+    first = [float(c[0]) for c in columns]
+    at_reference = all(
+        abs(value) <= AT_REFERENCE * float(np.sqrt(np.mean(np.square(c))))
+        for value, c in zip(first, columns, strict=True)
+    )
+    return (0.0,) * len(first) if at_reference else tuple(first)
+
+
 def _segment(
     experiment: Experiment, number: int, span: tuple[int, int], rows: int, late: Sequence[int]
 ) -> Segment | None:
@@ -181,6 +199,7 @@ def _segment(
         sample_time_s=experiment.sample_time_s,
         rows=rows,
         u=tuple(columns),
+        start=_starts(columns),
         mean_u=np.column_stack([_block_means(c, rows, measured) for c in columns]),
         y=mean,
         count=count,
@@ -198,7 +217,7 @@ def segments_of(
     experiments : sequence of Experiment
         With the same inputs.
     block_s : float
-        Wanted length of a block. [s]
+        Wanted length of a block; it is shortened to whole rows. [s]
     delays_s : sequence of float
         Delay of every input, rounded to whole rows. [s]
 
@@ -215,7 +234,7 @@ def segments_of(
     found: list[Segment] = []
     for number, experiment in enumerate(experiments):
         step_s = experiment.sample_time_s
-        rows = max(1, round(block_s / step_s))
+        rows = max(1, int(block_s / step_s + 1e-9))
         late = [round(delay / step_s) for delay in delays_s]
         gap = max(1, int(LONGEST_GAP_S / step_s))
         for span in _stretches(experiment.u, gap):

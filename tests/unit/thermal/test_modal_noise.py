@@ -13,7 +13,8 @@ TAUS_S = np.array([30.0, 700.0, 20000.0])
 
 def _series(rows: int = 601) -> Experiment:
     rng = np.random.default_rng(0)
-    return Experiment(10.0, np.cumsum(rng.normal(size=(rows, 2)), axis=0), rng.normal(size=rows))
+    u = 20.0 + np.cumsum(rng.normal(size=(rows, 2)), axis=0)
+    return Experiment(10.0, u, rng.normal(size=rows))
 
 
 def _lagged(u: np.ndarray, tau_s: float) -> np.ndarray:
@@ -55,6 +56,13 @@ def test_the_fading_of_a_start_is_a_geometric_series():
     for j, tau_s in enumerate(TAUS_S):
         full = np.exp(-10.0 * np.arange(600) / tau_s).reshape(-1, 12).mean(axis=1)
         assert segment.fading_means(TAUS_S)[:, j] == pytest.approx(full, abs=1e-12)
+
+
+def test_lags_of_a_machine_at_its_reference_begin_at_zero_whatever_the_first_reading_says():
+    u = np.cumsum(np.random.default_rng(3).normal(size=(600, 1)), axis=0) - 0.3
+    (segment,) = segments_of([Experiment(10.0, u, np.ones(600))], 10.0, (0.0,))
+    assert segment.u[0][0] != 0.0
+    assert segment.lag_means(0, TAUS_S)[0].tolist() == [0.0, 0.0, 0.0]
 
 
 def test_a_delay_shifts_an_input_by_whole_rows():
