@@ -294,11 +294,11 @@ def _check_logs(
     for log in logs:
         if log.rows < _FEWEST_ROWS:
             raise DataError(
-                "the log has a single row",
+                "the log has a single row, or a single mean",
                 where=log.where,
-                remedy="Give a test of some hours; a model is made from changes",
+                remedy="Give a test of some hours, a longer span, or a shorter sample time",
             )
-        step_s = log.usual_step_s
+        step_s = _step_of_values(log)
         if arguments.sample_time is not None and arguments.sample_time < _SHORTEST_STEP * step_s:
             raise ConfigurationError(
                 f"{arguments.sample_time:g} s is shorter than the time between the rows of"
@@ -314,6 +314,17 @@ def _check_logs(
                 where="--input",
                 remedy="Name temperatures: displacements are not there when the machine works",
             )
+
+
+def _step_of_values(log: "ThermalLog") -> float:
+    """Return the usual time between rows that hold a value: means over less are mostly empty."""
+    import numpy as np  # noqa: PLC0415  --help needs no numpy
+
+    filled = np.zeros(log.rows, dtype=np.bool_)
+    for values in log.columns.values():
+        filled |= ~np.isnan(values)
+    times_s = log.time_s[filled]
+    return float(np.median(np.diff(times_s))) if times_s.size > 1 else 0.0
 
 
 def _inputs(

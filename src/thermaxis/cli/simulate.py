@@ -4,6 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
+_LEAST_BEYOND = 0.01  # of the width of the training range: less is noise of the start
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command.
@@ -81,6 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
     for remark in remarks_of([log]):
         sys.stdout.write(f"reading: {printable(remark, 400)}\n")
     for name, (share, beyond) in run_along.outside.items():
+        if beyond < _LEAST_BEYOND:
+            continue
         sys.stdout.write(
             f"warning: input {printable(name, 40)} lies outside the range of the training in"
             f" {share:.1%} of the rows, by up to {beyond:.0%} of its width\n"
