@@ -30,7 +30,9 @@ from thermaxis.report._thermal_panels import (
     panel_chart,
 )
 from thermaxis.report._thermal_steps import step_chart
+from thermaxis.report._thermal_words import hours, name_text
 from thermaxis.thermal import ThermalLog, Verification, VerifiedLog, VerifiedOutput
+from thermaxis.thermal._resample import block_means, block_numbers
 from thermaxis.thermal._verification import REFERENCE_S
 
 MOST_LOGS = 4
@@ -41,6 +43,8 @@ _MOST_PARTS = 3
 """Parts that are applied alone, one panel each. [1]"""
 _ENLARGED = 0.25
 """Residuals below this share of what was measured are drawn once more, enlarged. [1]"""
+_MEANS = 240
+"""Means along a log where residuals are enlarged. [1]"""
 _REST = "rest"
 
 
@@ -197,8 +201,8 @@ def _one_output(verified: VerifiedLog, output: VerifiedOutput) -> ThermalChart:
     )
     number = next(k for k, o in enumerate(verified.outputs) if o is output)
     caption = (
-        "Measured displacement, free run of the model, residual (the compensated machine), and the"
-        " contribution of every part (figure 10 of the paper)."
+        f"{name_text(name)}: measured displacement, free run of the model, residual (the"
+        " compensated machine), and the contribution of every part (figure 10 of the paper)."
     )
     return panel_chart(f"figure_10_output_{number + 1}", caption, grid)
 
@@ -256,8 +260,7 @@ def _after_parts(model: CompensationModel, verified: VerifiedLog) -> ThermalChar
     if max(map(span_of, left.values())) < _ENLARGED * max(
         map(span_of, _measured(verified).values())
     ):
-        enlarged = _residual_panel("The same, enlarged", verified, left)
-        panels.append(replace(enlarged, own_scale=True))
+        panels.append(replace(_enlarged_panel(verified, left), own_scale=True))
     grid = PanelGrid(
         heading="Residuals of all outputs after one part alone and after all parts",
         source=verified.name,
@@ -274,6 +277,20 @@ def _after_parts(model: CompensationModel, verified: VerifiedLog) -> ThermalChar
         f" 11 and 12 of the paper){said}."
     )
     return panel_chart("figure_11_12_residuals", caption, grid)
+
+
+def _enlarged_panel(verified: VerifiedLog, left: Mapping[str, FloatArray]) -> Panel:
+    """Return residuals at their own scale, as means: noise of one line would cover the others."""
+    step_s = float(verified.time_s[-1]) / _MEANS
+    if verified.time_s.size < 2 * _MEANS:
+        return _residual_panel("The same, enlarged", verified, left)
+    block = block_numbers(verified.time_s, step_s)
+    blocks = int(block[-1]) + 1
+    title = f"The same, enlarged: means over {hours(step_s)}"
+    series = {name: block_means(values, block, blocks) for name, values in left.items()}
+    time_s = (np.arange(blocks) + 0.5) * np.float64(step_s)
+    panel = lines_panel(title, "residual [µm]", time_s, series, height_in=1.6)
+    return replace(panel, shaded=_shaded(verified))
 
 
 def _residual_panel(

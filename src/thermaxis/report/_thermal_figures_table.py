@@ -37,11 +37,12 @@ def table_3(model: CompensationModel, result: Verification) -> Table:
     Mareš and Horejš 2021, Table 3.
     """
     measured = {o.measured.name: o.measured for log in result.logs for o in log.outputs}
-    rows = [
+    with_place = any(m.diameter_mm is not None for m in measured.values())
+    rows: list[tuple[str, ...]] = [
         (
             name_text(name),
             name_text(measured[name].output, 30),
-            _place(measured[name].diameter_mm),
+            *((_place(measured[name].diameter_mm),) if with_place else ()),
             percent(figures.fit_percent),
             fold(figures.reduction),
         )
@@ -50,12 +51,13 @@ def table_3(model: CompensationModel, result: Verification) -> Table:
     if len(rows) > 1:
         folds = [figures.reduction for figures in result.pooled.values()]
         spread = f"{fold(min(folds))} to {fold(max(folds))}"
-        rows.append(("Mean of the fits, range of the reductions", "", "",
-                     percent(result.mean_fit_percent), spread))  # fmt: skip
+        gaps = ("",) * (2 if with_place else 1)
+        mean = percent(result.mean_fit_percent)
+        rows.append(("Mean of the fits, range of the reductions", *gaps, mean, spread))
     columns = (
         Column("Measured output", "left", wide=True),
         Column("Model output", "left"),
-        Column("Measured at"),
+        *((Column("Measured at"),) if with_place else ()),
         Column("Fit [%]"),
         Column("Peak-to-peak reduced"),
     )
@@ -191,7 +193,7 @@ def validity_table(
                     _range(part.lowest_k, part.highest_k),
                     _range(*seen),
                     DASH if unknown else f"{100.0 * share:.1f} %",
-                    DASH if unknown else f"{100.0 * beyond:.0f} %",
+                    DASH if unknown else f"{100.0 * beyond:.1f} %",
                 )
             )
     words = (

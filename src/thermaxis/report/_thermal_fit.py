@@ -113,6 +113,32 @@ class Leftover:
     """Means over so much time were analysed. [s]"""
 
 
+def loss_of_parts_um(output: IdentifiedOutput, experiments: Sequence[FittedExperiment]) -> float:
+    """Return by how much gains and lags differ from the identified polynomials.
+
+    Parameters
+    ----------
+    output : IdentifiedOutput
+        The output.
+    experiments : sequence of FittedExperiment
+        Its model along the records.
+
+    Returns
+    -------
+    float
+        Largest difference of both free runs; 0 for modal. [µm]
+    """
+    if output.polynomials is None or output.model is None:
+        return 0.0
+    return max(
+        float(np.max(np.abs(total - experiment.simulated_um)))
+        for experiment in experiments
+        for total in [
+            np.sum(list(experiment.contributions_um.values()), axis=0) + output.model.offset_um
+        ]
+    )
+
+
 def leftover_of(experiments: Sequence[FittedExperiment]) -> Leftover | str:
     """Analyse what a model left over, on means of its records.
 

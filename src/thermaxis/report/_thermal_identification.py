@@ -23,6 +23,7 @@ from thermaxis.report._thermal_fit import (
     input_names_of,
     leftover_of,
     linearity_of,
+    loss_of_parts_um,
 )
 from thermaxis.report._thermal_identification_charts import (
     MOST_LOGS,
@@ -30,6 +31,7 @@ from thermaxis.report._thermal_identification_charts import (
     identification_charts,
     record_length_s,
 )
+from thermaxis.report._thermal_lines import span_of
 from thermaxis.report._thermal_poles import pole_maps
 from thermaxis.report._thermal_steps import INTERVAL
 from thermaxis.report._thermal_verification import pictures_of
@@ -48,6 +50,8 @@ from thermaxis.thermal import Identification, IdentifiedOutput, Records, Thermal
 
 _MOST_CURVE = 40
 _MOST_POLES = 60
+_LOSS = 0.002
+"""A smaller difference of two free runs, as a share of their range, is not told. [1]"""
 _NOTES = (
     (
         "Fit = 100 (1 - |measured - simulated| / |measured - mean of measured|) percent over the"
@@ -117,7 +121,10 @@ def identification_document(
     sections = [
         Section("Results", (*_result_tables(result), *_with(pictures, "figure_04_fit"))),
         *_selection_section(result, pictures),
-        Section("The model", (*_model_blocks(result), *_with(pictures, "figure_04_step", "poles"))),
+        Section(
+            "The model",
+            (*_model_blocks(result, fitted), *_with(pictures, "figure_04_step", "poles")),
+        ),
         _residual_section(result, records, fitted, pictures),
         _records_section(records, logs, reference_s, pictures),
         provenance_section(provenance),
@@ -191,7 +198,7 @@ def _result_tables(result: Identification) -> list[Block]:
         " drift that no input explains, standard deviations. In µm."
     )
     blocks: list[Block] = [
-        Paragraph(f"How it was chosen: {plain_text(result.rule, 900)}."),
+        Paragraph(f"How it was chosen: {plain_text(result.rule, 900).rstrip('.')}."),
         Table(columns, rows, words),
     ]
     held_out = [o for o in result.outputs if o.validation_mae_um is not None]
@@ -274,7 +281,9 @@ def _selection_section(
     return [Section("Choice among the candidates", blocks)]
 
 
-def _model_blocks(result: Identification) -> list[Block]:
+def _model_blocks(
+    result: Identification, fitted: Mapping[str, Sequence[FittedExperiment]]
+) -> list[Block]:
     blocks: list[Block] = []
     for output in result.outputs[:20]:
         if output.model is not None:
@@ -282,7 +291,22 @@ def _model_blocks(result: Identification) -> list[Block]:
             blocks += _flags(output)
         if output.polynomials is not None:
             blocks += _polynomial_tables(output)
+            blocks += _loss_words(output, fitted[output.name])
     return blocks
+
+
+def _loss_words(output: IdentifiedOutput, experiments: Sequence[FittedExperiment]) -> list[Block]:
+    """Say where gains and lags, which run on the machine, are not the polynomials."""
+    loss = loss_of_parts_um(output, experiments)
+    spread = max((span_of(e.simulated_um) for e in experiments), default=0.0)
+    if loss <= _LOSS * spread:
+        return []
+    words = (
+        f"The model of {name_text(output.name)} that runs has gains and lags only: its modes that"
+        f" are no lags go into the direct gains, and along the records it differs from the"
+        f" polynomials by up to {micrometres(loss)} µm. The charts show the polynomials."
+    )
+    return [Paragraph(words, strong=True)]
 
 
 def _parts_table(output: IdentifiedOutput) -> Table:
@@ -314,9 +338,11 @@ def _parts_table(output: IdentifiedOutput) -> Table:
         Column("Time constants", "left", wide=True),
         Column("Delay"),
     )
+    known = any(std.dc_gain is not None for std in output.std)
     words = (
-        f"Parts of {name_text(output.name)}: gains in µm/K with 95 % intervals, time constants and"
-        f" delays in s; offset {significant(output.model.offset_um, 3)} µm."
+        f"Parts of {name_text(output.name)}: gains in µm/K, time constants and delays in s; offset"
+        f" {significant(output.model.offset_um, 3)} µm."
+        f" {'±: 95 % intervals.' if known else 'No intervals: nothing here supports one.'}"
     )
     return Table(columns, tuple(rows), words)
 
@@ -379,10 +405,10 @@ def _polynomial_tables(output: IdentifiedOutput) -> list[Block]:
         Column("Time constant [s]"),
         Column("", "left", wide=True),
     )
-    return [
-        Table(columns, rows, words),
-        Table(pole_columns, tuple(poles[:_MOST_POLES]), "Poles in z, slowest first."),
-    ]
+    tables: list[Block] = [Table(columns, rows, words)]
+    if poles:
+        tables.append(Table(pole_columns, tuple(poles[:_MOST_POLES]), "Poles in z, slowest first."))
+    return tables
 
 
 def _residual_section(
@@ -450,10 +476,11 @@ def _linearity_words(
         return f"not compared, {plain_text(found)}."
     heating = with_interval(found.heating_gain, found.heating_gain_std, INTERVAL)
     cooling = with_interval(found.cooling_gain, found.cooling_gain_std, INTERVAL)
+    share = abs(found.difference) / max(abs(found.heating_gain), abs(found.cooling_gain), 1e-9)
     verdict = (
         "no difference is found, which is no proof that there is none"
         if found.linear
-        else "they DIFFER: one linear model does not hold for both"
+        else f"a difference of {100.0 * share:.1f} % is found, which one linear model cannot follow"
     )
     return (
         f"measured over simulated change is {heating} in heating and {cooling} in cooling"

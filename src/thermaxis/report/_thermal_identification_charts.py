@@ -1,6 +1,6 @@
 """Charts of an identification: the paper's figures 3 and 4, residuals, poles, the choice."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from thermaxis.report._thermal_conditions import (
 )
 from thermaxis.report._thermal_fit import (
     FittedExperiment,
-    Leftover,
     fitted_experiments,
     input_names_of,
     leftover_of,
@@ -31,7 +30,7 @@ from thermaxis.report._thermal_panels import (
 )
 from thermaxis.report._thermal_poles import pole_zero_chart, time_constant_chart
 from thermaxis.report._thermal_steps import identified_step_chart
-from thermaxis.report._thermal_words import hours
+from thermaxis.report._thermal_words import hours, name_text
 from thermaxis.thermal import (
     Identification,
     IdentifiedOutput,
@@ -72,25 +71,27 @@ def identification_charts(
     Returns
     -------
     tuple of ThermalChart
-        What was recorded, how the model fits, what it is, what it left over.
+        How the model fits, what it is, what it left over, what was recorded.
     """
     record_s = record_length_s(records)
     outputs = result.outputs[:MOST_OUTPUTS]
     fitted = {output.name: fitted_experiments(output, records) for output in outputs}
     charts: list[ThermalChart | None] = [
-        _conditions(log, records, number, len(logs), reference_s)
-        for number, log in enumerate(logs[:MOST_LOGS])
+        _fit(k, o, fitted[o.name]) for k, o in enumerate(outputs) if fitted[o.name]
     ]
-    charts += [_fit(k, o, fitted[o.name]) for k, o in enumerate(outputs) if fitted[o.name]]
+    if result.selection is not None:
+        charts.append(_selection(result.selection))
     charts.append(identified_step_chart(result.outputs, record_s=record_s))
     charts.append(
         time_constant_chart(result.outputs, sample_time_s=records.sample_time_s, record_s=record_s)
         if all(output.polynomials is None for output in result.outputs)
         else pole_zero_chart(result.outputs)
     )
-    if result.selection is not None:
-        charts.append(_selection(result.selection))
     charts += [_residuals(k, o, fitted[o.name]) for k, o in enumerate(outputs) if fitted[o.name]]
+    charts += [
+        _conditions(log, records, number, len(logs), reference_s)
+        for number, log in enumerate(logs[:MOST_LOGS])
+    ]
     return tuple(chart for chart in charts if chart is not None)
 
 
@@ -151,8 +152,8 @@ def _fit(
         panels=tuple(panels),
     )
     caption = (
-        f"Free run over the training record{'s' if len(fitted) > 1 else ''} (left part of figure 4"
-        " of the paper)."
+        f"{name_text(output.name)}: free run over the training"
+        f" record{'s' if len(fitted) > 1 else ''} (left part of figure 4 of the paper)."
     )
     if len(drawn) < len(fitted):
         caption += f" The {len(drawn)} longest of {len(fitted)} records."
@@ -192,36 +193,18 @@ def _residuals(
         panels=tuple(panels),
         axis="lag [h]",
         columns=3 if len(panels) > 2 else 2,
+        one_axis=False,
         one_scale=True,
         one_legend=True,
     )
     caption = (
-        "Autocorrelation of the residual, and its correlation with the inputs (the residual is"
-        " later at positive lags). Pale: 99 % band of a white residual, and of one that is"
-        " independent of the input."
+        f"{name_text(output.name)}: autocorrelation of the residual, and its correlation with the"
+        " inputs (the residual is later at positive lags). Pale: 99 % band of a white residual, and"
+        " of one that is independent of the input."
     )
     if len(chosen) < len(names):
         caption += f" The {len(chosen)} of {len(names)} inputs that reach furthest."
     return panel_chart(f"residuals_output_{number + 1}", caption, grid)
-
-
-def leftover_by_output(
-    result: Identification, fitted: Mapping[str, Sequence[FittedExperiment]]
-) -> dict[str, Leftover | str]:
-    """Return the residual analysis of every output with a stable model.
-
-    Parameters
-    ----------
-    result : Identification
-        What was found.
-    fitted : mapping of str to sequence of FittedExperiment
-        The models along their records, by output.
-    """
-    return {
-        output.name: leftover_of(fitted[output.name])
-        for output in result.outputs
-        if fitted.get(output.name)
-    }
 
 
 def _correlation_panel(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from thermaxis.positioning import FloatArray
 
-DRAWN_POINTS = 1400
+DRAWN_POINTS = 1000
 """Points of a line: a chart is not much wider in dots. [1]"""
 _GAP_STEPS = 5.0
 """A line is broken where so many usual steps are missing. [1]"""

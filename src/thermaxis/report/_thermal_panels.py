@@ -184,6 +184,8 @@ class PanelGrid:
     """Label of the level axis, with the unit."""
     columns: int = 1
     """Panels side by side. [1]"""
+    one_axis: bool = True
+    """Whether the level axes are the same."""
     one_scale: bool = False
     """Whether the upright axes are the same."""
     one_legend: bool = False
@@ -264,7 +266,7 @@ def draw_panels(grid: PanelGrid) -> Figure:
         down,
         grid.columns,
         squeeze=False,
-        sharex=True,
+        sharex=grid.one_axis,
         gridspec_kw={"height_ratios": heights},
     ).tolist()
     axes = [a for row in table for a in row]
@@ -281,6 +283,8 @@ def draw_panels(grid: PanelGrid) -> Figure:
         if k + grid.columns >= len(grid.panels):
             place.set_xlabel(grid.axis)
             place.tick_params(axis="x", labelbottom=True)
+        if grid.one_scale and k % grid.columns:
+            place.set_ylabel("")
     _put_legends(figure, axes, grid)
     if grid.source:
         set_heading(figure, grid.heading, drawable(grid.source, 100))
@@ -292,7 +296,7 @@ def draw_panels(grid: PanelGrid) -> Figure:
 def _put_legends(figure: Figure, axes: Sequence[Axes], grid: PanelGrid) -> None:
     if grid.one_legend:
         handles, labels = _legend(grid.panels)
-        columns = min(_LEGEND_COLUMNS, len(labels))
+        columns = -(-len(labels) // -(-len(labels) // _LEGEND_COLUMNS))
         figure.legend(handles, labels, loc="outside lower center", ncols=columns)
         return
     for place, panel in zip(axes, grid.panels, strict=False):
@@ -323,7 +327,7 @@ def _legend(panels: Sequence[Panel]) -> tuple[list[Artist], list[str]]:
 
 
 def _shade() -> Patch:
-    return Patch(facecolor="#f0f0f0", edgecolor="#bbbbbb", hatch="////", linewidth=0.0)
+    return Patch(facecolor="#f4f4f4", edgecolor="#d4d4d4", hatch="//", linewidth=0.0)
 
 
 def _handle(look: Look) -> Line2D:
@@ -342,7 +346,7 @@ def _handle(look: Look) -> Line2D:
 def _draw_panel(axes: Axes, panel: Panel) -> None:
     for first, last in panel.shaded:
         axes.axvspan(
-            first, last, facecolor="#f0f0f0", edgecolor="#bbbbbb", hatch="////", linewidth=0.0
+            first, last, facecolor="#f4f4f4", edgecolor="#d4d4d4", hatch="//", linewidth=0.0
         )
     for area in panel.areas:
         axes.fill_between(area.x, area.low, area.high, color="#d9d9d9", linewidth=0.0, zorder=1.2)

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes  # noqa: TC002  as in the other charts
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FormatStrFormatter, NullFormatter
 
 from thermaxis.report._output import NumberTable
 from thermaxis.report._style import DARK, GREY, drawable, new_figure
@@ -77,7 +78,8 @@ def time_constant_chart(
     )
     caption = (
         "Time constants of the lags, the poles at z = exp(-sample time / time constant), with 95 %"
-        " intervals where the record supports them; filled: the gain is positive, open: negative."
+        " intervals where the record supports them; filled: the gain is positive, open:"
+        " negative (of a row for all inputs, their sum)."
     )
     if len(rows) > len(shown):
         caption += f" The first {len(shown)} of {len(rows)} rows."
@@ -139,6 +141,8 @@ def _draw_lags(
         handles.append(axes.axvline(at_s / _HOUR_S, color=GREY, linewidth=1.0, linestyle=line))
         labels.append(label)
     axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))  # the default one is a formula
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_yticks(range(len(rows)), [drawable(row, 34) for row in rows])
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_xlabel("time constant [h]")
@@ -165,7 +169,12 @@ def pole_zero_chart(outputs: Sequence[IdentifiedOutput]) -> ThermalChart | None:
     ThermalChart or None
         A panel per output and input; None where there is none.
     """
-    maps = [(f"{o.name}: {m.input_name}", m) for o in outputs for m in pole_maps(o)]
+    maps = [
+        (f"{output.name}: {found.input_name}", found)
+        for output in outputs
+        for found in pole_maps(output)
+        if found.poles.size + found.zeros.size
+    ]
     if not maps:
         return None
     rows: list[tuple[str | float, ...]] = []
@@ -184,7 +193,7 @@ def pole_zero_chart(outputs: Sequence[IdentifiedOutput]) -> ThermalChart | None:
 
 
 def _draw_maps(maps: Sequence[tuple[str, PoleZeroMap]]) -> Figure:
-    across = min(3, len(maps))
+    across = 2 if len(maps) == 4 else min(3, len(maps))
     down = -(-len(maps) // across)
     figure = new_figure(0.7 + 2.35 * down)
     table: list[list[Axes]] = figure.subplots(down, across, squeeze=False).tolist()

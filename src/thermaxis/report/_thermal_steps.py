@@ -37,6 +37,8 @@ MOST_PANELS = 6
 _SETTLED = 4.0
 """Steps are drawn for so many of the longest time constants. [1]"""
 _POINTS = 400
+_BAND_ROOM = 1.5
+"""A band that leaves the responses by more than this share of them is cut. [1]"""
 _MOST_ROWS = 20_000
 """Rows for which the band of a polynomial model is computed. [row]"""
 
@@ -238,12 +240,25 @@ def _step_panel(
             gain, std = output.dc_gain[name]
             place = float(hours[-1]) * (1.02 + 0.015 * number)
             bars.append(ErrorBar(place, gain, INTERVAL * std, look))
+    low = min(float(np.min(trace.y)) for trace in traces)
+    high = max(float(np.max(trace.y)) for trace in traces)
+    room = _BAND_ROOM * max(high - low, abs(low), abs(high))
+    cut = any(bool(np.any((a.low < low - room) | (a.high > high + room))) for a in areas)
+    shown = tuple(
+        Area(
+            "95 % band, cut" if cut else "95 % band",
+            area.x,
+            np.maximum(area.low, low - room),
+            np.minimum(area.high, high + room),
+        )
+        for area in areas
+    )
     within = record_s < float(output.times_s[-1])
     return Panel(
         title=output.name,
         quantity="response [µm/K]",
         traces=tuple(traces),
-        areas=tuple(areas),
+        areas=shown,
         bars=tuple(bars),
         mark=record_s / HOUR_S if within else None,
         mark_label=record_name,

@@ -34,6 +34,7 @@ from thermaxis.report._thermal_words import (
     warning_blocks,
 )
 from thermaxis.thermal import ThermalLog, Verification, VerifiedLog
+from thermaxis.thermal._verification import OUTSIDE_SHARE
 
 _OPEN = (
     "The free run goes through the cycle that acts on the machine, with its limits open and with"
@@ -67,6 +68,8 @@ _NOTES = (
     ),
     "Paper: M. Mareš, O. Horejš, MM Science Journal 2021, DOI 10.17973/MMSJ.2021_07_2021053.",
 )
+_FIRST = ("figure_13_with_and_without", "figure_13_with_and_without_log_1")
+"""Charts that stand beside the results."""
 
 
 def pictures_of(charts: Sequence[ThermalChart]) -> dict[str, Picture]:
@@ -106,7 +109,7 @@ def verification_document(
     names = ", ".join(name_text(log.name, 40) for log in result.logs[:3])
     sha256 = model_sha256(model)
     sections = [
-        _result_section(model, result),
+        _result_section(model, result, pictures),
         *_log_sections(result, pictures),
         _model_section(model, pictures),
         _validity_section(model, logs, result),
@@ -145,7 +148,9 @@ def _summary(model: CompensationModel, result: Verification, sha256: str) -> Fie
     )
 
 
-def _result_section(model: CompensationModel, result: Verification) -> Section:
+def _result_section(
+    model: CompensationModel, result: Verification, pictures: Mapping[str, Picture]
+) -> Section:
     blocks: list[Block] = [
         table_3(model, result),
         baseline_words(result.pooled),
@@ -159,6 +164,7 @@ def _result_section(model: CompensationModel, result: Verification) -> Section:
                 " variation errors (ETVE, ISO 230-3)."
             )
         )
+    blocks += [p for name, p in pictures.items() if name in _FIRST]
     return Section("Results", tuple(blocks))
 
 
@@ -170,7 +176,7 @@ def _log_sections(result: Verification, pictures: Mapping[str, Picture]) -> list
         own = [
             picture
             for name, picture in pictures.items()
-            if name.endswith(ending) and not name.startswith("figure_04")
+            if name.endswith(ending) and not name.startswith("figure_04") and name not in _FIRST
         ]
         if number >= MOST_LOGS:
             own = []
@@ -208,13 +214,23 @@ def _model_section(model: CompensationModel, pictures: Mapping[str, Picture]) ->
 def _validity_section(
     model: CompensationModel, logs: Sequence[ThermalLog], result: Verification
 ) -> Section:
-    outside = [name_text(log.name) for log in result.logs if log.outside]
-    words = (
-        f"Some input leaves the range of the training in {', '.join(outside[:6])}: there the model"
-        " is extrapolated."
-        if outside
-        else "No input leaves the range that was seen in the training, where it is known."
-    )
+    outside = [
+        name_text(log.name)
+        for log in result.logs
+        if any(max(found) >= OUTSIDE_SHARE for found in log.outside.values())
+    ]
+    if outside:
+        words = (
+            f"Some input leaves the range of the training in {', '.join(outside[:6])}: there the"
+            " model is extrapolated."
+        )
+    elif any(log.outside for log in result.logs):
+        words = (
+            f"Some input leaves the range of the training, in less than {OUTSIDE_SHARE:.0%} of the"
+            f" rows and by less than {OUTSIDE_SHARE:.0%} of its width."
+        )
+    else:
+        words = "No input leaves the range that was seen in the training, where it is known."
     table = validity_table(model, logs, result.logs)
     return Section("Validity", (Paragraph(words, strong=bool(outside)), table))
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from thermaxis.compensation import CompensationModel, Provenance
+from thermaxis.compensation import CompensationModel, Part, Provenance
 from thermaxis.positioning import FloatArray
 from thermaxis.report._document import Block, Column, Fields, ItemList, Paragraph, Section, Table
 from thermaxis.report._text import NOT_STATED, as_given, fixed, plain_text
@@ -65,10 +65,10 @@ def with_interval(value: float, std: float | None, factor: float) -> str:
 
 
 def micrometres(value: float | None) -> str:
-    """Return a displacement with two decimals, a small one with four."""
+    """Return a displacement with two decimals; one that they would hide is said to be smaller."""
     if value is None or not math.isfinite(value):
         return DASH
-    return fixed(value, 2 if abs(value) >= 0.1 or value == 0.0 else 4)
+    return "< 0.01" if 0.0 < value < 0.005 else fixed(value, 2)
 
 
 def percent(value: float | None) -> str:
@@ -145,6 +145,7 @@ def model_parts_table(model: CompensationModel, output_number: int) -> Table:
         Which output, from 0.
     """
     output = model.outputs[output_number]
+    with_g = any(part.gain_by_diameter for part in output.parts)
     rows = tuple(
         (
             name_text(part.name, 30),
@@ -153,17 +154,13 @@ def model_parts_table(model: CompensationModel, output_number: int) -> Table:
             significant(part.direct_gain_um_per_k),
             "; ".join(significant(s.gain_um_per_k) for s in part.sections) or DASH,
             "; ".join(significant(s.time_constant_s) for s in part.sections) or DASH,
-            "; ".join(
-                f"{as_given(p.diameter_mm)}: {significant(p.gain, 3)}"
-                for p in part.gain_by_diameter
-            )
-            or "1",
+            *((_gain_words(part),) if with_g else ()),
         )
         for part in output.parts
     )
     delays = {part.name: part.delay_s for part in output.parts if part.delay_s > 0}
     words = f"Parts of {name_text(output.name)}: gains in µm/K, time constants in s."
-    if any(part.gain_by_diameter for part in output.parts):
+    if with_g:
         words += " The gain g goes by workpiece diameter in mm, linear in between."
     if delays:
         words += " Delays: " + ", ".join(f"{name_text(n, 30)} {d:g} s" for n, d in delays.items())
@@ -174,9 +171,14 @@ def model_parts_table(model: CompensationModel, output_number: int) -> Table:
         Column("Direct"),
         Column("Gains of the lags", "left", wide=True),
         Column("Time constants", "left", wide=True),
-        Column("g", "left", wide=True),
+        *((Column("g", "left", wide=True),) if with_g else ()),
     )
     return Table(columns, rows, words)
+
+
+def _gain_words(part: Part) -> str:
+    points = (f"{as_given(p.diameter_mm)}: {significant(p.gain, 3)}" for p in part.gain_by_diameter)
+    return "; ".join(points) or "1"
 
 
 def provenance_section(provenance: Provenance, further: Sequence[Block] = ()) -> Section:
@@ -190,7 +192,6 @@ def provenance_section(provenance: Provenance, further: Sequence[Block] = ()) ->
         What follows.
     """
     fields = (
-        ("Method", plain_text(provenance.method, 600) or NOT_STATED),
         ("Program", plain_text(provenance.program, 80) or NOT_STATED),
         ("Date", plain_text(provenance.date, 40) or NOT_STATED),
     )
@@ -202,8 +203,8 @@ def provenance_section(provenance: Provenance, further: Sequence[Block] = ()) ->
         )
         for entry in provenance.logs[:_MOST_LOGS]
     )
-    blocks: list[Block] = []
-    blocks.append(Fields("", fields, code=True))
+    method = plain_text(provenance.method, 900) or NOT_STATED
+    blocks: list[Block] = [Paragraph(f"Method: {method}"), Fields("", fields)]
     if rows:
         more = len(provenance.logs) - len(rows)
         words = "Training logs, rows from 0." + (f" {more} more are not listed." if more else "")
