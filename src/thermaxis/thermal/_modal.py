@@ -428,7 +428,8 @@ def _result(
     problem, refined = refinement
     gains = _carried(problem, refined, average)
     scales, delays = evidence.scales, options.delays_s or (0.0,) * len(input_names)
-    parts, stds = [], []
+    parts: list[ModalPart] = []
+    stds: list[PartStd] = []
     for i, name in enumerate(input_names):
         unit = scales.y / float(scales.u[i])
         part = ModalPart(
@@ -460,7 +461,7 @@ def _result(
 
 def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[str, ...]:
     """Return what a user must know of the record as a whole."""
-    warnings = []
+    warnings: list[str] = []
     started = {
         segment.experiment
         for segment, size in zip(
@@ -491,7 +492,8 @@ def _starts_and_offsets(problem: Refinement, refined: Refined, gains: FloatArray
     kept, fixed = slice(own.gains, -1), slice(0, own.gains)
     prior = prior_precision(own, problem.sizes, refined.time_constants_s.size)[own.gains :]
     right = gram[kept, -1] - gram[kept, fixed] @ gains.ravel()
-    return np.asarray(np.linalg.solve(gram[kept, kept] + np.diag(prior), right))
+    solved = np.linalg.solve(gram[kept, kept] + np.diag(prior), right)
+    return np.asarray(solved, dtype=np.float64)
 
 
 def _fit_percent(

@@ -77,7 +77,7 @@ def compare_sets(
     most_lags: int,
 ) -> list[Compared]:
     """Return all sets of one up to so many lags with their evidence."""
-    found = []
+    found: list[Compared] = []
     for lags in range(1, most_lags + 1):
         members = sets_of(design, time_constants_s, lags)
         if members.shape[0] == 0:
@@ -139,7 +139,7 @@ def compare_sparse(
     """
     log_weight = np.concatenate([c.log_weight for c in found])
     cut = np.sort(log_weight)[-min(SPARSE_SETS, log_weight.size)]
-    sparse = []
+    sparse: list[Compared] = []
     for lags in sorted({c.lags for c in found}):
         those = [c.subsets.members[c.log_weight >= cut] for c in found if c.lags == lags]
         members = np.unique(np.vstack(those), axis=0)
@@ -161,7 +161,7 @@ def _with_zeros(
     patterns = _patterns(design.inputs * (1 + members.shape[1]))
     repeated = np.repeat(members, patterns.shape[0], axis=0)
     without = np.tile(patterns, (members.shape[0], 1))
-    found = []
+    found: list[Compared] = []
     for larger in SLAB_GAINS:
         those = replace(sizes, log_gain=sizes.log_gain + larger)
         subsets = compared(design, products, those, repeated, without)

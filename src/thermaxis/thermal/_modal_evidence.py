@@ -12,7 +12,10 @@ from itertools import islice
 from typing import final
 
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
+from scipy.linalg import (
+    cho_solve,  # pyright: ignore[reportUnknownVariableType]
+    solve_triangular,  # pyright: ignore[reportUnknownVariableType]
+)
 
 from thermaxis.thermal._field import FloatArray
 from thermaxis.thermal._modal_regressors import Segment
@@ -28,17 +31,17 @@ def factored(precision: FloatArray) -> FloatArray:
     Where a record without noise makes regressors all but equal, round-off may leave a precision
     slightly negative; its diagonal is raised by as little as is needed.
     """
-    places = np.arange(precision.shape[-1])
+    places = np.arange(int(precision.shape[-1]))
     for share in ROUND_OFF[:-1]:
         raised = precision.copy()
         raised[..., places, places] *= 1.0 + share
         try:
-            return np.asarray(np.linalg.cholesky(raised))
+            return np.asarray(np.linalg.cholesky(raised), dtype=np.float64)
         except np.linalg.LinAlgError:
             continue
     raised = precision.copy()
     raised[..., places, places] *= 1.0 + ROUND_OFF[-1]
-    return np.asarray(np.linalg.cholesky(raised))
+    return np.asarray(np.linalg.cholesky(raised), dtype=np.float64)
 
 
 @final
@@ -168,7 +171,10 @@ def design_of(
     Design
         Ready for products.
     """
-    count, rows, white, times = time_constants_s.size, [], [], []
+    count = time_constants_s.size
+    rows: list[FloatArray] = []
+    white: list[FloatArray] = []
+    times: list[FloatArray] = []
     free = len(segments) if free_start else 0
     for number, segment in enumerate(segments):
         use = segment.count > 0
@@ -216,7 +222,8 @@ class Posterior:
     def covariance(self) -> FloatArray:
         """Return the posterior covariance of the coefficients, (p, p)."""
         unit = np.eye(self.coefficients.size)
-        return np.asarray(self.variance * cho_solve((self.precision_factor, True), unit))
+        inverse = np.asarray(cho_solve((self.precision_factor, True), unit), dtype=np.float64)
+        return self.variance * inverse
 
 
 @final
@@ -264,7 +271,9 @@ def posterior_of(
     diagonal = np.arange(design.penalised)
     precision[diagonal, diagonal] += np.exp(-prior)
     factor = factored(precision)
-    half = solve_triangular(factor, gram[:-1, -1], lower=True, check_finite=False)
+    half = np.asarray(
+        solve_triangular(factor, gram[:-1, -1], lower=True, check_finite=False), dtype=np.float64
+    )
     left = max(float(gram[-1, -1] - half @ half), 1e-14 * abs(float(gram[-1, -1])) + 1e-300)
     freedom = design.readings - free
     log_evidence = -0.5 * (
@@ -276,7 +285,8 @@ def posterior_of(
     return Posterior(
         log_evidence=float(log_evidence) + hyperprior.log_density(sizes),
         coefficients=np.asarray(
-            solve_triangular(factor, half, lower=True, trans="T", check_finite=False)
+            solve_triangular(factor, half, lower=True, trans=1, check_finite=False),
+            dtype=np.float64,
         ),
         variance=left / freedom,
         precision_factor=np.asarray(factor),

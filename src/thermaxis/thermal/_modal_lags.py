@@ -43,7 +43,7 @@ def all_subsets(design: Design, size: int) -> IndexArray:
 def columns_of(design: Design, members: IndexArray) -> IndexArray:
     """Return the columns of a design that subsets use: gains, transients, offsets, (m, q)."""
     count, wide = members.shape[0], 1 + design.lags
-    columns = []
+    columns: list[IndexArray] = []
     for i in range(design.inputs):
         columns += [np.full((count, 1), i * wide), i * wide + 1 + members]
     for s in range(design.transients):
@@ -97,7 +97,7 @@ def compared(
     width = columns.shape[1]
     precision = gram[columns[:, :, None], columns[:, None, :]]
     prior = prior_precision(design, sizes, lags)
-    diagonal = np.arange(width)
+    diagonal = np.arange(int(width))
     precision[:, diagonal, diagonal] += prior
     free = np.full(columns.shape, fill_value=True)
     if without is not None:
@@ -128,7 +128,7 @@ def compared(
     return Subsets(
         members=members,
         log_evidence=log_evidence,
-        gains=gains,
+        gains=np.asarray(gains, dtype=np.float64),
         dc_variance=np.sum(half[:, :, 1:] ** 2, axis=1) * (left / freedom)[:, None],
     )
 
@@ -209,7 +209,7 @@ class Refinement:
         design = self.design_at(taus_s)
         gram, _ = design.products(self.sizes.noise)
         precision = gram[:-1, :-1] + np.diag(prior_precision(design, self.sizes, taus_s.size))
-        mean = np.linalg.solve(precision, gram[:-1, -1])
+        mean = np.asarray(np.linalg.solve(precision, gram[:-1, -1]), dtype=np.float64)
         left = float(gram[-1, -1] - gram[:-1, -1] @ mean)
         return design, mean, max(left, 1e-14 * abs(float(gram[-1, -1])) + 1e-300)
 
@@ -266,10 +266,10 @@ class Refinement:
             gram, _ = local.design.products(self.sizes.noise)
             precision = gram[:-1, :-1] + np.diag(local.prior)
             right = gram[:-1, -1]
-            moved = False
+            moved, gain = False, 0.0
             while damping < 1e6:
                 damped = precision.copy()
-                tail = np.arange(mean.size, damped.shape[0])
+                tail = np.arange(mean.size, int(damped.shape[0]))
                 damped[tail, tail] *= 1.0 + damping
                 move = np.clip(np.linalg.solve(damped, right)[mean.size :], -0.7, 0.7)
                 tried_s = np.clip(taus_s * np.exp(move), low, high)
@@ -294,7 +294,7 @@ class Refinement:
         local = self._linearised(design, taus_s, mean, variance)
         gram, _ = local.design.products(self.sizes.noise)
         precision = gram[:-1, :-1] + np.diag(local.prior)
-        tail = np.arange(mean.size, precision.shape[0])
+        tail = np.arange(mean.size, int(precision.shape[0]))
         full = variance * np.linalg.inv(precision)
         kept = np.concatenate([np.arange(design.gains), tail])
         order = np.argsort(taus_s)
@@ -309,7 +309,7 @@ class Refinement:
             gains=gains[:, lag_order],
             offsets=mean[design.penalised :],
             transients=transients[:, order],
-            covariance=covariance,
+            covariance=np.asarray(covariance, dtype=np.float64),
             variance=variance,
             penalised=penalised,
         )

@@ -11,7 +11,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
+from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.errors import DataError
 from thermaxis.thermal._experiment import Experiment
@@ -61,7 +61,9 @@ class Segment:
     @property
     def times_s(self) -> FloatArray:
         """Begin of every block since the experiment's first row, (blocks,). [s]"""
-        return self.start_s + self.rows * self.sample_time_s * np.arange(self.blocks)
+        return self.start_s + self.rows * self.sample_time_s * np.arange(
+            self.blocks, dtype=np.float64
+        )
 
     def means(self, values: FloatArray) -> FloatArray:
         """Return the means per block of a series at full rate, over measured rows."""
@@ -117,7 +119,7 @@ class Segment:
 def _block_means(values: FloatArray, rows: int, measured: FloatArray | None) -> FloatArray:
     blocked = values.reshape(-1, rows)
     if measured is None:
-        return np.asarray(blocked.mean(axis=1))
+        return np.asarray(blocked.mean(axis=1), dtype=np.float64)
     total = np.einsum("br,br->b", blocked, measured)
     return np.asarray(total / np.maximum(measured.sum(axis=1), 1.0))
 
@@ -168,7 +170,7 @@ def _segment(
 ) -> Segment | None:
     begin, end = span
     u, y = experiment.u[begin:end], experiment.y[begin:end]
-    columns = []
+    columns: list[FloatArray] = []
     for i, rows_late in enumerate(late):
         column = _without_gaps(np.ascontiguousarray(u[:, i]))
         held = min(rows_late, column.size)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -35,16 +36,18 @@ def _products_of_blocks(problem: Refinement, local: Linearised) -> tuple[FloatAr
     """Return the products of every block, (f, q + 1, q + 1), and its readings, (f,)."""
     design, noise = local.design, problem.sizes.noise
     length = max(2, -(-design.readings // FOLDS))
-    products, counts = [], []
+    products: list[FloatArray] = []
+    counts: list[int] = []
     for rows, white, times_s in zip(
         design.rows, design.white_variance, design.times_s, strict=True
     ):
         pieces = max(1, round(rows.shape[0] / length))
-        for part in np.array_split(np.arange(rows.shape[0]), pieces):
-            piece = slice(int(part[0]), int(part[-1]) + 1)
+        edges = [round(rows.shape[0] * place / pieces) for place in range(pieces + 1)]
+        for first, last in pairwise(edges):
+            piece = slice(first, last)
             found = weighted_products(rows[piece], white[piece], times_s[piece], noise)
             products.append(found.gram)
-            counts.append(part.size)
+            counts.append(last - first)
     return np.array(products), np.array(counts, dtype=np.float64)
 
 
@@ -54,23 +57,23 @@ def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArr
     blocks, counts = _products_of_blocks(problem, local)
     if counts.size < 2:
         return np.zeros(counts.size), counts
-    size = blocks.shape[1] - 1
-    diagonal = np.arange(size)
+    size = int(blocks.shape[1]) - 1
+    diagonal = np.arange(int(size))
     outside = blocks.sum(axis=0) - blocks
     left = outside[:, :-1, :-1].copy()
     # A start or an offset that only the held-out block knows stays at zero in the fit.
     left[:, diagonal, diagonal] += local.prior + 1e-9
-    mean = np.linalg.solve(left, outside[:, :-1, -1:])[:, :, 0]
-    response = np.concatenate([np.arange(local.gains), np.arange(size - local.lags, size)])
-    own = np.arange(local.gains, size - local.lags)
+    mean = np.asarray(np.linalg.solve(left, outside[:, :-1, -1:]), dtype=np.float64)[:, :, 0]
+    response = np.r_[0 : local.gains, size - local.lags : size].astype(np.intp)
+    own = np.arange(int(local.gains), int(size - local.lags))
     signed = np.concatenate([-mean[:, response], np.ones((counts.size, 1))], axis=1)
     kept = np.append(response, size)
     total = np.einsum("fi,fij,fj->f", signed, blocks[:, kept[:, None], kept], signed)
     right = np.einsum("fij,fj->fi", blocks[:, own[:, None], kept], signed)
     start = blocks[:, own[:, None], own].copy()
-    places = np.arange(own.size)
+    places = np.arange(int(size - local.lags - local.gains))
     start[:, places, places] += local.prior[own] + 1e-9
-    solved = np.linalg.solve(start, right[:, :, None])[:, :, 0]
+    solved = np.asarray(np.linalg.solve(start, right[:, :, None]), dtype=np.float64)[:, :, 0]
     return total - np.einsum("fi,fi->f", right, solved), counts
 
 

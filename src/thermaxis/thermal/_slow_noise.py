@@ -9,7 +9,10 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg import (
+    cho_solve_banded,  # pyright: ignore[reportUnknownVariableType]
+    cholesky_banded,  # pyright: ignore[reportUnknownVariableType]
+)
 
 from thermaxis.thermal._field import FloatArray
 
@@ -89,7 +92,9 @@ def weighted_products(
     factor, log_drift = _factor(weight, times_s, parts)
     count = len(parts)
     states = np.repeat(weighted, count, axis=0)
-    inner = cho_solve_banded((factor, False), states, check_finite=False)
+    inner = np.asarray(
+        cho_solve_banded((factor, False), states, check_finite=False), dtype=np.float64
+    )
     gram -= states.T @ inner
     log_determinant += 2.0 * float(np.sum(np.log(factor[-1]))) + log_drift
     return Products((gram + gram.T) / 2.0, log_determinant)
@@ -118,4 +123,5 @@ def _factor(
     if count == 2:
         # Both parts are seen in the same reading.
         banded[1, 1::2] += weight
-    return np.asarray(cholesky_banded(banded, check_finite=False)), log_drift
+    factor = np.asarray(cholesky_banded(banded, check_finite=False), dtype=np.float64)
+    return factor, log_drift

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.errors import DataError
 from thermaxis.thermal._field import FloatArray

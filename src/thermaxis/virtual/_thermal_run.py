@@ -18,7 +18,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
+from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
 from thermaxis.errors import ConfigurationError
 
@@ -309,7 +309,7 @@ def generate_thermal_test(plan: ThermalTestPlan, seed: int) -> GeneratedThermalT
         values[gaps.random(values.size) < plan.missing_share] = np.nan
     return GeneratedThermalTest(
         plan=plan,
-        time_s=plan.sample_time_s * np.arange(logged["z_um"].size),
+        time_s=plan.sample_time_s * np.arange(logged["z_um"].size, dtype=np.float64),
         spindle_rpm=_logged(6000.0 * spindle_share[kept], plan),
         table_rpm=_logged(300.0 * table_share[kept], plan),
         true_u_k=np.column_stack([_logged(u[kept, i], plan) for i in range(2)]),
