@@ -46,6 +46,7 @@ from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_m
 from thermaxis.virtual._thermal_run import (
     GeneratedThermalTest,
     Heating,
+    Lags,
     ThermalTestPlan,
     generate_thermal_test,
 )
@@ -74,16 +75,21 @@ def identified(*tests: GeneratedThermalTest, options: ModalOptions | None = None
     return modal([experiment_of(t) for t in tests], input_names=NAMES, options=options)
 
 
+def true_part(name: str, lags: Lags, plan: ThermalTestPlan) -> ModalPart:
+    """Return what one input truly does; a rod as the sum of its modes."""
+    gains, taus = np.array(lags.gains_um_per_k), np.array(lags.time_constants_s)
+    if plan.heating is Heating.LAGS:
+        return ModalPart(name, 0.0, gains, taus, plan.delay_s)
+    odd = 2.0 * np.arange(25) + 1.0
+    shares = 8.0 / (np.pi * odd) ** 2
+    modes, speeds = np.outer(gains, shares).ravel(), np.outer(taus, odd**-2.0).ravel()
+    rest = float(np.sum(gains) * (1.0 - np.sum(shares)))
+    return ModalPart(name, rest, modes, speeds, plan.delay_s)
+
+
 def truth(plan: ThermalTestPlan) -> ThermalModel:
-    return ThermalModel(
-        tuple(
-            ModalPart(
-                name, 0.0, np.array(lags.gains_um_per_k), np.array(lags.time_constants_s),
-                plan.delay_s,
-            )
-            for name, lags in zip(NAMES, (plan.spindle, plan.table), strict=True)
-        )
-    )  # fmt: skip
+    pairs = zip(NAMES, (plan.spindle, plan.table), strict=True)
+    return ThermalModel(tuple(true_part(name, lags, plan) for name, lags in pairs))
 
 
 def plan_of(hours: float, step_s: float, **more: object) -> ThermalTestPlan:
