@@ -26,14 +26,38 @@ PROMISED = {
     " levels_std_backward iso230_2 uncertainty diagnosis",
     "drift.diagnosis[]": "finding value unit text",
     "figures": " ".join(FIGURE_KEYS),
+    "identify": "method stable outputs warnings",
+    "identify.outputs.NAME": "fit_percent parts noise_std_um warnings numerator denominator"
+    " sample_time_s",
+    "identify.outputs.NAME.parts[]": "input direct_gain gains time_constants_s std dc_gain"
+    " dc_gain_std flags",
+    "verify": "outputs logs",
+    "verify.outputs.NAME": "fit_percent peak_to_peak_um rmse_um mae_um max_um"
+    " persistence_rmse_um static_rmse_um",
+    "verify.outputs.NAME.peak_to_peak_um": "uncompensated residual reduction",
 }
-FREE = ("test.header", "test.environment", "plan.plan", "plan.search.tried")
+FREE = (
+    *("test.header", "test.environment", "plan.plan", "plan.search.tried"),
+    *(f"identify.outputs.NAME.{key}" for key in ("numerator", "denominator")),
+    *("identify.joint_gains.gains", "verify.logs[].outputs.NAME.contribution_peak_to_peak_um"),
+    *("model.reference_c", "model.provenance.figures"),
+)
 """Objects whose keys come from a file, or are numbers of cycles."""
 
 BY_FIGURE = ("plan.expected.figures",)
 """Objects with one object for each figure."""
 
+BY_NAME = (
+    *("identify.outputs", "verify.outputs", "compare.models[].outputs"),
+    *("verify.logs[].outputs", "verify.logs[].outside_training_range"),
+)
+"""Objects with one object for each name that a user gave."""
+
+VERIFIED = "verify.outputs.NAME"
+PAIRS = ("peak_to_peak_um", "after_60_min_um", "at_end_um")
 SAME_KEYS = {
+    "compare.models[].outputs.NAME": VERIFIED,
+    **{f"verify.logs[].outputs.NAME.{key}": f"{VERIFIED}.{key}" for key in PAIRS},
     "adjacent_difference.backward": "adjacent_difference.forward",
     "drift.iso230_2": "iso230_2",
     "uncertainty.drift_free": "uncertainty.measured",
@@ -77,12 +101,15 @@ def test_every_promised_key_is_documented(documented: dict[str, set[str]], place
 
 def keys_by_place(value: object, place: str, found: dict[str, set[str]]) -> None:
     if isinstance(value, dict) and place not in FREE:
-        if place not in BY_FIGURE:
+        if place not in (*BY_FIGURE, *BY_NAME):
             found.setdefault(place or "Top level", set()).update(value)
         for key, part in value.items():
             if place in BY_FIGURE:
                 assert key in FIGURE_KEYS
                 keys_by_place(part, f"{place}.KEY", found)
+                continue
+            if place in BY_NAME:
+                keys_by_place(part, SAME_KEYS.get(f"{place}.NAME", f"{place}.NAME"), found)
                 continue
             same = SAME_KEYS.get(f"{place}.{key}", f"{place}.{key}" if place else key)
             keys_by_place(part, same, found)
@@ -147,7 +174,29 @@ def written(evaluated: tuple[Path, dict[str, object]], root: Path) -> dict[str, 
     before, after = (str(root / "examples" / f"field_{when}.csv") for when in ("before", "after"))
     words = ["field", before, before, after, "--run", str(run), "--times", "0", "1", "1.7"]
     keys_written([*words, *json_words], "field", found)
+    write_thermal(root / "examples", folder, found)
     return found
+
+
+def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> None:
+    """Collect the keys of the commands of thermal compensation, and of their model."""
+    tests = [str(examples / f"lathe_{name}.csv") for name in ("spindle", "table")]
+    parts = ["--input", "spindle=T_spindle_C-T_column_C", "--input", "table=T_table_C-T_column_C"]
+    json_words = ["--json", str(folder / "thermal.json")]
+    model = str(folder / "model.json")
+    identify = ["identify", *tests, "--output", "Z_um", "--sample-time", "60", *json_words]
+    keys_written([*identify, "--candidates", "T*_C"], "identify", found)
+    for words in (
+        ["--method", "oe", "--orders", "1,1,0"],
+        ["--method", "arx", "--orders", "1,2,0"],
+    ):
+        keys_written([*identify, *parts, *words], "identify", found)
+    joint = ["--joint", "table=Z_D0_um@0,Z_D3000_um@3000"]
+    keys_written([*identify, *parts, *joint, "--model", model], "identify", found)
+    keys_by_place(json.loads(Path(model).read_text(encoding="ascii")), "model", found)
+    log = str(examples / "lathe_verification.csv")
+    keys_written(["verify", model, log, *json_words], "verify", found)
+    keys_written(["compare", model, log, *json_words], "compare", found)
 
 
 def test_figures_without_drift_and_uncertainties_have_the_keys_of_the_measured_figures(

@@ -226,7 +226,7 @@ def identification_as_json(
         "stable": result.stable,
         "rule": result.rule,
         "sample_time_s": records.sample_time_s,
-        "outputs": {output.name: _output_as_json(output) for output in result.outputs},
+        "outputs": {o.name: _output_as_json(o, records.sample_time_s) for o in result.outputs},
         "findings": [
             {
                 "log": log,
@@ -241,6 +241,7 @@ def identification_as_json(
         ],
         "warnings": [*remarks, *finding_sentences(findings), *result.warnings],
     }
+    content["joint_gains"] = None
     if result.joint is not None:
         content["joint_gains"] = {
             "part": result.joint.part,
@@ -248,6 +249,7 @@ def identification_as_json(
             "gains": dict(result.joint.gain_by_channel),
         }
     selection = result.selection
+    content["selection"] = None
     if selection is not None:
         content["selection"] = {
             "channels": list(selection.channels),
@@ -266,7 +268,7 @@ def identification_as_json(
     return content
 
 
-def _output_as_json(output: "IdentifiedOutput") -> dict[str, object]:
+def _output_as_json(output: "IdentifiedOutput", sample_time_s: float) -> dict[str, object]:
     content: dict[str, object] = {
         "fit_percent": output.fit_percent,
         "noise_std_um": output.noise_std_um,
@@ -276,6 +278,9 @@ def _output_as_json(output: "IdentifiedOutput") -> dict[str, object]:
         "training_rmse_um": dict(output.training_rmse_um),
         "parts": _parts_as_json(output),
         "offset_um": None if output.model is None else float(output.model.offset_um),
+        "numerator": None,
+        "denominator": None,
+        "sample_time_s": sample_time_s,
         "warnings": list(output.warnings),
     }
     if output.polynomials is not None:
