@@ -95,6 +95,9 @@ if TYPE_CHECKING:
         PartStd,
         modal,
     )
+    from thermaxis.thermal._modal_validation import (
+        BlockedValidation,
+    )
     from thermaxis.thermal._oe import (
         OeOptions,
         oe,
@@ -145,6 +148,9 @@ if TYPE_CHECKING:
         check_candidates,
         sensor_noise_k,
     )
+    from thermaxis.thermal._slow_noise import (
+        SlowNoise,
+    )
     from thermaxis.thermal._superposition import (
         DiameterGain,
         combine_models,
@@ -178,6 +184,7 @@ __all__ = [
     "PAPER_TABLE",
     "Baseline",
     "BaselineModel",
+    "BlockedValidation",
     "ChannelScore",
     "DiameterGain",
     "DriftRelation",
@@ -220,6 +227,7 @@ __all__ = [
     "SimulatedLog",
     "SimulatedOutput",
     "SimulationFigures",
+    "SlowNoise",
     "Start",
     "StepResponses",
     "StructureScore",
@@ -346,6 +354,7 @@ _MODULES = {
     "ModalResult": "_modal",
     "PartStd": "_modal",
     "modal": "_modal",
+    "BlockedValidation": "_modal_validation",
     "OeOptions": "_oe",
     "oe": "_oe",
     "paper_spindle_model": "_paper_models",
@@ -380,6 +389,7 @@ _MODULES = {
     "SensorFinding": "_selection_sensors",
     "check_candidates": "_selection_sensors",
     "sensor_noise_k": "_selection_sensors",
+    "SlowNoise": "_slow_noise",
     "DiameterGain": "_superposition",
     "combine_models": "_superposition",
     "parse_gain": "_superposition",

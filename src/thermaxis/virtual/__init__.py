@@ -28,6 +28,13 @@ from thermaxis.virtual._thermal_field import (
     true_temperature_c,
     write_example_fields,
 )
+from thermaxis.virtual._thermal_run import (
+    GeneratedThermalTest,
+    Heating,
+    Lags,
+    ThermalTestPlan,
+    generate_thermal_test,
+)
 
 __all__ = [
     "LATHE_SEED",
@@ -37,15 +44,20 @@ __all__ = [
     "AxisGeometry",
     "AxisThermal",
     "GeneratedRun",
+    "GeneratedThermalTest",
+    "Heating",
+    "Lags",
     "LocalSpread",
     "ReadingScatter",
     "RunPlan",
+    "ThermalTestPlan",
     "VirtualAxis",
     "VirtualTable",
     "WarmUp",
     "generate_lathe_test",
     "generate_positioning_run",
     "generate_thermal_field",
+    "generate_thermal_test",
     "paper_x_axis",
     "paper_y_axis",
     "true_temperature_c",
