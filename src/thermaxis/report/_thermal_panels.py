@@ -295,14 +295,14 @@ def draw_panels(grid: PanelGrid) -> Figure:
 
 def _put_legends(figure: Figure, axes: Sequence[Axes], grid: PanelGrid) -> None:
     if grid.one_legend:
-        handles, labels = _legend(grid.panels)
+        entries, labels = _legend(grid.panels)
         columns = -(-len(labels) // -(-len(labels) // _LEGEND_COLUMNS))
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+        figure.legend(entries, labels, loc="outside lower center", ncols=columns)
         return
     for place, panel in zip(axes, grid.panels, strict=False):
-        handles, labels = _legend((panel,))
+        entries, labels = _legend((panel,))
         place.legend(
-            handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1.03), borderaxespad=0.0
+            entries, labels, loc="upper left", bbox_to_anchor=(1.01, 1.03), borderaxespad=0.0
         )
 
 
@@ -315,7 +315,7 @@ def _legend(panels: Sequence[Panel]) -> tuple[list[Artist], list[str]]:
     found: dict[str, Artist] = {}
     for panel in panels:
         for trace in panel.traces:
-            found.setdefault(_named(trace.label), _handle(trace.look))
+            found.setdefault(_named(trace.label), _sample(trace.look))
         for area in panel.areas:
             found.setdefault(_named(area.label), Patch(facecolor="#d9d9d9"))
         if panel.shaded:
@@ -330,7 +330,7 @@ def _shade() -> Patch:
     return Patch(facecolor="#f4f4f4", edgecolor="#d4d4d4", hatch="//", linewidth=0.0)
 
 
-def _handle(look: Look) -> Line2D:
+def _sample(look: Look) -> Line2D:
     return Line2D(
         [],
         [],

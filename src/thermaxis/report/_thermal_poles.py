@@ -132,13 +132,13 @@ def _draw_lags(
             markerfacecolor=DARK if lag.gain > 0 else "white",
         )
     marks = ((sample_time_s, "sample time", ":"), (record_s, "length of the record", "--"))
-    handles = [
+    entries = [
         Line2D([], [], color="black", marker="o", linestyle="", markerfacecolor=face)
         for face in ("black", "white")
     ]
     labels = ["positive gain", "negative gain"]
     for at_s, label, line in marks:
-        handles.append(axes.axvline(at_s / _HOUR_S, color=GREY, linewidth=1.0, linestyle=line))
+        entries.append(axes.axvline(at_s / _HOUR_S, color=GREY, linewidth=1.0, linestyle=line))
         labels.append(label)
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))  # the default one is a formula
@@ -146,7 +146,7 @@ def _draw_lags(
     axes.set_yticks(range(len(rows)), [drawable(row, 34) for row in rows])
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_xlabel("time constant [h]")
-    figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    figure.legend(entries, labels, loc="outside lower center", ncols=4)
     figure.suptitle("Time constants of the model")
     return figure
 

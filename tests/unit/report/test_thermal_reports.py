@@ -1,0 +1,620 @@
+"""Reports of identification and verification say what the results say, and obey no file."""
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pypdfium2
+import pytest
+
+from thermaxis.compensation import (
+    CompensationModel,
+    GainPoint,
+    Output,
+    Part,
+    Provenance,
+    Section,
+    TrainingLog,
+)
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import model_sha256, read_thermal_log
+from thermaxis.report import (
+    write_identification_figures,
+    write_identification_report,
+    write_verification_figures,
+    write_verification_report,
+)
+from thermaxis.report._document import Document, Fields, ItemList, Paragraph, Picture, Table
+from thermaxis.report._thermal_comparison import MOST_OUTPUTS, verification_charts
+from thermaxis.report._thermal_identification import identification_document
+from thermaxis.report._thermal_identification_charts import identification_charts
+from thermaxis.report._thermal_panels import ThermalChart
+from thermaxis.report._thermal_verification import verification_document
+from thermaxis.report._thermal_words import log_sha256, micrometres, significant, with_interval
+from thermaxis.thermal import (
+    Identification,
+    InputDefinition,
+    MeasuredOutput,
+    Method,
+    Records,
+    ThermalLog,
+    Verification,
+    identify,
+    records_of,
+    verify,
+)
+
+PARTS = (
+    Part("spindle", "T_spindle_C", "T_column_C", 3.0, (Section(26.0, 3000.0),),
+         lowest_k=-0.5, highest_k=2.0, static_gain_um_per_k=24.0),
+    Part("table", "T_table_C", "T_column_C", 0.0, (Section(-12.0, 1500.0), Section(-8.0, 9000.0)),
+         gain_by_diameter=(GainPoint(0.0, 1.0), GainPoint(3000.0, 2.2)),
+         lowest_k=-9.0, highest_k=9.0, static_gain_um_per_k=-15.0),
+)  # fmt: skip
+MODEL = CompensationModel(
+    outputs=(Output("Z_um", PARTS),),
+    provenance=Provenance(
+        method="modal", program="thermaxis", logs=(TrainingLog("cal.csv", "ab" * 32, 400),)
+    ),
+)
+MEASURED = (MeasuredOutput("Z_um", "Z_um"), MeasuredOutput("Z_D_um", "Z_um", 3000.0))
+HOSTILE = (
+    "<script>alert(1)</script>_um",
+    '"><img src=x onerror=alert(1)>_um',
+    "#panic() $\\frac{$ *_`@label<label>_um",
+    "_hidden_um",
+    "=cmd|' /C calc'!A0_um",
+    "\u202egnp.exe\u2066\u001b]0;owned\u0007_um",
+    "主轴😀" + "x" * 300 + "_um",
+)
+
+
+def lagged(u: np.ndarray, tau_s: float, step_s: float) -> np.ndarray:
+    x = np.zeros(u.size)
+    alpha = 1.0 - np.exp(-step_s / tau_s)
+    for k in range(1, u.size):
+        x[k] = x[k - 1] + alpha * (u[k - 1] - x[k - 1])
+    return x
+
+
+def make_log(
+    seed: int = 1, rows: int = 500, step_s: float = 60.0, names: Mapping[str, str] | None = None
+) -> ThermalLog:
+    """Return a test of both heat sources: spindle first, then the table; each cools at the end."""
+    random = np.random.default_rng(seed)
+    t = step_s * np.arange(rows)
+    end = t[-1]
+    spindle = lagged(np.where((t > 0.05 * end) & (t < 0.5 * end), 6.0, 0.0), 1800.0, step_s)
+    table = lagged(np.where((t > 0.4 * end) & (t < 0.8 * end), 4.0, 0.0), 2400.0, step_s)
+    column = 0.4 * np.sin(2 * np.pi * t / 86_400.0)
+    by_spindle, by_table = spindle - column, table - column
+    z_spindle = 3.0 * by_spindle + 26.0 * lagged(by_spindle, 3000.0, step_s)
+    z_table = -12.0 * lagged(by_table, 1500.0, step_s) - 8.0 * lagged(by_table, 9000.0, step_s)
+    columns = {
+        "T_spindle_C": 22.0 + spindle,
+        "T_table_C": 22.5 + table,
+        "T_column_C": 21.0 + column,
+        "n_spindle_rpm": np.where((t > 0.05 * end) & (t < 0.5 * end), 3500.0, 0.0),
+        "Z_um": 7.0 + z_spindle + z_table + random.normal(0.0, 0.3, rows),
+        "Z_D_um": -2.0 + z_spindle + 2.2 * z_table + random.normal(0.0, 0.3, rows),
+    }
+    columns["Z_D_um"][: rows // 5] = np.nan
+    renamed = {(names or {}).get(name, name): values for name, values in columns.items()}
+    return ThermalLog.from_columns(renamed, sample_time_s=step_s, name=f"test {seed}")
+
+
+def texts_of(document: Document) -> list[str]:
+    """Return every text of a document but the charts."""
+    found = [document.title, document.subtitle, document.footer]
+    blocks = [*document.opening, *(b for s in document.sections for b in s.blocks)]
+    for block in blocks:
+        match block:
+            case Paragraph():
+                found.append(block.text)
+            case ItemList():
+                found += block.items
+            case Table():
+                found += [block.caption, *(c for row in block.rows for c in row)]
+                found += [column.label for column in block.columns]
+            case Fields():
+                found += [word for pair in block.fields for word in pair]
+            case Picture():
+                found.append(block.caption)
+            case _:
+                pass
+    return found
+
+
+def tables_of(document: Document) -> list[Table]:
+    return [b for s in document.sections for b in s.blocks if isinstance(b, Table)]
+
+
+def table_with(document: Document, words: str) -> Table:
+    return next(table for table in tables_of(document) if words in table.caption)
+
+
+def captions_of(document: Document) -> list[str]:
+    return [b.caption for s in document.sections for b in s.blocks if isinstance(b, Picture)]
+
+
+def points_of(chart_csv: bytes) -> dict[tuple[str, str], list[tuple[float, float]]]:
+    """Return the points of a chart by panel and line."""
+    rows = list(csv.reader(io.StringIO(chart_csv.decode())))
+    assert rows[0][:3] == ["panel", "quantity", "line"]
+    found: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for panel, _, line, x, y in rows[1:]:
+        found.setdefault((panel, line), []).append((float(x), float(y)))
+    return found
+
+
+class PageReader(HTMLParser):
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.tags: set[str] = set()
+        self.names: set[str] = set()
+        self.text = ""
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.names |= {name for name, _ in attrs}
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+@pytest.fixture(scope="module")
+def log() -> ThermalLog:
+    return make_log()
+
+
+@pytest.fixture(scope="module")
+def result(log: ThermalLog) -> Verification:
+    return verify(MODEL, [log], MEASURED)
+
+
+@pytest.fixture(scope="module")
+def charts(log: ThermalLog, result: Verification) -> dict[str, ThermalChart]:
+    return {chart.name: chart for chart in verification_charts(MODEL, (log,), result)}
+
+
+@pytest.fixture(scope="module")
+def document(log: ThermalLog, result: Verification) -> Document:
+    return verification_document(MODEL, [log], result)
+
+
+@pytest.fixture(scope="module")
+def records(log: ThermalLog) -> Records:
+    inputs = [
+        InputDefinition("spindle", "T_spindle_C", "T_column_C"),
+        InputDefinition("table", "T_table_C", "T_column_C"),
+    ]
+    return records_of([log, make_log(2)], inputs, ["Z_um"])
+
+
+@pytest.fixture(scope="module")
+def found(records: Records) -> Identification:
+    return identify(records)
+
+
+# ---- verification -------------------------------------------------------------------------------
+
+
+def test_every_figure_of_the_paper_is_there(document: Document) -> None:
+    said = " ".join(captions_of(document))
+    for words in ("figure 13", "figures 7, 8 and 9", "figure 10", "figures 11 and 12", "figure 4"):
+        assert f"{words} of the paper" in said
+    assert "Table 3 of the paper" in table_with(document, "Table 3").caption
+    numbers = [int(re.findall(r"Figure (\d+)\.", c)[0]) for c in captions_of(document)]
+    assert numbers == list(range(1, len(numbers) + 1))
+
+
+def test_the_tables_print_the_figures_of_the_result(
+    document: Document, result: Verification
+) -> None:
+    rows = {row[0]: row for row in table_with(document, "beside simple rules").rows}
+    for name, figures in result.pooled.items():
+        assert rows[name][1] == str(figures.rows)
+        assert float(rows[name][2]) == pytest.approx(figures.uncompensated_um, abs=0.005)
+        assert float(rows[name][3]) == pytest.approx(figures.residual_um, abs=0.005)
+        assert float(rows[name][4]) == pytest.approx(figures.rmse_um, abs=0.005)
+        assert figures.static_rmse_um is not None
+        assert float(rows[name][7]) == pytest.approx(figures.static_rmse_um, abs=0.005)
+    table_3 = table_with(document, "Table 3")
+    mean = result.mean_fit_percent
+    assert mean is not None
+    assert float(table_3.rows[-1][-2]) == pytest.approx(mean, abs=0.05)
+    assert table_3.rows[1][2] == "D = 3000 mm"
+
+
+def test_the_chart_of_one_output_draws_measured_simulated_and_their_difference(
+    log: ThermalLog, result: Verification, charts: dict[str, ThermalChart]
+) -> None:
+    points = points_of(charts["figure_10_output_1"].numbers.as_csv())
+    drawn = {line: np.array(p) for (_, line), p in points.items()}
+    verified = result.logs[0].outputs[0]
+    assert drawn["measured"][:, 0] == pytest.approx(log.time_s / 3600.0)
+    assert drawn["measured"][:, 1] == pytest.approx(verified.measured_um)
+    difference = drawn["measured"][:, 1] - drawn["simulated"][:, 1]
+    assert drawn["residual"][:, 1] == pytest.approx(difference, abs=1e-8)
+    total = drawn["spindle"][:, 1] + drawn["table"][:, 1]
+    assert total == pytest.approx(drawn["simulated"][:, 1], abs=1e-8)
+
+
+def test_after_one_part_alone_the_other_part_is_left(
+    log: ThermalLog, result: Verification, charts: dict[str, ThermalChart]
+) -> None:
+    points = points_of(charts["figure_11_12_residuals"].numbers.as_csv())
+    verified = result.logs[0].outputs[0]
+    alone = np.array(points["After spindle alone", "Z_um"])[:, 1]
+    expected = verified.residual_um + verified.contribution_um[:, 1]
+    assert alone == pytest.approx(expected)
+    after_all = np.array(points["After all parts", "Z_D_um (g = 2.2)"])[:, 1]
+    other = result.logs[0].outputs[1].residual_um
+    assert after_all == pytest.approx(other[~np.isnan(other)])
+
+
+def test_inputs_are_drawn_relative_to_their_start_in_kelvin(
+    log: ThermalLog, result: Verification, charts: dict[str, ThermalChart]
+) -> None:
+    points = points_of(charts["figure_07_08_09_conditions"].numbers.as_csv())
+    spindle = np.array(points["Inputs relative to the start", "T_spindle_C"])[:, 1]
+    start = float(np.mean(log.columns["T_spindle_C"][log.time_s <= 60.0]))
+    assert spindle == pytest.approx(log.columns["T_spindle_C"] - start)
+    assert ("Speeds", "n_spindle_rpm") in points
+
+
+def test_a_log_without_speeds_says_so(log: ThermalLog) -> None:
+    quiet = log.select([name for name in log.columns if not name.endswith("rpm")])
+    document = verification_document(MODEL, [quiet], verify(MODEL, [quiet], MEASURED))
+    assert any("no speeds" in caption for caption in captions_of(document))
+
+
+def test_an_input_outside_its_training_range_is_read_first(
+    document: Document, result: Verification
+) -> None:
+    assert result.warnings
+    first = document.opening[0], document.opening[1]
+    assert isinstance(first[0], Paragraph)
+    assert first[0].strong
+    assert isinstance(first[1], ItemList)
+    assert any("spindle" in text and "outside" in text for text in first[1].items)
+    validity = table_with(document, "Range of every input")
+    assert validity.rows[0][1] == "spindle"
+    assert validity.rows[0][2] == "-0.500 to 2.00"
+    assert validity.strong_rows == (0,)
+
+
+def test_provenance_states_hashes_of_model_training_and_logs(
+    document: Document, log: ThermalLog
+) -> None:
+    texts = texts_of(document)
+    assert model_sha256(MODEL) in texts
+    assert "ab" * 32 in texts
+    assert log_sha256(log) in texts
+
+
+def test_the_hash_of_a_log_is_of_its_content(log: ThermalLog) -> None:
+    backwards = {name: log.columns[name] for name in sorted(log.columns, reverse=True)}
+    same = ThermalLog.from_columns(backwards, sample_time_s=60.0, name="other")
+    assert log_sha256(same) == log_sha256(log)
+    values = {name: np.array(column) for name, column in log.columns.items()}
+    values["Z_um"][7] += 1e-9
+    assert log_sha256(ThermalLog.from_columns(values, sample_time_s=60.0)) != log_sha256(log)
+
+
+def test_a_static_regression_that_is_better_is_said_in_strong_words(log: ThermalLog) -> None:
+    wrong = tuple(replace(part, direct_gain_um_per_k=90.0) for part in PARTS)
+    model = CompensationModel(outputs=(Output("Z_um", wrong),))
+    document = verification_document(model, [log], verify(model, [log], MEASURED[:1]))
+    strong = [
+        b.text for s in document.sections for b in s.blocks if isinstance(b, Paragraph) and b.strong
+    ]
+    assert any("No better than a static regression" in text for text in strong)
+
+
+def test_several_logs_have_their_own_figures_and_charts(log: ThermalLog) -> None:
+    logs = [log, *(make_log(seed, rows=90) for seed in range(2, 7))]
+    result = verify(MODEL, logs, MEASURED[:1])
+    names = [chart.name for chart in verification_charts(MODEL, tuple(logs), result)]
+    assert len(set(names)) == len(names)
+    assert sum(name.startswith("figure_13") for name in names) == 4
+    document = verification_document(MODEL, logs, result)
+    headings = [section.heading for section in document.sections]
+    assert [h for h in headings if h.startswith("Log ")] == [f"Log test {k}" for k in range(1, 7)]
+    assert any("Only the first 4 logs are drawn" in text for text in texts_of(document))
+
+
+def test_many_outputs_and_parts_stay_readable(log: ThermalLog) -> None:
+    names = [f"Z{k}_um" for k in range(9)]
+    columns = {
+        **log.columns,
+        **{name: (k + 1) * log.columns["Z_um"] for k, name in enumerate(names)},
+    }
+    many = ThermalLog.from_columns(columns, sample_time_s=60.0, name="many")
+    parts = tuple(
+        Part(f"input {k}", "T_spindle_C", "T_table_C", 0.1 * k, (Section(0.2 * k, 600.0),))
+        for k in range(1, 17)
+    )
+    model = CompensationModel(outputs=tuple(Output(name, parts) for name in names))
+    result = verify(model, [many])
+    charts = verification_charts(model, (many,), result)
+    assert sum(chart.name.startswith("figure_10") for chart in charts) == MOST_OUTPUTS
+    for chart in charts:
+        points = points_of(chart.numbers.as_csv())
+        panels = {panel for panel, _ in points}
+        for panel in panels:
+            lines = {line for p, line in points if p == panel and ", low" not in line}
+            assert len({line.removesuffix(", high") for line in lines}) <= 6
+    fig_10 = next(c for c in charts if c.name.startswith("figure_10"))
+    points = points_of(fig_10.numbers.as_csv())
+    drawn = {line: np.array(p)[:, 1] for (_, line), p in points.items()}
+    shares = [v for line, v in drawn.items() if line.startswith(("input", "rest"))]
+    assert len(shares) == 6
+    assert np.sum(shares, axis=0) == pytest.approx(drawn["simulated"], abs=1e-7)
+
+
+def test_logs_that_were_not_verified_are_refused(
+    log: ThermalLog, result: Verification, tmp_path: Path
+) -> None:
+    with pytest.raises(ConfigurationError, match="not those that were verified"):
+        write_verification_report(MODEL, [log, log], result, tmp_path / "r.html")
+    with pytest.raises(ConfigurationError, match="not those that were verified"):
+        write_verification_report(MODEL, [make_log(rows=100)], result, tmp_path / "r.html")
+
+
+# ---- identification -----------------------------------------------------------------------------
+
+
+def test_the_report_of_an_identification_prints_its_numbers(
+    found: Identification, records: Records, log: ThermalLog
+) -> None:
+    logs = [log, make_log(2)]
+    document = identification_document(found, records, logs, MODEL.provenance, reference_s=60.0)
+    parts = table_with(document, "Parts of Z_um")
+    output = found.outputs[0]
+    assert output.model is not None
+    for row, part in zip(parts.rows, output.model.parts, strict=True):
+        assert float(row[1].split(" ±")[0]) == pytest.approx(part.dc_gain, rel=0.02)
+    row = table_with(document, "Training rows").rows[0]
+    assert float(row[1]) == pytest.approx(output.fit_percent, abs=0.05)
+    assert float(row[3]) == pytest.approx(output.training_rmse_um["static"], abs=0.005)
+    said = " ".join(captions_of(document))
+    assert "figure 3 of the paper" in said
+    assert "left part of figure 4" in said
+    assert "right part of figure 4" in said
+    assert any("heating" in text for text in texts_of(document))
+    assert "ab" * 32 in texts_of(document)
+
+
+def test_the_step_response_that_is_drawn_ends_near_the_dc_gain(
+    found: Identification, records: Records, log: ThermalLog
+) -> None:
+    charts = identification_charts(found, records, [log, make_log(2)], reference_s=60.0)
+    chart = next(c for c in charts if c.name == "figure_04_step_responses")
+    points = points_of(chart.numbers.as_csv())
+    output = found.outputs[0]
+    assert output.model is not None
+    for part in output.model.parts:
+        drawn = np.array(points["Z_um", part.input_name])
+        assert drawn[0, 1] == pytest.approx(part.direct_gain)
+        assert drawn[-1, 1] == pytest.approx(part.dc_gain, rel=0.05)
+
+
+@pytest.mark.parametrize("method", [Method.ARX, Method.OE])
+def test_polynomials_are_printed_with_their_poles(
+    records: Records, log: ThermalLog, method: Method
+) -> None:
+    result = identify(records, method=method, orders=(1, 1, 0))
+    logs = [log, make_log(2)]
+    document = identification_document(result, records, logs, Provenance(), reference_s=60.0)
+    polynomials = result.outputs[0].polynomials
+    assert polynomials is not None
+    row = table_with(document, "Coefficients of Z_um").rows[0]
+    assert float(row[1].split(";")[0]) == pytest.approx(polynomials.numerators[0][0], rel=1e-8)
+    assert float(row[2].split(";")[1]) == pytest.approx(polynomials.denominators[0][1], rel=1e-8)
+    pole = float(table_with(document, "Poles in z").rows[0][1])
+    assert pole == pytest.approx(-polynomials.denominators[0][1], abs=1e-6)
+    assert any("plane of z" in caption for caption in captions_of(document))
+
+
+def test_an_unstable_model_is_reported_as_such(
+    found: Identification, records: Records, log: ThermalLog
+) -> None:
+    output = replace(found.outputs[0], model=None, std=(), warnings=("a pole lies outside",))
+    unstable = replace(found, outputs=(output,), stable=False)
+    document = identification_document(unstable, records, [log], MODEL.provenance, reference_s=60.0)
+    texts = texts_of(document)
+    assert "NOT STABLE: must not run anywhere" in texts
+    assert "Z_um: a pole lies outside" in texts
+    assert any("nothing was simulated" in text for text in texts)
+
+
+def test_a_choice_among_candidates_shows_its_curve(log: ThermalLog) -> None:
+    inputs = [InputDefinition(n, n) for n in ("T_spindle_C", "T_table_C", "T_column_C")]
+    records = records_of([log], inputs, ["Z_um"])
+    result = identify(records, choose=True)
+    assert result.selection is not None
+    document = identification_document(result, records, [log], Provenance(), reference_s=60.0)
+    table = table_with(document, "by the number of channels")
+    assert len(table.rows) == len(result.selection.curve)
+    assert any("held out" in t.caption for t in tables_of(document))
+    assert any("Choice among the candidates" in caption for caption in captions_of(document))
+
+
+# ---- files --------------------------------------------------------------------------------------
+
+
+def test_the_same_result_gives_the_same_bytes(log: ThermalLog, tmp_path: Path) -> None:
+    result = verify(MODEL, [log], MEASURED[1:])
+    for suffix in (".pdf", ".html"):
+        paths = [tmp_path / f"{k}{suffix}" for k in range(2)]
+        for path in paths:
+            write_verification_report(MODEL, [log], result, path)
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+    pdf = pypdfium2.PdfDocument(tmp_path / "0.pdf")
+    text = " ".join(page.get_textpage().get_text_range() for page in pdf)
+    pdf.close()
+    assert "Verification of a thermal compensation model" in text
+    assert "page 1 of" in text
+    assert "Z_D_um" in text
+
+
+def test_an_identification_is_written_as_pdf_and_html(
+    found: Identification, records: Records, log: ThermalLog, tmp_path: Path
+) -> None:
+    logs = [log, make_log(2)]
+    provenance = replace(MODEL.provenance, date="2026-03-31")
+    for name in ("i.pdf", "i.HTML"):
+        path = tmp_path / name
+        write_identification_report(found, records, logs, provenance, path, reference_s=60.0)
+        assert path.stat().st_size > 20_000
+    assert (tmp_path / "i.pdf").read_bytes().startswith(b"%PDF")
+    assert "2026-03-31" in PageReader((tmp_path / "i.HTML").read_text("utf-8")).text
+
+
+def test_another_suffix_is_refused_before_anything_is_drawn(
+    log: ThermalLog,
+    result: Verification,
+    found: Identification,
+    records: Records,
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(ConfigurationError, match=r"\.docx.*End the name in \.pdf or \.html"):
+        write_verification_report(MODEL, [log], result, tmp_path / "r.docx")
+    with pytest.raises(ConfigurationError, match="End the name"):
+        write_identification_report(
+            found, records, [log], Provenance(), tmp_path / "r", reference_s=60.0
+        )
+    assert not list(tmp_path.iterdir())
+
+
+def test_hostile_names_show_themselves_and_are_never_obeyed(tmp_path: Path) -> None:
+    names = {"T_spindle_C": HOSTILE[1].removesuffix("_um") + "_C", "Z_D_um": HOSTILE[3]}
+    log = replace(make_log(rows=90, names=names), name=HOSTILE[2])
+    columns = {**log.columns, **dict.fromkeys(HOSTILE, log.columns["Z_um"])}
+    log = replace(log, columns=columns, units={**log.units, **dict.fromkeys(HOSTILE, "um")})
+    parts = (
+        replace(PARTS[0], plus=names["T_spindle_C"], name=HOSTILE[4]),
+        replace(PARTS[1], name=HOSTILE[0]),
+    )
+    model = CompensationModel(
+        outputs=(Output(HOSTILE[0], parts),),
+        provenance=Provenance(method=HOSTILE[2], logs=(TrainingLog(HOSTILE[1], "x", 1),)),
+        warnings=HOSTILE,
+    )
+    measured = [MeasuredOutput(name, HOSTILE[0]) for name in HOSTILE[2:6]]
+    result = verify(model, [log], measured)
+    write_verification_report(model, [log], result, tmp_path / "r.html")
+    page = (tmp_path / "r.html").read_text("utf-8")
+    reader = PageReader(page)
+    assert not reader.tags & {"script", "img", "iframe", "object", "a", "link"}
+    assert not any(name.startswith("on") for name in reader.names)
+    assert "<script>alert(1)</script>" in reader.text
+    assert "\u202e" not in page
+    assert "\u001b" not in page
+    write_verification_report(model, [log], result, tmp_path / "r.pdf")
+    pdf = pypdfium2.PdfDocument(tmp_path / "r.pdf")
+    text = "".join(page.get_textpage().get_text_range() for page in pdf)
+    pdf.close()
+    assert "#panic()" in text
+    for chart in verification_charts(model, (log,), result):
+        for row in csv.reader(io.StringIO(chart.numbers.as_csv().decode())):
+            assert not any(cell.startswith(("=", "+", "@")) for cell in row[:3])
+
+
+def test_figures_are_written_as_png_svg_and_csv_and_repeat(log: ThermalLog, tmp_path: Path) -> None:
+    result = verify(MODEL, [log], MEASURED[:1])
+    for folder in ("a", "b"):
+        write_verification_figures(MODEL, [log], result, tmp_path / folder)
+    written = sorted((tmp_path / "a").iterdir())
+    assert {path.suffix for path in written} == {".png", ".svg", ".csv"}
+    assert len(written) == 3 * 5
+    for path in written:
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
+
+
+def test_the_figures_of_an_identification_are_written(
+    found: Identification, records: Records, log: ThermalLog, tmp_path: Path
+) -> None:
+    paths = write_identification_figures(found, records, [log], tmp_path, reference_s=60.0)
+    assert {path.stem for path in paths} == {
+        "figure_03_conditions",
+        "figure_04_fit_output_1",
+        "figure_04_step_responses",
+        "poles",
+        "residuals_output_1",
+    }
+
+
+@pytest.mark.real_data
+def test_the_public_log_of_five_probes_is_shown(real_data: Path, tmp_path: Path) -> None:
+    path = real_data / "thermal" / "fl_thermal" / "fl_thermal_15s_rows_0_8891.csv"
+    log = read_thermal_log(path).span(0, 2400).resample(120.0)
+    probes = [f"ch{k}_um" for k in range(1, 6)]
+    inputs = [InputDefinition(f"t{k}_C", f"t{k}_C") for k in range(1, 17)]
+    records = records_of([log], inputs, probes)
+    found = identify(records, choose=True)
+    model = found.to_compensation_model(records)
+    result = verify(model, [log], rows=(200, log.rows))
+    names = {chart.name for chart in verification_charts(model, (log,), result)}
+    assert {f"figure_10_output_{k}" for k in range(1, 6)} <= names
+    write_verification_report(model, [log], result, tmp_path / "r.html")
+    text = PageReader((tmp_path / "r.html").read_text("utf-8")).text
+    for probe in probes:
+        assert f"{result.pooled[probe].rmse_um:.2f}" in text
+
+
+def test_a_long_log_gives_a_small_chart() -> None:
+    long = make_log(rows=50_000, step_s=10.0)
+    result = verify(MODEL, [long], MEASURED[:1])
+    chart = next(
+        c for c in verification_charts(MODEL, (long,), result) if c.name == "figure_10_output_1"
+    )
+    assert len(chart.svg()) < 400_000
+    measured = np.array(points_of(chart.numbers.as_csv())["Z_um", "measured"])[:, 1]
+    assert measured.size < 1100
+    whole = result.logs[0].outputs[0].measured_um
+    assert (measured.min(), measured.max()) == pytest.approx((whole.min(), whole.max()))
+
+
+# ---- words --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (0.0, "0"),
+        (39.8149, "39.81"),
+        (-0.6665880889, "-0.6666"),
+        (6603.01, "6603"),
+        (25_899.49, "25899"),
+        (0.00012345, "0.0001234"),
+        (1e12, "1.000e+12"),
+        (float("nan"), "–"),
+        (None, "–"),
+    ],
+)
+def test_numbers_have_four_significant_digits_without_an_exponent(
+    value: float | None, words: str
+) -> None:
+    assert significant(value) == words
+
+
+def test_a_number_has_no_more_digits_than_its_interval() -> None:
+    assert with_interval(39.8149, 0.1684, 1.96) == "39.81 ± 0.33"
+    assert with_interval(6603.01, 429.0, 1.96) == "6603 ± 841"
+    assert with_interval(6603.01, None, 1.96) == "6603"
+
+
+def test_a_displacement_that_rounds_to_nothing_is_said_to_be_small() -> None:
+    assert micrometres(0.0004) == "< 0.01"
+    assert micrometres(0.0) == "0.00"
+    assert micrometres(-0.0004) == "0.00"
+    assert micrometres(12.344) == "12.34"
