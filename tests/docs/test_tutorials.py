@@ -10,7 +10,7 @@ import pytest
 from thermaxis.cli import main
 
 TUTORIALS = sorted((Path(__file__).resolve().parents[2] / "docs" / "tutorials").glob("*.md"))
-BLOCK = re.compile(r"```(console|text)\n(.*?)```", re.DOTALL)
+BLOCK = re.compile(r"```(console|python|text)\n(.*?)```", re.DOTALL)
 
 
 def lines_of(text: str) -> list[str]:
@@ -39,6 +39,10 @@ def test_every_command_runs_and_prints_what_the_page_prints(
         if kind == "text":
             excerpts += 1
             assert contains(printed, body), f"{tutorial.name} prints\n{body}\nand not\n{printed}"
+            continue
+        if kind == "python":
+            exec(compile(body, tutorial.name, "exec"), {})  # noqa: S102  the page's own lines
+            printed = capsys.readouterr().out
             continue
         for line in body.splitlines():
             prompt, *words = shlex.split(line)
