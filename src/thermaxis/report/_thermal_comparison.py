@@ -1,6 +1,6 @@
 """Charts of a model against measured displacements: the paper's figures 4 and 9 to 13."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -238,28 +238,16 @@ def _with_and_without(verified: VerifiedLog) -> ThermalChart:
 
 
 def _after_parts(model: CompensationModel, verified: VerifiedLog) -> ThermalChart:
-    outputs = {output.name: output for output in model.outputs}
-    shares = [_by_part(output) for output in verified.outputs]
-    names = list(dict.fromkeys(name for share in shares for name in share))
-    weight = {n: max(span_of(s[n]) for s in shares if n in s) for n in names}
-    alone = sorted(names, key=lambda name: -weight[name])[:_MOST_PARTS] if len(names) > 1 else []
-    left = {_with_gain(o, outputs[o.measured.output]): o.residual_um for o in verified.outputs}
-    panels = [
-        _residual_panel(f"After {name} alone", verified, {
-            o.measured.name: o.measured_um - share.get(name, np.zeros_like(o.measured_um))
-            for o, share in zip(verified.outputs, shares, strict=True)
-        })
-        for name in names
-        if name in alone
-    ]  # fmt: skip
-    panels.append(
-        _residual_panel(
-            "After all parts" if len(names) > 1 else f"After {names[0]}", verified, left
-        )
-    )
-    if max(map(span_of, left.values())) < _ENLARGED * max(
-        map(span_of, _measured(verified).values())
-    ):
+    drawn, others = largest(_measured(verified), MOST_LINES)
+    shown = [output for output in verified.outputs if output.measured.name in drawn]
+    parts = list(dict.fromkeys(name for output in shown for name in output.parts))
+    alone = _alone_panels(verified, shown, parts)
+    of_model = {output.name: output for output in model.outputs}
+    left = {_with_gain(o, of_model[o.measured.output]): o.residual_um for o in shown}
+    title = "After all parts" if len(parts) > 1 else f"After {parts[0]}"
+    panels = [*alone, _residual_panel(title, verified, left)]
+    widest = max(span_of(output.measured_um) for output in shown)
+    if max(map(span_of, left.values())) < _ENLARGED * widest:
         panels.append(replace(_enlarged_panel(verified, left), own_scale=True))
     grid = PanelGrid(
         heading="Residuals of all outputs after one part alone and after all parts",
@@ -267,16 +255,39 @@ def _after_parts(model: CompensationModel, verified: VerifiedLog) -> ThermalChar
         panels=tuple(panels),
         one_scale=True,
     )
-    said = (
-        f"; the {len(alone)} parts that contribute most are shown"
-        if 0 < len(alone) < len(names)
-        else ""
-    )
+    notes: list[str] = []
+    if others:
+        notes.append(f"the {len(shown)} of {len(verified.outputs)} outputs with the largest range")
+    if 0 < len(alone) < len(parts):
+        notes.append(f"the {len(alone)} of {len(parts)} parts that contribute most")
     caption = (
         "Residuals of all outputs after one part alone and after all parts, on one scale (figures"
-        f" 11 and 12 of the paper){said}."
+        f" 11 and 12 of the paper){': ' if notes else ''}{', '.join(notes)}."
     )
     return panel_chart("figure_11_12_residuals", caption, grid)
+
+
+def _alone_panels(
+    verified: VerifiedLog, shown: Sequence[VerifiedOutput], parts: Sequence[str]
+) -> list[Panel]:
+    """Return the residuals after each of the largest parts alone; none where there is one part."""
+    if len(parts) < 2:
+        return []
+    shares = [_by_part(output) for output in shown]
+    weight = {n: max(span_of(s[n]) for s in shares if n in s) for n in parts}
+    chosen = sorted(parts, key=lambda name: -weight[name])[:_MOST_PARTS]
+    return [
+        _residual_panel(
+            f"After {name} alone",
+            verified,
+            {
+                output.measured.name: output.measured_um - share.get(name, 0.0)
+                for output, share in zip(shown, shares, strict=True)
+            },
+        )
+        for name in parts
+        if name in chosen
+    ]
 
 
 def _enlarged_panel(verified: VerifiedLog, left: Mapping[str, FloatArray]) -> Panel:

@@ -178,7 +178,7 @@ def write_verification_figures(
     Mareš and Horejš 2021, figures 4 and 7 to 13 (their numbers are in the names of the files).
     """
     _check_same(logs, result)
-    return _write_charts(verification_charts(model, tuple(logs), result), folder)
+    return write_charts(verification_charts(model, tuple(logs), result), folder)
 
 
 def write_identification_figures(
@@ -219,10 +219,29 @@ def write_identification_figures(
     Mareš and Horejš 2021, figures 3 and 4 (their numbers are in the names of the files).
     """
     charts = identification_charts(result, records, logs, reference_s=reference_s)
-    return _write_charts(charts, folder)
+    return write_charts(charts, folder)
 
 
-def _write_charts(charts: Sequence[ThermalChart], folder: Path) -> tuple[Path, ...]:
+def write_charts(charts: Sequence[ThermalChart], folder: Path) -> tuple[Path, ...]:
+    """Write charts as PNG and SVG, and what they draw as CSV.
+
+    Parameters
+    ----------
+    charts : sequence of ThermalChart
+        The charts.
+    folder : Path
+        Where the files go; it is made if it does not exist.
+
+    Returns
+    -------
+    tuple of Path
+        The files.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder or a file cannot be written.
+    """
     make_folder(folder)
     written: list[Path] = []
     for chart in charts:

@@ -34,7 +34,10 @@ MOST_LINES = 6
 """More lines than these in one panel cannot be told apart. [1]"""
 _LABEL = 22
 """Longest label of a line; a longer name is cut. [1]"""
-_LEGEND_COLUMNS = 5
+_LEGEND_WIDTH = 110
+"""Width of a legend below a chart. [characters]"""
+_SAMPLE_WIDTH = 11
+"""Width of what stands before a label, and of the gap behind it. [characters]"""
 
 
 @final
@@ -296,7 +299,7 @@ def draw_panels(grid: PanelGrid) -> Figure:
 def _put_legends(figure: Figure, axes: Sequence[Axes], grid: PanelGrid) -> None:
     if grid.one_legend:
         entries, labels = _legend(grid.panels)
-        columns = -(-len(labels) // -(-len(labels) // _LEGEND_COLUMNS))
+        columns = legend_columns(labels)
         figure.legend(entries, labels, loc="outside lower center", ncols=columns)
         return
     for place, panel in zip(axes, grid.panels, strict=False):
@@ -306,24 +309,56 @@ def _put_legends(figure: Figure, axes: Sequence[Axes], grid: PanelGrid) -> None:
         )
 
 
-def _named(label: str) -> str:
-    text = "\n".join(drawable(line, _LABEL) for line in label.split("\n")[:2])
+def legend_columns(labels: Sequence[str]) -> int:
+    """Return how many columns of a legend fit side by side, all lines filled alike.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        What it shows, at least one label.
+    """
+    widest = max(len(line) for label in labels for line in label.split("\n"))
+    most = max(1, int(_LEGEND_WIDTH / (_SAMPLE_WIDTH + widest)))
+    return -(-len(labels) // -(-len(labels) // most))
+
+
+def line_label(label: str) -> str:
+    """Return the name of a line as a legend shows it.
+
+    Parameters
+    ----------
+    label : str
+        The name, in one line or two; text from files as it is.
+
+    Returns
+    -------
+    str
+        A long name loses its middle: names of channels often differ at their ends.
+    """
+    text = "\n".join(_shortened(drawable(line)) for line in label.split("\n")[:2])
     return f" {text}" if text.startswith("_") else text  # the library hides such names
+
+
+def _shortened(text: str) -> str:
+    if len(text) <= _LABEL:
+        return text
+    end = _LABEL // 2 - 1
+    return f"{text[: _LABEL - 1 - end]}…{text[-end:]}"
 
 
 def _legend(panels: Sequence[Panel]) -> tuple[list[Artist], list[str]]:
     found: dict[str, Artist] = {}
     for panel in panels:
         for trace in panel.traces:
-            found.setdefault(_named(trace.label), _sample(trace.look))
+            found.setdefault(trace.label, _sample(trace.look))
         for area in panel.areas:
-            found.setdefault(_named(area.label), Patch(facecolor="#d9d9d9"))
+            found.setdefault(area.label, Patch(facecolor="#d9d9d9"))
         if panel.shaded:
             found.setdefault("does not count", _shade())
         if panel.mark is not None:
             line = Line2D([], [], color="black", linewidth=0.8, linestyle=(0, (5.0, 2.0, 1.0, 2.0)))
             found.setdefault(panel.mark_label, line)
-    return list(found.values()), list(found)
+    return list(found.values()), [line_label(label) for label in found]
 
 
 def _shade() -> Patch:

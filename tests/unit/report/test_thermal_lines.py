@@ -15,7 +15,7 @@ from thermaxis.report._thermal_lines import (
     shaded_spans,
     span_of,
 )
-from thermaxis.report._thermal_panels import LOOKS, MOST_LINES
+from thermaxis.report._thermal_panels import LOOKS, MOST_LINES, legend_columns, line_label
 
 SERIES = st_numpy.arrays(np.float64, st.integers(1, 400), elements=st.floats(-1e3, 1e3, width=32))
 
@@ -158,3 +158,19 @@ def test_no_two_lines_of_a_panel_differ_by_colour_alone() -> None:
 def test_the_shortest_series_are_drawn(rows: int) -> None:
     line = drawn_line(np.arange(float(rows)), np.ones(rows))
     assert line.x.size + line.alone_x.size >= 1
+
+
+def test_long_names_that_differ_at_their_ends_stay_different() -> None:
+    front = line_label("temperature_of_the_spindle_bearing_front_C")
+    rear = line_label("temperature_of_the_spindle_bearing_rear_C")
+    assert front != rear
+    assert len(front) == len(rear) == 22
+    assert line_label("Z_um") == "Z_um"
+    assert not line_label("_Z_um").startswith("_")
+
+
+def test_a_legend_has_as_many_columns_as_fit() -> None:
+    assert legend_columns(["Z_um"] * 4) == 4
+    assert legend_columns(["x" * 22] * 6) == 3
+    assert legend_columns(["x" * 22] * 4) == 2
+    assert legend_columns(["x"]) == 1
