@@ -6,7 +6,7 @@ less than the best of them, and their spread belongs to the uncertainty of a DC 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import final
 
@@ -83,7 +83,7 @@ def compare_sets(
         if members.shape[0] == 0:
             break
         for larger in LARGER_GAINS:
-            those = replace(sizes, log_gain=sizes.log_gain + larger)
+            those = sizes.enlarged(larger)
             subsets = compared(design, products, those, members)
             weight = subsets.log_evidence - np.log(len(members)) - PER_LAG * lags
             found.append(Compared(those, subsets, weight))
@@ -163,7 +163,7 @@ def _with_zeros(
     without = np.tile(patterns, (members.shape[0], 1))
     found: list[Compared] = []
     for larger in SLAB_GAINS:
-        those = replace(sizes, log_gain=sizes.log_gain + larger)
+        those = sizes.enlarged(larger)
         subsets = compared(design, products, those, repeated, without)
         weight = subsets.log_evidence - np.log(patterns.shape[0]) + log_prior
         weight -= PER_LAG * members.shape[1]

@@ -23,6 +23,9 @@ from thermaxis.thermal._slow_noise import SlowNoise, weighted_products
 
 ROUND_OFF = (0.0, 1e-12, 1e-9, 1e-6)
 """Shares by which the diagonal of a precision is raised until round-off leaves it positive. [1]"""
+FREE_START = 1.0
+"""Logarithm of the size of transients, in standard deviations of the white noise, beyond which an
+experiment did not begin in a steady state. [1]"""
 
 
 def factored(precision: FloatArray) -> FloatArray:
@@ -73,6 +76,23 @@ class Sizes:
             float(np.exp(self.log_fast_ratio)),
             self.fast_correlation_s,
         )
+
+    def enlarged(self, larger: float) -> "Sizes":
+        """Return the sizes for fewer lags, each of which has to explain more.
+
+        Parameters
+        ----------
+        larger : float
+            Logarithm by which gains are larger, and with them what they make of an unknown start.
+            An experiment that began in a steady state stays there. [1]
+
+        Returns
+        -------
+        Sizes
+            The noise is the same.
+        """
+        transients = tuple(t + larger if t > FREE_START else t for t in self.log_transients)
+        return replace(self, log_gain=self.log_gain + larger, log_transients=transients)
 
 
 @final

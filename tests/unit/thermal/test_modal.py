@@ -15,6 +15,7 @@ from thermaxis.thermal._modal import (
     modal,
     response_evidence,
 )
+from thermaxis.thermal._modal_evidence import Sizes
 from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
 from thermaxis.virtual._thermal_run import ThermalTestPlan, generate_thermal_test
 
@@ -205,6 +206,32 @@ def test_a_warm_test_alone_says_what_it_cannot_show():
         result = modal([virtual(seed, warm_up_h=5.0)], input_names=NAMES)
         assert any(result.flags)
         assert any("start" in text for text in result.warnings)
+
+
+def test_a_warm_test_beside_a_cold_one_does_not_spoil_what_the_cold_one_knows():
+    # Tests whose warm part began far from any steady state: its transients are large and opposed.
+    for seed in (2, 9):
+        cold, warm = virtual(seed), virtual(2000 + seed, warm_up_h=5.0)
+        other = generate_thermal_test(ThermalTestPlan(hours=8.0, sample_time_s=10.0), 5000 + seed)
+        result = modal([cold, warm], input_names=NAMES)
+        at_rest = [np.zeros(part.gains.size) for part in result.model.parts]
+        simulated = simulate_modal(result.model, 10.0, other.u_k, at_rest)
+        spread = np.linalg.norm(other.clean_um - np.mean(other.clean_um))
+        assert np.linalg.norm(other.clean_um - simulated) < 0.04 * spread
+
+
+def test_fewer_lags_make_gains_and_unknown_starts_larger_but_no_steady_start():
+    sizes = Sizes(
+        log_gain=5.0,
+        log_transients=(-0.5, 5.5),
+        log_ratio=4.0,
+        log_correlation=8.0,
+        log_fast_ratio=1.0,
+        fast_correlation_s=900.0,
+    )
+    larger = sizes.enlarged(2.0)
+    assert (larger.log_gain, larger.log_transients) == (7.0, (-0.5, 7.5))
+    assert larger.noise == sizes.noise
 
 
 def test_an_input_that_did_not_move_has_no_dc_gain():
