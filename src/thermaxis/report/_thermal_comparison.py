@@ -247,15 +247,16 @@ def _after_parts(model: CompensationModel, verified: VerifiedLog) -> ThermalChar
     title = "After all parts" if len(parts) > 1 else f"After {parts[0]}"
     panels = [*alone, _residual_panel(title, verified, left)]
     widest = max(span_of(output.measured_um) for output in shown)
+    notes: list[str] = []
     if max(map(span_of, left.values())) < _ENLARGED * widest:
         panels.append(replace(_enlarged_panel(verified, left), own_scale=True))
+        notes.append("the last panel has a scale of its own")
     grid = PanelGrid(
         heading="Residuals of all outputs after one part alone and after all parts",
         source=verified.name,
         panels=tuple(panels),
         one_scale=True,
     )
-    notes: list[str] = []
     if others:
         notes.append(f"the {len(shown)} of {len(verified.outputs)} outputs with the largest range")
     if 0 < len(alone) < len(parts):

@@ -46,9 +46,16 @@ from thermaxis.report._thermal_words import (
     warning_blocks,
     with_interval,
 )
-from thermaxis.thermal import Identification, IdentifiedOutput, Records, ThermalLog
+from thermaxis.thermal import (
+    Identification,
+    IdentifiedOutput,
+    Records,
+    ThermalLog,
+    check_log,
+)
 
 _MOST_CURVE = 40
+_MOST_FINDINGS = 40
 _MOST_POLES = 60
 _LOSS = 0.002
 """A smaller difference of two free runs, as a share of their range, is not told. [1]"""
@@ -521,5 +528,30 @@ def _records_section(
         relative += f" The first {MOST_LOGS} of {len(logs)} logs are drawn."
     return Section(
         "Records",
-        (Paragraph(relative), Table(columns, rows, words), *_with(pictures, "figure_03")),
+        (
+            Paragraph(relative),
+            Table(columns, rows, words),
+            *_sensor_words(records, logs),
+            *_with(pictures, "figure_03"),
+        ),
     )
+
+
+def _sensor_words(records: Records, logs: Sequence[ThermalLog]) -> list[Block]:
+    """Return the faults of the channels that were used: sensor first, then the model."""
+    used = [
+        *records.experiments,
+        *(channel for definition in records.inputs for channel in definition.channels),
+    ]
+    wanted = {channel.casefold() for channel in used}
+    said: list[str] = []
+    for log in logs:
+        names = [name for name in log.columns if name.casefold() in wanted]
+        found = check_log(log.select(names)) if names else ()
+        said += [plain_text(f"{log.name}: {finding.words}", 400) for finding in found]
+    if not said:
+        return [Paragraph("Sensor first: no fault was found in the channels that were used.")]
+    more = len(said) - _MOST_FINDINGS
+    shown = said[:_MOST_FINDINGS] + ([f"… and {more} more"] if more > 0 else [])
+    words = "Sensor first: what was found in the channels that were used."
+    return [Paragraph(words), ItemList(tuple(shown))]

@@ -425,6 +425,15 @@ def test_polynomials_are_printed_with_their_poles(
     assert any("plane of z" in caption for caption in captions_of(document))
 
 
+def test_faults_of_the_sensors_are_named(found: Identification, records: Records) -> None:
+    log = make_log()
+    stuck = {**log.columns, "T_table_C": np.round(log.columns["T_table_C"])}
+    rounded = ThermalLog.from_columns(stuck, sample_time_s=60.0, name="rounded")
+    document = identification_document(found, records, [rounded], Provenance(), reference_s=60.0)
+    assert any(text.startswith("rounded: T_table_C") for text in texts_of(document))
+    assert not any("no fault was found" in text for text in texts_of(document))
+
+
 def test_an_unstable_model_is_reported_as_such(
     found: Identification, records: Records, log: ThermalLog
 ) -> None:
