@@ -78,6 +78,10 @@ LOGS: dict[str, tuple[bytes | None, str]] = {
         "\n".join([HEAD, *(f"{20 * k},{20 + 0.01 * k},20,5" for k in range(ROWS))]).encode(),
         "never changes",
     ),
+    "constant inputs": (
+        "\n".join([HEAD, *(f"{20 * k},20,20,{0.01 * k}" for k in range(ROWS))]).encode(),
+        "no input ever changes",
+    ),
     "nothing measured": (
         "\n".join([HEAD, *(f"{20 * k},,," for k in range(ROWS))]).encode(),
         "no value in any row",

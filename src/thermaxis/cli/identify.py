@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from thermaxis.thermal import InputDefinition, LogFinding, ThermalLog
+    from thermaxis.thermal import (
+        Identification,
+        InputDefinition,
+        LogFinding,
+        Records,
+        ThermalLog,
+    )
 
 _FEWEST_ROWS = 2
 _SHORTEST_STEP = 0.5
@@ -160,9 +166,7 @@ def run(arguments: argparse.Namespace) -> int:
         If a log cannot be read, a channel is missing, the records do not allow a model, or a file
         cannot be written.
     """
-    from numpy.linalg import LinAlgError  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis import __version__  # noqa: PLC0415
+    from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli._identification_result import (  # noqa: PLC0415
         identification_as_json,
         identification_as_text,
@@ -171,15 +175,9 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli._thermal_logs import read_logs, remarks_of  # noqa: PLC0415
     from thermaxis.compensation import Provenance  # noqa: PLC0415
-    from thermaxis.errors import DataError, printable  # noqa: PLC0415
+    from thermaxis.errors import printable  # noqa: PLC0415
     from thermaxis.files import write_model  # noqa: PLC0415
-    from thermaxis.thermal import (  # noqa: PLC0415
-        Method,
-        check_log,
-        identify,
-        identify_joint,
-        records_of,
-    )
+    from thermaxis.thermal import check_log, records_of  # noqa: PLC0415
 
     _check_outputs(arguments)
     with Progress() as progress:
@@ -211,23 +209,7 @@ def run(arguments: argparse.Namespace) -> int:
             reference_s=arguments.reference,
         )
         progress("identifying", 0, 0)
-        try:
-            if arguments.joint is not None:
-                result = identify_joint(records, arguments.output[0], *arguments.joint)
-            else:
-                result = identify(
-                    records,
-                    method=Method(arguments.method),
-                    choose=bool(arguments.candidates),
-                    orders=arguments.orders,
-                )
-        except LinAlgError as error:
-            raise DataError(
-                f"the rows do not determine a model ({error})",
-                where=", ".join(log.where for log in logs[:3]),
-                remedy="Check that inputs and displacement are measured values and that no input"
-                " follows another exactly",
-            ) from None
+        result = _identified(arguments, records, logs)
         provenance = Provenance(
             method=f"{arguments.method}: {result.rule}"[:2000],
             program=f"thermaxis {__version__}",
@@ -253,6 +235,40 @@ def run(arguments: argparse.Namespace) -> int:
             if path is not None:
                 sys.stdout.write(f"written: {printable(str(path))}\n")
     return 0
+
+
+def _identified(
+    arguments: argparse.Namespace, records: "Records", logs: "Sequence[ThermalLog]"
+) -> "Identification":
+    """Call the estimator that was asked for."""
+    from numpy.linalg import LinAlgError  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.errors import DataError  # noqa: PLC0415
+    from thermaxis.thermal import Method, identify, identify_joint  # noqa: PLC0415
+
+    where = ", ".join(log.where for log in logs[:3])
+    if not arguments.candidates and not (records.highest_k > records.lowest_k).any():
+        raise DataError(
+            "no input ever changes",
+            where=where,
+            remedy="Check the sensors, or name other channels",
+        )
+    try:
+        if arguments.joint is not None:
+            return identify_joint(records, arguments.output[0], *arguments.joint)
+        return identify(
+            records,
+            method=Method(arguments.method),
+            choose=bool(arguments.candidates),
+            orders=arguments.orders,
+        )
+    except LinAlgError as error:
+        raise DataError(
+            f"the rows do not determine a model ({error})",
+            where=where,
+            remedy="Check that inputs and displacement are measured values and that no input"
+            " follows another exactly",
+        ) from None
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
