@@ -162,10 +162,12 @@ def statsmodels_ardl(u: Array, y: Array, v: Array, _step_s: float) -> Array:
     return out
 
 
-PEERS: dict[str, Fit] = {
+BASELINES: dict[str, Fit] = {
     "static regression": static,
     "6 averages": averages,
     "6 averages, ridge": ridge_averages,
+}
+PEERS: dict[str, Fit] = {
     "SIPPY ARX": sippy_arx,
     "SIPPY N4SID": sippy_n4sid,
     "SIPPY OE": sippy_oe,
