@@ -33,7 +33,6 @@ from thermaxis.report._thermal_steps import step_chart
 from thermaxis.report._thermal_words import hours, name_text
 from thermaxis.thermal import ThermalLog, Verification, VerifiedLog, VerifiedOutput
 from thermaxis.thermal._resample import block_means, block_numbers
-from thermaxis.thermal._verification import REFERENCE_S
 
 MOST_LOGS = 4
 """Logs that are drawn; the tables hold all. [1]"""
@@ -95,7 +94,7 @@ def _conditions(model: CompensationModel, log: ThermalLog, verified: VerifiedLog
     stated = dict(model.reference_c) if model.reference == STATED else None
     speeds = speed_panel(log)
     panels = [] if speeds is None else [speeds]
-    panels += input_panels(log, model.channels, reference_s=REFERENCE_S, stated=stated)
+    panels += input_panels(log, model.channels, reference_s=verified.reference_s, stated=stated)
     panels.append(displacement_panel(log.time_s, _measured(verified)))
     grid = PanelGrid(
         heading="Verification test", source=verified.name, panels=tuple(panels)

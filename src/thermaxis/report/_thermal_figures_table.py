@@ -17,7 +17,6 @@ from thermaxis.report._thermal_words import (
     significant,
 )
 from thermaxis.thermal import ThermalLog, Verification, VerificationFigures, VerifiedLog
-from thermaxis.thermal._verification import REFERENCE_S
 
 _MOST_PARTS = 60
 
@@ -177,9 +176,9 @@ def validity_table(
     strong: list[int] = []
     for log, found in zip(logs, verified, strict=True):
         for name, part in list(parts.items())[:_MOST_PARTS]:
-            u = relative_values(log, part.plus, REFERENCE_S, stated.get(part.plus))
+            u = relative_values(log, part.plus, found.reference_s, stated.get(part.plus))
             if part.minus:
-                u = u - relative_values(log, part.minus, REFERENCE_S, stated.get(part.minus))
+                u = u - relative_values(log, part.minus, found.reference_s, stated.get(part.minus))
             known = u[~np.isnan(u)]
             seen = (None, None) if not known.size else (float(known.min()), float(known.max()))
             share, beyond = found.outside.get(name, (0.0, 0.0))

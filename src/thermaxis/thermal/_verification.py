@@ -283,6 +283,8 @@ class VerifiedLog:
     """As of `SimulatedLog`."""
     warnings: tuple[str, ...]
     """What the reader must know, in words."""
+    reference_s: float
+    """Everything is relative to the mean over this first time. [s]"""
 
 
 @final
@@ -413,6 +415,7 @@ def _verify_log(
         environmental=_standstill(log),
         outside=any_run.outside,
         warnings=_warnings(runs),
+        reference_s=reference_s,
     )
 
 
