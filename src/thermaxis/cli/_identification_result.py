@@ -159,6 +159,8 @@ def _output_text(output: "IdentifiedOutput") -> str:
                 ]
             )
         title = f"{printable(output.name, 30)}: fit {output.fit_percent:.1f} % on the training rows"
+        if abs(output.fit_percent - output.fit_from_rest_percent) >= 0.1:
+            title += f" ({output.fit_from_rest_percent:.1f} % from rest)"
         if output.noise_std_um is not None:
             title += f", noise {output.noise_std_um:.2g} um"
         if output.slow_noise_std_um is not None:
@@ -271,6 +273,7 @@ def identification_as_json(
 def _output_as_json(output: "IdentifiedOutput", sample_time_s: float) -> dict[str, object]:
     content: dict[str, object] = {
         "fit_percent": output.fit_percent,
+        "fit_from_rest_percent": output.fit_from_rest_percent,
         "noise_std_um": output.noise_std_um,
         "slow_noise_std_um": output.slow_noise_std_um,
         "validation_mae_um": output.validation_mae_um,

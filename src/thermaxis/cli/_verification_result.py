@@ -76,6 +76,17 @@ def verification_as_text(result: "Verification", title: str, remarks: "Sequence[
         table += f"\nmean fit {mean} %, peak-to-peak reduced {min(folds):.1f} to {max(folds):.1f}"
         table += "-fold\n"
     parts.append(table)
+    rows = [
+        _row(
+            f"{o.measured.name} ({log.name})" if len(result.logs) > 1 else o.measured.name,
+            o.limited,
+        )
+        for log in result.logs
+        for o in log.outputs
+        if o.limited is not None
+    ]
+    if rows:
+        parts.append(text_table("With the correction within its limits", _HEADS, rows, words=1))
     parts.append(
         "p-p: range of the measured displacement; left: of measured minus simulated (free run)."
         " persist.: RMSE of 'nothing changes from row to row', one step ahead; static: RMSE of the"
@@ -180,6 +191,7 @@ def _log(log: "VerifiedLog") -> dict[str, object]:
                 **figures_as_json(o.figures),
                 "model_output": o.measured.output,
                 "diameter_mm": o.measured.diameter_mm,
+                "limited": None if o.limited is None else figures_as_json(o.limited),
                 "contribution_peak_to_peak_um": _ranges(o.parts, o.contribution_um.T.tolist()),
             }
             for o in log.outputs

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from thermaxis.compensation import Limits
     from thermaxis.thermal import ThermalLog
 
 
@@ -46,6 +47,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=span,
         help="rows (0:6669) or times (0:8h) that count in the figures; the free run begins at the"
         " first row all the same",
+    )
+    add(
+        "--limits",
+        metavar="FILE",
+        type=Path,
+        help="limits of the correction (TOML): adds the figures with the limited correction",
     )
     add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
     add(
@@ -95,17 +102,25 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_written(
         [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
-        [arguments.model, *arguments.logs, arguments.mapping],
+        [arguments.model, *arguments.logs, arguments.mapping, arguments.limits],
     )
     with Progress() as progress:
         progress("reading", 0, 0)
         model = read_model(arguments.model)
+        limits = _limits(arguments.limits, [output.name for output in model.outputs])
         logs: list[ThermalLog] = [
             entry.log for entry in read_logs(arguments.logs, mapping=arguments.mapping)
         ]
         progress("simulating", 0, 0)
         rows = None if arguments.span is None else rows_of_span(logs, arguments.span)
-        result = verify(model, logs, arguments.measured, reference_s=arguments.reference, rows=rows)
+        result = verify(
+            model,
+            logs,
+            arguments.measured,
+            reference_s=arguments.reference,
+            rows=rows,
+            limits=limits,
+        )
         if arguments.report:
             from thermaxis.report import write_verification_report  # noqa: PLC0415  slow
 
@@ -122,3 +137,21 @@ def run(arguments: argparse.Namespace) -> int:
         for path in arguments.report:
             sys.stdout.write(f"written: {printable(str(path))}\n")
     return 0
+
+
+def _limits(path: Path | None, outputs: "list[str]") -> "dict[str, Limits]":
+    """Return the limits by output; each must be one of the model."""
+    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415  not for --help
+    from thermaxis.files import read_correction_limits  # noqa: PLC0415
+
+    if path is None:
+        return {}
+    limits = read_correction_limits(path)
+    for name in limits:
+        if name not in outputs:
+            raise ConfigurationError(
+                f"the model has no output {printable(name, 40)}",
+                where=str(path),
+                remedy=f"Its outputs are {', '.join(outputs)}",
+            )
+    return limits

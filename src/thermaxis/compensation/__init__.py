@@ -8,6 +8,7 @@ from thermaxis.compensation._cycle import (
     gain_of,
     initial_state,
 )
+from thermaxis.compensation._limits import Limits, limit_step
 from thermaxis.compensation._quality import Outcome, Quality
 from thermaxis.compensation._thermal_model import (
     START,
@@ -27,6 +28,7 @@ __all__ = [
     "CompensationModel",
     "CycleOutput",
     "GainPoint",
+    "Limits",
     "Outcome",
     "Output",
     "Part",
@@ -39,4 +41,5 @@ __all__ = [
     "cycle",
     "gain_of",
     "initial_state",
+    "limit_step",
 ]

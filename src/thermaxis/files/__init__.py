@@ -7,6 +7,7 @@ from thermaxis.files._recognition import read_positioning, read_positioning_with
 from thermaxis.files._source import FALLBACK_ENCODING
 
 if TYPE_CHECKING:
+    from thermaxis.files.correction_limits_toml import read_correction_limits
     from thermaxis.files.field_csv import format_field_csv, read_field_csv, write_field_csv
     from thermaxis.files.flir import read_flir
     from thermaxis.files.iso230_dat import read_iso230_dat
@@ -42,6 +43,7 @@ __all__ = [
     "model_sha256",
     "plan_as_json",
     "plan_sha256",
+    "read_correction_limits",
     "read_field_csv",
     "read_flir",
     "read_iso230_dat",
@@ -64,6 +66,7 @@ __all__ = [
 ]
 
 _MODULES = {
+    "read_correction_limits": "correction_limits_toml",
     "format_thermal_log": "thermal_log_csv",
     "read_thermal_mapping": "thermal_mapping_toml",
     "ThermalMapping": "thermal_mapping_toml",

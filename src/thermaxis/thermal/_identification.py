@@ -51,7 +51,10 @@ class IdentifiedOutput:
     std: tuple[PartStd, ...]
     """Standard deviations, one per part; None within where the record does not support one."""
     fit_percent: float
-    """Fit of the free run to the training records. [%]"""
+    """Fit of the free run to the training records, with the start that the estimator fitted. [%]"""
+    fit_from_rest_percent: float
+    """The same from rest at the first row, as `verify` runs it; low for a test that began warm.
+    [%]"""
     noise_std_um: float | None
     """White noise of one reading, standard deviation; None where it was not estimated. [µm]"""
     slow_noise_std_um: float | None
@@ -259,19 +262,18 @@ def identify_joint(
     found = joint_gains(records, part, diameters_mm, options=modal_options)
     result = found.result
     beside, static = _beside(records, found.reference)
+    fit, rmse = _free_run(records, found.reference, result.model)
     identified = IdentifiedOutput(
         name=output,
         model=result.model,
         std=result.std,
         fit_percent=result.fit_percent,
+        fit_from_rest_percent=fit,
         noise_std_um=result.noise_std_um,
         slow_noise_std_um=result.slow_noise_std_um,
         validation_mae_um=None,
         baseline_mae_um={},
-        training_rmse_um={
-            "model": _free_run(records, found.reference, result.model)[1],
-            **beside,
-        },
+        training_rmse_um={"model": rmse, **beside},
         static_gains_um_per_k=static,
         polynomials=None,
         warnings=result.warnings,
@@ -292,16 +294,18 @@ def identify_joint(
 
 def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedOutput:
     beside, static = _beside(records, name)
+    fit, rmse = _free_run(records, name, result.model)
     return IdentifiedOutput(
         name=name,
         model=result.model,
         std=result.std,
         fit_percent=result.fit_percent,
+        fit_from_rest_percent=fit,
         noise_std_um=result.noise_std_um,
         slow_noise_std_um=result.slow_noise_std_um,
         validation_mae_um=None,
         baseline_mae_um={},
-        training_rmse_um={"model": _free_run(records, name, result.model)[1], **beside},
+        training_rmse_um={"model": rmse, **beside},
         static_gains_um_per_k=static,
         polynomials=None,
         warnings=result.warnings,
@@ -329,6 +333,7 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
                 model=chosen.model,
                 std=_unknown(chosen.model),
                 fit_percent=fit,
+                fit_from_rest_percent=fit,
                 noise_std_um=None,
                 slow_noise_std_um=None,
                 validation_mae_um=chosen.validation_mae_um,
@@ -420,6 +425,7 @@ def _polynomials(
         model=model,
         std=std,
         fit_percent=result.fit_percent,
+        fit_from_rest_percent=result.fit_percent,
         noise_std_um=result.noise_std_um,
         slow_noise_std_um=None,
         validation_mae_um=None,

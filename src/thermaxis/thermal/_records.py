@@ -37,6 +37,8 @@ class Records:
     """Sample time of the experiments. [s]"""
     reference_c: Mapping[str, float]
     """References of the channels, of the first log. [degC]"""
+    left_out: tuple[str, ...]
+    """Logs that have none of the outputs and serve no experiment, by name."""
     lowest_k: FloatArray
     """Lowest value of every input over all logs, (k,). [K]"""
     highest_k: FloatArray
@@ -89,11 +91,15 @@ def records_of(
     step_s = sample_time_s or float(np.median([log.usual_step_s for log in logs]))
     found: dict[str, list[Experiment]] = {output: [] for output in outputs}
     lowest, highest = np.full(len(inputs), np.inf), np.full(len(inputs), -np.inf)
+    left_out: list[str] = []
     for log in logs:
         u = np.stack([_relative(log, definition, reference_s) for definition in inputs], axis=1)
         lowest = np.fmin(lowest, np.nanmin(u, axis=0))
         highest = np.fmax(highest, np.nanmax(u, axis=0))
         names = {output: output for output in outputs if _has(log, output)}
+        if not names:
+            left_out.append(log.where)
+            continue
         columns = {f"u{k}": u[:, k] for k in range(len(inputs))}
         columns |= {f"y {name}": _output(log, name, reference_s) for name in names}
         even = _even(ThermalLog.from_columns(columns, time_s=log.time_s, name=log.name), step_s)
@@ -111,6 +117,7 @@ def records_of(
         experiments={output: tuple(experiments) for output, experiments in found.items()},
         inputs=tuple(inputs),
         sample_time_s=step_s,
+        left_out=tuple(left_out),
         reference_c=_references(logs[0], inputs, reference_s),
         lowest_k=lowest,
         highest_k=highest,

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 from thermaxis.compensation import (
     STATED,
     CompensationModel,
+    Limits,
     Outcome,
     Quality,
     Reading,
     cycle,
     gain_of,
     initial_state,
+    limit_step,
 )
 from thermaxis.errors import ConfigurationError, DataError, printable
 from thermaxis.thermal._field import FloatArray
@@ -27,6 +29,8 @@ HOUR_S = 3600.0
 """ISO 230-3 states the displacement after 60 minutes. [s]"""
 OUTSIDE_SHARE = 0.05
 """Share of the rows outside the training range from which on a warning is given. [1]"""
+OUTSIDE_WIDTH = 0.01
+"""Less than this share of the training range is the noise at its edge. [1]"""
 STANDSTILL_RPM = 1.0
 """Below this a speed counts as standstill. [1/min]"""
 
@@ -259,6 +263,8 @@ class VerifiedOutput:
     """Names of the parts."""
     counted: NDArray[np.bool_]
     """Rows that count in the figures, (n,)."""
+    limited: VerificationFigures | None = None
+    """The figures with the correction within limits; None where none were stated."""
 
     @property
     def residual_um(self) -> FloatArray:
@@ -313,6 +319,7 @@ def verify(
     *,
     reference_s: float = REFERENCE_S,
     rows: tuple[int, int] | None = None,
+    limits: Mapping[str, Limits] | None = None,
 ) -> Verification:
     """Compare the free run of a model with what logs measured.
 
@@ -334,6 +341,10 @@ def verify(
         Rows that count in the figures, from 0, half open; the free run begins at the first row
         of the log all the same. Default: all. [1]
 
+    limits : mapping of str to Limits, optional
+        Limits of the correction by output of the model; the figures with the limited correction
+        then stand beside those without limits. Default: none.
+
     Returns
     -------
     Verification
@@ -354,7 +365,10 @@ def verify(
     if not logs:
         raise ConfigurationError("there is no log to verify with", where="logs")
     verified = tuple(
-        _verify_log(model, log, _measured_in(model, log, measured), reference_s, rows)
+        _verify_log(
+            _Comparison(model, _measured_in(model, log, measured), reference_s, rows, limits or {}),
+            log,
+        )
         for log in logs
     )
     names = dict.fromkeys(output.measured.name for log in verified for output in log.outputs)
@@ -390,23 +404,28 @@ def _measured_in(
     return tuple(measured)
 
 
-def _verify_log(
-    model: CompensationModel,
-    log: ThermalLog,
-    measured: Sequence[MeasuredOutput],
-    reference_s: float,
-    rows: tuple[int, int] | None,
-) -> VerifiedLog:
+@final
+@dataclass(frozen=True, slots=True)
+class _Comparison:
+    """What is compared, and how."""
+
+    model: CompensationModel
+    measured: Sequence[MeasuredOutput]
+    reference_s: float
+    rows: tuple[int, int] | None
+    limits: Mapping[str, Limits]
+
+
+def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
+    model, reference_s = asked.model, asked.reference_s
     runs: dict[float | None, SimulatedLog] = {}
     outputs: list[VerifiedOutput] = []
-    for entry in measured:
+    for entry in asked.measured:
         if entry.diameter_mm not in runs:
             runs[entry.diameter_mm] = simulate_log(
                 model, log, diameter_mm=entry.diameter_mm, reference_s=reference_s
             )
-        outputs.append(
-            _verify_output(model, log, entry, runs[entry.diameter_mm], reference_s, rows)
-        )
+        outputs.append(_verify_output(asked, log, entry, runs[entry.diameter_mm]))
     any_run = next(iter(runs.values()))
     return VerifiedLog(
         name=log.name,
@@ -431,7 +450,7 @@ def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[str, ...]:
     said: list[str] = []
     run = next(iter(runs.values()))
     for name, (share, beyond) in run.outside.items():
-        if share >= OUTSIDE_SHARE or beyond >= OUTSIDE_SHARE:
+        if (share >= OUTSIDE_SHARE and beyond >= OUTSIDE_WIDTH) or beyond >= OUTSIDE_SHARE:
             said.append(
                 f"input {name} lies outside the range of the training in {share:.0%} of the rows,"
                 f" by up to {beyond:.0%} of its width: the model is extrapolated there"
@@ -451,13 +470,9 @@ def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[str, ...]:
 
 
 def _verify_output(
-    model: CompensationModel,
-    log: ThermalLog,
-    entry: MeasuredOutput,
-    run: SimulatedLog,
-    reference_s: float,
-    rows: tuple[int, int] | None,
+    asked: _Comparison, log: ThermalLog, entry: MeasuredOutput, run: SimulatedLog
 ) -> VerifiedOutput:
+    model, reference_s, rows = asked.model, asked.reference_s, asked.rows
     simulated = run.outputs[entry.output]
     measured = np.array(log.column(entry.channel, unit="um"))
     both = ~(np.isnan(measured) | np.isnan(simulated.displacement_um))
@@ -490,12 +505,34 @@ def _verify_output(
         if static is None
         else _rmse((measured - static + np.nanmean(static[at_start]))[counted])
     )
-    figures = _figures(
-        [log.time_s[counted]], [measured[counted]], [displacement[counted]], static_rmse
-    )
+    times, seen = [log.time_s[counted]], [measured[counted]]
+    limits = asked.limits.get(entry.output)
+    limited: VerificationFigures | None = None
+    if limits is not None:
+        allowed = _limited(limits, log.time_s, simulated.displacement_um)
+        allowed = allowed - float(np.mean(allowed[at_start]))
+        limited = _figures(times, seen, [allowed[counted]], static_rmse)
     return VerifiedOutput(
-        entry, figures, measured, displacement, contribution, simulated.parts, counted
+        measured=entry,
+        figures=_figures(times, seen, [displacement[counted]], static_rmse),
+        measured_um=measured,
+        simulated_um=displacement,
+        contribution_um=contribution,
+        parts=simulated.parts,
+        counted=counted,
+        limited=limited,
     )
+
+
+def _limited(limits: Limits, time_s: FloatArray, simulated_um: FloatArray) -> FloatArray:
+    """Return what a limited correction takes away of the displacement, row by row, from zero."""
+    taken: list[float] = []
+    before_um, before_s = 0.0, float(time_s[0])
+    for now_s, wanted_um in zip(time_s.tolist(), simulated_um.tolist(), strict=True):
+        before_um = limit_step(limits, before_um, wanted_um, now_s - before_s)
+        before_s = now_s
+        taken.append(before_um)
+    return np.array(taken)
 
 
 def _inputs_of(model: CompensationModel, output: str, log: ThermalLog) -> FloatArray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
+from thermaxis.compensation import CompensationModel, GainPoint, Limits, Output, Part, Section
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._thermal_log import ThermalLog
 from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
@@ -161,3 +161,32 @@ def test_what_cannot_be_compared_is_refused_in_words() -> None:
         verify(MODEL, [record.select(["T_table_C", "T_spindle_C", "T_column_C"])])
     with pytest.raises(ConfigurationError, match="no output X_um"):
         verify(MODEL, [record], [MeasuredOutput("Z_um", "X_um")])
+
+
+def test_limits_stand_beside_the_free_run_and_do_what_they_say() -> None:
+    record = log(seed=12)
+    wide = verify(MODEL, [record], limits={"Z_um": Limits(9000.0, 900.0)})
+    narrow = verify(MODEL, [record], limits={"Z_um": Limits(5.0, 900.0)})
+    free = wide.logs[0].outputs[0]
+    assert free.limited is not None
+    # the correction begins at zero: the first row, and with it the datum, is a little off
+    assert free.limited.rmse_um == pytest.approx(free.figures.rmse_um, abs=0.2)
+    limited = narrow.logs[0].outputs[0]
+    assert limited.limited is not None
+    expected = free.measured_um - np.clip(free.simulated_um, -5.0, 5.0)
+    assert limited.limited.rmse_um == pytest.approx(np.sqrt(np.mean(expected**2)), rel=1e-2)
+    assert verify(MODEL, [record]).logs[0].outputs[0].limited is None
+
+
+def test_a_slow_rate_lags_by_what_the_rate_cannot_follow() -> None:
+    time_s = np.arange(0.0, 6000.0, 60.0)
+    ramp = np.where(time_s > 60.0, 1.0, 0.0)
+    part = Part("spindle", "T_C", "", 10.0)
+    model = CompensationModel(outputs=(Output("Z_um", (part,)),))
+    record = ThermalLog.from_columns({"T_C": 20.0 + ramp, "Z_um": 10.0 * ramp}, time_s=time_s)
+    figures = (
+        verify(model, [record], limits={"Z_um": Limits(50.0, 0.01)}).logs[0].outputs[0].limited
+    )
+    steps = np.minimum(10.0, np.cumsum(np.where(ramp > 0, 0.6, 0.0)))
+    assert figures is not None
+    assert figures.rmse_um == pytest.approx(np.sqrt(np.mean((10.0 * ramp - steps) ** 2)))
