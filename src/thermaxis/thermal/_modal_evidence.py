@@ -23,9 +23,9 @@ from thermaxis.thermal._slow_noise import SlowNoise, weighted_products
 
 ROUND_OFF = (0.0, 1e-12, 1e-9, 1e-6)
 """Shares by which the diagonal of a precision is raised until round-off leaves it positive. [1]"""
-FREE_START = 1.0
+FAR_START = 4.0
 """Logarithm of the size of transients, in standard deviations of the white noise, beyond which an
-experiment did not begin in a steady state. [1]"""
+experiment began far from any steady state: cold tests show up to 3, warm ones mostly 4 to 6.5. [1]"""
 
 
 def factored(precision: FloatArray) -> FloatArray:
@@ -84,14 +84,14 @@ class Sizes:
         ----------
         larger : float
             Logarithm by which gains are larger, and with them what they make of an unknown start.
-            An experiment that began in a steady state stays there. [1]
+            An experiment that began near a steady state stays there. [1]
 
         Returns
         -------
         Sizes
             The noise is the same.
         """
-        transients = tuple(t + larger if t > FREE_START else t for t in self.log_transients)
+        transients = tuple(t + larger if t > FAR_START else t for t in self.log_transients)
         return replace(self, log_gain=self.log_gain + larger, log_transients=transients)
 
 
