@@ -25,7 +25,8 @@ ROUND_OFF = (0.0, 1e-12, 1e-9, 1e-6)
 """Shares by which the diagonal of a precision is raised until round-off leaves it positive. [1]"""
 FAR_START = 4.0
 """Logarithm of the size of transients, in standard deviations of the white noise, beyond which an
-experiment began far from any steady state: cold tests show up to 3, warm ones mostly 4 to 6.5. [1]"""
+experiment began far from any steady state. Default: cold tests of the virtual machine show up to
+3, warm ones mostly 4 to 6.5. [1]"""
 
 
 def factored(precision: FloatArray) -> FloatArray:
