@@ -1,0 +1,360 @@
+"""Start LinuxCNC without display as an ordinary user, run one program, leave nothing behind.
+
+LinuxCNC keeps its state in shared memory with fixed keys: there is one instance per machine.
+`run_program` takes a lock, refuses to start beside an instance that is not its own, and ends only
+what it started.
+"""
+
+import fcntl
+import json
+import os
+import pwd
+import shutil
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+FOLDER = Path(__file__).parent
+OWN_PYTHON = "/usr/bin/python3"
+"""The distribution's Python, which its modules `hal` and `linuxcnc` are compiled for."""
+LOCK_NAME = "thermaxis-linuxcnc.lock"
+RUNNING = Path("/tmp/linuxcnc.lock")  # noqa: S108 - LinuxCNC's own, fixed in its start script
+MEMORY_KEYS = (0x48414C32, 0x90280A48, 0x48484C34)
+"""Shared memory of HAL, RTAPI and the instance's number."""
+PERIOD_S = 0.001
+START_AND_STOP_S = 40.0
+"""Time allowed for everything but the program; one start and one stop take about 2 s together."""
+COLUMNS = ("number", "position", "velocity", "motor", "correction", "ramped", "axis")
+HOW_TO_INSTALL = (
+    "LinuxCNC is not installed: these tests need a real one. On Debian 12 or later:"
+    " apt-get install --no-install-recommends linuxcnc-uspace"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Physics:
+    """A virtual axis; the formulas stand in ``virtual_axis.py`` and once more in the tests."""
+
+    low_mm: float = -80.0
+    high_mm: float = 80.0
+    pitch_mm: float = 20.0
+    bow_um: float = 0.0
+    periodic_um: float = 0.0
+    reversal_um: float = 0.0
+    drift_um: float = 0.0
+    drift_time_constant_s: float = 20.0
+    expansion_um: float = 0.0
+    expansion_time_constant_s: float = 35.0
+    held_at_s: float | None = None
+    """Thermal state that stays as it was this long after the first motion; None: it goes on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Compensation table of the joint."""
+
+    text: str
+    """Content of the file."""
+    kind: int
+    """COMP_FILE_TYPE."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """Every servo period from the start of LinuxCNC to its end."""
+
+    time_s: np.ndarray
+    """Time since the first motion, (N,); negative before. [s]"""
+    position: np.ndarray
+    """Commanded position of the joint, (N,). [mm]"""
+    velocity: np.ndarray
+    """Commanded velocity, (N,). [mm/s]"""
+    motor: np.ndarray
+    """Position of the motor, (N,). [mm]"""
+    correction: np.ndarray
+    """Correction by the table, (N,). [mm]"""
+    ramped: np.ndarray
+    """The same as it is added to the motor, (N,). [mm]"""
+    axis: np.ndarray
+    """True position of the axis, (N,). [mm]"""
+    said: tuple[str, ...]
+    """Messages for the operator."""
+
+
+def run_program(
+    program: str, *, physics: Physics | None = None, table: Table | None = None, limit_s: float
+) -> Trace:
+    """Run one NC program on a LinuxCNC of its own.
+
+    Parameters
+    ----------
+    program : str
+        The program.
+    physics : Physics, optional
+        The axis behind joint 0. Default: one without any error.
+    table : Table, optional
+        Its compensation table. Default: none.
+    limit_s : float
+        Longest time of the program. [s]
+
+    Returns
+    -------
+    Trace
+        What the joint did.
+
+    Raises
+    ------
+    RuntimeError
+        If LinuxCNC refuses the program, takes too long, or leaves anything behind.
+    """
+    with one_at_a_time():
+        refuse_beside_another()
+        folder = Path(tempfile.mkdtemp(prefix="thermaxis-"))
+        try:
+            prepare(folder, program, physics or Physics(), table, limit_s)
+            start_and_wait(folder, limit_s)
+            trace = read_trace(folder)
+        finally:
+            shutil.rmtree(folder)
+        refuse_beside_another()
+    return trace
+
+
+@contextmanager
+def one_at_a_time() -> Iterator[None]:
+    """Hold the lock of this machine, whoever made its file."""
+    path = Path(tempfile.gettempdir()) / LOCK_NAME
+    try:
+        lock = os.open(path, os.O_RDONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o644)
+    except FileExistsError:
+        lock = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(lock)
+
+
+def refuse_beside_another() -> None:
+    """Raise if a LinuxCNC is running or left something: its start would end the other one."""
+    signed = {key - (1 << 32) if key >= 1 << 31 else key for key in MEMORY_KEYS}
+    rows = Path("/proc/sysvipc/shm").read_text(encoding="ascii").splitlines()[1:]
+    left = sorted(signed & {int(row.split()[0]) for row in rows})
+    if left or RUNNING.exists():
+        raise RuntimeError(
+            f"a LinuxCNC runs on this machine or was not ended cleanly ({RUNNING}:"
+            f" {'there' if RUNNING.exists() else 'not there'}; shared memory: {left}). End it;"
+            " after a crash: halrun -U, and remove the file"
+        )
+
+
+# ---- the folder of one run ----------------------------------------------------------------------
+
+
+def prepare(
+    folder: Path, program: str, physics: Physics, table: Table | None, limit_s: float
+) -> None:
+    """Write everything that LinuxCNC reads, for the user who will run it."""
+    for name in ("virtual_axis.py", "display.py"):
+        shutil.copy(FOLDER / name, folder / name)
+    (folder / "display.py").chmod(0o755)
+    job = {"physics": asdict(physics), "period_s": PERIOD_S, "limit_s": limit_s}
+    written = {
+        "job.json": json.dumps(job),
+        "program.ngc": program,
+        "machine.ini": ini(folder, table),
+        "machine.hal": HAL,
+        "tool.tbl": "",
+    }
+    if table is not None:
+        written["joint0.comp"] = table.text
+    for name, text in written.items():
+        (folder / name).write_bytes(text.encode("ascii"))
+    uid, gid = user()
+    for path in (folder, *folder.iterdir()):
+        os.chown(path, uid, gid)
+
+
+def user() -> tuple[int, int]:
+    """Return who runs LinuxCNC: whoever runs the tests, but never root, which it refuses."""
+    if os.geteuid() != 0:
+        return os.geteuid(), os.getegid()
+    nobody = pwd.getpwnam("nobody")
+    return nobody.pw_uid, nobody.pw_gid
+
+
+def ini(folder: Path, table: Table | None) -> str:
+    """Return the configuration: three linear joints, millimetres, no switches to home to."""
+    comp = "" if table is None else f"COMP_FILE = joint0.comp\nCOMP_FILE_TYPE = {table.kind}\n"
+    head = INI.format(display=folder / "display.py", period_ns=round(PERIOD_S * 1e9))
+    joints = [
+        JOINT.format(axis=axis, joint=joint) + (comp if joint == 0 else "")
+        for joint, axis in enumerate("XYZ")
+    ]
+    return head + "".join(joints)
+
+
+INI = """\
+[EMC]
+VERSION = 1.1
+MACHINE = virtual axis
+DEBUG = 0
+[DISPLAY]
+DISPLAY = {display}
+[TASK]
+TASK = milltask
+CYCLE_TIME = 0.005
+[RS274NGC]
+PARAMETER_FILE = sim.var
+[EMCMOT]
+EMCMOT = motmod
+COMM_TIMEOUT = 1.0
+SERVO_PERIOD = {period_ns}
+[EMCIO]
+EMCIO = io
+CYCLE_TIME = 0.100
+TOOL_TABLE = tool.tbl
+[HAL]
+HALFILE = machine.hal
+[TRAJ]
+COORDINATES = XYZ
+LINEAR_UNITS = mm
+ANGULAR_UNITS = degree
+DEFAULT_LINEAR_VELOCITY = 50
+MAX_LINEAR_VELOCITY = 500
+[KINS]
+JOINTS = 3
+KINEMATICS = trivkins coordinates=XYZ
+"""
+JOINT = """\
+[AXIS_{axis}]
+MIN_LIMIT = -100
+MAX_LIMIT = 100
+MAX_VELOCITY = 500
+MAX_ACCELERATION = 5000
+[JOINT_{joint}]
+TYPE = LINEAR
+MIN_LIMIT = -100
+MAX_LIMIT = 100
+MAX_VELOCITY = 500
+MAX_ACCELERATION = 5000
+FERROR = 1
+MIN_FERROR = 1
+HOME = 0
+HOME_SEQUENCE = 0
+"""
+HAL = """\
+loadrt [KINS]KINEMATICS
+loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS
+loadrt sampler depth=16000 cfg=fffff
+addf motion-command-handler servo-thread
+addf motion-controller servo-thread
+addf sampler.0 servo-thread
+net x-position joint.0.pos-cmd => sampler.0.pin.0
+net x-velocity joint.0.vel-cmd => sampler.0.pin.1
+net x-motor joint.0.motor-pos-cmd => joint.0.motor-pos-fb sampler.0.pin.2
+net x-correction joint.0.backlash-corr => sampler.0.pin.3
+net x-ramped joint.0.backlash-filt => sampler.0.pin.4
+net y-motor joint.1.motor-pos-cmd => joint.1.motor-pos-fb
+net z-motor joint.2.motor-pos-cmd => joint.2.motor-pos-fb
+net enable iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in
+net prepared iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
+net changed iocontrol.0.tool-change => iocontrol.0.tool-changed
+loadusr -Wn virtual-axis /usr/bin/python3 virtual_axis.py
+"""
+
+
+# ---- the life of LinuxCNC -----------------------------------------------------------------------
+
+
+def start_and_wait(folder: Path, limit_s: float) -> None:
+    """Start LinuxCNC and wait for its end; end it if it takes too long or the test is ended."""
+    uid, gid = user()
+    other = {} if os.geteuid() != 0 else {"user": uid, "group": gid, "extra_groups": []}
+    environment = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": str(folder), "LANG": "C"}
+    with (folder / "linuxcnc.log").open("wb") as log:
+        linuxcnc = subprocess.Popen(
+            ["/usr/bin/linuxcnc", "-r", str(folder / "machine.ini")],
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            **other,
+        )
+        try:
+            linuxcnc.wait(limit_s + START_AND_STOP_S)
+        except subprocess.TimeoutExpired:
+            raise RuntimeError(f"LinuxCNC did not end:\n{tail(folder)}") from None
+        finally:
+            if linuxcnc.poll() is None:
+                end(linuxcnc, uid, environment, other)
+
+
+def end(
+    linuxcnc: subprocess.Popen[bytes], uid: int, environment: dict[str, str], other: dict[str, int]
+) -> None:
+    """End what `start_and_wait` started: first its display, which LinuxCNC outlives cleanly."""
+    for number in own_ids(linuxcnc.pid, "display.py"):
+        os.kill(number, signal.SIGTERM)
+    try:
+        linuxcnc.wait(START_AND_STOP_S)
+    except subprocess.TimeoutExpired:
+        for number in own_ids(linuxcnc.pid):
+            os.kill(number, signal.SIGKILL)
+        linuxcnc.wait(START_AND_STOP_S)
+        subprocess.run(
+            ["/usr/lib/linuxcnc/realtime", "stop"],
+            env=environment,
+            timeout=START_AND_STOP_S,
+            check=False,
+            **other,
+        )
+        if RUNNING.exists() and RUNNING.stat().st_uid == uid:
+            RUNNING.unlink()
+
+
+def own_ids(session: int, name: str = "") -> list[int]:
+    """Return the ids of a session's processes whose command line holds the name."""
+    found: list[int] = []
+    for entry in Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            stat = (entry / "stat").read_text(encoding="utf-8", errors="replace")
+            command = (entry / "cmdline").read_text(encoding="utf-8", errors="replace")
+        except OSError:  # it has ended meanwhile
+            continue
+        if int(stat.rpartition(")")[2].split()[3]) == session and name in command:
+            found.append(int(entry.name))
+    return found
+
+
+def tail(folder: Path) -> str:
+    """Return the end of what LinuxCNC printed."""
+    return (folder / "linuxcnc.log").read_text(encoding="utf-8", errors="replace")[-4000:]
+
+
+def read_trace(folder: Path) -> Trace:
+    """Return what was recorded; raise if the control refused or a servo period is missing."""
+    path = folder / "result.json"
+    if not path.exists():
+        raise RuntimeError(f"LinuxCNC did not start:\n{tail(folder)}")
+    result = json.loads(path.read_text(encoding="ascii"))
+    if result["failure"]:
+        raise RuntimeError(f"{result['failure']}\n{tail(folder)}")
+    rows = np.fromfile(folder / "trace.bin").reshape(-1, len(COLUMNS))
+    value = dict(zip(COLUMNS, rows.T, strict=True))
+    if np.any(np.diff(value["number"]) != 1.0):
+        raise RuntimeError("servo periods are missing in the trace: the machine is overloaded")
+    moving = np.flatnonzero(value["velocity"])
+    start = value["number"][moving[0] if moving.size else 0]
+    time_s = (value.pop("number") - start) * PERIOD_S
+    return Trace(time_s=time_s, said=tuple(result["said"]), **value)

@@ -1,0 +1,100 @@
+"""The laser: stops are found in the motion itself, and read where the dwell ends."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from tests.system.linuxcnc.machine import PERIOD_S, Trace
+
+APPROACHES = ("forward", "backward")
+LASER_STEP_MM = 1e-5
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """One standstill between two motions."""
+
+    begin: int
+    """Servo period of the first standstill."""
+    end: int
+    """Servo period after the last one."""
+    approach: int
+    """0 if the axis came from below, 1 from above."""
+    position: float
+    """Commanded position. [mm]"""
+
+    @property
+    def duration_s(self) -> float:
+        """How long it stood. [s]"""
+        return (self.end - self.begin) * PERIOD_S
+
+
+def find_stops(trace: Trace, shortest_s: float) -> list[Stop]:
+    """Return the standstills after a motion that last at least so long.
+
+    Parameters
+    ----------
+    trace : Trace
+        What the joint did.
+    shortest_s : float
+        Shorter ones are turning points. [s]
+
+    Returns
+    -------
+    list of Stop
+        In the order of time.
+    """
+    change = np.flatnonzero(np.diff(trace.position)) + 1
+    edges = [*change.tolist(), trace.position.size]
+    found: list[Stop] = []
+    for begin, end in pairwise(edges):
+        if (end - begin) * PERIOD_S >= shortest_s:
+            backward = trace.position[begin] < trace.position[begin - 1]
+            found.append(Stop(begin, end, int(backward), float(trace.position[begin])))
+    return found
+
+
+def write_run(
+    trace: Trace, stops: list[Stop], dwell_s: float, path: Path, *, noise_um: float, seed: int
+) -> None:
+    """Write what a laser reads at the end of the dwell as tidy CSV.
+
+    Cycle and direction are counted from the motion, not taken from the plan.
+
+    Parameters
+    ----------
+    trace : Trace
+        What the joint did.
+    stops : list of Stop
+        The stops.
+    dwell_s : float
+        The laser is read so long after the standstill began. [s]
+    path : Path
+        The file.
+    noise_um : float
+        Standard deviation of a reading. [µm]
+    seed : int
+        Seed of the noise. [1]
+    """
+    random = np.random.default_rng(seed)
+    visits: dict[tuple[float, int], int] = {}
+    lines = ["order,time_s,cycle,direction,target_mm,measured_mm"]
+    for order, stop in enumerate(stops, start=1):
+        at = stop.begin + round(dwell_s / PERIOD_S) - 1
+        target = round(stop.position, 3)
+        key = (target, stop.approach)
+        visits[key] = visits.get(key, 0) + 1
+        read = trace.axis[at] + 1e-3 * noise_um * random.standard_normal()
+        read = round(read / LASER_STEP_MM) * LASER_STEP_MM
+        cells = (
+            str(order),
+            f"{trace.time_s[at]:.3f}",
+            str(visits[key]),
+            APPROACHES[stop.approach],
+            f"{target:.3f}",
+            f"{read:.5f}",
+        )
+        lines.append(",".join(cells))
+    path.write_text("\n".join(lines) + "\n", encoding="ascii")
