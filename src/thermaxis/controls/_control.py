@@ -147,6 +147,9 @@ class ReadTable:
     """What looks wrong in it or would surprise, with the line, in words."""
     points_in_file: int | None = None
     """Number of points that the file seems to hold, where the control reads fewer. [1]"""
+    resolution: float | None = None
+    """Step of the values in this very file, where it is not that of the `GridRule`, as with a
+    magnification that was chosen to fit the values. [µm or arcsec]"""
 
 
 class Control(ABC):
