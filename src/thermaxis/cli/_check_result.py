@@ -1,0 +1,311 @@
+"""What ``check-table`` finds, as text for a terminal and as JSON."""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from thermaxis.cli._axis_run import (
+    AxisRun,
+    read_run,
+    run_in_words,
+    simulated_without_drift,
+    systematic_range,
+    temperature_in_words,
+)
+from thermaxis.cli._control_names import axis_name
+from thermaxis.cli._correction_result import (
+    effect_table,
+    figures_as_json,
+    filled,
+    steepest_slope,
+    table_as_json,
+    targets_as_json,
+)
+from thermaxis.cli._make_table import read_older
+from thermaxis.cli._results import finite_or_none
+from thermaxis.cli._text_table import text_table
+from thermaxis.controls import Control, ReadTable, check_options, control_by_name
+from thermaxis.errors import printable
+from thermaxis.positioning import CorrectionEffect, evaluate_correction
+from thermaxis.report import fixed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_DECIMALS = 2
+_CLEARLY = 1.2
+"""A sign is called wrong where the other one leaves so many times less. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckedTable:
+    """A control's table beside a run."""
+
+    run: AxisRun
+    """The run."""
+    table_name: str
+    """The table's file."""
+    control_name: str
+    """Name of the control on the command line."""
+    control: Control
+    """The control."""
+    options: Mapping[str, str]
+    """Its options."""
+    read: ReadTable
+    """What the control reads in it."""
+    findings: tuple[str, ...]
+    """What looks wrong in the table, or between table and run."""
+    measured: CorrectionEffect
+    """What the table makes of the readings."""
+    without_drift: CorrectionEffect | None
+    """The same without drift; None where no drift is seen."""
+    opposite: CorrectionEffect
+    """What the table with the opposite sign would make of the readings."""
+
+
+def check(arguments: argparse.Namespace) -> CheckedTable:
+    """Read table and run, and simulate.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What ``check-table`` declares.
+
+    Returns
+    -------
+    CheckedTable
+        What was found.
+
+    Raises
+    ------
+    ThermaxisError
+        If the table holds what the control would refuse, or the run cannot be read or evaluated.
+    """
+    control = control_by_name(arguments.control)
+    options = check_options(control, arguments.set, purpose="table")
+    wanted_axis: str | None = None if arguments.axis is None else axis_name(arguments.axis)
+    run = read_run(arguments.run, axis=None, encoding=arguments.encoding)
+    path: Path = arguments.table
+    read = read_older(control, path, run, options)
+    correction = control.correction(read.table, run.test.target)
+    measured = evaluate_correction(run.test, correction)
+    opposite = evaluate_correction(run.test, -correction)
+    findings = [*read.findings, *_axis_findings(read, wanted_axis), *_range_findings(run, read)]
+    findings += _sign_findings(run, measured, opposite)
+    return CheckedTable(
+        run=run,
+        table_name=str(path),
+        control_name=arguments.control,
+        control=control,
+        options=options,
+        read=read,
+        findings=tuple(findings),
+        measured=measured,
+        without_drift=simulated_without_drift(run, correction),
+        opposite=opposite,
+    )
+
+
+def _axis_findings(read: ReadTable, wanted: str | None) -> list[str]:
+    stated = read.table.axis
+    if wanted is None or not stated or stated.casefold() == wanted.casefold():
+        return []
+    return [f"the table is of axis {printable(stated, 40)}, not of {wanted}"]
+
+
+def _range_findings(run: AxisRun, read: ReadTable) -> list[str]:
+    target, position = run.test.target, read.table.position
+    unit = run.test.kind.units.position
+    outside = np.flatnonzero((target < position[0]) | (target > position[-1]))
+    said: list[str] = []
+    if read.points_in_file is not None and read.points_in_file > position.size:
+        said.append(
+            f"the file seems to hold {read.points_in_file} points, the control reads"
+            f" {position.size} of them"
+        )
+    if outside.size:
+        said.append(
+            f"the table reaches from {position[0]:g} to {position[-1]:g} {unit} and does not cover"
+            f" {outside.size} of {target.size} targets, from {target[outside[0]]:g} to"
+            f" {target[outside[-1]]:g} {unit}: there its end values are held"
+        )
+    return said
+
+
+def _sign_findings(
+    run: AxisRun, measured: CorrectionEffect, opposite: CorrectionEffect
+) -> list[str]:
+    """Return whether the opposite sign would leave less: the commonest mistake."""
+    unit = run.test.kind.units.deviation
+    before, after, flipped = (
+        systematic_range(level) for level in (measured.before, measured.after, opposite.after)
+    )
+    ranges = f"from {before:.{_DECIMALS}f} to {after:.{_DECIMALS}f} {unit}"
+    if after > before and after > _CLEARLY * flipped:
+        times = after / before if before > 0 else float("inf")
+        return [
+            (
+                f"the sign is likely wrong: the range of the mean deviations grows {ranges}"
+                f" ({times:.1f} times); with the opposite sign it would be {flipped:.{_DECIMALS}f}"
+                f" {unit}"
+            )
+        ]
+    if after >= before:
+        return [
+            (
+                f"the table does not fit this run: the range of the mean deviations goes {ranges},"
+                f" and with the opposite sign it would be {flipped:.{_DECIMALS}f} {unit}"
+            )
+        ]
+    return []
+
+
+# ---- text ---------------------------------------------------------------------------------------
+
+
+def as_text(result: CheckedTable) -> str:
+    """Return the result in words and tables, for a terminal.
+
+    Parameters
+    ----------
+    result : CheckedTable
+        What was found.
+
+    Returns
+    -------
+    str
+        Lines, each with its end.
+    """
+    parts = [_head(result), _targets(result)]
+    parts.append(effect_table(result.run.test, result.measured, result.without_drift))
+    said = [f"finding: {printable(text, 600)}" for text in result.findings]
+    if not result.findings:
+        said.append("no finding: nothing looks wrong in the table")
+    said += [f"warning: {printable(text, 600)}" for text in _warnings(result)]
+    parts.append("\n".join(filled(text, hanging=True) for text in said) + "\n")
+    return "\n".join(parts)
+
+
+def _head(result: CheckedTable) -> str:
+    table = result.read.table
+    units = table.kind.units
+    axis = f" of axis {printable(table.axis, 40)}" if table.axis else ""
+    every = "" if table.step is None else f", every {table.step:g} {units.position}"
+    slope, low, high = steepest_slope(table)
+    lines = [
+        (
+            f"{printable(result.table_name)}: compensation table{axis}, read as"
+            f" {result.control.title} reads it"
+        ),
+        (
+            f"{table.position.size} points from {table.position[0]:g} to {table.position[-1]:g}"
+            f" {units.position}{every}; deviations"
+            f" {float(np.min(table.deviation)):+.{_DECIMALS}f} to"
+            f" {float(np.max(table.deviation)):+.{_DECIMALS}f} {units.deviation}"
+        ),
+    ]
+    if table.position.size > 1:
+        lines.append(
+            f"steepest slope {slope:.3g} {units.deviation}/{units.position} from {low:g} to"
+            f" {high:g} {units.position}"
+        )
+    if table.backlash is not None:
+        lines.append(f"reversal apart from the points {table.backlash:+.3f} {units.deviation}")
+    lines += [
+        f"sign: {result.control.sign}",
+        f"unit: {result.control.unit}",
+        run_in_words(result.run),
+    ]
+    return "\n".join(filled(line, hanging=True) for line in lines) + "\n"
+
+
+def _targets(result: CheckedTable) -> str:
+    effect, units = result.measured, result.run.test.kind.units
+    sides = [a for a, seen in enumerate(result.run.test.measured_approaches) if seen]
+    heads = [units.position]
+    for name in ("before", "correction", "after"):
+        heads += [f"{name} {'↑↓'[a]}" for a in sides]
+    rows: list[list[str]] = []
+    for i, place in enumerate(effect.target.tolist()):
+        cells = [
+            _signed(float(values[i, a]))
+            for values in (effect.before, effect.correction, effect.after)
+            for a in sides
+        ]
+        rows.append([f"{place:.3f}", *cells])
+    return text_table(f"Mean deviations at the targets, {units.deviation}", heads, rows)
+
+
+def _signed(value: float) -> str:
+    text = fixed(value, _DECIMALS, absent="–")
+    return f"+{text}" if value > 0.0 and float(text) != 0.0 else text
+
+
+def _warnings(result: CheckedTable) -> list[str]:
+    run = result.run
+    unit = run.test.kind.units.deviation
+    said = [*run.test.remarks]
+    if run.drift is None:
+        said.append(f"whether the run drifts is not known: {run.why_no_drift}")
+    elif run.drift.significant:
+        said.append(
+            f"the run drifts, by {run.drift.total:+.2f} {unit} in common and"
+            f" {run.drift.total_per_m:+.1f} {unit} per 1000 {run.test.kind.units.position} of"
+            " length: no table removes that; see the figures without drift"
+        )
+    said.append(
+        "the run counts as measured without this table in force; if it was in force, what the run"
+        " shows is what the table leaves, and the column before says it"
+    )
+    said.append(f"temperature of the run: {temperature_in_words(run.test)}")
+    return said
+
+
+# ---- JSON ---------------------------------------------------------------------------------------
+
+
+def as_json(result: CheckedTable) -> dict[str, object]:
+    """Return the result with the keys of the command's JSON.
+
+    Parameters
+    ----------
+    result : CheckedTable
+        What was found.
+
+    Returns
+    -------
+    dict
+        Numbers, lists, texts, mappings and None.
+    """
+    from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
+
+    test = result.run.test
+    return {
+        "version": __version__,
+        "input": {"name": result.run.name, "sha256": result.run.sha256},
+        "table_file": result.table_name,
+        "control": result.control_name,
+        "options": dict(result.options),
+        "kind": str(test.kind),
+        "table": table_as_json(result.read.table),
+        "points_in_file": result.read.points_in_file,
+        "targets": targets_as_json(result.measured),
+        "figures": {
+            **figures_as_json(test, result.measured),
+            "opposite_sign": figures_as_json(test, result.opposite)["after"],
+        },
+        "figures_without_drift": None
+        if result.without_drift is None
+        else figures_as_json(test, result.without_drift),
+        "range": {
+            "before": finite_or_none(systematic_range(result.measured.before)),
+            "after": finite_or_none(systematic_range(result.measured.after)),
+            "opposite_sign": finite_or_none(systematic_range(result.opposite.after)),
+        },
+        "findings": list(result.findings),
+        "warnings": _warnings(result),
+    }
