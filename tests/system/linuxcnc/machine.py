@@ -13,7 +13,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -30,7 +30,10 @@ MEMORY_KEYS = (0x48414C32, 0x90280A48, 0x48484C34)
 PERIOD_S = 0.001
 START_AND_STOP_S = 40.0
 """Time allowed for everything but the program; one start and one stop take about 2 s together."""
-COLUMNS = ("number", "position", "velocity", "motor", "correction", "ramped", "axis")
+AXES = "XYZUVW"
+"""Axes of the machine; joint 0 is X, behind which the virtual axis stands."""
+COLUMNS = ("number", "position", "velocity", "motor", "ramped", "clocks")
+"""First columns of ``trace.bin``; the correction of each joint and the axis follow."""
 HOW_TO_INSTALL = (
     "LinuxCNC is not installed: these tests need a real one. On Debian 12 or later:"
     " apt-get install --no-install-recommends linuxcnc-uspace"
@@ -70,25 +73,31 @@ class Trace:
     """Every servo period from the start of LinuxCNC to its end."""
 
     time_s: np.ndarray
-    """Time since the first motion, (N,); negative before. [s]"""
+    """Time of the control since the first motion, (N,); negative before. [s]"""
+    clock_s: np.ndarray
+    """True time of each period, (N,). A kernel without real time may hold the servo thread up for
+    tens of milliseconds; it then makes up for them at once, and a dwell, which the interpreter
+    times, spans fewer periods than its seconds. [s]"""
     position: np.ndarray
     """Commanded position of the joint, (N,). [mm]"""
     velocity: np.ndarray
     """Commanded velocity, (N,). [mm/s]"""
     motor: np.ndarray
     """Position of the motor, (N,). [mm]"""
-    correction: np.ndarray
-    """Correction by the table, (N,). [mm]"""
     ramped: np.ndarray
-    """The same as it is added to the motor, (N,). [mm]"""
+    """Correction as it is added to the motor, (N,). [mm]"""
+    corrections: np.ndarray
+    """Correction by the table of each joint, (N, 6). [mm]"""
     axis: np.ndarray
     """True position of the axis, (N,). [mm]"""
     said: tuple[str, ...]
     """Messages for the operator."""
+    log: str
+    """What LinuxCNC printed."""
 
 
 def run_program(
-    program: str, *, physics: Physics | None = None, table: Table | None = None, limit_s: float
+    program: str, *, physics: Physics | None = None, tables: Sequence[Table] = (), limit_s: float
 ) -> Trace:
     """Run one NC program on a LinuxCNC of its own.
 
@@ -98,8 +107,8 @@ def run_program(
         The program.
     physics : Physics, optional
         The axis behind joint 0. Default: one without any error.
-    table : Table, optional
-        Its compensation table. Default: none.
+    tables : sequence of Table
+        Compensation tables of the first joints. Default: none.
     limit_s : float
         Longest time of the program. [s]
 
@@ -117,7 +126,7 @@ def run_program(
         refuse_beside_another()
         folder = Path(tempfile.mkdtemp(prefix="thermaxis-"))
         try:
-            prepare(folder, program, physics or Physics(), table, limit_s)
+            prepare(folder, program, physics or Physics(), tables, limit_s)
             start_and_wait(folder, limit_s)
             trace = read_trace(folder)
         finally:
@@ -158,7 +167,7 @@ def refuse_beside_another() -> None:
 
 
 def prepare(
-    folder: Path, program: str, physics: Physics, table: Table | None, limit_s: float
+    folder: Path, program: str, physics: Physics, tables: Sequence[Table], limit_s: float
 ) -> None:
     """Write everything that LinuxCNC reads, for the user who will run it."""
     for name in ("virtual_axis.py", "display.py"):
@@ -168,12 +177,11 @@ def prepare(
     written = {
         "job.json": json.dumps(job),
         "program.ngc": program,
-        "machine.ini": ini(folder, table),
-        "machine.hal": HAL,
+        "machine.ini": ini(folder, tables),
+        "machine.hal": hal(),
         "tool.tbl": "",
     }
-    if table is not None:
-        written["joint0.comp"] = table.text
+    written |= {f"joint{joint}.comp": table.text for joint, table in enumerate(tables)}
     for name, text in written.items():
         (folder / name).write_bytes(text.encode("ascii"))
     uid, gid = user()
@@ -189,15 +197,32 @@ def user() -> tuple[int, int]:
     return nobody.pw_uid, nobody.pw_gid
 
 
-def ini(folder: Path, table: Table | None) -> str:
-    """Return the configuration: three linear joints, millimetres, no switches to home to."""
-    comp = "" if table is None else f"COMP_FILE = joint0.comp\nCOMP_FILE_TYPE = {table.kind}\n"
-    head = INI.format(display=folder / "display.py", period_ns=round(PERIOD_S * 1e9))
-    joints = [
-        JOINT.format(axis=axis, joint=joint) + (comp if joint == 0 else "")
-        for joint, axis in enumerate("XYZ")
-    ]
-    return head + "".join(joints)
+def ini(folder: Path, tables: Sequence[Table]) -> str:
+    """Return the configuration: linear joints, millimetres, no switches to home to."""
+    text = INI.format(
+        display=folder / "display.py",
+        period_ns=round(PERIOD_S * 1e9),
+        axes=AXES,
+        joints=len(AXES),
+    )
+    for joint, axis in enumerate(AXES):
+        text += JOINT.format(axis=axis, joint=joint)
+        if joint < len(tables):
+            text += f"COMP_FILE = joint{joint}.comp\nCOMP_FILE_TYPE = {tables[joint].kind}\n"
+    return text
+
+
+def hal() -> str:
+    """Return the connections: every motor follows at once, the sampler sees every period."""
+    lines = [HAL]
+    for joint in range(len(AXES)):
+        sampled = " sampler.0.pin.2" if joint == 0 else ""
+        command, feedback = f"joint.{joint}.motor-pos-cmd", f"joint.{joint}.motor-pos-fb"
+        lines.append(f"net motor-{joint} {command} => {feedback}{sampled}\n")
+        pin = f"sampler.0.pin.{joint + 5}"
+        lines.append(f"net correction-{joint} joint.{joint}.backlash-corr => {pin}\n")
+    lines.append(f"loadusr -Wn virtual-axis {OWN_PYTHON} virtual_axis.py\n")
+    return "".join(lines)
 
 
 INI = """\
@@ -223,14 +248,14 @@ TOOL_TABLE = tool.tbl
 [HAL]
 HALFILE = machine.hal
 [TRAJ]
-COORDINATES = XYZ
+COORDINATES = {axes}
 LINEAR_UNITS = mm
 ANGULAR_UNITS = degree
 DEFAULT_LINEAR_VELOCITY = 50
 MAX_LINEAR_VELOCITY = 500
 [KINS]
-JOINTS = 3
-KINEMATICS = trivkins coordinates=XYZ
+JOINTS = {joints}
+KINEMATICS = trivkins coordinates={axes}
 """
 JOINT = """\
 [AXIS_{axis}]
@@ -252,21 +277,17 @@ HOME_SEQUENCE = 0
 HAL = """\
 loadrt [KINS]KINEMATICS
 loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS
-loadrt sampler depth=16000 cfg=fffff
+loadrt sampler depth=16000 cfg=ffffuffffff
 addf motion-command-handler servo-thread
 addf motion-controller servo-thread
 addf sampler.0 servo-thread
-net x-position joint.0.pos-cmd => sampler.0.pin.0
-net x-velocity joint.0.vel-cmd => sampler.0.pin.1
-net x-motor joint.0.motor-pos-cmd => joint.0.motor-pos-fb sampler.0.pin.2
-net x-correction joint.0.backlash-corr => sampler.0.pin.3
-net x-ramped joint.0.backlash-filt => sampler.0.pin.4
-net y-motor joint.1.motor-pos-cmd => joint.1.motor-pos-fb
-net z-motor joint.2.motor-pos-cmd => joint.2.motor-pos-fb
+net position joint.0.pos-cmd => sampler.0.pin.0
+net velocity joint.0.vel-cmd => sampler.0.pin.1
+net ramped joint.0.backlash-filt => sampler.0.pin.3
+net clocks motion.servo.last-period => sampler.0.pin.4
 net enable iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in
 net prepared iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
 net changed iocontrol.0.tool-change => iocontrol.0.tool-changed
-loadusr -Wn virtual-axis /usr/bin/python3 virtual_axis.py
 """
 
 
@@ -350,11 +371,21 @@ def read_trace(folder: Path) -> Trace:
     result = json.loads(path.read_text(encoding="ascii"))
     if result["failure"]:
         raise RuntimeError(f"{result['failure']}\n{tail(folder)}")
-    rows = np.fromfile(folder / "trace.bin").reshape(-1, len(COLUMNS))
-    value = dict(zip(COLUMNS, rows.T, strict=True))
+    rows = np.fromfile(folder / "trace.bin").reshape(-1, len(COLUMNS) + len(AXES) + 1)
+    value = dict(zip(COLUMNS, rows.T, strict=False))
     if np.any(np.diff(value["number"]) != 1.0):
         raise RuntimeError("servo periods are missing in the trace: the machine is overloaded")
     moving = np.flatnonzero(value["velocity"])
-    start = value["number"][moving[0] if moving.size else 0]
-    time_s = (value.pop("number") - start) * PERIOD_S
-    return Trace(time_s=time_s, said=tuple(result["said"]), **value)
+    number = value.pop("number")
+    time_s = (number - number[moving[0] if moving.size else 0]) * PERIOD_S
+    clocks = np.cumsum(value.pop("clocks"))  # the periods last a millisecond on average
+    clock_s = clocks * (number[-1] - number[0]) * PERIOD_S / (clocks[-1] - clocks[0])
+    return Trace(
+        time_s=time_s,
+        clock_s=clock_s,
+        corrections=rows[:, len(COLUMNS) : -1],
+        axis=rows[:, -1],
+        said=tuple(result["said"]),
+        log=tail(folder),
+        **value,
+    )

@@ -24,11 +24,8 @@ class Stop:
     """0 if the axis came from below, 1 from above."""
     position: float
     """Commanded position. [mm]"""
-
-    @property
-    def duration_s(self) -> float:
-        """How long it stood. [s]"""
-        return (self.end - self.begin) * PERIOD_S
+    duration_s: float
+    """How long it stood, by the true time. [s]"""
 
 
 def find_stops(trace: Trace, shortest_s: float) -> list[Stop]:
@@ -50,9 +47,11 @@ def find_stops(trace: Trace, shortest_s: float) -> list[Stop]:
     edges = [*change.tolist(), trace.position.size]
     found: list[Stop] = []
     for begin, end in pairwise(edges):
-        if (end - begin) * PERIOD_S >= shortest_s:
+        duration_s = float(trace.clock_s[end - 1] - trace.clock_s[begin])
+        if duration_s >= shortest_s:
             backward = trace.position[begin] < trace.position[begin - 1]
-            found.append(Stop(begin, end, int(backward), float(trace.position[begin])))
+            position = float(trace.position[begin])
+            found.append(Stop(begin, end, int(backward), position, duration_s))
     return found
 
 
@@ -82,7 +81,7 @@ def write_run(
     visits: dict[tuple[float, int], int] = {}
     lines = ["order,time_s,cycle,direction,target_mm,measured_mm"]
     for order, stop in enumerate(stops, start=1):
-        at = stop.begin + round(dwell_s / PERIOD_S) - 1
+        at = min(stop.begin + round(dwell_s / PERIOD_S), stop.end) - 1
         target = round(stop.position, 3)
         key = (target, stop.approach)
         visits[key] = visits.get(key, 0) + 1

@@ -2,9 +2,10 @@
 
 LinuxCNC starts this file with the distribution's own Python, which has the module `hal`. The
 realtime component `sampler` hands over every servo period, none is lost unseen. Each row of
-``trace.bin`` is one servo period, as float64 in machine order: number of the period, commanded
-position, commanded velocity, position of the motor, correction, ramped correction, true position
-of the axis [1, mm, mm/s, mm, mm, mm, mm].
+``trace.bin`` is one servo period, as float64 in machine order: number of the period [1], what the
+sampler has of joint 0, namely commanded position [mm], commanded velocity [mm/s], position of the
+motor [mm] and ramped correction [mm], then processor clocks since the period before [1], the
+correction of each joint [mm], and last the true position of the axis [mm].
 """
 
 import json
@@ -16,7 +17,8 @@ from pathlib import Path
 
 import hal
 
-ROW = struct.Struct("=7d")
+SAMPLED = "ffffu" + 6 * "f"
+ROW = struct.Struct(f"={len(SAMPLED) + 2}d")
 PAUSE_S = 0.02
 
 
@@ -67,7 +69,7 @@ def main() -> None:
     component.newpin("position", hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin("lost", hal.HAL_S32, hal.HAL_OUT)
     component.ready()
-    samples = hal.stream(component, hal.sampler_base, "fffff")
+    samples = hal.stream(component, hal.sampler_base, SAMPLED)
     axis = Axis(job["physics"], job["period_s"])
     with Path("trace.bin").open("wb") as trace:
         while not ended:
