@@ -19,14 +19,13 @@ from thermaxis.cli._control_names import axis_name
 from thermaxis.cli._correction_result import (
     effect_table,
     figures_as_json,
-    filled,
     steepest_slope,
     table_as_json,
     targets_as_json,
 )
 from thermaxis.cli._make_table import read_older
 from thermaxis.cli._results import finite_or_none
-from thermaxis.cli._text_table import text_table
+from thermaxis.cli._text_table import filled, text_table
 from thermaxis.controls import Control, ReadTable, check_options, control_by_name
 from thermaxis.errors import printable
 from thermaxis.positioning import CorrectionEffect, evaluate_correction

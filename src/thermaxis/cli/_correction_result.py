@@ -1,7 +1,5 @@
 """The result of ``correct`` as text for a terminal and as JSON."""
 
-import textwrap
-
 import numpy as np
 
 from thermaxis.cli._axis_run import (
@@ -15,7 +13,7 @@ from thermaxis.cli._axis_run import (
 )
 from thermaxis.cli._make_table import MadeTable, OlderTable
 from thermaxis.cli._results import finite_or_none
-from thermaxis.cli._text_table import text_table
+from thermaxis.cli._text_table import filled, text_table
 from thermaxis.errors import printable
 from thermaxis.positioning import (
     BACKWARD,
@@ -60,30 +58,6 @@ def as_text(result: MadeTable, kept: str | None) -> str:
     said += [f"warning: {printable(text, 600)}" for text in warnings_of(result)]
     parts.append("\n".join(filled(text, hanging=True) for text in said) + "\n")
     return "\n".join(parts)
-
-
-def filled(text: str, *, hanging: bool = False) -> str:
-    """Return a sentence in lines of at most 100 characters.
-
-    Parameters
-    ----------
-    text : str
-        The sentence.
-    hanging : bool
-        Whether all lines but the first are indented. Default: no.
-
-    Returns
-    -------
-    str
-        Lines; the last one has no end.
-    """
-    return textwrap.fill(
-        text,
-        100,
-        break_on_hyphens=False,
-        break_long_words=False,
-        subsequent_indent="  " if hanging else "",
-    )
 
 
 def _findings(result: MadeTable) -> list[str]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
+from thermaxis.cli._text_table import filled
 from thermaxis.errors import printable
 from thermaxis.positioning import FORWARD
 
@@ -55,7 +56,7 @@ def as_text(result: ProgramResult) -> str:
         Lines, each with its end.
     """
     parts = [_head(result), _motion(result), _operator(result)]
-    parts += [f"warning: {text}\n" for text in _warnings(result)]
+    parts += [filled(f"warning: {text}", hanging=True) + "\n" for text in _warnings(result)]
     return "\n".join(parts)
 
 
@@ -131,6 +132,7 @@ def _warnings(result: ProgramResult) -> list[str]:
     return [
         (
             "the travel of the axis was not stated and nothing was checked: compare"
-            f" {plan.lowest:g} to {plan.highest:g} {unit} with the limits of the machine, or give --travel LOW:HIGH"
+            f" {plan.lowest:g} to {plan.highest:g} {unit} with the limits of the machine, or give"
+            " --travel LOW:HIGH"
         )
     ]
