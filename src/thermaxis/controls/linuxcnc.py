@@ -460,14 +460,14 @@ def _typing_errors(
     for side, name in enumerate(_SIDES):
         kept = np.arange(len(rows))
         while kept.size > 3:
-            off = _off_neighbours(position[kept], deviation[kept, side])
-            if not bool(np.any(_far(off))):
+            off, share = _off_neighbours(position[kept], deviation[kept, side])
+            if not bool(np.any(_far(off * share))):
                 break
-            worst = _worst(position[kept], deviation[kept, side], off)
+            worst = _worst(position[kept], deviation[kept, side], off * share)
             row = rows[int(kept[worst])]
             findings.append(
                 f"line {row.line}: the {name} value {row.words[1 + side]} lies"
-                f" {abs(off[worst]):.4g} {unit} from what its neighbours suggest: a typing error?"
+                f" {off[worst]:.4g} {unit} from what its neighbours suggest: a typing error?"
             )
             kept = np.delete(kept, worst)
     more = len(findings) - _NAMED
@@ -476,14 +476,22 @@ def _typing_errors(
     return findings
 
 
-def _off_neighbours(position: FloatArray, value: FloatArray) -> FloatArray:
-    """Return how far each value is from the line through its neighbours, (k,)."""
+def _off_neighbours(position: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far each value is from the line through its neighbours, and what of it counts.
+
+    At both ends the line is extrapolated, which magnifies the neighbours' own errors; only the
+    share that the end itself has in the sum counts there.
+    """
     inner = np.arange(1, position.size - 1)
     left = np.concatenate(([1], inner - 1, [position.size - 3]))
     right = np.concatenate(([2], inner + 1, [position.size - 2]))
-    slope = (value[right] - value[left]) / (position[right] - position[left])
+    gap = position[right] - position[left]
+    slope = (value[right] - value[left]) / gap
     off: FloatArray = np.abs(value - (value[left] + slope * (position - position[left])))
-    return off
+    share = np.ones(position.size)
+    for end, near in ((0, 1), (-1, -2)):
+        share[end] = 1.0 / (1.0 + abs(position[end] - position[near]) / gap[end])
+    return off, share
 
 
 def _far(off: FloatArray) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
@@ -493,8 +501,8 @@ def _far(off: FloatArray) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
 def _worst(position: FloatArray, value: FloatArray, off: FloatArray) -> int:
     """Return the value without which the others fit best: a wrong one spoils its neighbours too."""
     candidates = np.argsort(off)[::-1][:_CANDIDATES]
-    left = [
-        float(np.max(_off_neighbours(np.delete(position, c), np.delete(value, c))))
-        for c in candidates
-    ]
+    left: list[float] = []
+    for c in candidates.tolist():
+        others, share = _off_neighbours(np.delete(position, c), np.delete(value, c))
+        left.append(float(np.max(others * share)))
     return int(candidates[int(np.argmin(left))])
