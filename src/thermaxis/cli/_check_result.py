@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _DECIMALS = 2
-_CLEARLY = 1.2
-"""A sign is called wrong where the other one leaves so many times less. [1]"""
+_CLEARLY = 0.5
+"""A sign is called wrong where the other one leaves at most this share of the deviations. [1]"""
 
 
 @final
@@ -143,24 +143,19 @@ def _sign_findings(
     before, after, flipped = (
         systematic_range(level) for level in (measured.before, measured.after, opposite.after)
     )
-    ranges = f"from {before:.{_DECIMALS}f} to {after:.{_DECIMALS}f} {unit}"
-    if after > before and after > _CLEARLY * flipped:
-        times = after / before if before > 0 else float("inf")
+    if after < before:
+        return []
+    grows = (
+        f"with the table the range of the mean deviations goes from {before:.{_DECIMALS}f} to"
+        f" {after:.{_DECIMALS}f} {unit}"
+    )
+    other = f"the opposite sign would leave {flipped:.{_DECIMALS}f} {unit}"
+    if flipped <= _CLEARLY * before and before > 0.0:
         return [
-            (
-                f"the sign is likely wrong: the range of the mean deviations grows {ranges}"
-                f" ({times:.1f} times); with the opposite sign it would be {flipped:.{_DECIMALS}f}"
-                f" {unit}"
-            )
+            f"the sign is wrong for this run: {grows} ({after / before:.1f} times), and {other}"
         ]
-    if after >= before:
-        return [
-            (
-                f"the table does not fit this run: the range of the mean deviations goes {ranges},"
-                f" and with the opposite sign it would be {flipped:.{_DECIMALS}f} {unit}"
-            )
-        ]
-    return []
+    better = f", although {other}" if flipped < before else ""
+    return [f"the table does not fit this run: {grows}{better}"]
 
 
 # ---- text ---------------------------------------------------------------------------------------

@@ -54,19 +54,12 @@ def as_text(result: MadeTable, kept: str | None) -> str:
     parts.append(effect_table(result.run.test, result.measured, result.without_drift))
     if result.older is not None:
         parts.append(_older(result, result.older))
-    said = [f"finding: {printable(text, 400)}" for text in _findings(result)]
+    older = () if result.older is None else result.older.read.findings
+    said = [f"finding in the older table: {printable(text, 400)}" for text in older]
+    said += [f"read back: {printable(text, 400)}" for text in result.read.findings]
     said += [f"warning: {printable(text, 600)}" for text in warnings_of(result)]
     parts.append("\n".join(filled(text, hanging=True) for text in said) + "\n")
     return "\n".join(parts)
-
-
-def _findings(result: MadeTable) -> list[str]:
-    said = (
-        [f"{result.older.name}: {text}" for text in result.older.read.findings]
-        if (result.older is not None)
-        else []
-    )
-    return [*said, *result.read.findings]
 
 
 def _head(result: MadeTable, kept: str | None) -> str:
@@ -111,7 +104,8 @@ def levels_in_words(result: MadeTable) -> str:
 def _sign_and_unit(result: MadeTable) -> str:
     control = result.control
     first = [f"sign: {control.sign}", f"unit: {control.unit}"]
-    more = [s for s in result.text.sentences if s not in {control.sign, control.unit}]
+    known = {control.sign.rstrip("."), control.unit.rstrip(".")}
+    more = [s for s in result.text.sentences if s.rstrip(".") not in known]
     options = ", ".join(f"{name}={value}" for name, value in result.options.items())
     if options:
         more.append(f"options: {options}")
@@ -194,11 +188,17 @@ def _reversal_in_words(result: MadeTable) -> str:
     of_run = f"forward minus backward is {mean:+.{_DECIMALS}f} {unit} in the mean"
     if result.rule.per_direction:
         return f"{of_run}, at most {largest:.{_DECIMALS}f} {unit}; it is in the points"
-    if result.wanted.backlash is not None:
+    if result.apart is not None:
         left = float(np.max(np.abs(reversal - mean)))
         return (
             f"{of_run}; {result.wanted.backlash:+.{_DECIMALS}f} {unit} are compensated apart, up"
             f" to {left:.{_DECIMALS}f} {unit} remain at a target"
+        )
+    if result.wanted.backlash is not None:
+        return (
+            f"{of_run}, beside the {result.wanted.backlash:+.{_DECIMALS}f} {unit} of the older"
+            f" table, which stay; all of it remains, at most {largest:.{_DECIMALS}f} {unit};"
+            " --backlash adds the mean"
         )
     ask = "; --backlash writes the mean apart" if result.rule.backlash_apart else ""
     return (
@@ -212,12 +212,14 @@ def _left(result: MadeTable) -> str:
     residual = np.max(np.abs(result.residual), axis=1)
     i, j = int(np.argmax(result.bound)), int(np.argmax(residual))
     target = result.levels.target
+    half = "; both with the half of the reversal that remains"
     lines = [
         (
             f"interpolation: between its points the table can miss a level by"
             f" {float(result.bound[i]):.{_DECIMALS}f} {unit} at most (target at"
             f" {target[i]:g} {place}, by the slopes of the levels); the largest residual is"
-            f" {float(residual[j]):.{_DECIMALS}f} {unit} (target at {target[j]:g} {place})"
+            f" {float(residual[j]):.{_DECIMALS}f} {unit} (target at {target[j]:g}"
+            f" {place}){'' if result.rule.per_direction else half}"
         ),
         (
             f"rounding: {result.rounding:.3g} {unit} at most, between what was meant and the file"
@@ -342,7 +344,7 @@ def _drift_warnings(result: MadeTable) -> list[str]:
     if run.drift is None:
         return [f"whether the run drifts is not known: {run.why_no_drift}"]
     if result.drift_free or not run.drift.significant:
-        return [] if result.drift_free is False else list(run.drift.warnings)
+        return list(run.drift.warnings) if result.drift_free else []
     apart = np.abs(run.drift.level - result.measured.before)
     return [
         (
@@ -358,13 +360,14 @@ def _range_warnings(result: MadeTable) -> list[str]:
     target, position = result.levels.target, result.wanted.position
     place = result.run.test.kind.units.position
     said: list[str] = []
-    if position[0] < target[0] or position[-1] > target[-1]:
+    near = 0.01 * float(np.min(np.diff(position), initial=1.0))
+    if position[0] < target[0] - near or position[-1] > target[-1] + near:
         said.append(
             f"points of the table lie outside the targets, which reach from {target[0]:g} to"
             f" {target[-1]:g} {place}: the first of them continues the line through the last"
             " target, further ones hold its value; nothing was measured there"
         )
-    if position[0] > target[0] or position[-1] < target[-1]:
+    if position[0] > target[0] + near or position[-1] < target[-1] - near:
         said.append(
             f"the table reaches from {position[0]:g} to {position[-1]:g} {place} only: outside it"
             " the control holds the end values"
@@ -430,7 +433,7 @@ def as_json(result: MadeTable, kept: str | None) -> dict[str, object]:
         if result.without_drift is None
         else figures_as_json(result.run.test, result.without_drift),
         "merge": None if result.older is None else _merge_as_json(result, result.older),
-        "findings": _findings(result),
+        "findings": list(result.read.findings),
         "warnings": warnings_of(result),
     }
 
@@ -515,6 +518,7 @@ def _merge_as_json(result: MadeTable, older: OlderTable) -> dict[str, object]:
     change = result.wanted.deviation - older.at_points
     return {
         "name": older.name,
+        "findings": list(older.read.findings),
         "lost": older.lost,
         "backlash": older.read.table.backlash,
         "old_forward": _column(older.at_points, FORWARD),

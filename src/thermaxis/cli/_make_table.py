@@ -88,6 +88,8 @@ class MadeTable:
     """Levels of the run."""
     wanted: CompensationTable
     """The table before it was rounded."""
+    apart: float | None
+    """Reversal of this run that is compensated apart from the points. [µm or arcsec]"""
     grid: str
     """How its points were chosen, in words."""
     text: TableText
@@ -145,6 +147,7 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
     read = None
     if older_name is not None:
         read = read_older(control, older_name, run, options)
+        _check_same_axis(read, run, str(older_name))
     position, grid = _points(arguments, rule, levels.target, reference, read)
     residual_table = compensation_table(
         levels,
@@ -184,6 +187,7 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
         drift_free=arguments.drift_free,
         levels=levels,
         wanted=wanted,
+        apart=residual_table.backlash,
         grid=grid,
         text=text,
         read=again,
@@ -259,6 +263,16 @@ def _check_backlash(control: Control, rule: GridRule, levels: AxisLevels) -> Non
             "only one approach was measured: the reversal is not known",
             where="--backlash",
             remedy="Leave it out, or measure both directions",
+        )
+
+
+def _check_same_axis(read: ReadTable, run: AxisRun, name: str) -> None:
+    stated = read.table.axis
+    if stated and stated.casefold() != run.axis.casefold():
+        raise ConfigurationError(
+            f"the older table is of axis {stated}, the new one would be of {run.axis}",
+            where=name,
+            remedy=f"Say --axis {stated} if the run was measured on that axis",
         )
 
 

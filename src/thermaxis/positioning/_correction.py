@@ -240,10 +240,10 @@ def table_points(
         )
     first, last = float(target[0]), float(target[-1])
     if spacing is None:
-        count = target.size if points is None else points
-        if not 2 <= count <= MOST_POINTS:
+        points = target.size if points is None else points
+        if not 2 <= points <= MOST_POINTS:
             raise ConfigurationError(f"not from 2 to {MOST_POINTS} points", where="points")
-        spacing = (last - first) / (count - 1)
+        spacing = (last - first) / (points - 1)
     if not 0 < spacing <= 1e6:
         raise ConfigurationError("the spacing is not positive", where="spacing")
     step = round(spacing, decimals)

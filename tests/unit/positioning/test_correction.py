@@ -101,6 +101,14 @@ def test_equidistant_points_cover_the_targets(
     np.testing.assert_allclose(table_points(np.array([1.0, 2.0, 7.0]), **asked), expected)
 
 
+def test_rounding_the_spacing_adds_no_point_beyond_the_targets() -> None:
+    target = np.array([-0.543, 40.675, 158.297, 299.741])
+    for asked in ({}, {"points": 16}):
+        points = table_points(target, **asked)
+        assert points.size == asked.get("points", 4)
+        assert points[-1] == pytest.approx(299.741, abs=0.001)
+
+
 @given(
     first=st.floats(-500, 500),
     steps=st.lists(st.floats(0.5, 90), min_size=1, max_size=12),
