@@ -58,11 +58,11 @@ _NAMED = 3
 _ASSIGNMENT = re.compile(
     r"(?:N[0-9]{1,9}\s*)?\$(?P<name>[A-Z][A-Z0-9_]{0,40})\s*\[(?P<index>[^\]]{0,80})\]\s*=\s*"
     r"(?P<value>.*)",
-    re.ASCII,
+    re.ASCII | re.IGNORECASE,
 )
-_OTHER = re.compile(r"(?:N[0-9]{1,9}\s*)?(?:NEWCONF|CHANDATA\s*\([0-9]{1,2}\)|%.*)?")
-_END = re.compile(r"(?:N[0-9]{1,9}\s*)?(?:M0?2|M17|M30|RET)")
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:EX[+-]?[0-9]{1,3})?", re.ASCII)
+_OTHER = re.compile(r"(?:N[0-9]{1,9}\s*)?(?:NEWCONF|CHANDATA\s*\([0-9]{1,2}\)|%.*)?", re.IGNORECASE)
+_END = re.compile(r"(?:N[0-9]{1,9}\s*)?(?:M0?2|M17|M30|RET)", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:EX[+-]?[0-9]{1,3})?", re.IGNORECASE)
 _SCALARS = ("STEP", "MIN", "MAX", "IS_MODULO")
 
 
@@ -480,7 +480,7 @@ class _Value:
                 if comma
                 else "Write the number, or leave the line out if there is none",
             )
-        value = float(self.words.replace("EX", "E"))
+        value = float(self.words.upper().replace("EX", "E"))
         if not abs(value) <= 1e6:
             raise MeasurementFileError(
                 "the number is larger than a million", path=path, line=self.line, remedy="Check it"
@@ -490,7 +490,7 @@ class _Value:
     @property
     def decimals(self) -> int:
         """Digits behind the point."""
-        return len(self.words.partition("EX")[0].partition(".")[2])
+        return len(self.words.upper().partition("EX")[0].partition(".")[2])
 
 
 @final
@@ -597,7 +597,7 @@ def _split(text: str, path: str) -> tuple[list[_Section], list[str]]:
     current: dict[tuple[str, str], _Section] = {}
     strange: list[str] = []
     for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
-        statement = line.partition(";")[0].strip().upper()
+        statement = line.partition(";")[0].strip()
         if _END.fullmatch(statement):
             finished += current.values()
             current = {}
@@ -606,7 +606,7 @@ def _split(text: str, path: str) -> tuple[list[_Section], list[str]]:
             continue
         assigned = _ASSIGNMENT.fullmatch(statement)
         if assigned is None or not _take(current, assigned, number, path):
-            if "AA_ENC_COMP" in statement:
+            if "AA_ENC_COMP" in statement.upper():
                 raise _malformed(line, number, path)
             strange.append(f"line {number}: '{printable(line.strip(), 40)}' was passed over")
     finished += current.values()
@@ -628,8 +628,8 @@ def _take(
     current: dict[tuple[str, str], _Section], assigned: re.Match[str], line: int, path: str
 ) -> bool:
     """Put an assignment into its table; return False if it is none of a table."""
-    name: str = assigned["name"]
-    words = [word.strip() for word in assigned["index"].split(",")]
+    name: str = assigned["name"].upper()
+    words = [word.strip() for word in assigned["index"].upper().split(",")]
     scalar = name.removeprefix("AA_ENC_COMP_")
     is_value = name == "AA_ENC_COMP"
     if not (is_value or scalar in _SCALARS or name in {"MA_BACKLASH", "MA_ENC_COMP_ENABLE"}):
