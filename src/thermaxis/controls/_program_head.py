@@ -68,6 +68,34 @@ def position_text(position: float) -> str:
     return plain_number(position, 3 if round(position, 3) == round(position, 6) else 6)
 
 
+def feed_text(plan: TestPlan) -> str:
+    """Return the feed as a program states it.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+
+    Returns
+    -------
+    str
+        Three decimals where they are enough, else six. [mm/min or deg/min]
+
+    Raises
+    ------
+    ConfigurationError
+        If six decimals leave nothing of it.
+    """
+    text = position_text(plan.feed)
+    if float(text) == 0.0:
+        raise ConfigurationError(
+            f"a feed of {plan.feed:g} {plan.kind.units.position}/min is too small to be written",
+            where="feed",
+            remedy="Plan a feed of at least 0.001",
+        )
+    return text
+
+
 def move_comment(move: Move) -> str:
     """Return what a move leads to.
 
@@ -140,7 +168,7 @@ def head_lines(request: ProgramRequest, control: str) -> tuple[str, ...]:
         *([f"title {title}"] if title else []),
         f"plan sha256 {comment_text(request.plan_sha256, _HASH_DIGITS)}",
         (
-            f"axis {request.axis} {plan.kind} positions in {unit} feed {plain_number(plan.feed, 3)}"
+            f"axis {request.axis} {plan.kind} positions in {unit} feed {feed_text(plan)}"
             f" {unit} per min"
         ),
         f"lowest {lowest} highest {highest} {unit}",

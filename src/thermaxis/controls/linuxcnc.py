@@ -31,6 +31,7 @@ from thermaxis.controls._control import (
 )
 from thermaxis.controls._program_head import (
     check_travel,
+    feed_text,
     head_lines,
     move_comment,
     position_text,
@@ -133,13 +134,14 @@ class LinuxCnc(Control):
         Raises
         ------
         ConfigurationError
-            If the axis has no letter that fits its kind, or a move leaves the stated travel.
+            If the axis has no letter that fits its kind, a move leaves the stated travel, or the
+        feed is too small to be written.
         """
         axis = _axis_letter(request)
         check_travel(request)
         plan = request.plan
         lines = [f"({line})" for line in head_lines(request, self.title)]
-        lines += ["G21 G90 G94 G40 G49 G80", "G61.1", f"F{plain_number(plan.feed, 3)}"]
+        lines += ["G21 G90 G94 G40 G49 G80", "G61.1", f"F{feed_text(plan)}"]
         machine = request.options.get("coordinates", "machine") == "machine"
         word = f"G53 G1 {axis}" if machine else f"G1 {axis}"
         dwell = f"G4 P{plain_number(stop_time_s(plan), 3)}"
@@ -366,6 +368,8 @@ def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[str]]:
         if not np.all(np.isfinite((nominal, forward, reverse))):
             raise _not_finite(path, number)
         rows.append(_Row(number, nominal, (forward, reverse), words))
+        if len(rows) > MOST_POINTS:
+            break
     if not rows:
         raise MeasurementFileError(
             "LinuxCNC reads no point of this file: its first line is no triplet of numbers",

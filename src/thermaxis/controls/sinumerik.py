@@ -5,8 +5,9 @@ is a machine data of its own, ``$MA_BACKLASH``.
 
 References
 ----------
-SINUMERIK Extended Functions, K3 (6FC5397): interpolatory compensation and its sign. SINUMERIK 840C
-user manual, NC MD 220*: sign of the backlash, taken over for MD32450.
+SINUMERIK Extended Functions, K3 (6FC5397): interpolatory compensation and its sign. SINUMERIK 808D
+parameter manual (6FC5397-8EP40), p. 228, MD32450: sign of the backlash; SINUMERIK 840C (6FC5197),
+p. 6-41, NC MD 220*, says the same.
 """
 
 import re
@@ -33,6 +34,7 @@ from thermaxis.controls._control import (
 )
 from thermaxis.controls._program_head import (
     check_travel,
+    feed_text,
     head_lines,
     move_comment,
     position_text,
@@ -62,7 +64,9 @@ _ASSIGNMENT = re.compile(
 )
 _OTHER = re.compile(r"(?:N[0-9]{1,9}\s*)?(?:NEWCONF|CHANDATA\s*\([0-9]{1,2}\)|%.*)?", re.IGNORECASE)
 _END = re.compile(r"(?:N[0-9]{1,9}\s*)?(?:M0?2|M17|M30|RET)", re.IGNORECASE)
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:EX[+-]?[0-9]{1,3})?", re.IGNORECASE)
+_NUMBER = re.compile(
+    r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:EX[+-]?[0-9]{1,3})?", re.IGNORECASE
+)
 _SCALARS = ("STEP", "MIN", "MAX", "IS_MODULO")
 
 
@@ -73,7 +77,7 @@ class Sinumerik(Control):
     Not protected: a program moves one axis and knows nothing of what stands in its way; the jump
     over all motion when the software limits are too near is from memory [M]. A table acts only
     when MD32700 is set and the axis is referenced; whether its sign fits is shown by a measurement
-    only, and the sign of the backlash [S] by a second one.
+    only, and the sign of the backlash by a second one.
     """
 
     title = "SINUMERIK 840D sl"
@@ -144,7 +148,8 @@ class Sinumerik(Control):
         Raises
         ------
         ConfigurationError
-            If the control can have no axis of this name, or a move leaves the stated travel.
+            If the control can have no axis of this name, a move leaves the stated travel, or the
+        feed is too small to be written.
         """
         axis = _axis_name(request.axis)
         check_travel(request)
@@ -158,7 +163,7 @@ class Sinumerik(Control):
         if machine:
             lines += _limit_lines(request, axis)
         lines += ["G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601"]
-        lines.append(f"F{plain_number(plan.feed, 3)}")
+        lines.append(f"F{feed_text(plan)}")
         word = f"SUPA G1 {axis}=" if machine else f"G1 {axis}="
         dwell = f"G4 F{plain_number(stop_time_s(plan), 3)}"
         for block in request.blocks:
@@ -276,8 +281,8 @@ class Sinumerik(Control):
             said.append(
                 f"MD32450 BACKLASH is minus the mean reversal value, {-table.backlash:.4g}"
                 f" {table.kind.units.deviation}: positive where the table lags behind the encoder"
-                " [S]; check it by a second measurement. It acts from the next NEWCONF or reset on,"
-                " whether the table is switched on or not [M]."
+                " [V, manual of the 808D]; check it by a second measurement. It acts on the referenced"
+                " axis from the next NEWCONF on, whether the table is switched on or not."
             )
         else:
             said.append(

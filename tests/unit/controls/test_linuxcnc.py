@@ -510,7 +510,28 @@ def test_numbers_are_taken_as_the_control_takes_them() -> None:
         CONTROL.read_table("1.5 2\n", "x", AxisKind.LINEAR, table_options())
 
 
+@pytest.mark.parametrize("feed", [1e-7, 4e-10])
+def test_a_feed_that_would_be_written_as_zero_is_refused(feed: float) -> None:
+    with pytest.raises(ConfigurationError, match="too small"):
+        request(replace(PLAN, feed=feed))
+    assert "F0.0005" in request(replace(PLAN, feed=0.0005))
+
+
+def test_the_longest_program_is_written_in_a_moment_and_its_lines_are_short() -> None:
+    target = np.arange(1000) * 1.0
+    plan = replace(PLAN, target=target, cycle=Cycle.PILGRIM, cycles=90)
+    program = request(plan)
+    assert max(map(len, program.splitlines())) < 120
+    assert len(drive(program).stops) == plan.stops
+
+
 def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
+    long = "".join(f"{i} {i} {i}\n" for i in range(200_000))
+    with pytest.raises(MeasurementFileError, match="line 257: this is point 257"):
+        CONTROL.read_table(long, "x", AxisKind.LINEAR, table_options())
+    for text in ("1" * 4_000_000, "0 0 0\n" + "1" * 4_000_000, " " * 4_000_000):
+        with pytest.raises(MeasurementFileError, match="longer than 254"):
+            CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
     with pytest.raises(MeasurementFileError, match="larger than 5 MB"):
         CONTROL.read_table("0 0 0\n" * 1_000_000, "x", AxisKind.LINEAR, table_options())
 

@@ -294,7 +294,7 @@ def test_no_file_switches_the_compensation_on_and_the_words_say_so(form: str) ->
     assert "ENABLE[0,X1]=1" not in result.text
     assert "does not activate" in result.text
     said = " ".join(result.sentences)
-    for words in ("negative direction", "[V", "MD32700", "MD38000", "MD32450", "[S]", "referenc"):
+    for words in ("negative direction", "[V", "MD32700", "MD38000", "MD32450", "808D", "referenc"):
         assert words in said
     assert "BACKLASH is not written" in " ".join(written(replace(TABLE, backlash=None)).sentences)
 
@@ -591,6 +591,29 @@ def test_no_text_makes_the_reader_fail_otherwise_than_by_its_own_error(lines: li
         read("\n".join(lines))
     except MeasurementFileError:
         return
+
+
+@pytest.mark.parametrize("value", ["1" * 4_000_000 + "x", "1" * 4_000_000, "." * 4_000_000])
+def test_a_value_of_millions_of_characters_is_refused_at_once(value: str) -> None:
+    with pytest.raises(MeasurementFileError):
+        read(changed("0.011000", value))
+    with pytest.raises(MeasurementFileError):
+        read(changed("[0,1,X1]", f"[0,{value},X1]"))
+
+
+def test_text_of_any_length_is_cut_in_the_head_of_a_table() -> None:
+    table = replace(TABLE, source="x" * 10_000_000)
+    options = table_options()
+    text = CONTROL.format_table(
+        TableRequest(table=table, origin=("\r\nM30 " * 2_000_000,), options=options)
+    ).text
+    assert len(text) < 3000
+    assert statements(text) == statements(written(TABLE).text)
+
+
+def test_a_feed_that_would_be_written_as_zero_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="too small"):
+        request(replace(PLAN, feed=1e-7))
 
 
 def test_the_control_is_found_by_its_name() -> None:
