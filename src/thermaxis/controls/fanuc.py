@@ -582,7 +582,8 @@ def _words(text: str, path: str) -> _Words:
         if number <= starts[0]:
             continue
         comments += re.findall(r"\([^()]*\)", line)
-        for content in re.sub(r"\([^()]*\)", "", line).split(";"):
+        bare = re.sub(r"\([^()]*\)", "", line).strip()
+        for content in bare.removeprefix("%").split(";"):
             if content.strip():
                 _add_words(path, number, content.strip(), values)
     findings: list[str] = []
