@@ -281,8 +281,8 @@ class Sinumerik(Control):
             said.append(
                 f"MD32450 BACKLASH is minus the mean reversal value, {-table.backlash:.4g}"
                 f" {table.kind.units.deviation}: positive where the table lags behind the encoder"
-                " [V, manual of the 808D]; check it by a second measurement. It acts on the referenced"
-                " axis from the next NEWCONF on, whether the table is switched on or not."
+                " [V, manual of the 808D]; check it by a second measurement. It acts on the"
+                " referenced axis from the next NEWCONF on, whether the table is on or not."
             )
         else:
             said.append(
