@@ -6,6 +6,7 @@ into ``result.json``; the end of this file is the clean end of LinuxCNC.
 """
 
 import json
+import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -89,7 +90,7 @@ def main() -> None:
         time.sleep(SETTLE_S)  # the virtual axis reads on until the last servo period
     except (RefusedError, linuxcnc.error) as error:
         failure = str(error)
-    result = {"failure": failure, "said": operator.said}
+    result = {"failure": failure, "said": operator.said, "user": os.getuid()}
     Path("result.json").write_text(json.dumps(result), encoding="ascii")
 
 

@@ -33,11 +33,19 @@ START_AND_STOP_S = 40.0
 AXES = "XYZUVW"
 """Axes of the machine; joint 0 is X, behind which the virtual axis stands."""
 COLUMNS = ("number", "position", "velocity", "motor", "ramped", "clocks")
-"""First columns of ``trace.bin``; the correction of each joint and the axis follow."""
-HOW_TO_INSTALL = (
-    "LinuxCNC is not installed: these tests need a real one. On Debian 12 or later:"
-    " apt-get install --no-install-recommends linuxcnc-uspace"
-)
+"""First columns of ``trace.bin``; the correction of each joint, joint 2 and the axis follow."""
+PROGRAMS = (Path("/usr/bin/linuxcnc"), Path("/usr/bin/rtapi_app"), Path(OWN_PYTHON))
+
+
+def missing(programs: Sequence[Path] = PROGRAMS) -> str:
+    """Return why no LinuxCNC can be started here; empty if nothing is missing."""
+    absent = [str(program) for program in programs if not program.is_file()]
+    if not absent:
+        return ""
+    return (
+        f"LinuxCNC is not installed ({', '.join(absent)} not found), and these tests need a real"
+        " one. On Debian 12 or later: apt-get install --no-install-recommends linuxcnc-uspace"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +98,12 @@ class Trace:
     """Correction by the table of each joint, (N, 6). [mm]"""
     axis: np.ndarray
     """True position of the axis, (N,). [mm]"""
+    bystander: np.ndarray
+    """Commanded position of joint 2, which no program of a plan may move, (N,). [mm]"""
     said: tuple[str, ...]
     """Messages for the operator."""
+    user: int
+    """Number of the user who ran LinuxCNC. [1]"""
     log: str
     """What LinuxCNC printed."""
 
@@ -277,13 +289,14 @@ HOME_SEQUENCE = 0
 HAL = """\
 loadrt [KINS]KINEMATICS
 loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS
-loadrt sampler depth=16000 cfg=ffffuffffff
+loadrt sampler depth=16000 cfg=ffffufffffff
 addf motion-command-handler servo-thread
 addf motion-controller servo-thread
 addf sampler.0 servo-thread
 net position joint.0.pos-cmd => sampler.0.pin.0
 net velocity joint.0.vel-cmd => sampler.0.pin.1
 net ramped joint.0.backlash-filt => sampler.0.pin.3
+net bystander joint.2.pos-cmd => sampler.0.pin.11
 net clocks motion.servo.last-period => sampler.0.pin.4
 net enable iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in
 net prepared iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
@@ -371,7 +384,7 @@ def read_trace(folder: Path) -> Trace:
     result = json.loads(path.read_text(encoding="ascii"))
     if result["failure"]:
         raise RuntimeError(f"{result['failure']}\n{tail(folder)}")
-    rows = np.fromfile(folder / "trace.bin").reshape(-1, len(COLUMNS) + len(AXES) + 1)
+    rows = np.fromfile(folder / "trace.bin").reshape(-1, len(COLUMNS) + len(AXES) + 2)
     value = dict(zip(COLUMNS, rows.T, strict=False))
     if np.any(np.diff(value["number"]) != 1.0):
         raise RuntimeError("servo periods are missing in the trace: the machine is overloaded")
@@ -383,9 +396,11 @@ def read_trace(folder: Path) -> Trace:
     return Trace(
         time_s=time_s,
         clock_s=clock_s,
-        corrections=rows[:, len(COLUMNS) : -1],
+        corrections=rows[:, len(COLUMNS) : -2],
+        bystander=rows[:, -2],
         axis=rows[:, -1],
         said=tuple(result["said"]),
+        user=result["user"],
         log=tail(folder),
         **value,
     )

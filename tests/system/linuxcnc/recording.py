@@ -1,5 +1,6 @@
 """The laser: stops are found in the motion itself, and read where the dwell ends."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -10,6 +11,7 @@ from tests.system.linuxcnc.machine import PERIOD_S, Trace
 
 APPROACHES = ("forward", "backward")
 LASER_STEP_MM = 1e-5
+AT_TARGET_MM = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,15 +30,18 @@ class Stop:
     """How long it stood, by the true time. [s]"""
 
 
-def find_stops(trace: Trace, shortest_s: float) -> list[Stop]:
-    """Return the standstills after a motion that last at least so long.
+def find_stops(trace: Trace, targets: Sequence[float], shortest_s: float) -> list[Stop]:
+    """Return the standstills at targets that last at least so long.
 
     Parameters
     ----------
     trace : Trace
         What the joint did.
+    targets : sequence of float
+        Where the laser reads. Elsewhere the axis only turns, however long it takes: a turn may
+        fall into one of the pauses of a kernel without real time. [mm]
     shortest_s : float
-        Shorter ones are turning points. [s]
+        Shortest standstill that counts, by the true time. [s]
 
     Returns
     -------
@@ -45,12 +50,13 @@ def find_stops(trace: Trace, shortest_s: float) -> list[Stop]:
     """
     change = np.flatnonzero(np.diff(trace.position)) + 1
     edges = [*change.tolist(), trace.position.size]
+    places = np.asarray(targets)
     found: list[Stop] = []
     for begin, end in pairwise(edges):
         duration_s = float(trace.clock_s[end - 1] - trace.clock_s[begin])
-        if duration_s >= shortest_s:
-            backward = trace.position[begin] < trace.position[begin - 1]
-            position = float(trace.position[begin])
+        position = float(trace.position[begin])
+        if duration_s >= shortest_s and np.min(np.abs(position - places)) < AT_TARGET_MM:
+            backward = position < trace.position[begin - 1]
             found.append(Stop(begin, end, int(backward), position, duration_s))
     return found
 

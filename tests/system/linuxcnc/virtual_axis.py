@@ -5,7 +5,8 @@ realtime component `sampler` hands over every servo period, none is lost unseen.
 ``trace.bin`` is one servo period, as float64 in machine order: number of the period [1], what the
 sampler has of joint 0, namely commanded position [mm], commanded velocity [mm/s], position of the
 motor [mm] and ramped correction [mm], then processor clocks since the period before [1], the
-correction of each joint [mm], and last the true position of the axis [mm].
+correction of each joint [mm], the commanded position of joint 2 [mm], and last the true position of
+the axis [mm].
 """
 
 import json
@@ -17,7 +18,7 @@ from pathlib import Path
 
 import hal
 
-SAMPLED = "ffffu" + 6 * "f"
+SAMPLED = "ffffu" + 7 * "f"
 ROW = struct.Struct(f"={len(SAMPLED) + 2}d")
 PAUSE_S = 0.02
 
