@@ -1,6 +1,6 @@
 """What stands at the head of every NC program, in words that any control's comment can hold."""
 
-import itertools
+from itertools import pairwise
 
 from thermaxis.controls._control import ProgramRequest, comment_text, plain_number
 from thermaxis.errors import ConfigurationError
@@ -25,8 +25,8 @@ def stop_time_s(plan: TestPlan) -> float:
     return plan.dwell_s + plan.recording_s
 
 
-def check_travel(request: ProgramRequest) -> None:
-    """Refuse motion beyond the stated travel, whoever asks for the program.
+def check_motion(request: ProgramRequest) -> None:
+    """Refuse motion beyond the stated travel, and an overrun that is lost in the digits.
 
     Parameters
     ----------
@@ -36,8 +36,16 @@ def check_travel(request: ProgramRequest) -> None:
     Raises
     ------
     ConfigurationError
-        If a move ends beyond an end of the travel.
+        If a move ends beyond an end of the travel, or a turn and its stop are written alike.
     """
+    for block in request.blocks:
+        for move, following in pairwise(block.moves):
+            if position_text(move.position) == position_text(following.position):
+                raise ConfigurationError(
+                    "the overrun is shorter than the six decimals that are written",
+                    where="overrun",
+                    remedy="Plan a wider overrun: stops would lose their side of approach",
+                )
     if request.travel is None:
         return
     low, high = request.travel
@@ -132,7 +140,7 @@ def motion_duration_s(request: ProgramRequest) -> float:
     before: float | None = None
     for block in request.blocks:
         places = [move.position for move in block.moves]
-        inside = sum(abs(b - a) for a, b in itertools.pairwise(places))
+        inside = sum(abs(b - a) for a, b in pairwise(places))
         again = abs(places[0] - places[-1])
         first = 0.0 if before is None else abs(places[0] - before)
         way += first + block.repetitions * inside + (block.repetitions - 1) * again

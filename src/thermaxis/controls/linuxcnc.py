@@ -30,7 +30,7 @@ from thermaxis.controls._control import (
     plain_number,
 )
 from thermaxis.controls._program_head import (
-    check_travel,
+    check_motion,
     feed_text,
     head_lines,
     move_comment,
@@ -134,11 +134,11 @@ class LinuxCnc(Control):
         Raises
         ------
         ConfigurationError
-            If the axis has no letter that fits its kind, a move leaves the stated travel, or the
-        feed is too small to be written.
+            If the axis has no letter that fits its kind, a move leaves the stated travel, or
+            overrun or feed are too small to be written.
         """
         axis = _axis_letter(request)
-        check_travel(request)
+        check_motion(request)
         plan = request.plan
         lines = [f"({line})" for line in head_lines(request, self.title)]
         lines += ["G21 G90 G94 G40 G49 G80", "G61.1", f"F{feed_text(plan)}"]

@@ -33,7 +33,7 @@ from thermaxis.controls._control import (
     plain_number,
 )
 from thermaxis.controls._program_head import (
-    check_travel,
+    check_motion,
     feed_text,
     head_lines,
     move_comment,
@@ -148,11 +148,11 @@ class Sinumerik(Control):
         Raises
         ------
         ConfigurationError
-            If the control can have no axis of this name, a move leaves the stated travel, or the
-        feed is too small to be written.
+            If the control can have no axis of this name, a move leaves the stated travel, or
+            overrun or feed are too small to be written.
         """
         axis = _axis_name(request.axis)
-        check_travel(request)
+        check_motion(request)
         plan = request.plan
         machine = request.options.get("coordinates", "machine") == "machine"
         lines = [f"; {line}" for line in head_lines(request, self.title)]

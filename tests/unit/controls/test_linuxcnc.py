@@ -536,5 +536,13 @@ def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
         CONTROL.read_table("0 0 0\n" * 1_000_000, "x", AxisKind.LINEAR, table_options())
 
 
+def test_an_overrun_that_is_lost_in_the_digits_is_refused() -> None:
+    for cycle in Cycle:
+        with pytest.raises(ConfigurationError, match="overrun is shorter"):
+            request(replace(PLAN, cycle=cycle, overrun=1e-9))
+    plan = replace(PLAN, overrun=2e-6)
+    assert drive(request(plan)).stops == planned_stops(plan)
+
+
 def test_the_control_is_found_by_its_name() -> None:
     assert control_by_name("linuxcnc") is CONTROL

@@ -616,5 +616,13 @@ def test_a_feed_that_would_be_written_as_zero_is_refused() -> None:
         request(replace(PLAN, feed=1e-7))
 
 
+def test_an_overrun_that_is_lost_in_the_digits_is_refused() -> None:
+    for cycle in Cycle:
+        with pytest.raises(ConfigurationError, match="overrun is shorter"):
+            request(replace(PLAN, cycle=cycle, overrun=1e-9))
+    plan = replace(PLAN, overrun=2e-6)
+    assert drive(request(plan)).stops == planned_stops(plan)
+
+
 def test_the_control_is_found_by_its_name() -> None:
     assert control_by_name("sinumerik") is CONTROL
