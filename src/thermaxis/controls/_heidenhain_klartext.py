@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 from thermaxis.controls._control import ControlOption, ProgramRequest, plain_number
-from thermaxis.controls._program_head import check_travel, head_lines, move_comment, stop_time_s
+from thermaxis.controls._program_head import check_motion, head_lines, move_comment, stop_time_s
 from thermaxis.controls._program_words import check_range, feed_word, inward_positions
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.positioning import MoveBlock
@@ -72,7 +72,7 @@ def klartext_program(request: ProgramRequest, title: str) -> str:
         If the control has no such axis, a number does not fit its word, there are more than 999
         repeated blocks, or the travel is passed.
     """
-    check_travel(request)
+    check_motion(request)
     axis = klartext_axis(request.axis)
     name = request.options["program_name"]
     if _NAME.fullmatch(name) is None:

@@ -44,7 +44,7 @@ from thermaxis.controls._fanuc_points import (
     point_options,
     point_values,
 )
-from thermaxis.controls._program_head import check_travel, head_lines, move_comment, stop_time_s
+from thermaxis.controls._program_head import check_motion, head_lines, move_comment, stop_time_s
 from thermaxis.controls._program_words import check_range, feed_word, inward_positions
 from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
 from thermaxis.positioning import CompensationTable, FloatArray, MoveBlock
@@ -220,7 +220,7 @@ class Fanuc(Control):
             If the control has no such axis, a number does not fit its words, there are too many
             subprograms, or the travel is passed.
         """
-        check_travel(request)
+        check_motion(request)
         axis = _program_axis(request.axis)
         for block in request.blocks:
             check_range(block, LARGEST_POSITION)
