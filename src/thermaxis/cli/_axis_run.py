@@ -136,6 +136,29 @@ def temperature_in_words(test: PositioningTest) -> str:
     return ", ".join(said) if said else "its file states none"
 
 
+def drift_in_words(run: AxisRun) -> str:
+    """Return how far a run drifts.
+
+    Parameters
+    ----------
+    run : AxisRun
+        A run with a drift result.
+
+    Returns
+    -------
+    str
+        A part of a sentence; empty if there is no drift result or no drift is seen.
+    """
+    drift, units = run.drift, run.test.kind.units
+    if drift is None or not drift.significant:
+        return ""
+    growth = round(drift.total_per_m, 1) + 0.0  # no minus before zero
+    return (
+        f"the run drifts, by {drift.total:+.2f} {units.deviation} in common and {growth:+.1f}"
+        f" {units.deviation} per 1000 {units.position} of length"
+    )
+
+
 def simulated_without_drift(run: AxisRun, correction: FloatArray) -> "CorrectionEffect | None":
     """Return what corrections make of the readings without drift.
 

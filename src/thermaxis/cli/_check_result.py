@@ -9,6 +9,7 @@ import numpy as np
 
 from thermaxis.cli._axis_run import (
     AxisRun,
+    drift_in_words,
     read_run,
     run_in_words,
     simulated_without_drift,
@@ -241,16 +242,11 @@ def _signed(value: float) -> str:
 
 def _warnings(result: CheckedTable) -> list[str]:
     run = result.run
-    unit = run.test.kind.units.deviation
     said = [*run.test.remarks]
     if run.drift is None:
         said.append(f"whether the run drifts is not known: {run.why_no_drift}")
     elif run.drift.significant:
-        said.append(
-            f"the run drifts, by {run.drift.total:+.2f} {unit} in common and"
-            f" {run.drift.total_per_m:+.1f} {unit} per 1000 {run.test.kind.units.position} of"
-            " length: no table removes that; see the figures without drift"
-        )
+        said.append(f"{drift_in_words(run)}: no table removes that; see the figures without drift")
     said.append(
         "the run counts as measured without this table in force; if it was in force, what the run"
         " shows is what the table leaves, and the column before says it"

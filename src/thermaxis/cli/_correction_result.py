@@ -4,6 +4,7 @@ import numpy as np
 
 from thermaxis.cli._axis_run import (
     absent_in_words,
+    drift_in_words,
     edition_in_words,
     figure_rows,
     run_in_words,
@@ -348,9 +349,7 @@ def _drift_warnings(result: MadeTable) -> list[str]:
     apart = np.abs(run.drift.level - result.measured.before)
     return [
         (
-            f"the run drifts, by {run.drift.total:+.2f} {unit} in common and"
-            f" {run.drift.total_per_m:+.1f} {unit} per 1000 {run.test.kind.units.position} of"
-            f" length; the measured levels depart from the drift-free ones by up to"
+            f"{drift_in_words(run)}; the measured levels depart from the drift-free ones by up to"
             f" {float(np.nanmax(apart)):.2f} {unit}: consider --drift-free"
         )
     ]

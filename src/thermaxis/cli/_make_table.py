@@ -340,17 +340,11 @@ def _source(arguments: argparse.Namespace) -> str:
 
 
 def _origin(run: AxisRun, arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Return lines for the head of the file; each fits a comment whole."""
+    """Return lines for the head of the file, where hash and kind of levels stand anyhow."""
     from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
 
     test = run.test
-    lines = [
-        f"written by thermaxis {__version__}",
-        f"run {Path(run.name).name}",
-        f"run SHA-256, first half {run.sha256[:32]}",
-        f"run SHA-256, second half {run.sha256[32:]}",
-        f"levels {'drift-free' if arguments.drift_free else 'as measured'}",
-    ]
+    lines = [f"written by thermaxis {__version__}", f"run {Path(run.name).name}"]
     if arguments.drift_free and run.drift is not None and run.drift.reference_time_s is not None:
         lines.append(f"thermal state at {run.drift.reference_time_s / 3600.0:.2f} h of the run")
     if test.start is not None:

@@ -495,6 +495,10 @@ def evaluate_correction(test: PositioningTest, correction: FloatArray) -> Correc
     ------
     DataError
         If the shape does not fit, or the run does not allow figures.
+
+    References
+    ----------
+    ISO 230-2:2014, clause 3, for the figures.
     """
     if correction.shape != (test.target.size, 2):
         raise DataError(
