@@ -18,6 +18,8 @@ DECIMALS = 4
 """Decimals of positions and values. [1]"""
 LARGEST_NUMBER = 99_999.0
 """Largest magnitude of a position or value that fits its column. [mm or deg]"""
+LONGEST_LINE = 1000
+"""Longest line that is read; 18 columns of axes take 300. [character]"""
 HALF_DIGIT = 0.5 * 10.0**-DECIMALS
 """Half of the last decimal. [mm or deg]"""
 
@@ -181,7 +183,7 @@ class ComText:
             If it has a decimal comma, or is no decimal number that fits the column.
         """
         if _NUMBER.fullmatch(word) is None:
-            shown = printable(word, 30)
+            shown = printable(word[:99], 30)
             if re.fullmatch(r"[+-]?[0-9]+,[0-9]*", word[:60], re.ASCII):
                 raise self.error(
                     f"'{shown}' has a decimal comma, which the control does not read",
@@ -193,7 +195,7 @@ class ComText:
         value = float(word)
         if abs(value) > LARGEST_NUMBER:
             raise self.error(
-                f"'{printable(word, 30)}' is beyond the column",
+                f"'{printable(word[:99], 30)}' is beyond the column",
                 line,
                 "Check unit and digits",
                 column,
@@ -219,7 +221,7 @@ def com_text(text: str, path: str) -> ComText:
     Raises
     ------
     MeasurementFileError
-        If it is too large, empty, or has tabs.
+        If it is too large, empty, has tabs or a line beyond `LONGEST_LINE`.
     """
     source = ComText(path, ())
     if len(text) > LARGEST_TABLE_BYTES:
@@ -228,6 +230,10 @@ def com_text(text: str, path: str) -> ComText:
     if lines == [""]:
         raise source.error("the file is empty", None, "Name the table's file")
     for number, line in enumerate(lines, start=1):
+        if len(line) > LONGEST_LINE:
+            raise source.error(
+                f"the line is longer than {LONGEST_LINE} characters", number, "Name the table alone"
+            )
         if "\t" in line:
             raise source.error(
                 "the line has a tab, and columns are known by their places",
@@ -274,7 +280,7 @@ def check_numbering(source: ComText, word: str, line: int, expected: int) -> Non
     """
     if not re.fullmatch(r"[0-9]{1,6}", word):
         raise source.error(
-            f"the row begins with '{printable(word, 30)}', not with its number",
+            f"the row begins with '{printable(word[:99], 30)}', not with its number",
             line,
             "Number the rows from 0 up",
             "NR",

@@ -60,6 +60,8 @@ LONGEST_DWELL_S = 99_999.999
 """Longest dwell of G04 in milliseconds; from memory. [s]"""
 HIGHEST_PROGRAM = 7999
 """Highest number of a program that is not protected; from memory. [1]"""
+LONGEST_LINE = 10_000
+"""Longest line of a parameter file that is read; 32 axes take 400. [character]"""
 LARGEST_BACKLASH = 9999
 """Largest magnitude of parameter 1851; from memory. [detection unit]"""
 
@@ -581,6 +583,13 @@ def _words(text: str, path: str) -> _Words:
     for number, line in enumerate(lines[: starts[1]], start=1):
         if number <= starts[0]:
             continue
+        if len(line) > LONGEST_LINE:
+            raise _error(
+                path,
+                f"the line is longer than {LONGEST_LINE} characters",
+                number,
+                "Give a Fanuc parameter file",
+            )
         comments += re.findall(r"\([^()]*\)", line)
         bare = re.sub(r"\([^()]*\)", "", line).strip()
         for content in bare.removeprefix("%").split(";"):
@@ -597,7 +606,7 @@ def _add_words(path: str, number: int, content: str, values: dict[tuple[int, int
     if found is None:
         raise _error(
             path,
-            f"'{printable(content, 40)}' is no line of a parameter file",
+            f"'{printable(content[:99], 40)}' is no line of a parameter file",
             number,
             "Write N with the number and P with the value",
         )
@@ -724,7 +733,7 @@ class _Reading:
             comma = " (a decimal comma)" if "," in word.text else ""
             raise _error(
                 self.path,
-                f"'{printable(word.text, 30)}' is no whole number{comma}",
+                f"'{printable(word.text[:99], 30)}' is no whole number{comma}",
                 word.line,
                 "Write the value in steps of the control, digits only",
             )

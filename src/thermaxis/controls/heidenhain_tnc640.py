@@ -280,7 +280,7 @@ def _rows(source: ComText, headings: Mapping[str, int]) -> list[dict[str, float]
             column = column_of(place, headings)
             if column is None or column in row:
                 raise source.error(
-                    f"'{printable(word, 30)}' stands in no column of its own",
+                    f"'{printable(word[:99], 30)}' stands in no column of its own",
                     line,
                     "Put each number under its heading",
                 )

@@ -569,6 +569,13 @@ def test_the_wrong_axis_is_refused_and_several_are_asked_for() -> None:
     assert read(both, "axis_number=2").table.position.size == 3
 
 
+def test_an_endless_line_and_an_endless_file_are_refused() -> None:
+    with pytest.raises(MeasurementFileError, match="longer than 10000"):
+        read(GOOD.replace("N03620", "N1" + "A1P1" * 100_000 + "\nN03620"))
+    with pytest.raises(MeasurementFileError, match="too large"):
+        read(GOOD + " " * 5_000_000)
+
+
 def test_a_newer_file_states_its_interval_with_a_point() -> None:
     newer = GOOD.replace("A1P50000", "A1P50.0")
     assert read(newer).table.position.tolist() == [-50.0, 0.0, 50.0]

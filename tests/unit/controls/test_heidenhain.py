@@ -494,6 +494,14 @@ def test_a_damaged_table_is_read_or_refused_and_never_falls(
     assert bool(np.all(np.isfinite(got.table.deviation)))
 
 
+@pytest.mark.parametrize(("control", "good"), [(ITNC, ITNC_TEXT), (TNC640, TNC640_TEXT)], ids=NAMES)
+def test_an_endless_line_and_an_endless_file_are_refused(control: Control, good: str) -> None:
+    with pytest.raises(MeasurementFileError, match="longer than 1000"):
+        read(control, good.replace("X\r\n", "X " * 100_000 + "\r\n", 1))
+    with pytest.raises(MeasurementFileError, match="too large"):
+        read(control, good + " " * 5_000_000)
+
+
 def test_columns_of_other_axes_are_named_and_not_simulated() -> None:
     lines = [
         "BEGIN AXIS-X.COM  DATUM:+0.0000 DISTANCE:+10.0000",
