@@ -11,6 +11,7 @@ from thermaxis.controls import (
     control_by_name,
     control_names,
 )
+from thermaxis.errors import ThermaxisError
 from thermaxis.positioning import (
     AxisLevels,
     FloatArray,
@@ -99,3 +100,63 @@ def test_what_a_control_reads_in_its_file_leaves_no_more_than_bound_and_rounding
     bound = interpolation_bound(levels, position, per_direction=rule.per_direction, backlash=apart)
     correction = control.correction(read.table, levels.target)
     assert left_over(levels, correction, bound + rounding) <= 1e-6
+
+
+def example_text(name: str) -> str:
+    """Return a small table of a control, as it writes it."""
+    control = control_by_name(name)
+    options = check_options(control, (), purpose="table")
+    rule = control.grid_rule(AxisKind.LINEAR, options)
+    target = np.array([0.0, 20.0, 40.0, 60.0])
+    level = np.array([[0.0, 1.0], [4.0, 4.5], [-3.0, -2.0], [6.0, 6.0]])
+    table = compensation_table(
+        axis_levels(target, level),
+        target,
+        kind=AxisKind.LINEAR,
+        axis="X",
+        reference_position=0.0,
+        per_direction=rule.per_direction,
+    )
+    return control.format_table(TableRequest(table=table, options=options)).text
+
+
+WORDS = (
+    "",
+    " ",
+    "\n\n",
+    ",",
+    "n/a",
+    "1,5",
+    "-",
+    "nan",
+    "1e999",
+    "-1e308",
+    "9" * 5000,
+    "%",
+    "[END]",
+)
+
+
+@pytest.mark.parametrize("name", control_names())
+@given(data=st.data())
+@settings(max_examples=150, deadline=None)
+def test_a_damaged_table_is_refused_in_words_or_read_as_finite_values(
+    name: str, data: st.DataObject
+) -> None:
+    text = example_text(name)
+    for _ in range(data.draw(st.integers(1, 3))):
+        start = data.draw(st.integers(0, len(text)))
+        end = data.draw(st.integers(start, min(len(text), start + 40)))
+        latin = st.characters(max_codepoint=255)
+        new = data.draw(st.one_of(st.sampled_from(WORDS), st.text(latin, max_size=8)))
+        text = text[:start] + new + text[end:]
+    control = control_by_name(name)
+    options = check_options(control, (), purpose="table")
+    kind = data.draw(st.sampled_from(list(AxisKind)))
+    try:
+        read = control.read_table(text, "damaged", kind, options)
+    except ThermaxisError:
+        return
+    added = control.correction(read.table, np.array([-1e6, 0.0, 30.0, 1e6]))
+    assert bool(np.all(np.isfinite(added)))
+    assert all(text.isprintable() for text in read.findings)

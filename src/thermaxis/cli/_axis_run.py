@@ -110,7 +110,7 @@ def run_in_words(run: AxisRun) -> str:
     sides = "unidirectional" if test.unidirectional else "bidirectional"
     return (
         f"{printable(run.name)}: {test.kind} axis, {test.target.size} targets from"
-        f" {test.target[0]:g} to {test.target[-1]:g} {unit}, {test.cycles} cycles, {sides}"
+        f" {test.target[0]:.9g} to {test.target[-1]:.9g} {unit}, {test.cycles} cycles, {sides}"
     )
 
 

@@ -129,9 +129,9 @@ def _range_findings(run: AxisRun, read: ReadTable) -> list[str]:
         )
     if outside.size:
         said.append(
-            f"the table reaches from {position[0]:g} to {position[-1]:g} {unit} and does not cover"
-            f" {outside.size} of {target.size} targets, from {target[outside[0]]:g} to"
-            f" {target[outside[-1]]:g} {unit}: there its end values are held"
+            f"the table reaches from {position[0]:.9g} to {position[-1]:.9g} {unit} and does not"
+            f" cover {outside.size} of {target.size} targets, from {target[outside[0]]:.9g} to"
+            f" {target[outside[-1]]:.9g} {unit}: there its end values are held"
         )
     return said
 
@@ -189,7 +189,7 @@ def _head(result: CheckedTable) -> str:
     table = result.read.table
     units = table.kind.units
     axis = f" of axis {printable(table.axis, 40)}" if table.axis else ""
-    every = "" if table.step is None else f", every {table.step:g} {units.position}"
+    every = "" if table.step is None else f", every {table.step:.9g} {units.position}"
     slope, low, high = steepest_slope(table)
     lines = [
         (
@@ -197,7 +197,7 @@ def _head(result: CheckedTable) -> str:
             f" {result.control.title} reads it"
         ),
         (
-            f"{table.position.size} points from {table.position[0]:g} to {table.position[-1]:g}"
+            f"{table.position.size} points from {table.position[0]:.9g} to {table.position[-1]:.9g}"
             f" {units.position}{every}; deviations"
             f" {float(np.min(table.deviation)):+.{_DECIMALS}f} to"
             f" {float(np.max(table.deviation)):+.{_DECIMALS}f} {units.deviation}"
@@ -205,8 +205,8 @@ def _head(result: CheckedTable) -> str:
     ]
     if table.position.size > 1:
         lines.append(
-            f"steepest slope {slope:.3g} {units.deviation}/{units.position} from {low:g} to"
-            f" {high:g} {units.position}"
+            f"steepest slope {slope:.3g} {units.deviation}/{units.position} from {low:.9g} to"
+            f" {high:.9g} {units.position}"
         )
     if table.backlash is not None:
         lines.append(f"reversal apart from the points {table.backlash:+.3f} {units.deviation}")

@@ -121,17 +121,17 @@ def _values(result: MadeTable) -> str:
     most = "" if result.rule.most_points is None else f" of at most {result.rule.most_points}"
     lines = [
         (
-            f"points: {table.position.size}{most}, from {table.position[0]:g} to"
-            f" {table.position[-1]:g} {place}; {result.grid}"
+            f"points: {table.position.size}{most}, from {table.position[0]:.9g} to"
+            f" {table.position[-1]:.9g} {place}; {result.grid}"
         ),
         (
-            f"zero at the reference point {table.reference_position:g} {place}"
+            f"zero at the reference point {table.reference_position:.9g} {place}"
             f" ({_reference_in_words(result)})"
         ),
         (
             f"deviations in the table: {lowest:+.{_DECIMALS}f} to {highest:+.{_DECIMALS}f} {unit},"
             f" largest {float(table.deviation[worst]):+.{_DECIMALS}f} {unit} at"
-            f" {float(table.position[worst[0]]):g} {place}; {_slope_in_words(table)}"
+            f" {float(table.position[worst[0]]):.9g} {place}; {_slope_in_words(table)}"
         ),
         f"reversal: {_reversal_in_words(result)}",
     ]
@@ -175,8 +175,8 @@ def _slope_in_words(table: CompensationTable) -> str:
     units = table.kind.units
     slope, low, high = steepest_slope(table)
     return (
-        f"steepest slope {slope:.3g} {units.deviation}/{units.position} from {low:g} to {high:g}"
-        f" {units.position}"
+        f"steepest slope {slope:.3g} {units.deviation}/{units.position} from {low:.9g} to"
+        f" {high:.9g} {units.position}"
     )
 
 
@@ -218,8 +218,8 @@ def _left(result: MadeTable) -> str:
         (
             f"interpolation: between its points the table can miss a level by"
             f" {float(result.bound[i]):.{_DECIMALS}f} {unit} at most (target at"
-            f" {target[i]:g} {place}, by the slopes of the levels); the largest residual is"
-            f" {float(residual[j]):.{_DECIMALS}f} {unit} (target at {target[j]:g}"
+            f" {target[i]:.9g} {place}, by the slopes of the levels); the largest residual is"
+            f" {float(residual[j]):.{_DECIMALS}f} {unit} (target at {target[j]:.9g}"
             f" {place}){'' if result.rule.per_direction else half}"
         ),
         (
@@ -362,14 +362,14 @@ def _range_warnings(result: MadeTable) -> list[str]:
     near = 0.01 * float(np.min(np.diff(position), initial=1.0))
     if position[0] < target[0] - near or position[-1] > target[-1] + near:
         said.append(
-            f"points of the table lie outside the targets, which reach from {target[0]:g} to"
-            f" {target[-1]:g} {place}: the first of them continues the line through the last"
+            f"points of the table lie outside the targets, which reach from {target[0]:.9g} to"
+            f" {target[-1]:.9g} {place}: the first of them continues the line through the last"
             " target, further ones hold its value; nothing was measured there"
         )
     if position[0] > target[0] + near or position[-1] < target[-1] - near:
         said.append(
-            f"the table reaches from {position[0]:g} to {position[-1]:g} {place} only: outside it"
-            " the control holds the end values"
+            f"the table reaches from {position[0]:.9g} to {position[-1]:.9g} {place} only: outside"
+            " it the control holds the end values"
         )
     if result.older is not None and result.older.lost > 0.5 * result.rule.resolution:
         said.append(

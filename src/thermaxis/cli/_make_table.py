@@ -26,7 +26,7 @@ from thermaxis.controls import (
     control_by_name,
 )
 from thermaxis.controls._control import check_points
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,
@@ -46,6 +46,8 @@ from thermaxis.positioning import (
 
 _SAME = 1e-6
 """Positions nearer than this are the same: files have six decimals at most. [mm or deg]"""
+_LARGEST = 1e9
+"""Largest position or value of a table that is looked at. [mm, µm; deg, arcsec]"""
 _ROUND_OFF = 1e-6
 """Values nearer than this are the same beside their rounding. [µm or arcsec]"""
 
@@ -226,6 +228,15 @@ def read_older(control: Control, path: Path, run: AxisRun, options: Mapping[str,
     """
     text, unusual = read_table_text(path)
     read = control.read_table(text, str(path), run.test.kind, options)
+    if (
+        max(float(np.max(np.abs(v))) for v in (read.table.position, read.table.deviation))
+        > _LARGEST
+    ):
+        raise MeasurementFileError(
+            "a position or value is larger than any axis has",
+            path=str(path),
+            remedy="Look for a missing decimal point",
+        )
     return replace(read, findings=(*unusual, *read.findings))
 
 
@@ -304,7 +315,7 @@ def _points(
     position = table_points(
         target, points=count, spacing=spacing, through=through, decimals=rule.decimals
     )
-    words = f"equidistant, every {float(position[1] - position[0]):g}"
+    words = f"equidistant, every {float(position[1] - position[0]):.9g}"
     return position, words if through is None else f"{words}, one at the reference point"
 
 

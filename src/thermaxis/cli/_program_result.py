@@ -84,16 +84,17 @@ def _motion(result: ProgramResult) -> str:
             f" {plan.cycle} cycles, {sides}, {plan.stops} stops of {stop_s:g} s"
         ),
         (
-            f"moves from {plan.lowest:g} to {plan.highest:g} {unit} at {plan.feed:g} {unit}/min;"
-            f" a target is passed by {plan.overrun:g} {unit} where the axis must turn"
+            f"moves from {plan.lowest:.9g} to {plan.highest:.9g} {unit} at {plan.feed:g}"
+            f" {unit}/min; a target is passed by {plan.overrun:.9g} {unit} where the axis must turn"
         ),
         _takes(result, duration.total_s),
     ]
     if request.travel is not None:
         low, high = request.travel
         lines.append(
-            f"within the stated travel of {low:g} to {high:g} {unit}:"
-            f" {plan.lowest - low:g} {unit} are left below, {high - plan.highest:g} {unit} above"
+            f"within the stated travel of {low:.9g} to {high:.9g} {unit}:"
+            f" {plan.lowest - low:.9g} {unit} are left below, {high - plan.highest:.9g} {unit}"
+            " above"
         )
     return "\n".join(lines) + "\n"
 
@@ -132,7 +133,7 @@ def _warnings(result: ProgramResult) -> list[str]:
     return [
         (
             "the travel of the axis was not stated and nothing was checked: compare"
-            f" {plan.lowest:g} to {plan.highest:g} {unit} with the limits of the machine, or give"
-            " --travel LOW:HIGH"
+            f" {plan.lowest:.9g} to {plan.highest:.9g} {unit} with the limits of the machine, or"
+            " give --travel LOW:HIGH"
         )
     ]

@@ -1,4 +1,9 @@
-"""``thermaxis correct``: levels of a measured axis to the compensation table of a control."""
+"""``thermaxis correct``: levels of a measured axis to the compensation table of a control.
+
+Not protected: the file is read back and simulated, but whether machine, laser and control agree
+about sign, axis and reference point is shown by a measurement only. The file does not reach a
+control by itself, and none of them activates its table.
+"""
 
 import argparse
 import sys

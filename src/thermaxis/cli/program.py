@@ -1,4 +1,9 @@
-"""``thermaxis program``: the NC program of a plan, for one control."""
+"""``thermaxis program``: the NC program of a plan, for one control.
+
+Not protected: the motion is compared with the travel that the user states and with nothing else;
+what stands in its way, and whether the axis is referenced, nobody asks. The file does not reach a
+control by itself.
+"""
 
 import argparse
 import re
@@ -160,18 +165,18 @@ def _check_travel(
     said: list[str] = []
     if below > 0:
         said.append(
-            f"the axis would go down to {lowest:g} {unit}, {below:.4g} {unit} below the lower end"
-            f" of its travel, {travel[0]:g} {unit}"
+            f"the axis would go down to {lowest:.9g} {unit}, {below:.4g} {unit} below the lower end"
+            f" of its travel, {travel[0]:.9g} {unit}"
         )
     if above > 0:
         said.append(
-            f"the axis would go up to {highest:g} {unit}, {above:.4g} {unit} beyond the upper end"
-            f" of its travel, {travel[1]:g} {unit}"
+            f"the axis would go up to {highest:.9g} {unit}, {above:.4g} {unit} beyond the upper end"
+            f" of its travel, {travel[1]:.9g} {unit}"
         )
     if said:
         raise ConfigurationError(
             "; ".join(said),
             where="--travel",
             remedy="Plan the run again with another --start or --length or a smaller --overrun:"
-            f" targets must keep {plan.overrun:g} {unit} of overrun from the ends",
+            f" targets must keep {plan.overrun:.9g} {unit} of overrun from the ends",
         )

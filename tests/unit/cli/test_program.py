@@ -10,11 +10,17 @@ from thermaxis.files import plan_sha256, read_plan
 PLAN = ("plan", "--length", "300", "--targets", "6", "--pitch", "5", "--cycles", "3")
 
 
-@pytest.fixture
-def plan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
-    path = tmp_path / "plan.json"
+@pytest.fixture(scope="module")
+def content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("plan") / "plan.json"
     assert main([*PLAN, "-o", str(path)]) == 0
-    capsys.readouterr()
+    return path.read_bytes()
+
+
+@pytest.fixture
+def plan(tmp_path: Path, content: bytes) -> Path:
+    path = tmp_path / "plan.json"
+    path.write_bytes(content)
     return path
 
 
@@ -144,8 +150,9 @@ def test_an_unknown_control_is_refused_with_the_names_of_those_that_are(
     assert all(name in error for name in ("abacus", *control_names()))
 
 
-def test_the_plan_is_never_overwritten(plan: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    content = plan.read_bytes()
+def test_the_plan_is_never_overwritten(
+    plan: Path, content: bytes, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(words(plan, plan)) == 2
     assert "overwrite" in capsys.readouterr().err
     assert plan.read_bytes() == content
