@@ -62,8 +62,10 @@ class Physics:
     drift_time_constant_s: float = 20.0
     expansion_um: float = 0.0
     expansion_time_constant_s: float = 35.0
-    held_at_s: float | None = None
-    """Thermal state that stays as it was this long after the first motion; None: it goes on."""
+    thermal_time_s: float = 0.0
+    """How long the machine has warmed up at the first motion."""
+    warms_up: bool = True
+    """Whether it goes on warming up, or keeps its thermal state."""
 
 
 @dataclass(frozen=True, slots=True)

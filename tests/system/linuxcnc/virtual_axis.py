@@ -26,7 +26,7 @@ PAUSE_S = 0.02
 class Axis:
     """Screw with bow, periodic error and play, on a machine that warms up."""
 
-    def __init__(self, physics: dict[str, float | None], period_s: float) -> None:
+    def __init__(self, physics: dict[str, float], period_s: float) -> None:
         self.physics = physics
         self.period_s = period_s
         self.first_motion: float | None = None
@@ -54,7 +54,7 @@ class Axis:
 
     def drift_um(self, at_mm: float, periods: float) -> float:
         p = self.physics
-        time_s = periods * self.period_s if p["held_at_s"] is None else p["held_at_s"]
+        time_s = p["thermal_time_s"] + (periods * self.period_s if p["warms_up"] else 0.0)
         common = p["drift_um"] * (1.0 - math.exp(-time_s / p["drift_time_constant_s"]))
         warm = 1.0 - math.exp(-time_s / p["expansion_time_constant_s"])
         share = (at_mm - p["low_mm"]) / (p["high_mm"] - p["low_mm"])
