@@ -119,3 +119,21 @@ def test_the_real_tables_are_read_and_their_defects_named(
     assert "decimal comma" in capsys.readouterr().err
     assert main(words) == 2
     assert "--set table=1" in capsys.readouterr().err
+
+
+@pytest.mark.real_data
+@pytest.mark.parametrize("name", control_names())
+def test_tables_of_real_runs_leave_no_more_than_bound_and_rounding(
+    name: str, real_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = real_data / "positioning"
+    runs = [*sorted(folder.rglob("*_ISO230.dat")), *sorted(folder.rglob("x_positioning*.csv"))]
+    assert len(runs) == 4
+    for run in runs:
+        words = ["correct", str(run), "--control", name, "-o", str(tmp_path / "t")]
+        made = json_of(capsys, *words)
+        bound, figures = made["bound"], made["figures"]
+        assert bound["residual"] <= bound["interpolation"] + 1e-6
+        key = next(k for k in ("E", "E_forward", "E_backward") if figures["before"][k] is not None)
+        left = 2.0 * (bound["interpolation"] + bound["rounding"])
+        assert figures["after"][key] <= left + 1e-6
