@@ -227,7 +227,13 @@ def read_older(control: Control, path: Path, run: AxisRun, options: Mapping[str,
         If it cannot be read, or holds what the control would refuse.
     """
     text, unusual = read_table_text(path)
-    read = control.read_table(text, str(path), run.test.kind, options)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite then is refused
+            read = control.read_table(text, str(path), run.test.kind, options)
+    except DataError as error:
+        raise MeasurementFileError(
+            error.what, path=str(path), remedy=error.remedy or "Look for a wrong number in it"
+        ) from None
     if (
         max(float(np.max(np.abs(v))) for v in (read.table.position, read.table.deviation))
         > _LARGEST
