@@ -82,6 +82,7 @@ def main() -> None:
     """Do the job."""
     job = json.loads(Path("job.json").read_text(encoding="ascii"))
     failure = ""
+    linuxcnc.nmlfile = str(Path("machine.nml").resolve())
     operator = Operator()
     try:
         operator.switch_on()

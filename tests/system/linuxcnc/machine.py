@@ -9,6 +9,7 @@ import fcntl
 import json
 import os
 import pwd
+import re
 import shutil
 import signal
 import subprocess
@@ -25,8 +26,12 @@ OWN_PYTHON = "/usr/bin/python3"
 """The distribution's Python, which its modules `hal` and `linuxcnc` are compiled for."""
 LOCK_NAME = "thermaxis-linuxcnc.lock"
 RUNNING = Path("/tmp/linuxcnc.lock")  # noqa: S108 - LinuxCNC's own, fixed in its start script
-MEMORY_KEYS = (0x48414C32, 0x90280A48, 0x48484C34)
-"""Shared memory of HAL, RTAPI and the instance's number."""
+NML = Path("/usr/share/linuxcnc/linuxcnc.nml")
+"""LinuxCNC's message buffers. It offers them on port 5005 of every network interface, to anybody;
+these tests take the ports out."""
+IPC_KEYS = (0x48414C32, 0x90280A48, 0x48484C34, *range(1001, 1006))
+"""Keys of its shared memory (HAL, RTAPI, number of the instance) and of its message buffers."""
+IPC_KINDS = ("shm", "sem")
 PERIOD_S = 0.001
 START_AND_STOP_S = 40.0
 """Time allowed for everything but the program; one start and one stop take about 2 s together."""
@@ -138,14 +143,17 @@ def run_program(
     """
     with one_at_a_time():
         refuse_beside_another()
+        kept, logs = own_objects(), own_logs()
         folder = Path(tempfile.mkdtemp(prefix="thermaxis-"))
         try:
             prepare(folder, program, physics or Physics(), tables, limit_s)
-            start_and_wait(folder, limit_s)
+            start_and_wait(folder, limit_s, kept, logs)
             trace = read_trace(folder)
         finally:
             shutil.rmtree(folder)
         refuse_beside_another()
+        if own_objects() - kept:
+            raise RuntimeError("LinuxCNC left shared memory or semaphores behind")
     return trace
 
 
@@ -166,15 +174,37 @@ def one_at_a_time() -> Iterator[None]:
 
 def refuse_beside_another() -> None:
     """Raise if a LinuxCNC is running or left something: its start would end the other one."""
-    signed = {key - (1 << 32) if key >= 1 << 31 else key for key in MEMORY_KEYS}
-    rows = Path("/proc/sysvipc/shm").read_text(encoding="ascii").splitlines()[1:]
-    left = sorted(signed & {int(row.split()[0]) for row in rows})
+    signed = {key - (1 << 32) if key >= 1 << 31 else key for key in IPC_KEYS}
+    left = sorted(signed & {row["key"] for kind in IPC_KINDS for row in objects(kind)})
     if left or RUNNING.exists():
         raise RuntimeError(
             f"a LinuxCNC runs on this machine or was not ended cleanly ({RUNNING}:"
-            f" {'there' if RUNNING.exists() else 'not there'}; shared memory: {left}). End it;"
-            " after a crash: halrun -U, and remove the file"
+            f" {'there' if RUNNING.exists() else 'not there'}; keys of shared memory and"
+            f" semaphores: {left}). End it; after a crash: halrun -U, remove the file, and ipcrm"
+            " what is left"
         )
+
+
+def objects(kind: str) -> list[dict[str, int]]:
+    """Return what this machine has of shared memory (shm) or semaphores (sem)."""
+    rows = Path(f"/proc/sysvipc/{kind}").read_text(encoding="ascii").splitlines()
+    names = rows[0].split()
+    return [dict(zip(names, map(int, row.split()), strict=True)) for row in rows[1:]]
+
+
+def own_objects() -> set[tuple[str, int]]:
+    """Return those that belong to the user of LinuxCNC, by kind and number."""
+    return {
+        (kind, row[f"{kind}id"])
+        for kind in IPC_KINDS
+        for row in objects(kind)
+        if row["uid"] == user()[0]
+    }
+
+
+def own_logs() -> set[Path]:
+    """Return the logs of the start script of that user; it removes them at a clean end."""
+    return {p for p in RUNNING.parent.glob("linuxcnc.*.*") if p.stat().st_uid == user()[0]}
 
 
 # ---- the folder of one run ----------------------------------------------------------------------
@@ -193,6 +223,7 @@ def prepare(
         "program.ngc": program,
         "machine.ini": ini(folder, tables),
         "machine.hal": hal(),
+        "machine.nml": re.sub(r"TCP=\d+", "", NML.read_text(encoding="ascii")),
         "tool.tbl": "",
     }
     written |= {f"joint{joint}.comp": table.text for joint, table in enumerate(tables)}
@@ -214,7 +245,7 @@ def user() -> tuple[int, int]:
 def ini(folder: Path, tables: Sequence[Table]) -> str:
     """Return the configuration: linear joints, millimetres, no switches to home to."""
     text = INI.format(
-        display=folder / "display.py",
+        folder=folder,
         period_ns=round(PERIOD_S * 1e9),
         axes=AXES,
         joints=len(AXES),
@@ -244,8 +275,9 @@ INI = """\
 VERSION = 1.1
 MACHINE = virtual axis
 DEBUG = 0
+NML_FILE = {folder}/machine.nml
 [DISPLAY]
-DISPLAY = {display}
+DISPLAY = {folder}/display.py
 [TASK]
 TASK = milltask
 CYCLE_TIME = 0.005
@@ -309,11 +341,14 @@ net changed iocontrol.0.tool-change => iocontrol.0.tool-changed
 # ---- the life of LinuxCNC -----------------------------------------------------------------------
 
 
-def start_and_wait(folder: Path, limit_s: float) -> None:
+def start_and_wait(
+    folder: Path, limit_s: float, kept: set[tuple[str, int]], logs: set[Path]
+) -> None:
     """Start LinuxCNC and wait for its end; end it if it takes too long or the test is ended."""
     uid, gid = user()
     other = {} if os.geteuid() != 0 else {"user": uid, "group": gid, "extra_groups": []}
-    environment = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": str(folder), "LANG": "C"}
+    path = "/usr/sbin:/usr/bin:/sbin:/bin"
+    environment = {"PATH": path, "HOME": str(folder), "LANG": "C"}
     with (folder / "linuxcnc.log").open("wb") as log:
         linuxcnc = subprocess.Popen(
             ["/usr/bin/linuxcnc", "-r", str(folder / "machine.ini")],
@@ -331,19 +366,28 @@ def start_and_wait(folder: Path, limit_s: float) -> None:
             raise RuntimeError(f"LinuxCNC did not end:\n{tail(folder)}") from None
         finally:
             if linuxcnc.poll() is None:
-                end(linuxcnc, uid, environment, other)
+                end(linuxcnc, folder, environment, other)
+                for kind, number in own_objects() - kept:
+                    option = {"shm": "-m", "sem": "-s"}[kind]
+                    subprocess.run(["/usr/bin/ipcrm", option, str(number)], check=True)
+                for log_file in own_logs() - logs:
+                    log_file.unlink()
 
 
 def end(
-    linuxcnc: subprocess.Popen[bytes], uid: int, environment: dict[str, str], other: dict[str, int]
+    linuxcnc: subprocess.Popen[bytes],
+    folder: Path,
+    environment: dict[str, str],
+    other: dict[str, int],
 ) -> None:
     """End what `start_and_wait` started: first its display, which LinuxCNC outlives cleanly."""
-    for number in own_ids(linuxcnc.pid, "display.py"):
-        os.kill(number, signal.SIGTERM)
+    for number in own_ids(linuxcnc.pid, folder):
+        if "display.py" in command_line(number):
+            os.kill(number, signal.SIGTERM)
     try:
         linuxcnc.wait(START_AND_STOP_S)
     except subprocess.TimeoutExpired:
-        for number in own_ids(linuxcnc.pid):
+        for number in own_ids(linuxcnc.pid, folder):
             os.kill(number, signal.SIGKILL)
         linuxcnc.wait(START_AND_STOP_S)
         subprocess.run(
@@ -353,24 +397,33 @@ def end(
             check=False,
             **other,
         )
-        if RUNNING.exists() and RUNNING.stat().st_uid == uid:
-            RUNNING.unlink()
+        RUNNING.unlink(missing_ok=True)  # ours: none was there when we started
 
 
-def own_ids(session: int, name: str = "") -> list[int]:
-    """Return the ids of a session's processes whose command line holds the name."""
+def own_ids(session: int, folder: Path) -> list[int]:
+    """Return the ids of the processes of our session, or started with our configuration."""
     found: list[int] = []
     for entry in Path("/proc").iterdir():
         if not entry.name.isdigit():
             continue
         try:
             stat = (entry / "stat").read_text(encoding="utf-8", errors="replace")
-            command = (entry / "cmdline").read_text(encoding="utf-8", errors="replace")
         except OSError:  # it has ended meanwhile
             continue
-        if int(stat.rpartition(")")[2].split()[3]) == session and name in command:
+        state, _, _, of_session, *_ = stat.rpartition(")")[2].split()
+        ours = int(of_session) == session or f"{folder}/" in command_line(int(entry.name))
+        if ours and state != "Z":
             found.append(int(entry.name))
     return found
+
+
+def command_line(number: int) -> str:
+    """Return the command line of a process, empty if it has ended."""
+    try:
+        path = Path("/proc") / str(number) / "cmdline"
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
 
 
 def tail(folder: Path) -> str:
