@@ -24,7 +24,8 @@ class RefusedError(Exception):
 class Operator:
     """One person at one control."""
 
-    def __init__(self) -> None:
+    def __init__(self, heeds_messages: bool) -> None:
+        self.heeds_messages = heeds_messages
         self.command = linuxcnc.command()
         self.status = linuxcnc.stat()
         self.messages = linuxcnc.error_channel()
@@ -45,7 +46,8 @@ class Operator:
         while message:
             kind, text = message
             self.said.append(str(text).strip())
-            if kind in {linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR}:
+            bad = kind in {linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR}
+            if bad and self.heeds_messages:
                 raise RefusedError(f"the control says: {text}")
             message = self.messages.poll()
 
@@ -83,7 +85,7 @@ def main() -> None:
     job = json.loads(Path("job.json").read_text(encoding="ascii"))
     failure = ""
     linuxcnc.nmlfile = str(Path("machine.nml").resolve())
-    operator = Operator()
+    operator = Operator(job["heeds_messages"])
     try:
         operator.switch_on()
         operator.home()

@@ -116,7 +116,12 @@ class Trace:
 
 
 def run_program(
-    program: str, *, physics: Physics | None = None, tables: Sequence[Table] = (), limit_s: float
+    program: str,
+    *,
+    physics: Physics | None = None,
+    tables: Sequence[Table] = (),
+    limit_s: float,
+    heeds_messages: bool = True,
 ) -> Trace:
     """Run one NC program on a LinuxCNC of its own.
 
@@ -130,6 +135,8 @@ def run_program(
         Compensation tables of the first joints. Default: none.
     limit_s : float
         Longest time of the program. [s]
+    heeds_messages : bool
+        Whether an error that the control reports ends the run. Default: it does.
 
     Returns
     -------
@@ -146,7 +153,13 @@ def run_program(
         kept, logs = own_objects(), own_logs()
         folder = Path(tempfile.mkdtemp(prefix="thermaxis-"))
         try:
-            prepare(folder, program, physics or Physics(), tables, limit_s)
+            job = {
+                "physics": asdict(physics or Physics()),
+                "period_s": PERIOD_S,
+                "limit_s": limit_s,
+                "heeds_messages": heeds_messages,
+            }
+            prepare(folder, program, job, tables)
             start_and_wait(folder, limit_s, kept, logs)
             trace = read_trace(folder)
         finally:
@@ -210,14 +223,11 @@ def own_logs() -> set[Path]:
 # ---- the folder of one run ----------------------------------------------------------------------
 
 
-def prepare(
-    folder: Path, program: str, physics: Physics, tables: Sequence[Table], limit_s: float
-) -> None:
+def prepare(folder: Path, program: str, job: dict[str, object], tables: Sequence[Table]) -> None:
     """Write everything that LinuxCNC reads, for the user who will run it."""
     for name in ("virtual_axis.py", "display.py"):
         shutil.copy(FOLDER / name, folder / name)
     (folder / "display.py").chmod(0o755)
-    job = {"physics": asdict(physics), "period_s": PERIOD_S, "limit_s": limit_s}
     written = {
         "job.json": json.dumps(job),
         "program.ngc": program,

@@ -53,7 +53,8 @@ def find_stops(trace: Trace, targets: Sequence[float], shortest_s: float) -> lis
     places = np.asarray(targets)
     found: list[Stop] = []
     for begin, end in pairwise(edges):
-        duration_s = float(trace.clock_s[end - 1] - trace.clock_s[begin])
+        left = min(end, trace.clock_s.size - 1)  # the first period of the next motion
+        duration_s = float(trace.clock_s[left] - trace.clock_s[begin])
         position = float(trace.position[begin])
         if duration_s >= shortest_s and np.min(np.abs(position - places)) < AT_TARGET_MM:
             backward = position < trace.position[begin - 1]
