@@ -49,6 +49,7 @@ from thermaxis.positioning._test_conditions import check_test_conditions
 
 if TYPE_CHECKING:
     from thermaxis.positioning._correction import (
+        MOST_POINTS,
         AxisLevels,
         CompensationTable,
         CorrectionEffect,
@@ -120,6 +121,7 @@ __all__ = [
     "FORWARD",
     "LEVEL_KEY",
     "LONGEST_RUN_S",
+    "MOST_POINTS",
     "PAPER_RATIO",
     "UNVERIFIED",
     "AdjacentDifferenceApproach",
@@ -224,6 +226,7 @@ _MODULES = {
     "evaluate_uncertainty": "_uncertainty",
     "Finding": "_diagnosis",
     "diagnose": "_diagnosis",
+    "MOST_POINTS": "_correction",
     "AxisLevels": "_correction",
     "CompensationTable": "_correction",
     "CorrectionEffect": "_correction",
