@@ -5,6 +5,7 @@ from importlib import import_module
 from importlib.resources import files
 
 from thermaxis.controls._control import (
+    LARGEST_TABLE_BYTES,
     Control,
     ControlOption,
     GridRule,
@@ -13,11 +14,14 @@ from thermaxis.controls._control import (
     TableRequest,
     TableText,
     check_options,
+    check_points,
+    check_size,
     comment_text,
 )
 from thermaxis.errors import ConfigurationError, printable
 
 __all__ = [
+    "LARGEST_TABLE_BYTES",
     "Control",
     "ControlOption",
     "GridRule",
@@ -26,6 +30,8 @@ __all__ = [
     "TableRequest",
     "TableText",
     "check_options",
+    "check_points",
+    "check_size",
     "comment_text",
     "control_by_name",
     "control_names",

@@ -4,22 +4,18 @@ A control is one module of this package with a constant ``CONTROL``; the module'
 hyphens for underscores, is the name on the command line. Nothing else has to be told of it.
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import final
+from typing import TYPE_CHECKING, final
 
-import numpy as np
-
-from thermaxis.errors import ConfigurationError, printable
-from thermaxis.positioning import (
-    CompensationTable,
-    FloatArray,
-    MoveBlock,
-    TestPlan,
-)
+from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
 from thermaxis.quantities import AxisKind
+
+if TYPE_CHECKING:  # so that a command's help need not load numpy
+    from thermaxis.positioning import CompensationTable, FloatArray, MoveBlock, TestPlan
 
 LONGEST_COMMENT = 60
 """Longest text of a plan or a run within a comment; the rest is cut. [character]"""
@@ -98,11 +94,11 @@ class GridRule:
 class ProgramRequest:
     """What an NC program is made of."""
 
-    plan: TestPlan
+    plan: "TestPlan"
     """The plan."""
     plan_sha256: str
     """Its hash, 64 hexadecimal digits."""
-    blocks: tuple[MoveBlock, ...]
+    blocks: "tuple[MoveBlock, ...]"
     """Its motion, warm-up included."""
     axis: str
     """Name of the axis on the control."""
@@ -117,7 +113,7 @@ class ProgramRequest:
 class TableRequest:
     """What a control's table is made of, beside the values."""
 
-    table: CompensationTable
+    table: "CompensationTable"
     """The table, not yet rounded."""
     origin: tuple[str, ...] = ()
     """Lines about run, program and state of measurement for the head, where comments exist."""
@@ -141,7 +137,7 @@ class TableText:
 class ReadTable:
     """A control's table as it was read, as the control would read it."""
 
-    table: CompensationTable
+    table: "CompensationTable"
     """Its values as deviations."""
     findings: tuple[str, ...] = ()
     """What looks wrong in it or would surprise, with the line, in words."""
@@ -254,7 +250,22 @@ class Control(ABC):
             are named.
         """
 
-    def correction(self, table: CompensationTable, position: FloatArray) -> FloatArray:
+    def own_options(self, options: Mapping[str, str]) -> Mapping[str, str]:
+        """Return the options with which a file that this program has just written is read back.
+
+        Parameters
+        ----------
+        options : mapping
+            The control's options, with which an older file was read and the new one written.
+
+        Returns
+        -------
+        mapping
+            The same; a control leaves out what speaks of the older file only.
+        """
+        return options
+
+    def correction(self, table: "CompensationTable", position: "FloatArray") -> "FloatArray":
         """Return what the control adds at the positions: its interpolation, simulated.
 
         Parameters
@@ -380,13 +391,36 @@ def plain_number(value: float, decimals: int) -> str:
     ConfigurationError
         If it is not finite: a non-number never reaches a control.
     """
-    if not np.isfinite(value):
+    if not math.isfinite(value):
         raise ConfigurationError("a value of the program or table is not a finite number")
     text = f"{value:.{decimals}f}"
     return text[1:] if float(text) == 0 and text.startswith("-") else text
 
 
-def check_points(table: CompensationTable, rule: GridRule, title: str) -> None:
+def check_size(content: str | bytes, path: str) -> None:
+    """Refuse a file that is too large for a table, before it is taken apart.
+
+    Parameters
+    ----------
+    content : str or bytes
+        Content of the file.
+    path : str
+        Its name, for errors.
+
+    Raises
+    ------
+    MeasurementFileError
+        If it is larger than `LARGEST_TABLE_BYTES`.
+    """
+    if len(content) > LARGEST_TABLE_BYTES:
+        raise MeasurementFileError(
+            f"the file is larger than {LARGEST_TABLE_BYTES / 1e6:g} MB: too large for a table",
+            path=path,
+            remedy="Name the file of the table alone",
+        )
+
+
+def check_points(table: "CompensationTable", rule: GridRule, title: str) -> None:
     """Refuse a table that breaks the rule of a control.
 
     Parameters

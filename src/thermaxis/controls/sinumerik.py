@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
+from types import MappingProxyType
 from typing import final
 
 import numpy as np
@@ -258,6 +259,21 @@ class Sinumerik(Control):
             text="".join(line + self.newline for line in lines),
             sentences=self._sentences(request, axis, enc),
         )
+
+    def own_options(self, options: Mapping[str, str]) -> Mapping[str, str]:
+        """Return the options without the choice among several tables: a new file has only one.
+
+        Parameters
+        ----------
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        mapping
+            The options, ``table`` set to none.
+        """
+        return MappingProxyType({**options, "table": "none"})
 
     def _sentences(self, request: TableRequest, axis: str, enc: str) -> tuple[str, ...]:
         table, options = request.table, request.options
