@@ -20,7 +20,6 @@ from thermaxis.cli._control_names import axis_name
 from thermaxis.cli._correction_result import (
     effect_table,
     figures_as_json,
-    steepest_slope,
     table_as_json,
     targets_as_json,
 )
@@ -36,6 +35,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _DECIMALS = 2
+_SPACING_ROUNDING = 0.0005
+"""Half the last digit of a spacing, on the control with the fewest decimals. [mm or deg]"""
 _CLEARLY = 0.5
 """A sign is called wrong where the other one leaves at most this share of the deviations. [1]"""
 
@@ -120,7 +121,10 @@ def _axis_findings(read: ReadTable, wanted: str | None) -> list[str]:
 def _range_findings(run: AxisRun, read: ReadTable) -> list[str]:
     target, position = run.test.target, read.table.position
     unit = run.test.kind.units.position
-    outside = np.flatnonzero((target < position[0]) | (target > position[-1]))
+    # half the last digit of the spacing, once for each, may end the table short of a target
+    spacing = np.diff(position)
+    near = min(_SPACING_ROUNDING * position.size, 0.01 * float(np.min(spacing, initial=1.0)))
+    outside = np.flatnonzero((target < position[0] - near) | (target > position[-1] + near))
     said: list[str] = []
     if read.points_in_file is not None and read.points_in_file > position.size:
         said.append(
@@ -190,7 +194,7 @@ def _head(result: CheckedTable) -> str:
     units = table.kind.units
     axis = f" of axis {printable(table.axis, 40)}" if table.axis else ""
     every = "" if table.step is None else f", every {table.step:.9g} {units.position}"
-    slope, low, high = steepest_slope(table)
+    slope, low, high = table.steepest_slope
     lines = [
         (
             f"{printable(result.table_name)}: compensation table{axis}, read as"

@@ -147,33 +147,9 @@ def _reference_in_words(result: MadeTable) -> str:
     return "outside the targets: the value of the nearest end was taken as zero"
 
 
-def steepest_slope(table: CompensationTable) -> tuple[float, float, float]:
-    """Return the steepest slope of a table and between which points it lies.
-
-    Parameters
-    ----------
-    table : CompensationTable
-        The table.
-
-    Returns
-    -------
-    slope : float
-        Magnitude. [µm/mm or arcsec/deg]
-    low, high : float
-        The points; NaN where there is one point only. [mm or deg]
-    """
-    if table.position.size < 2:
-        return 0.0, float("nan"), float("nan")
-    slope = np.max(
-        np.abs(np.diff(table.deviation, axis=0)) / np.diff(table.position)[:, np.newaxis], axis=1
-    )
-    k = int(np.argmax(slope))
-    return float(slope[k]), float(table.position[k]), float(table.position[k + 1])
-
-
 def _slope_in_words(table: CompensationTable) -> str:
     units = table.kind.units
-    slope, low, high = steepest_slope(table)
+    slope, low, high = table.steepest_slope
     return (
         f"steepest slope {slope:.3g} {units.deviation}/{units.position} from {low:.9g} to"
         f" {high:.9g} {units.position}"
@@ -424,7 +400,7 @@ def as_json(result: MadeTable, kept: str | None) -> dict[str, object]:
             "interpolation": float(np.max(result.bound)),
             "residual": float(np.max(np.abs(result.residual))),
             "rounding": result.rounding,
-            "steepest_slope": steepest_slope(result.wanted)[0],
+            "steepest_slope": result.wanted.steepest_slope[0],
         },
         "targets": targets_as_json(result.measured),
         "figures": figures_as_json(result.run.test, result.measured),

@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, final
 
 from thermaxis.cli._text_table import filled
 from thermaxis.errors import printable
-from thermaxis.positioning import FORWARD
+from thermaxis.positioning import FORWARD, motion_duration_s
 
 if TYPE_CHECKING:
     from thermaxis.controls import Control, ProgramRequest
-    from thermaxis.positioning import Duration
 
 
 @final
@@ -23,23 +22,21 @@ class ProgramResult:
     """Name of the control on the command line."""
     control: "Control"
     """The control."""
-    duration: "Duration"
-    """How long the plan takes, without the warm-up."""
     plan_name: str
     """The plan's file."""
     output: str
     """The program's file."""
 
     @property
+    def duration_s(self) -> float:
+        """How long the program takes, as its head says. [s]"""
+        return motion_duration_s(self.request.plan, self.request.blocks)
+
+    @property
     def warm_up_s(self) -> float:
-        """Time of the warm-up travels at the feed. [s]"""
-        plan = self.request.plan
-        way = sum(
-            block.repetitions * len(block.moves) * (plan.highest - plan.lowest)
-            for block in self.request.blocks
-            if not any(move.is_stop for move in block.moves)
-        )
-        return 60.0 * way / plan.feed
+        """How much of it the warm-up is, with the way from there to the first stop. [s]"""
+        run = [b for b in self.request.blocks if any(move.is_stop for move in b.moves)]
+        return self.duration_s - motion_duration_s(self.request.plan, run)
 
 
 def as_text(result: ProgramResult) -> str:
@@ -70,7 +67,7 @@ def _head(result: ProgramResult) -> str:
 
 
 def _motion(result: ProgramResult) -> str:
-    request, duration = result.request, result.duration
+    request = result.request
     plan = request.plan
     unit = plan.kind.units.position
     if len(plan.approaches) == 2:
@@ -87,7 +84,7 @@ def _motion(result: ProgramResult) -> str:
             f"moves from {plan.lowest:.9g} to {plan.highest:.9g} {unit} at {plan.feed:g}"
             f" {unit}/min; a target is passed by {plan.overrun:.9g} {unit} where the axis must turn"
         ),
-        _takes(result, duration.total_s),
+        _takes(result),
     ]
     if request.travel is not None:
         low, high = request.travel
@@ -99,9 +96,9 @@ def _motion(result: ProgramResult) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _takes(result: ProgramResult, plan_s: float) -> str:
+def _takes(result: ProgramResult) -> str:
     warm = result.warm_up_s
-    text = f"takes {_hours(plan_s + warm)} without acceleration and the control's own pauses"
+    text = f"takes {_hours(result.duration_s)} without acceleration and the control's own pauses"
     return f"{text}, {_hours(warm)} of it warm-up" if warm else text
 
 

@@ -20,7 +20,6 @@ cycles as a loop or subprogram of the control. State the travel of the axis with
 that leaves it is refused. Nothing is sent to a machine; prove the program before it runs.
 """
 _NEGATIVE_WORD = re.compile(r"-\.?\d.*", re.DOTALL)
-_MOST_WARM_UPS = 1_000_000
 
 
 def _travel(text: str) -> tuple[float, float]:
@@ -122,7 +121,7 @@ def _make(arguments: argparse.Namespace) -> "tuple[ProgramResult, str]":
         control_by_name,
     )
     from thermaxis.files import plan_sha256, read_plan  # noqa: PLC0415
-    from thermaxis.positioning import evaluate_duration, moves_of_plan  # noqa: PLC0415
+    from thermaxis.positioning import moves_of_plan  # noqa: PLC0415
 
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="program")
@@ -145,7 +144,6 @@ def _make(arguments: argparse.Namespace) -> "tuple[ProgramResult, str]":
         request=request,
         control_name=arguments.control,
         control=control,
-        duration=evaluate_duration(plan),
         plan_name=arguments.plan,
         output=arguments.output,
     )

@@ -89,6 +89,7 @@ if TYPE_CHECKING:
     from thermaxis.positioning._plan_moves import (
         Move,
         MoveBlock,
+        motion_duration_s,
         moves_of_plan,
     )
     from thermaxis.positioning._plan_uncertainty import (
@@ -189,6 +190,7 @@ __all__ = [
     "measured_levels",
     "merge_tables",
     "montecarlo_difference",
+    "motion_duration_s",
     "moves_of_plan",
     "order_of_visits",
     "periodic_error_visibility",
@@ -240,6 +242,7 @@ _MODULES = {
     "values_at_points": "_correction",
     "Move": "_plan_moves",
     "MoveBlock": "_plan_moves",
+    "motion_duration_s": "_plan_moves",
     "moves_of_plan": "_plan_moves",
     "Duration": "_plan",
     "TargetChoice": "_plan",

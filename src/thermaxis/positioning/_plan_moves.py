@@ -1,6 +1,8 @@
 """The motion of a plan as blocks of moves that a control's language repeats."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -54,6 +56,10 @@ def moves_of_plan(plan: TestPlan, *, warm_up: int = 0) -> tuple[MoveBlock, ...]:
     Before a stop that is not ahead in the wanted direction the axis passes the target by the
     overrun and comes back. The order of the stops is that of `order_of_visits`.
 
+    Not protected: neither the limits of the axis nor what stands in its way are known here, and
+    the way to the first position is that from wherever the axis stands. A control may end a move
+    elsewhere than asked, by its rounding.
+
     Parameters
     ----------
     plan : TestPlan
@@ -95,6 +101,34 @@ def moves_of_plan(plan: TestPlan, *, warm_up: int = 0) -> tuple[MoveBlock, ...]:
             remedy="Ask for fewer cycles or targets, or for the standard cycle",
         )
     return tuple(blocks)
+
+
+def motion_duration_s(plan: TestPlan, blocks: Sequence[MoveBlock]) -> float:
+    """Return how long blocks of moves take from their first position, acceleration left out.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        Feed, dwell and recording time.
+    blocks : sequence of MoveBlock
+        Blocks in their order, such as those of `moves_of_plan`.
+
+    Returns
+    -------
+    float
+        Moves at the feed and all stops, the ways between repetitions and blocks included. [s]
+    """
+    way, stops = 0.0, 0
+    before: float | None = None
+    for block in blocks:
+        places = [move.position for move in block.moves]
+        inside = sum(abs(b - a) for a, b in pairwise(places))
+        again = abs(places[0] - places[-1])
+        first = 0.0 if before is None else abs(places[0] - before)
+        way += first + block.repetitions * inside + (block.repetitions - 1) * again
+        stops += block.repetitions * sum(move.is_stop for move in block.moves)
+        before = places[-1]
+    return 60.0 * way / plan.feed + stops * (plan.dwell_s + plan.recording_s)
 
 
 def _blocks(plan: TestPlan) -> list[MoveBlock]:

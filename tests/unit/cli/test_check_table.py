@@ -117,6 +117,16 @@ def test_targets_beyond_the_table_are_counted(
     assert "from 40 to 100 mm and does not cover 3 of 5 targets" in finding
 
 
+@pytest.mark.parametrize(("end", "counted"), [("199.999", False), ("199.99", True)])
+def test_a_table_that_ends_by_the_rounding_of_its_spacing_before_a_target_covers_it(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], end: str, counted: bool
+) -> None:
+    table = tmp_path / "x.comp"
+    table.write_text(f"0 -0.001 0.001\n100 100.01 100.012\n{end} {end} {end}\n")
+    said = " ".join(result(capsys, table, run)["findings"])
+    assert ("does not cover 1 of 5 targets" in said) is counted
+
+
 def test_points_behind_a_blank_line_are_lost_on_the_control_and_it_is_said(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,4 +1,6 @@
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -6,6 +8,7 @@ import pytest
 from thermaxis.cli import main
 from thermaxis.controls import control_names
 from thermaxis.files import plan_sha256, read_plan
+from thermaxis.positioning import evaluate_duration
 
 PLAN = ("plan", "--length", "300", "--targets", "6", "--pitch", "5", "--cycles", "3")
 
@@ -115,8 +118,15 @@ def test_the_warm_up_is_in_the_program_and_in_its_duration(
     output = tmp_path / "a.ngc"
     assert main(words(plan, output, "--warm-up", "10")) == 0
     p = read_plan(plan)
-    minutes = 10 * 2 * (p.highest - p.lowest) / p.feed
-    assert f"{minutes:.1f} min of it warm-up" in capsys.readouterr().out
+    warm_min = 20 * (p.highest - p.lowest) / p.feed  # the last way leads to the start of the run
+    printed = capsys.readouterr().out
+    assert f"{warm_min:.1f} min of it warm-up" in printed
+    total = warm_min + evaluate_duration(p).total_s / 60.0
+    total -= p.overrun / p.feed  # the way from the last cycle's end, which nobody drives
+    (minutes,) = re.findall(r"takes (\S+) min", printed)
+    assert float(minutes) == pytest.approx(total, abs=0.3)
+    (of_head,) = re.findall(r"duration about (\S+) min", output.read_text(encoding="ascii"))
+    assert minutes == of_head
     assert "warm up" in output.read_text(encoding="ascii")
 
 
@@ -185,3 +195,13 @@ def test_the_help_names_every_control(capsys: pytest.CaptureFixture[str]) -> Non
             main([command, "--help"])
         printed = " ".join(capsys.readouterr().out.split())
         assert all(name in printed for name in control_names())
+
+
+@pytest.mark.parametrize("command", ["program", "correct", "check-table"])
+def test_the_help_of_a_command_on_controls_needs_no_numpy(command: str) -> None:
+    code = (
+        "import sys; from thermaxis.cli import build_parser;"
+        f"build_parser(only='{command}'); print('numpy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -247,6 +247,22 @@ def test_the_step_is_known_only_where_it_is_the_same_throughout() -> None:
     assert step_of([3.0]) is None
 
 
+def test_the_steepest_slope_is_that_of_the_steeper_direction_with_its_points() -> None:
+    def table(position: list[float], forward: list[float], backward: list[float]) -> tuple:
+        return CompensationTable(
+            kind=LINEAR,
+            axis="X",
+            position=np.array(position),
+            deviation=np.stack((forward, backward), axis=1),
+        ).steepest_slope
+
+    assert table([0.0, 10.0, 15.0], [0.0, 2.0, 4.0], [0.0, 0.0, -5.0]) == (1.0, 10.0, 15.0)
+    slope, low, high = table([3.0], [1.0], [1.0])
+    assert slope == 0.0
+    assert np.isnan(low)
+    assert np.isnan(high)
+
+
 def test_the_merged_table_is_the_sum_of_both() -> None:
     places = np.array([0.0, 10.0, 20.0])
     old = table_of(levels_of([0.0, 20.0], [0.0, 8.0], [0.0, 8.0]), np.array([0.0, 20.0]))

@@ -12,6 +12,7 @@ from thermaxis.positioning import (
     Cycle,
     MoveBlock,
     TestPlan,
+    motion_duration_s,
     moves_of_plan,
     order_of_visits,
 )
@@ -142,3 +143,14 @@ def test_a_program_that_would_fill_the_memory_of_a_control_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="more than 200000"):
         moves_of_plan(long)
     assert len(moves_of_plan(plan(list(np.arange(10.0)), cycles=20_000))) == 1
+
+
+@given(plan=plans(), warm_up=st.integers(0, 4))
+def test_the_duration_of_the_motion_is_that_of_driving_it_move_by_move(
+    plan: TestPlan, warm_up: int
+) -> None:
+    blocks = moves_of_plan(plan, warm_up=warm_up)
+    stops, places, _ = driven(blocks, 0.0)
+    expected = 60.0 * float(np.sum(np.abs(np.diff(places)))) / plan.feed
+    expected += len(stops) * (plan.dwell_s + plan.recording_s)
+    assert motion_duration_s(plan, blocks) == pytest.approx(expected, rel=1e-9)
