@@ -159,8 +159,6 @@ class Control(ABC):
     """One sentence: unit and resolution of the values."""
     newline: str = "\n"
     """End of a line in its files."""
-    suffix: str
-    """Usual suffix of its NC programs."""
     options: tuple[ControlOption, ...] = ()
     """Its own settings."""
 

@@ -18,6 +18,10 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
 
+FIRST_POINT = 10_000
+"""Word N of point number 0 in a parameter file; from memory. [1]"""
+LARGEST_POSITION = 99_999.999
+"""Largest position of a word in IS-B; from memory. [mm or deg]"""
 LARGEST_MAGNIFICATION = 100
 """Largest magnification; from memory. [1]"""
 STATION = 0.001
@@ -206,29 +210,49 @@ def point_values(table: CompensationTable, chosen: PointOptions, axis_number: in
             where="points",
             remedy="Give --reference with that position, or --spacing that leads to it",
         )
-    correction, offset = _corrections(table, chosen)
-    if chosen.modulo:
-        correction, below = _one_turn(table, correction, step, below)
-    sections = correction.shape[0] - 1
+    sections = round(TURN_DEG / step) if chosen.modulo else table.position.size - 1
     # zeros lead from the reference position to a table that does not reach it
     front = 1 - below if below <= 0 else 0
     back = max(0, below - sections)
+    count = front + sections + back
+    _check_count(count, chosen)
+    correction, offset = _corrections(table, chosen)
+    if chosen.modulo:
+        correction = _one_turn(table, correction, step, below)
     magnification, counted = _magnified(correction, chosen)
     values = np.pad(np.diff(counted, axis=0), ((front, back), (0, 0)))
     if chosen.modulo:
         values[0] = values[-1]
-    count = values.shape[0]
+    ahead = front - 1 + below  # numbers from the first one to that of the reference position
+    first = _first_number(count, ahead, chosen, axis_number)
+    return PointValues(
+        reference=reference,
+        reference_point=first + ahead,
+        first=first,
+        last=first + count - 1,
+        second=first + count if chosen.bidirectional else None,
+        magnification=magnification,
+        interval=round(step / STATION),
+        offset=offset if chosen.bidirectional else 0,
+        values=values,
+    )
+
+
+def _check_count(count: int, chosen: PointOptions) -> None:
+    """Refuse too many numbers before room is made for them."""
     if count > chosen.most:
         raise ConfigurationError(
             f"the table takes {count} point numbers, more than {chosen.most}",
             where="points",
             remedy="Ask for fewer points or a wider spacing; the reference position counts too",
         )
-    ahead = front - 1 + below  # numbers from the first one to that of the reference position
+
+
+def _first_number(count: int, ahead: int, chosen: PointOptions, axis_number: int) -> int:
+    """Return the most negative number of the first table."""
     first = (axis_number - 1) * chosen.most * chosen.tables
     if chosen.reference_point is not None:
         first = chosen.reference_point - ahead
-    second = first + count if chosen.bidirectional else None
     end = first + count * chosen.tables - 1
     if first < 0 or end > chosen.highest:
         raise ConfigurationError(
@@ -236,17 +260,7 @@ def point_values(table: CompensationTable, chosen: PointOptions, axis_number: in
             where="--set reference_point",
             remedy="State another number of the reference position, or highest_point",
         )
-    return PointValues(
-        reference=reference,
-        reference_point=first + ahead,
-        first=first,
-        last=first + count - 1,
-        second=second,
-        magnification=magnification,
-        interval=round(step / STATION),
-        offset=offset if chosen.bidirectional else 0,
-        values=values,
-    )
+    return first
 
 
 def _interval(table: CompensationTable) -> float:
@@ -255,7 +269,8 @@ def _interval(table: CompensationTable) -> float:
         raise ConfigurationError(
             "the points of the table are not equidistant", where="points", remedy="Give --points"
         )
-    if abs(step / STATION - round(step / STATION)) > _SAME:
+    stations = round(step / STATION)
+    if stations < 1 or abs(step / STATION - stations) > _SAME:
         raise ConfigurationError(
             f"the interval {step:.7g} has more than three decimals",
             where="points",
@@ -291,7 +306,8 @@ def _corrections(table: CompensationTable, chosen: PointOptions) -> tuple[FloatA
         mean: FloatArray = zero - table.mean
         return mean[:, np.newaxis], 0
     place = _reference(table, chosen)
-    both = zero - table.deviation
+    # reversal that was apart, as of an older table with 1851, moves into the two tables
+    both = zero - table.deviation_at(table.position)
     at = [float(np.interp(place, table.position, both[:, a])) for a in (FORWARD, BACKWARD)]
     # 3627 is rounded first, and the other half of it goes into the points: so that the mean of
     # both directions is met to half a step at every point
@@ -303,7 +319,7 @@ def _corrections(table: CompensationTable, chosen: PointOptions) -> tuple[FloatA
 
 def _one_turn(
     table: CompensationTable, correction: FloatArray, step: float, below: int
-) -> tuple[FloatArray, int]:
+) -> FloatArray:
     """Return the corrections from the reference position over one whole turn."""
     sections = round(TURN_DEG / step)
     span = float(table.position[-1] - table.position[0])
@@ -315,12 +331,12 @@ def _one_turn(
             remedy="Give --reference with the first target and such a --spacing",
         )
     if abs(span - TURN_DEG) < _SAME:
-        return correction, below
+        return correction
     # the rest of the turn leads straight back to the reference position
     missing = sections + 1 - correction.shape[0]
     way = np.linspace(0.0, 1.0, missing + 1)[1:, np.newaxis]
     rest = correction[-1] + way * (correction[0] - correction[-1])
-    return np.concatenate((correction, rest)), below
+    return np.concatenate((correction, rest))
 
 
 def _magnified(correction: FloatArray, chosen: PointOptions) -> tuple[int, NDArray[np.int64]]:

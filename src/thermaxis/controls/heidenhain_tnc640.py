@@ -67,7 +67,6 @@ class HeidenhainTnc640(Control):
     )
     unit = "Values are in mm, of a rotary axis in deg, with four decimals (0.1 µm or 0.36 arcsec)"
     newline = "\r\n"
-    suffix = ".H"
     options = PROGRAM_OPTIONS
 
     def format_program(self, request: ProgramRequest) -> str:

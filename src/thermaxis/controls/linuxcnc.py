@@ -90,7 +90,6 @@ class LinuxCnc(Control):
         "Values and positions are in machine units, mm (0.000001) or inch (0.00000001), of a rotary"
         " axis always deg (0.0000001)"
     )
-    suffix = ".ngc"
     options = (
         ControlOption(
             "type",

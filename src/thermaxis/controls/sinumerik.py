@@ -88,7 +88,6 @@ class Sinumerik(Control):
     )
     unit = "Values are in mm (0.000001), of a rotary axis in deg (0.0000001); positions likewise"
     newline = "\r\n"
-    suffix = ".MPF"
     options = (
         ControlOption(
             "encoder", "1", "measuring system of the axis, first index 0 or 1", ("1", "2"), "table"

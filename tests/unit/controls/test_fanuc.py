@@ -614,3 +614,58 @@ def test_text_of_the_run_stays_within_comments() -> None:
     for line in text.split("\n")[1:-2]:
         assert re.fullmatch(r"\([A-Z0-9 ._-]*\)|N\d{5}(A\d+)?P-?\d+", line), line
     assert f"({'A' * 64})" in text
+
+
+def test_reversal_of_an_older_file_moves_into_the_two_tables_and_1851_becomes_0() -> None:
+    position = np.array([0.0, 20.0, 40.0, 60.0])
+    older = CompensationTable(
+        kind=LINEAR,
+        axis="X",
+        position=position,
+        deviation=np.array([[0.0, 0.0], [4.0, 2.0], [6.0, 8.0], [2.0, 2.0]]),
+        backlash=-6.0,
+        reference_position=0.0,
+    )
+    text = made(older, "bidirectional=1")
+    numbers = plain(text.text)
+    assert numbers[1851] == 0
+    # two sums from the negative side, added up by hand: minus deviation, plus and minus half of 6
+    first, second = numbers[3621], numbers[3626]
+    forward = [sum(numbers[10000 + first + j] for j in range(1, i + 1)) for i in range(4)]
+    backward = [sum(numbers[10000 + second + j] for j in range(1, i + 1)) for i in range(4)]
+    assert forward == [0, -4, -6, -2]
+    assert backward == [0, -2, -8, -2]
+    assert numbers[3627] == -6  # what the other direction is corrected less by
+    again = read(text.text, "bidirectional=1")
+    assert again.table.backlash == 0.0
+    assert FANUC.correction(again.table, position) == pytest.approx(
+        np.array([[3.0, -3.0], [-1.0, -5.0], [-3.0, -11.0], [1.0, -5.0]])
+    )
+    assert not any("1851" in finding for finding in again.findings)
+    said = " ".join(text.sentences)
+    assert "1851 is written as 0" in said
+    assert "set the backlash" not in said
+
+
+def test_two_tables_without_known_reversal_leave_1851_to_the_user() -> None:
+    table = simple([0.0, 1.0], start=0.0, step=10.0)
+    text = made(table, "bidirectional=1")
+    assert 1851 not in plain(text.text)
+    said = " ".join(text.sentences)
+    assert "set the backlash, 1851 and 1852, to 0 by hand" in said
+    assert "--backlash-in-force" in said
+
+
+def test_a_reference_position_far_away_is_refused_before_room_is_made_for_the_way_there() -> None:
+    table = simple([0.0, 1.0, 0.0], start=99_000.0, step=0.001)
+    with pytest.raises(ConfigurationError, match="99000002 point numbers"):
+        made(table)
+    with pytest.raises(ConfigurationError, match="more than three decimals"):
+        made(simple([0.0, 1.0], start=0.0, step=1e-9))
+
+
+@pytest.mark.parametrize("sets", [[], ["bidirectional=1"], ["detection_unit=0.1"]])
+@pytest.mark.parametrize("backlash", [None, -3.0])
+def test_every_sentence_ends_with_a_full_stop(sets: list[str], backlash: float | None) -> None:
+    table = simple([0.0, 9.0], start=0.0, step=10.0, backlash=backlash)
+    assert all(s.endswith(".") for s in made(table, *sets).sentences)
