@@ -23,7 +23,7 @@ from thermaxis.cli._correction_result import (
     table_as_json,
     targets_as_json,
 )
-from thermaxis.cli._make_table import read_older
+from thermaxis.cli._in_force import read_older
 from thermaxis.cli._results import finite_or_none
 from thermaxis.cli._text_table import filled, text_table
 from thermaxis.controls import Control, ReadTable, check_options, control_by_name

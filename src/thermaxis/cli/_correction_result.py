@@ -34,6 +34,13 @@ _NO_DRIFT = (
     "a table removes the systematic deviations at the thermal state of the run; it does not remove"
     " drift"
 )
+_IGNORED = (
+    "the reversal value of the control counts as 0 during the run; if it was not, and this table"
+    " makes the control ignore it (BACKLASH of the joint on LinuxCNC) or asks for 0 (1851 on Fanuc"
+    " with two tables), give --backlash-in-force: what it corrected comes back otherwise"
+)
+_SAME_REVERSAL = 1e-3
+"""Reversals nearer than this are the same: the last digit that is shown. [µm or arcsec]"""
 
 
 def as_text(result: MadeTable, kept: str | None) -> str:
@@ -164,17 +171,23 @@ def _reversal_in_words(result: MadeTable) -> str:
     mean, largest = float(np.mean(reversal)), float(np.max(np.abs(reversal)))
     of_run = f"forward minus backward is {mean:+.{_DECIMALS}f} {unit} in the mean"
     if result.rule.per_direction:
-        return f"{of_run}, at most {largest:.{_DECIMALS}f} {unit}; it is in the points"
+        more = ""
+        if result.in_force.backlash:
+            more = f", with the {result.in_force.backlash:+.{_DECIMALS}f} {unit} that were apart"
+        return f"{of_run}, at most {largest:.{_DECIMALS}f} {unit}; it is in the points{more}"
     if result.apart is not None:
         left = float(np.max(np.abs(reversal - mean)))
+        during = ""
+        if result.in_force.backlash is not None:
+            during = f" ({result.in_force.backlash:+.{_DECIMALS}f} {unit} during the run)"
         return (
-            f"{of_run}; {result.wanted.backlash:+.{_DECIMALS}f} {unit} are compensated apart, up"
-            f" to {left:.{_DECIMALS}f} {unit} remain at a target"
+            f"{of_run}; {result.wanted.backlash:+.{_DECIMALS}f} {unit} are compensated apart"
+            f"{during}, up to {left:.{_DECIMALS}f} {unit} remain at a target"
         )
     if result.wanted.backlash is not None:
         return (
-            f"{of_run}, beside the {result.wanted.backlash:+.{_DECIMALS}f} {unit} of the older"
-            f" table, which stay; all of it remains, at most {largest:.{_DECIMALS}f} {unit};"
+            f"{of_run}, beside the {result.wanted.backlash:+.{_DECIMALS}f} {unit} that were in"
+            f" force, which stay; all of it remains, at most {largest:.{_DECIMALS}f} {unit};"
             " --backlash adds the mean"
         )
     ask = "; --backlash writes the mean apart" if result.rule.backlash_apart else ""
@@ -269,8 +282,8 @@ def _older(result: MadeTable, older: OlderTable) -> str:
         " addition to it."
     )
     reversal = ""
-    if table.backlash is not None or older.read.table.backlash is not None:
-        before, after = older.read.table.backlash or 0.0, table.backlash or 0.0
+    if table.backlash is not None and not result.rule.per_direction:
+        before, after = result.in_force.backlash or 0.0, table.backlash
         reversal = (
             f"\nReversal apart from the points: old {before:+.3f}, new {after:+.3f}"
             f" {unit.deviation}"
@@ -309,10 +322,42 @@ def warnings_of(result: MadeTable) -> list[str]:
             "the run counts as measured without any table in force; if one was, give it with"
             " --merge"
         )
+    said += _reversal_warnings(result)
     said.append(_WRONG_SIGN)
     said.append(f"{_NO_DRIFT}. Temperature of the run: {temperature_in_words(run.test)}")
     said.append("the table is not in force: nothing was sent to the control or activated")
     return said
+
+
+def _reversal_warnings(result: MadeTable) -> list[str]:
+    """Return what the control's own reversal value has to do with the new file."""
+    in_force, unit = result.in_force, result.wanted.kind.units.deviation
+    alone = result.rule.per_direction and result.older is None
+    if in_force.backlash is None:
+        if result.apart is not None:
+            return [
+                (
+                    "the reversal value of the control (MD32450, 1851) counts as 0 during the run;"
+                    " if it was not, give --backlash-in-force: the file replaces it"
+                )
+            ]
+        return [_IGNORED] if alone else []
+    if alone and in_force.backlash != 0.0:
+        return [
+            (
+                "the reversal value that the control had during the run is in the points now: set"
+                " it to 0 on a control that does not ignore it beside a table"
+            )
+        ]
+    own = None if in_force.read is None else in_force.read.table.backlash
+    if own is not None and abs(own - in_force.backlash) > _SAME_REVERSAL:
+        return [
+            (
+                f"the older table states a reversal of {own:+.3f} {unit}, --backlash-in-force"
+                f" {in_force.backlash:+.3f} {unit}: the latter counts as in force during the run"
+            )
+        ]
+    return []
 
 
 def _drift_warnings(result: MadeTable) -> list[str]:
@@ -395,6 +440,7 @@ def as_json(result: MadeTable, kept: str | None) -> dict[str, object]:
         "unit": result.control.unit,
         "sentences": list(result.text.sentences),
         "table": table_as_json(result.read.table),
+        "backlash_in_force": result.in_force.backlash,
         "reference_position": result.wanted.reference_position,
         "bound": {
             "interpolation": float(np.max(result.bound)),

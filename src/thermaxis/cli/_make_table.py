@@ -14,7 +14,7 @@ from thermaxis.cli._axis_run import (
     simulated_without_drift,
     temperature_in_words,
 )
-from thermaxis.cli._table_files import read_table_text
+from thermaxis.cli._in_force import InForce, what_was_in_force
 from thermaxis.controls import (
     Control,
     GridRule,
@@ -22,14 +22,15 @@ from thermaxis.controls import (
     TableRequest,
     TableText,
     check_options,
+    check_points,
     comment_text,
     control_by_name,
 )
-from thermaxis.controls._control import check_points
-from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
+from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,
+    MOST_POINTS,
     AxisLevels,
     CompensationTable,
     CorrectionEffect,
@@ -46,8 +47,8 @@ from thermaxis.positioning import (
 
 _SAME = 1e-6
 """Positions nearer than this are the same: files have six decimals at most. [mm or deg]"""
-_LARGEST = 1e9
-"""Largest position or value of a table that is looked at. [mm, µm; deg, arcsec]"""
+_NEAR = 0.01
+"""An older point nearer than this to a target is left out if nothing is lost. [mm or deg]"""
 _ROUND_OFF = 1e-6
 """Values nearer than this are the same beside their rounding. [µm or arcsec]"""
 
@@ -108,8 +109,10 @@ class MadeTable:
     """What it makes of the readings."""
     without_drift: CorrectionEffect | None
     """What it makes of them without drift; None where no drift is seen."""
+    in_force: InForce
+    """What corrected the axis during the run."""
     older: OlderTable | None
-    """The table that was in force during the run."""
+    """The table that was in force, beside the new one."""
 
 
 def make_table(arguments: argparse.Namespace) -> MadeTable:
@@ -133,25 +136,15 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
     """
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="table")
-    hours: float | None = arguments.reference_time
-    run = read_run(
-        arguments.run,
-        axis=arguments.axis,
-        encoding=arguments.encoding,
-        reference_time_s=None if hours is None else 3600.0 * hours,
-    )
+    run = _run(arguments)
     rule = control.grid_rule(run.test.kind, options)
     levels = _levels(run, drift_free=arguments.drift_free)
     if arguments.backlash:
         _check_backlash(control, rule, levels)
+    in_force = what_was_in_force(arguments, control, options, rule, run)
     reference = _reference(levels, arguments.reference)
-    older_name: Path | None = arguments.merge
-    read = None
-    if older_name is not None:
-        read = read_older(control, older_name, run, options)
-        _check_same_axis(read, run, str(older_name))
-    position, grid = _points(arguments, rule, levels.target, reference, read)
-    residual_table = compensation_table(
+    position, grid = _points(arguments, rule, levels.target, reference, in_force.table)
+    residual = compensation_table(
         levels,
         position,
         kind=run.test.kind,
@@ -160,25 +153,18 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
         per_direction=rule.per_direction,
         backlash=arguments.backlash,
     )
-    wanted = residual_table if read is None else merge_tables(read.table, residual_table)
-    if not rule.per_direction and wanted.per_direction:
-        raise DataError(f"{control.title} has one value per point; the older table has two")
+    wanted = _with_what_was_in_force(residual, in_force, rule, control)
     wanted = replace(wanted, source=_source(arguments), run_sha256=run.sha256)
     check_points(wanted, rule, control.title)
-    text = control.format_table(
-        TableRequest(table=wanted, origin=_origin(run, arguments), options=options)
+    origin = _origin(run, arguments, in_force)
+    text = control.format_table(TableRequest(table=wanted, origin=origin, options=options))
+    again = control.read_table(
+        text.text, arguments.output, run.test.kind, control.own_options(options)
     )
-    again = control.read_table(text.text, arguments.output, run.test.kind, options)
-    rounding = _check_read_back(control, wanted, again, rule)
-    correction = control.correction(again.table, run.test.target)
-    older = None
-    if read is not None and older_name is not None:
-        # the run was measured with the older table: its corrections are in the readings
-        correction = correction - control.correction(read.table, run.test.target)
-        older = _older(str(older_name), read, position, levels.target)
-    bound = interpolation_bound(
-        levels, position, per_direction=rule.per_direction, backlash=arguments.backlash
-    )
+    # what was in force during the run is in its readings
+    added = control.correction(again.table, run.test.target)
+    added = added - in_force.correction(control, run.test.target)
+    older = _older(in_force, rule, position, levels.target)
     return MadeTable(
         run=run,
         control_name=arguments.control,
@@ -189,64 +175,34 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
         drift_free=arguments.drift_free,
         levels=levels,
         wanted=wanted,
-        apart=residual_table.backlash,
+        apart=residual.backlash,
         grid=grid,
         text=text,
         read=again,
-        rounding=rounding,
-        bound=bound if older is None else bound + older.lost,
-        residual=_residual(levels, residual_table),
-        measured=evaluate_correction(run.test, correction),
-        without_drift=simulated_without_drift(run, correction),
+        rounding=_check_read_back(control, wanted, again, rule),
+        bound=interpolation_bound(
+            levels, position, per_direction=rule.per_direction, backlash=arguments.backlash
+        )
+        + (0.0 if older is None else older.lost),
+        residual=_residual(levels, residual),
+        measured=evaluate_correction(run.test, added),
+        without_drift=simulated_without_drift(run, added),
+        in_force=in_force,
         older=older,
     )
 
 
-def read_older(control: Control, path: Path, run: AxisRun, options: Mapping[str, str]) -> ReadTable:
-    """Read a table of a control from its file.
-
-    Parameters
-    ----------
-    control : Control
-        The control.
-    path : Path
-        The file.
-    run : AxisRun
-        The run, whose kind of axis gives the units.
-    options : mapping
-        The control's options.
-
-    Returns
-    -------
-    ReadTable
-        Values and findings, those of the file's encoding included.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it cannot be read, or holds what the control would refuse.
-    """
-    text, unusual = read_table_text(path)
-    try:
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite then is refused
-            read = control.read_table(text, str(path), run.test.kind, options)
-    except DataError as error:
-        raise MeasurementFileError(
-            error.what, path=str(path), remedy=error.remedy or "Look for a wrong number in it"
-        ) from None
-    if (
-        max(float(np.max(np.abs(v))) for v in (read.table.position, read.table.deviation))
-        > _LARGEST
-    ):
-        raise MeasurementFileError(
-            "a position or value is larger than any axis has",
-            path=str(path),
-            remedy="Look for a missing decimal point",
-        )
-    return replace(read, findings=(*unusual, *read.findings))
-
-
 # ---- what the table is made of ------------------------------------------------------------------
+
+
+def _run(arguments: argparse.Namespace) -> AxisRun:
+    hours: float | None = arguments.reference_time
+    return read_run(
+        arguments.run,
+        axis=arguments.axis,
+        encoding=arguments.encoding,
+        reference_time_s=None if hours is None else 3600.0 * hours,
+    )
 
 
 def _levels(run: AxisRun, *, drift_free: bool) -> AxisLevels:
@@ -283,16 +239,6 @@ def _check_backlash(control: Control, rule: GridRule, levels: AxisLevels) -> Non
         )
 
 
-def _check_same_axis(read: ReadTable, run: AxisRun, name: str) -> None:
-    stated = read.table.axis
-    if stated and stated.casefold() != run.axis.casefold():
-        raise ConfigurationError(
-            f"the older table is of axis {stated}, the new one would be of {run.axis}",
-            where=name,
-            remedy=f"Say --axis {stated} if the run was measured on that axis",
-        )
-
-
 def _reference(levels: AxisLevels, stated: float | None) -> float:
     if stated is not None:
         return stated
@@ -300,12 +246,37 @@ def _reference(levels: AxisLevels, stated: float | None) -> float:
     return min(max(0.0, first), last)
 
 
+def _with_what_was_in_force(
+    residual: CompensationTable, in_force: InForce, rule: GridRule, control: Control
+) -> CompensationTable:
+    """Return the table that takes the place of everything that was in force."""
+    older = in_force.table
+    if older is not None:
+        wanted = merge_tables(older, residual)
+    elif in_force.backlash is not None:
+        wanted = replace(residual, backlash=in_force.backlash + (residual.backlash or 0.0))
+    else:
+        wanted = residual
+    if rule.per_direction:
+        return _reversal_in_points(wanted)
+    if wanted.per_direction:
+        raise DataError(f"{control.title} has one value per point; the older table has two")
+    return wanted
+
+
+def _reversal_in_points(table: CompensationTable) -> CompensationTable:
+    """Return a table whose points hold what it compensated apart, which is zero then."""
+    if table.backlash is None:
+        return table
+    return replace(table, deviation=table.deviation_at(table.position), backlash=0.0)
+
+
 def _points(
     arguments: argparse.Namespace,
     rule: GridRule,
     target: FloatArray,
     reference: float,
-    older: ReadTable | None,
+    older: CompensationTable | None,
 ) -> tuple[FloatArray, str]:
     """Return the points of the table, and in words how they were chosen."""
     through = reference if rule.through_reference else None
@@ -313,9 +284,9 @@ def _points(
     spacing: float | None = arguments.spacing
     if count is None and spacing is None:
         if older is not None:
-            found = _points_of_both(rule, target, through, older.table)
+            found = _points_of_both(rule, target, through, older)
             if found is not None:
-                return found, "those of the older table, so that nothing of it is lost"
+                return found
         if not rule.equidistant:
             return _with(target, through, rule), "the targets themselves"
     position = table_points(
@@ -332,23 +303,53 @@ def _with(target: FloatArray, through: float | None, rule: GridRule) -> FloatArr
 
 def _points_of_both(
     rule: GridRule, target: FloatArray, through: float | None, old: CompensationTable
-) -> FloatArray | None:
-    """Return points that hold the older table without loss; None if they are too many."""
+) -> tuple[FloatArray, str] | None:
+    """Return points that hold the older table without loss, in words too; None if too many."""
+    words = "those of the older table, so that nothing of it is lost"
+    most = MOST_POINTS if rule.most_points is None else rule.most_points
     if not rule.equidistant:
-        both = _with(np.append(old.position, target), through, rule)
-        both = both[np.append(True, np.diff(both) > _SAME)]
-    elif old.step is None:
-        return None
-    else:
-        start, step = float(old.position[0]), old.step
-        if through is not None and abs((through - start) / step % 1.0 - 0.5) < 0.5 - _SAME:
+        both, beside = _old_and_new(_with(target, through, rule), old, rule)
+        if both.size > most:
             return None
-        before = max(0, int(np.ceil((start - float(target[0])) / step - _SAME)))
-        last = max(float(target[-1]), float(old.position[-1]))
-        count = int(np.ceil((last - start) / step - _SAME)) + 1
-        both = start + step * np.arange(-before, count, dtype=np.float64)
-    most = rule.most_points
-    return None if most is not None and both.size > most else both
+        if beside:
+            words += (
+                f"; {beside} of them lie nearer than {_NEAR:g} {old.kind.units.position} to a"
+                " target and are kept, as the older table bends there"
+            )
+        return both, f"the targets and {words}"
+    if old.step is None:
+        return None
+    start, step = float(old.position[0]), old.step
+    if through is not None and abs((through - start) / step % 1.0 - 0.5) < 0.5 - _SAME:
+        return None
+    before = max(0.0, np.ceil((start - float(target[0])) / step - _SAME))
+    last = max(float(target[-1]), float(old.position[-1]))
+    count = np.ceil((last - start) / step - _SAME) + 1.0
+    if not before + count <= most:  # before any array of that size
+        return None
+    return start + step * np.arange(-int(before), int(count), dtype=np.float64), words
+
+
+def _old_and_new(new: FloatArray, old: CompensationTable, rule: GridRule) -> tuple[FloatArray, int]:
+    """Return new points with the older ones, and how many of these lie beside a new one.
+
+    Between two points that lie close together a rounding makes a steep slope. An older point
+    beside a new one is left out where that changes the older table by half a resolution at most.
+    """
+    places = np.unique(np.round(old.position, rule.decimals))
+    above = np.searchsorted(new, places).clip(1, new.size - 1)
+    apart = np.minimum(np.abs(places - new[above - 1]), np.abs(places - new[above]))
+    far, near = places[apart >= _NEAR], places[(apart < _NEAR) & (apart > _SAME)]
+    points = np.union1d(new, far)
+    left = np.abs(_sampled(old, points, near) - old.deviation_at(near)) if near.size else near
+    bends = near[np.max(left, axis=1) > 0.5 * rule.resolution] if near.size else near
+    return np.union1d(points, bends), bends.size
+
+
+def _sampled(table: CompensationTable, points: FloatArray, at: FloatArray) -> FloatArray:
+    """Return what a table is at positions if only its values at the points are kept, (p, 2)."""
+    value = table.deviation_at(points)
+    return np.stack([np.interp(at, points, value[:, a]) for a in (FORWARD, BACKWARD)], axis=1)
 
 
 def _source(arguments: argparse.Namespace) -> str:
@@ -356,7 +357,7 @@ def _source(arguments: argparse.Namespace) -> str:
     return words if arguments.merge is None else f"{words}, added to an older table"
 
 
-def _origin(run: AxisRun, arguments: argparse.Namespace) -> tuple[str, ...]:
+def _origin(run: AxisRun, arguments: argparse.Namespace, in_force: InForce) -> tuple[str, ...]:
     """Return lines for the head of the file, where hash and kind of levels stand anyhow."""
     from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
 
@@ -370,6 +371,9 @@ def _origin(run: AxisRun, arguments: argparse.Namespace) -> tuple[str, ...]:
     if arguments.merge is not None:
         lines.append(f"added to {Path(arguments.merge).name}")
         lines.append("that table was in force during the run")
+    if in_force.backlash is not None:
+        unit = test.kind.units.deviation_suffix
+        lines.append(f"reversal compensated apart during the run {in_force.backlash:.3f} {unit}")
     return tuple(comment_text(line) for line in lines)
 
 
@@ -392,7 +396,7 @@ def _check_read_back(
     difference = float(np.max(np.abs(found - meant)))
     moved = float(np.max(np.abs(again.table.position - wanted.position)))
     step = rule.resolution if again.resolution is None else again.resolution
-    allowed = 0.5 * step + _steepest(wanted) * moved
+    allowed = 0.5 * step + wanted.steepest_slope[0] * moved
     if wanted.backlash is not None:
         allowed += 0.25 * step  # half of the rounding of the reversal
     if difference > allowed + _ROUND_OFF * max(1.0, float(np.max(np.abs(meant)))):
@@ -405,13 +409,6 @@ def _check_read_back(
     return difference
 
 
-def _steepest(table: CompensationTable) -> float:
-    if table.position.size < 2:
-        return 0.0
-    rise = np.abs(np.diff(table.deviation, axis=0)) / np.diff(table.position)[:, np.newaxis]
-    return float(np.max(rise))
-
-
 def _residual(levels: AxisLevels, table: CompensationTable) -> FloatArray:
     """Return how far the table misses the levels, apart from the zero that was chosen, (m, 2)."""
     value = values_at_points(levels, table.position)
@@ -419,9 +416,13 @@ def _residual(levels: AxisLevels, table: CompensationTable) -> FloatArray:
     return levels.level - zero - table.deviation_at(levels.target)
 
 
-def _older(name: str, read: ReadTable, position: FloatArray, target: FloatArray) -> OlderTable:
-    table = replace(read.table, backlash=None)
+def _older(
+    in_force: InForce, rule: GridRule, position: FloatArray, target: FloatArray
+) -> OlderTable | None:
+    table = in_force.table
+    if in_force.read is None or table is None:
+        return None
+    table = _reversal_in_points(table) if rule.per_direction else replace(table, backlash=None)
     at_points = table.deviation_at(position)
-    sampled = np.stack([np.interp(target, position, at_points[:, a]) for a in (0, 1)], axis=1)
-    lost = float(np.max(np.abs(sampled - table.deviation_at(target))))
-    return OlderTable(name, read, at_points, lost)
+    lost = float(np.max(np.abs(_sampled(table, position, target) - table.deviation_at(target))))
+    return OlderTable(in_force.name, in_force.read, at_points, lost)

@@ -29,7 +29,7 @@ def read_table_text(path: Path | str) -> tuple[str, tuple[str, ...]]:
     MeasurementFileError
         If it cannot be read, is no regular file, too large, or in UTF-16.
     """
-    from thermaxis.controls._control import LARGEST_TABLE_BYTES  # noqa: PLC0415  with numpy
+    from thermaxis.controls import LARGEST_TABLE_BYTES, check_size  # noqa: PLC0415  --help
 
     name = str(path)
     try:
@@ -46,12 +46,7 @@ def read_table_text(path: Path | str) -> tuple[str, tuple[str, ...]]:
             path=name,
             remedy="Check its name and that it may be read",
         ) from None
-    if len(content) > LARGEST_TABLE_BYTES:
-        raise MeasurementFileError(
-            f"the file is larger than {LARGEST_TABLE_BYTES / 1e6:g} MB",
-            path=name,
-            remedy="Name the file of the table alone",
-        )
+    check_size(content, name)
     if content.startswith(_BYTE_ORDER_MARKS) or b"\0" in content:
         raise MeasurementFileError(
             "the file is no plain text (UTF-16, or binary)",

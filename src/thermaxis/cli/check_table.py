@@ -32,7 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         action="append",
         default=[],
-        help="an option that only this control has; may be given more than once",
+        help="an option that only this control has; may be given more than once; an unknown NAME"
+        " lists them all",
     )
     add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
     add("--encoding", metavar="NAME", default="cp1250", help="of a run that is not UTF-8")

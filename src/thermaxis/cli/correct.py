@@ -14,6 +14,7 @@ Write the compensation table of a measured axis in the form of one control, read
 by simulation of that control what it leaves. Sign and unit are said in words. Nothing is sent to a
 control and no table is activated. A wrong sign doubles the error: verify two points on the machine.
 """
+_LARGEST_REVERSAL = 1.0
 
 
 def _hours(text: str) -> float:
@@ -23,6 +24,19 @@ def _hours(text: str) -> float:
         number = -1.0
     if not 0.0 <= number < 1e6:
         raise argparse.ArgumentTypeError(f"'{text}' is no number of hours from 0 on")
+    return number
+
+
+def _reversal(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = float("nan")
+    if not abs(number) <= _LARGEST_REVERSAL:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is no reversal from -{_LARGEST_REVERSAL:g} to {_LARGEST_REVERSAL:g} mm or"
+            " degrees; write 0.009 for 9 µm"
+        )
     return number
 
 
@@ -77,6 +91,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="write the mean reversal apart, on a control with one value per point",
     )
     add(
+        "--backlash-in-force",
+        metavar="VALUE",
+        type=_reversal,
+        help="reversal value of the control during the run, in mm or degrees, with the sign of its"
+        " own parameter: MD32450, BACKLASH of the joint, 1851 times its unit (default: that of the"
+        " older table, else 0 with a warning)",
+    )
+    add(
         "--merge",
         metavar="OLD",
         type=Path,
@@ -87,7 +109,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         action="append",
         default=[],
-        help="an option that only this control has; may be given more than once",
+        help="an option that only this control has; may be given more than once; an unknown NAME"
+        " lists them all",
     )
     add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
     add("--encoding", metavar="NAME", default="cp1250", help="of a run that is not UTF-8")

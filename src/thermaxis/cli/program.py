@@ -79,7 +79,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         action="append",
         default=[],
-        help="an option that only this control has; may be given more than once",
+        help="an option that only this control has; may be given more than once; an unknown NAME"
+        " lists them all",
     )
 
 

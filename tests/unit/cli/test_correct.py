@@ -281,6 +281,107 @@ def test_the_reversal_of_a_run_in_one_direction_is_not_known(
     np.testing.assert_array_equal(table[:, 1], table[:, 2])
 
 
+def backlash_value(path: Path) -> float:
+    (value,) = re.findall(r"\$MA_BACKLASH\[0,X\]=(\S+)", path.read_text())
+    return float(value)
+
+
+def test_the_reversal_value_in_force_is_added_to_what_the_run_still_shows(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone, with_it = tmp_path / "a.ini", tmp_path / "b.ini"
+    control = ("--control", "sinumerik", "--backlash")
+    assert main(["correct", str(run), *control, "-o", str(alone)]) == 0
+    assert "(MD32450, 1851) counts as 0 during the run" in " ".join(capsys.readouterr().out.split())
+    words = ["correct", str(run), *control, "-o", str(with_it), "--backlash-in-force", "0.009"]
+    assert main(words) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "counts as 0 during the run" not in printed
+    assert "(-9.00 µm during the run)" in printed
+    assert backlash_value(with_it) == pytest.approx(backlash_value(alone) + 0.009, abs=2e-6)
+    assert sinumerik_values(with_it) == sinumerik_values(alone)
+    # the readings hold what the control corrected: only the difference changes the figures
+    assert main([*words, "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["backlash_in_force"] == pytest.approx(-9.0)
+    assert found["figures"]["after"]["B_mean"] == pytest.approx(0.0, abs=0.002)
+
+
+def test_a_control_that_then_ignores_its_reversal_value_gets_it_in_the_points(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone, with_it = tmp_path / "a.comp", tmp_path / "b.comp"
+    assert correct(run, alone) == 0
+    assert "BACKLASH of the joint on LinuxCNC" in " ".join(capsys.readouterr().out.split())
+    assert correct(run, with_it, "--backlash-in-force", "0.006") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "is in the points now: set it to 0" in printed
+    # lost motion: LinuxCNC moved 3 um further forward and 3 um further backward
+    shift = triplets(with_it)[:, 1:] - triplets(alone)[:, 1:]
+    np.testing.assert_allclose(shift, np.tile([-0.003, 0.003], (5, 1)), atol=2e-6)
+    found = result(capsys, run, with_it, "--backlash-in-force", "0.006")
+    assert found["figures"]["after"]["E"] < 0.05
+
+
+def test_a_fanuc_with_two_tables_gets_it_in_the_second_one_and_zero_in_1851(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "p.txt"
+    more = ("--set", "bidirectional=1", "--set", "largest_value=127", "--points", "5")
+    assert correct(run, output, *more, "--backlash-in-force", "0.008", control="fanuc") == 0
+    assert "N01851A1P0" in output.read_text()
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "with the -8.00 µm that were apart" in printed
+
+
+@pytest.mark.parametrize(
+    ("control", "more", "said"),
+    [
+        ("sinumerik", (), "does not write the control's reversal value"),
+        ("heidenhain-itnc530", (), "has no place for the reversal"),
+        ("linuxcnc", ("--merge", "OLD"), "a value for each direction"),
+    ],
+)
+def test_a_reversal_value_that_the_file_does_not_replace_is_refused(
+    run: Path,
+    tmp_path: Path,
+    control: str,
+    more: tuple[str, ...],
+    said: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n250 250.01 250.01\n")
+    more = tuple(word.replace("OLD", str(old)) for word in more)
+    output = tmp_path / "x"
+    assert correct(run, output, *more, "--backlash-in-force", "0.009", control=control) == 2
+    error = capsys.readouterr().err
+    assert "--backlash-in-force" in error
+    assert said in error
+    assert not output.exists()
+    assert correct(run, output, *more, "--backlash-in-force", "0", control=control) == 0
+
+
+def test_a_reversal_value_in_micrometres_is_refused(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for value in ("9", "nan", "-1.5", "nine"):
+        with pytest.raises(SystemExit):
+            correct(run, tmp_path / "x", "--backlash-in-force", value)
+        assert "write 0.009 for 9" in capsys.readouterr().err
+
+
+def test_the_stated_reversal_value_counts_and_not_that_of_the_older_file(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old.ini", tmp_path / "new.ini"
+    assert correct(run, old, "--backlash", control="sinumerik") == 0  # 0.002
+    more = ("--merge", str(old), "--backlash", "--backlash-in-force", "0.005")
+    assert correct(run, new, *more, control="sinumerik") == 0
+    assert backlash_value(new) == pytest.approx(0.007, abs=2e-5)
+    assert "the latter counts as in force" in " ".join(capsys.readouterr().out.split())
+
+
 # ---- merge --------------------------------------------------------------------------------------
 
 
@@ -324,6 +425,47 @@ def test_equidistant_points_of_the_older_table_are_kept(run: Path, tmp_path: Pat
     np.testing.assert_allclose(
         list(after.values()), 2.0 * np.array(list(before.values())), atol=2e-6
     )
+
+
+def test_merging_reads_the_older_table_of_several_and_writes_one(run: Path, tmp_path: Path) -> None:
+    first, second, new = (tmp_path / name for name in ("a.ini", "b.ini", "new.ini"))
+    assert correct(run, first, "--spacing", "50", control="sinumerik") == 0
+    assert correct(run, second, "--spacing", "50", "--reference", "200", control="sinumerik") == 0
+    both = tmp_path / "both.ini"
+    both.write_bytes(first.read_bytes() + second.read_bytes())
+    more = ("--merge", str(both), "--set", "table=2", "--reference", "200")
+    assert correct(run, new, *more, control="sinumerik") == 0
+    expected = 2.0 * np.array(list(sinumerik_values(second).values()))
+    np.testing.assert_allclose(list(sinumerik_values(new).values()), expected, atol=2e-6)
+
+
+def test_a_tiny_step_of_the_older_table_is_no_reason_for_a_grid_of_that_size(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.ini"
+    assert correct(run, old, "--points", "2", control="sinumerik") == 0
+    text = re.sub(r"(_STEP\[0,X\]=)\S+", r"\g<1>0.0000001", old.read_text())
+    old.write_text(re.sub(r"(_MAX\[0,X\]=)\S+", r"\g<1>0.0000001", text))
+    new = tmp_path / "new.ini"
+    assert correct(run, new, "--merge", str(old), control="sinumerik") == 0
+    assert len(sinumerik_values(new)) == 5
+    assert correct(run, new, "--merge", str(old), "--spacing", "1e-4", control="sinumerik") == 2
+    assert "more than 100000" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("deviation", [0.0, 0.001])
+def test_an_older_point_beside_a_target_is_left_out_unless_the_older_table_bends_there(
+    run: Path, tmp_path: Path, deviation: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old.comp", tmp_path / "new.comp"
+    value = f"{99.995 + deviation:.6f}"
+    old.write_text(f"0 0 0\n99.98 99.98 99.98\n99.995 {value} {value}\n200 200 200\n")
+    assert correct(run, new, "--merge", str(old)) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    positions = triplets(new)[:, 0].tolist()
+    assert (99.995 in positions) is (deviation > 0.0)
+    assert ("1 of them lie nearer than 0.01 mm to a target" in printed) is (deviation > 0.0)
+    assert {0.0, 40.0, 99.98, 100.0, 160.0, 200.0} <= set(positions)
 
 
 def test_the_older_table_of_another_axis_is_refused(
