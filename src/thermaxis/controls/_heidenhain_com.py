@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.controls._control import LARGEST_TABLE_BYTES, plain_number
+from thermaxis.controls._control import check_size, plain_number
 from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
 from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind
@@ -108,23 +108,23 @@ def common_sentences(table: CompensationTable, file_name: str) -> Iterator[str]:
         Sentences.
     """
     if table.reference_position is None:
-        yield "The values were not set to zero at a reference point"
+        yield "The values were not set to zero at a reference point."
     else:
         yield (
             f"The mean of both directions is zero at {table.reference_position:g}"
-            f" {table.kind.units.position}, to be the reference point of the machine"
+            f" {table.kind.units.position}, to be the reference point of the machine."
         )
     yield (
         f"Store it on the control as {file_name}; it acts only when a .CMA table names it in the"
         " column of this axis and that line is the active one [V, manual]: the file activates"
-        " nothing by itself"
+        " nothing by itself."
     )
     yield (
         "No comment is written into the file: that the control skips one is not known; keep this"
-        " summary with it"
+        " summary with it."
     )
     if table.kind is AxisKind.ROTARY:
-        yield "Values of a rotary axis are in degrees [M]: confirm it on the machine"
+        yield "Values of a rotary axis are in degrees [M]: confirm it on the machine."
 
 
 @final
@@ -224,8 +224,7 @@ def com_text(text: str, path: str) -> ComText:
         If it is too large, empty, has tabs or a line beyond `LONGEST_LINE`.
     """
     source = ComText(path, ())
-    if len(text) > LARGEST_TABLE_BYTES:
-        raise source.error("the file is too large for a table", None, "Name the table alone")
+    check_size(text, path)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip().split("\n")
     if lines == [""]:
         raise source.error("the file is empty", None, "Name the table's file")

@@ -172,8 +172,8 @@ class HeidenhainITnc530(Control):
         return TableText(
             text="".join(line + self.newline for line in lines),
             sentences=(
-                self.sign,
-                self.unit,
+                f"{self.sign}.",
+                f"{self.unit}.",
                 *common_sentences(table, name),
                 *_reversal_sentences(table),
             ),
@@ -286,13 +286,13 @@ def _reversal_sentences(table: CompensationTable) -> list[str]:
     said = [
         (
             "One value stands for both directions; reversal is machine parameter MP 710 [M], set by"
-            " hand, its sign to be proven by a measurement"
+            " hand, its sign to be proven by a measurement."
         )
     ]
     if table.backlash is not None:
         said.append(
             f"The mean reversal, forward minus backward, is {table.backlash:+.2f}"
-            f" {table.kind.units.deviation}: it is not in the file"
+            f" {table.kind.units.deviation}: it is not in the file."
         )
     return said
 

@@ -163,13 +163,13 @@ class HeidenhainTnc640(Control):
             )
         lines.append("[END]")
         direction = (
-            f"Column {axis} is for the positive direction, BACKLASH for the negative one"
+            f"Column {axis} is for the positive direction, BACKLASH for the negative one."
             if both
-            else "Both directions have the same values: the column BACKLASH is empty"
+            else "Both directions have the same values: the column BACKLASH is empty."
         )
         return TableText(
             text="".join(line + self.newline for line in lines),
-            sentences=(self.sign, self.unit, direction, *common_sentences(table, name)),
+            sentences=(f"{self.sign}.", f"{self.unit}.", direction, *common_sentences(table, name)),
         )
 
     def read_table(

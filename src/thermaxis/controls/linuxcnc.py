@@ -18,7 +18,6 @@ from typing import final
 import numpy as np
 
 from thermaxis.controls._control import (
-    LARGEST_TABLE_BYTES,
     Control,
     ControlOption,
     GridRule,
@@ -27,6 +26,7 @@ from thermaxis.controls._control import (
     TableRequest,
     TableText,
     check_points,
+    check_size,
     plain_number,
 )
 from thermaxis.controls._program_head import (
@@ -45,6 +45,10 @@ MOST_POINTS = 256
 """Entries that one joint holds, ``EMCMOT_COMP_SIZE``. [1]"""
 LONGEST_LINE = 254
 """Longest line that the control reads in one piece; from memory. [character]"""
+LARGEST_NUMBER = 1e6
+"""Largest magnitude of a number that is read: no axis has more. [mm, inch or deg]"""
+NEAREST = 1e-9
+"""Least distance of two points that are read: no axis resolves it. [mm, inch or deg]"""
 
 _INCH_MM = 25.4
 _LINEAR_AXES, _ROTARY_AXES = "XYZUVW", "ABC"
@@ -235,7 +239,8 @@ class LinuxCnc(Control):
             "The file can hold no comment: it names neither its sign, nor its run, nor its type.",
             (
                 f"It acts with COMP_FILE and COMP_FILE_TYPE = {_type(options)} in the [JOINT_n]"
-                " section, from the next start of LinuxCNC on; BACKLASH there is then ignored [V]."
+                " section, from the next start of LinuxCNC on; BACKLASH there is then ignored [V]:"
+                " what it was during the run must be in the table (--backlash-in-force)."
             ),
             (
                 "Give the joint some reserve of speed and acceleration: the correction may add half"
@@ -268,13 +273,11 @@ class LinuxCnc(Control):
         Raises
         ------
         MeasurementFileError
-            If no point is read, points do not increase, there is a 257th, a number is not finite,
-            a decimal comma cuts a value, or the values look like those of the other type.
+            If no point is read, points do not increase or are nearer than `NEAREST`, there is a
+            257th, a number is not finite or larger than `LARGEST_NUMBER`, a decimal comma cuts a
+            value, or the values look like those of the other type.
         """
-        if len(text) > LARGEST_TABLE_BYTES:
-            raise MeasurementFileError(
-                "the file is larger than 5 MB", path=path, remedy="Give a compensation table"
-            )
+        check_size(text, path)
         lines = re.split(r"\r\n|\n|\r", text)
         rows, findings = _read_rows(lines, path)
         _check_rows(rows, path)
@@ -364,7 +367,7 @@ def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[str]]:
         findings += _behind(line[triplet.end() :], number, path)
         words = triplet.groups()
         nominal, forward, reverse = (float(word) for word in words)
-        if not np.all(np.isfinite((nominal, forward, reverse))):
+        if not all(abs(value) <= LARGEST_NUMBER for value in (nominal, forward, reverse)):
             raise _not_finite(path, number)
         rows.append(_Row(number, nominal, (forward, reverse), words))
         if len(rows) > MOST_POINTS:
@@ -381,7 +384,10 @@ def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[str]]:
 
 def _not_finite(path: str, line: int) -> MeasurementFileError:
     return MeasurementFileError(
-        "a value is not a finite number", path=path, line=line, remedy="Never load this table"
+        f"a value is not a finite number of at most {LARGEST_NUMBER:.0f}",
+        path=path,
+        line=line,
+        remedy="Never load this table",
     )
 
 
@@ -427,6 +433,14 @@ def _check_rows(rows: list[_Row], path: str) -> None:
                 path=path,
                 line=row.line,
                 remedy="Sort the lines by their first number and remove repeated ones",
+            )
+        if row.nominal - before.nominal < NEAREST:
+            raise MeasurementFileError(
+                f"the nominal position {printable(row.words[0], 30)} lies nearer than"
+                f" {NEAREST:g} to the one before",
+                path=path,
+                line=row.line,
+                remedy="Remove one of the two lines",
             )
     if len(rows) > MOST_POINTS:
         raise MeasurementFileError(

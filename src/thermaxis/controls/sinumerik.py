@@ -20,7 +20,6 @@ from typing import final
 import numpy as np
 
 from thermaxis.controls._control import (
-    LARGEST_TABLE_BYTES,
     Control,
     ControlOption,
     GridRule,
@@ -29,6 +28,7 @@ from thermaxis.controls._control import (
     TableRequest,
     TableText,
     check_points,
+    check_size,
     comment_text,
     number_option,
     plain_number,
@@ -42,8 +42,7 @@ from thermaxis.controls._program_head import (
     stop_time_s,
 )
 from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
-from thermaxis.positioning import CompensationTable, MoveBlock
-from thermaxis.positioning._correction import MOST_POINTS
+from thermaxis.positioning import MOST_POINTS, CompensationTable, MoveBlock
 from thermaxis.quantities import AxisKind
 
 ALARM = 65000
@@ -76,7 +75,9 @@ class Sinumerik(Control):
     """SINUMERIK 840D sl and 828D.
 
     Not protected: a program moves one axis and knows nothing of what stands in its way; the jump
-    over all motion when the software limits are too near is from memory [M]. A table acts only
+    over all motion when the software limits are too near is from memory [M], and asks for those of
+    another axis where the machine axis has another name than the channel axis that moves and
+    ``machine_axis`` does not say so [M]. A table acts only
     when MD32700 is set and the axis is referenced; whether its sign fits is shown by a measurement
     only, and the sign of the backlash by a second one.
     """
@@ -126,6 +127,13 @@ class Sinumerik(Control):
             ("machine", "work"),
             "program",
         ),
+        ControlOption(
+            "machine_axis",
+            "axis",
+            "machine axis whose software limits the program asks for, such as AX1; axis: of the"
+            " same name as the channel axis that moves [M]",
+            only_for="program",
+        ),
     )
 
     def format_program(self, request: ProgramRequest) -> str:
@@ -161,7 +169,7 @@ class Sinumerik(Control):
         if any(block.repetitions > 1 for block in request.blocks):
             lines.append(f"DEF INT {_COUNTER}")
         if machine:
-            lines += _limit_lines(request, axis)
+            lines += _limit_lines(request, _machine_axis(request, axis))
         lines += ["G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601"]
         lines.append(f"F{feed_text(plan)}")
         word = f"SUPA G1 {axis}=" if machine else f"G1 {axis}="
@@ -298,6 +306,7 @@ class Sinumerik(Control):
                 f" {table.kind.units.deviation}: positive where the table lags behind the encoder"
                 " [V, manual of the 808D]; check it by a second measurement. It acts on the"
                 " referenced axis from the next NEWCONF on, whether the table is on or not."
+                " It replaces what MD32450 held: that must be in it (--backlash-in-force, --merge)."
             )
         else:
             said.append(
@@ -340,10 +349,7 @@ class Sinumerik(Control):
             If there is no table or more than one, an index or a limit is missing, a value is no
             number as the control reads it, or MAX is not MIN plus the steps.
         """
-        if len(text) > LARGEST_TABLE_BYTES:
-            raise MeasurementFileError(
-                "the file is larger than 5 MB", path=path, remedy="Give a compensation table"
-            )
+        check_size(text, path)
         tables, findings = _split(text, path)
         chosen = _choose(tables, options, path)
         chosen.check_indices(path)
@@ -385,6 +391,21 @@ def _axis_name(axis: str) -> str:
 
 
 # ---- program ------------------------------------------------------------------------------------
+
+
+def _machine_axis(request: ProgramRequest, axis: str) -> str:
+    """Return the name that indexes machine data; moves are programmed by the channel axis [M]."""
+    stated = request.options.get("machine_axis", "axis")
+    if stated == "axis":
+        return axis
+    name = stated.upper()
+    if _ANY_AXIS.fullmatch(name) is None:
+        raise ConfigurationError(
+            f"'{printable(stated, 30)}' is no name of a machine axis",
+            where="--set machine_axis",
+            remedy="Name it as MD10000 AXCONF_MACHAX_NAME_TAB does, such as AX1",
+        )
+    return name
 
 
 def _limit_lines(request: ProgramRequest, axis: str) -> Iterator[str]:

@@ -1,5 +1,5 @@
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -573,3 +573,15 @@ def test_points_at_unequal_distances_are_kept_by_the_newer_form() -> None:
     assert got.axis == "Z1"
     assert got.position.tolist() == table.position.tolist()
     assert got.deviation == pytest.approx(table.deviation)
+
+
+@pytest.mark.parametrize("control", [ITNC, TNC640])
+@pytest.mark.parametrize("kind", [LINEAR, ROTARY])
+@pytest.mark.parametrize("backlash", [None, -3.0])
+def test_every_sentence_ends_with_a_full_stop(
+    control: Control, kind: AxisKind, backlash: float | None
+) -> None:
+    table = replace(table_of(control, kind), backlash=backlash)
+    options = check_options(control, [], purpose="table")
+    said = control.format_table(TableRequest(table=table, options=options)).sentences
+    assert all(s.endswith(".") for s in said)

@@ -432,6 +432,10 @@ def test_the_end_of_the_file_is_no_finding(end: str) -> None:
         ("0 0 nan\n", "line 1: a value is not a finite number"),
         ("0 0 0\n1 inf 1\n", "line 2: a value is not a finite number"),
         ("0 0 1e999\n", "line 1: a value is not a finite number"),
+        ("0 0 0\n1 -1e308 1\n", "line 2: a value is not a finite number of at most 1000000"),
+        ("-1e308 0 0\n1 1 1\n", "line 1: a value is not a finite number of at most 1000000"),
+        ("0 0 1000000.1\n", "line 1: a value is not a finite number of at most 1000000"),
+        ("0 0 0\n1e-320 1 1\n", "line 2: the nominal position 1e-320 lies nearer than 1e-09"),
         ("0 0 " + "0" * 300 + "\n", "line 1: the line is longer than 254 characters"),
     ],
 )
@@ -488,6 +492,48 @@ def test_a_smooth_table_and_small_scatter_raise_no_suspicion() -> None:
         )
         read = CONTROL.read_table(written(table), "x", AxisKind.LINEAR, table_options())
         assert read.findings == ()
+
+
+@pytest.mark.parametrize(("ripple_um", "limit_um"), [(0.0, 10.0), (0.4, 10.0), (1.0, 20.0)])
+def test_a_value_is_suspect_from_10_um_and_ten_typical_distances_on(
+    ripple_um: float, limit_um: float
+) -> None:
+    """Deviations that alternate by plus and minus the ripple lie twice that off their line."""
+    position = np.arange(40) * 10.0
+    alternating = ripple_um * np.where(np.arange(40) % 2, -1.0, 1.0)
+    for over_um in (-0.1, 0.1):
+        deviation = np.stack((alternating, alternating), axis=1)
+        deviation[20, 0] = limit_um + over_um - ripple_um  # its neighbours are at minus the ripple
+        table = CompensationTable(
+            kind=AxisKind.LINEAR, axis="X", position=position, deviation=deviation
+        )
+        read = CONTROL.read_table(written(table), "x", AxisKind.LINEAR, table_options())
+        assert [finding[:8] for finding in read.findings] == (["line 21:"] if over_um > 0 else [])
+
+
+def test_the_largest_number_that_is_read_is_a_million() -> None:
+    text = "-1000000 -1000000 -999999.999\n1000000 1000000 1e6\n"
+    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options("units=inch"))
+    assert read.table.position.tolist() == [-25.4e6, 25.4e6]
+
+
+@given(
+    st.lists(
+        st.tuples(*[st.sampled_from(["0", "1", "-1e308", "1e-320", "1e-9", "1e6", "-5e5"])] * 3),
+        min_size=1,
+        max_size=6,
+    ),
+    st.sampled_from(["0", "1"]),
+)
+@settings(max_examples=300, deadline=None)
+def test_no_number_overflows_whatever_its_size(rows: list[tuple[str, ...]], type_: str) -> None:
+    """Warnings of numpy are errors in the tests."""
+    text = "".join(" ".join(row) + "\n" for row in rows)
+    try:
+        read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options(f"type={type_}"))
+    except MeasurementFileError:
+        return
+    assert bool(np.all(np.isfinite(CONTROL.correction(read.table, np.linspace(-2, 2, 9)))))
 
 
 @given(st.text(alphabet="0123456789.-+eE, \t\n\rnaifx#", max_size=200))

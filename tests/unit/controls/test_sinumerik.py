@@ -88,6 +88,7 @@ def drive(
     axis: str = "X1",
     start: float = 1000.0,
     software_limits: tuple[float, float] = (-1e6, 1e6),
+    machine_axis: str | None = None,
 ) -> Driven:
     assert program.endswith("\r\n")
     lines = [line.partition(";")[0].strip() for line in program.split("\r\n")]
@@ -111,7 +112,9 @@ def drive(
             done.stops.append((place, direction))
             done.dwell_s.append(float(found[1]))
         elif found := re.fullmatch(
-            rf"IF \((\S+?)([<>])\$MA_POS_LIMIT_(MINUS|PLUS)\[{axis}\]\) GOTOF (\w+)", line
+            rf"IF \((\S+?)([<>])\$MA_POS_LIMIT_(MINUS|PLUS)\[{machine_axis or axis}\]\)"
+            r" GOTOF (\w+)",
+            line,
         ):
             a, b = float(found[1]), limit[found[3]]
             if a < b if found[2] == "<" else a > b:
@@ -309,6 +312,44 @@ def test_the_head_states_sign_unit_and_run_and_nothing_can_leave_it() -> None:
     assert "; deviations drift-free M30" in head
     assert "; state before x 1" in head
     assert statements(text) == statements(written(TABLE).text)
+
+
+def test_the_head_states_the_hash_of_the_run_once() -> None:
+    text = written(replace(TABLE, run_sha256="ab" * 32)).text
+    assert text.count("ab" * 32) == 1
+
+
+def test_the_limits_are_those_of_the_machine_axis_and_moves_are_of_the_channel_axis() -> None:
+    program = request(PLAN, "machine_axis=ax1")
+    assert "$MA_POS_LIMIT_MINUS[AX1]" in program
+    assert "[X1]" not in program
+    done = drive(program, machine_axis="AX1")
+    assert done.stops == planned_stops(PLAN)
+    near = drive(program, machine_axis="AX1", software_limits=(0.0, 1e6))
+    assert (near.places, len(near.alarms)) == ([], 1)
+    assert request(PLAN) == request(PLAN, "machine_axis=axis")
+    for name in ("AX1]", "1X", "a" * 40, "AX 1"):
+        with pytest.raises(ConfigurationError, match="no name of a machine axis"):
+            request(PLAN, f"machine_axis={name}")
+
+
+def test_a_new_file_is_read_back_without_the_choice_among_the_older_ones_tables() -> None:
+    options = table_options("table=2", "encoder=2")
+    own = CONTROL.own_options(options)
+    assert dict(own) == {**options, "table": "none"}
+    text = written(TABLE, "table=2", "encoder=2").text
+    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, own)
+    assert read.table.position.tolist() == TABLE.position.tolist()
+    with pytest.raises(ConfigurationError, match="no number from 1 to 1"):
+        CONTROL.read_table(text, "x", AxisKind.LINEAR, options)
+
+
+@pytest.mark.parametrize("sets", [[], ["form=ini"]])
+@pytest.mark.parametrize("backlash", [None, -3.0])
+def test_every_sentence_ends_with_a_full_stop(sets: list[str], backlash: float | None) -> None:
+    said = written(replace(TABLE, backlash=backlash), *sets).sentences
+    assert all(s.endswith(".") for s in said)
+    assert ("--backlash-in-force" in " ".join(said)) == (backlash is not None)
 
 
 def own_reader(text: str) -> tuple[np.ndarray, np.ndarray, float]:
