@@ -143,8 +143,7 @@ def read_older(
     """
     text, unusual = read_table_text(path)
     try:
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite then is refused
-            read = control.read_table(text, str(path), run.test.kind, options)
+        read = control.read_table(text, str(path), run.test.kind, options)
     except DataError as error:
         raise MeasurementFileError(
             error.what, path=str(path), remedy=error.remedy or "Look for a wrong number in it"
