@@ -65,6 +65,11 @@ class ControlOption:
     only_for: str = ""
     """``program`` or ``table`` where it serves one of them alone."""
 
+    @property
+    def in_words(self) -> str:
+        """Name, default in parentheses and meaning."""
+        return f"{self.name} ({self.default}): {self.meaning}"
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -315,13 +320,14 @@ def check_options(control: Control, stated: Sequence[str], *, purpose: str) -> M
         name, value = name.strip().casefold(), value.strip()
         where = f"--set {printable(text, 60)}"
         if not sign or not value:
-            raise ConfigurationError("this is no NAME=VALUE", where=where)
+            raise ConfigurationError(
+                "this is no NAME=VALUE", where=where, remedy=_meaning_or_names(known, name)
+            )
         if name not in known:
-            listed = ", ".join(sorted(known)) or "none"
             raise ConfigurationError(
                 f"the control has no option {printable(name, 30)} for its {purpose}",
                 where=where,
-                remedy=f"Its options are: {listed}",
+                remedy=_meaning_or_names(known, name),
             )
         if name in chosen:
             raise ConfigurationError("the option is stated twice", where=where)
@@ -329,10 +335,20 @@ def check_options(control: Control, stated: Sequence[str], *, purpose: str) -> M
             raise ConfigurationError(
                 "the option cannot have this value",
                 where=where,
-                remedy=f"Write one of {', '.join(known[name].choices)}",
+                remedy=f"Write one of {', '.join(known[name].choices)}. {known[name].in_words}",
             )
         chosen[name] = value
     return MappingProxyType({name: chosen.get(name, o.default) for name, o in known.items()})
+
+
+def _meaning_or_names(known: Mapping[str, ControlOption], name: str) -> str:
+    if name in known:
+        return known[name].in_words
+    listed = ", ".join(f"{n} ({known[n].default})" for n in sorted(known))
+    return (
+        f"Its options, with their defaults, are: {listed or 'none'}. One of them alone, without a"
+        " value, tells what it means"
+    )
 
 
 def number_option(options: Mapping[str, str], name: str, *, lowest: float, highest: float) -> float:
