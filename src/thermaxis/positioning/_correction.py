@@ -299,27 +299,38 @@ def values_at_points(levels: AxisLevels, position: FloatArray) -> FloatArray:
     FloatArray
         Values, (k, 2). Points within the targets lie on the line between the levels. A point
         beyond an end of the targets continues the line from the nearest point within through
-        the level of the last target, so that this target is met; further points hold that value.
+        the level of the last target, so that this target is met, where that target lies in the
+        farther half of the way; from a shorter piece the noise of one level would be stretched,
+        and the level of the last target is held. Further points hold that value.
         [µm or arcsec]
     """
     target, level = levels.target, levels.level
     value = np.stack([np.interp(position, target, level[:, a]) for a in (0, 1)], axis=1)
     inside = np.flatnonzero((position >= target[0]) & (position <= target[-1]))
     if inside.size == 0:  # all targets between two points: the line through the outer levels
-        share = (position - target[0]) / (target[-1] - target[0])
-        return level[0] + share[:, np.newaxis] * (level[-1] - level[0])
+        around = np.searchsorted(position, target[0])
+        if 0 < around < position.size and _is_long_enough(
+            float(target[-1] - target[0]), float(position[around] - position[around - 1])
+        ):
+            share = (position - target[0]) / (target[-1] - target[0])
+            return level[0] + share[:, np.newaxis] * (level[-1] - level[0])
+        return value
     for outside, end in ((position < target[0], 0), (position > target[-1], -1)):
         number = np.flatnonzero(outside)
         if number.size == 0:
             continue
         near = inside[0] if end == 0 else inside[-1]
-        gap = target[end] - position[near]
-        if abs(gap) < _SAME:
-            continue
         beyond = number[-1] if end == 0 else number[0]
-        slope = (level[end] - value[near]) / gap
-        value[number] = value[near] + slope * (position[beyond] - position[near])
+        gap, step = target[end] - position[near], position[beyond] - position[near]
+        if _is_long_enough(abs(float(gap)), abs(float(step))):
+            slope = (level[end] - value[near]) / gap
+            value[number] = value[near] + slope * step
     return value
+
+
+def _is_long_enough(covered: float, step: float) -> bool:
+    """Whether targets cover enough of the way between two points to continue a line there."""
+    return covered >= 0.5 * step
 
 
 def compensation_table(
@@ -433,7 +444,8 @@ def interpolation_bound(
 
     Worked out from the slopes of the levels alone, not by simulating a table: between two points
     the line of the levels departs from its chord by at most a quarter of the spacing times the
-    difference of its largest and smallest slope there.
+    difference of its largest and smallest slope there. Where the last level is held beyond the
+    targets, the difference of both chords is added.
 
     Parameters
     ----------
@@ -466,9 +478,12 @@ def interpolation_bound(
             continue
         part = slope[(target[1:] > low) & (target[:-1] < high)]
         if np.isfinite(low) and np.isfinite(high):
-            # a cell beyond an end of the targets leads through the last target
             covered = min(float(target[-1]), high) - max(float(target[0]), low)
             bound[i] = 0.25 * float(np.max(np.ptp(part, axis=0))) * covered
+            if not _is_long_enough(covered, high - low):  # the last level is held there
+                inner = target[0] <= low or target[-1] >= high
+                share = 1.0 - covered / (high - low) if inner else 1.0
+                bound[i] += float(np.max(np.abs(part))) * covered * share
         else:
             end = low if np.isfinite(low) else high
             bound[i] = float(np.max(np.abs(part))) * abs(place - end)

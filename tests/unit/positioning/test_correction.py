@@ -161,6 +161,23 @@ def test_a_point_beyond_the_last_target_continues_the_line_so_that_the_target_is
     assert np.interp(15.0, position, value[:, 0]) == pytest.approx(20.0)
 
 
+def test_a_short_piece_at_the_end_is_not_stretched_over_a_whole_spacing() -> None:
+    levels = levels_of([0.0, 50.0, 50.4], [0.0, 10.0, 11.0], [0.0, 10.0, 9.0])
+    position = np.array([0.0, 50.02, 100.04])
+    value = values_at_points(levels, position)
+    np.testing.assert_allclose(value[2], [11.0, 9.0])
+    bound = interpolation_bound(levels, position)
+    for approach in (0, 1):
+        held = np.interp(levels.target, position, value[:, approach])
+        assert np.all(np.abs(levels.level[:, approach] - held) <= bound + 1e-12)
+
+
+def test_targets_within_one_spacing_make_no_line_across_it() -> None:
+    levels = levels_of([24.9, 25.1], [0.0, 2.0], [0.0, 2.0])
+    value = values_at_points(levels, np.array([0.0, 50.0]))
+    np.testing.assert_allclose(value[:, 0], [0.0, 2.0])
+
+
 def test_between_the_targets_values_lie_on_the_line_of_the_levels() -> None:
     targets, forward, backward = [0.0, 7.0, 30.0], [1.0, -4.0, 9.0], [0.0, 5.0, 2.0]
     levels = levels_of(targets, forward, backward)
