@@ -129,3 +129,32 @@ def test_a_plan_of_a_thousand_targets_in_the_step_cycle(tmp_path: Path) -> None:
     target = np.round(np.arange(1000) * 1.37, 3)
     plan = replace(PLAN, target=target, cycle=Cycle.STEP, cycles=2, approaches=(FORWARD, BACKWARD))
     agrees(driven(program_of(plan), "Y", tmp_path), plan)
+
+
+def test_spindle_and_coolant_run_on_until_the_end_which_stops_them_and_selects_g54(
+    tmp_path: Path,
+) -> None:
+    """The page of the control says so: before the last stop nothing changes, at M2 all of it."""
+    running = "G10 L2 P2 X5\nG55\nS100 M3\nM8\n"
+    text = running + program_of(PLAN)
+    names = [
+        found[1] + found[2]
+        for line in canonical(text, tmp_path)
+        if (found := re.search(r" ([A-Z0-9_]+)(\(.*\))$", line))
+    ]
+    flood = names.index("FLOOD_ON()")
+    last = max(i for i, name in enumerate(names) if name.startswith("DWELL"))
+    changing = {
+        "START_SPINDLE",
+        "STOP_SPINDLE",
+        "SET_SPINDLE",
+        "FLOOD",
+        "MIST",
+        "SET_G5X",
+        "CHANGE",
+    }
+    during = [name for name in names[flood + 1 : last] if name.startswith(tuple(changing))]
+    assert during == []
+    after = " ".join(names[last:])
+    for name in ("STOP_SPINDLE_TURNING(0)", "FLOOD_OFF()", "SET_G5X_OFFSET(1, 0.0000"):
+        assert name in after
