@@ -1,7 +1,7 @@
 """Compensation value tables ``.COM`` of HEIDENHAIN controls: what both forms have in common."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -25,6 +25,7 @@ HALF_DIGIT = 0.5 * 10.0**-DECIMALS
 
 _WORD = re.compile(r"\S+")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]{1,9}(?:\.[0-9]{0,12})?|\.[0-9]{1,12})")
+_NAMED = re.compile(r"AXIS[-_](?P<axis>[A-Z][A-Z0-9]{0,7})", re.IGNORECASE)
 _COLUMN_SLACK = 1  # a sign may stand before its column
 
 
@@ -319,15 +320,102 @@ def column_of(place: int, headings: Mapping[str, int]) -> str | None:
     return under[-1] if under else None
 
 
-def own_column(source: ComText, file_axis: str | None, labels: list[str]) -> tuple[str, list[str]]:
+def headings_of(source: ComText, first: tuple[str, ...]) -> dict[str, int]:
+    """Return where the headings of a table begin, from left to right, NR left out.
+
+    Parameters
+    ----------
+    source : ComText
+        The table.
+    first : tuple of str
+        Headings that stand before those of the axes.
+
+    Returns
+    -------
+    dict
+        Place of each heading in its line, by its name in capitals.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the second line does not begin with them, or a heading stands there twice.
+    """
+    words = words_of(source.lines[1].upper()) if len(source.lines) > 1 else []
+    labels = [word for _, word in words]
+    if tuple(labels[: len(first)]) != first:
+        raise source.error(
+            f"the second line has no headings {', '.join(first)} and the axes",
+            2,
+            "Restore the headings",
+        )
+    if len(set(labels)) != len(labels):
+        raise source.error("a heading stands there twice", 2, "Correct the headings")
+    return {word: place for place, word in words[1:]}
+
+
+def rows_of(source: ComText, *, needs_end: bool) -> tuple[str, ...]:
+    """Return the lines of a table's rows, from its third line up to ``[END]``.
+
+    Parameters
+    ----------
+    source : ComText
+        The table.
+    needs_end : bool
+        Whether ``[END]`` must be there.
+
+    Returns
+    -------
+    tuple of str
+        The lines.
+
+    Raises
+    ------
+    MeasurementFileError
+        If lines follow the end, the end is missing, or there are no rows.
+    """
+    ends = [i for i, line in enumerate(source.lines) if line.strip().upper() == "[END]"]
+    if ends and ends[0] < len(source.lines) - 1:
+        raise source.error("lines follow the end of the table", ends[0] + 2, "Delete them")
+    if needs_end and not ends:
+        raise source.error(
+            "the last line is not [END]: the table is cut short",
+            len(source.lines),
+            "Copy the whole table",
+        )
+    rows = source.lines[2 : ends[0] if ends else None]
+    if not rows:
+        raise source.error("the table has no rows", None, "Give the whole table")
+    return rows
+
+
+def findings_on_others(others: Iterable[str]) -> list[str]:
+    """Return what is said of the columns that are not simulated.
+
+    Parameters
+    ----------
+    others : iterable of str
+        Columns of other axes that hold values.
+
+    Returns
+    -------
+    list of str
+        One finding, or none.
+    """
+    listed = ", ".join(sorted(others))
+    if not listed:
+        return []
+    return [f"columns of other axes are not simulated: {listed} (sag and cross compensation)"]
+
+
+def own_column(source: ComText, name: str, labels: list[str]) -> tuple[str, list[str]]:
     """Return the column of the axis whose positions the rows have, and what is unusual.
 
     Parameters
     ----------
     source : ComText
         The table.
-    file_axis : str or None
-        Axis in the table's name, None where the name does not have it.
+    name : str
+        The table's name in its first line, without ``.COM``.
     labels : list of str
         Headings of the axes.
 
@@ -345,10 +433,10 @@ def own_column(source: ComText, file_axis: str | None, labels: list[str]) -> tup
     """
     if not labels:
         raise source.error("no column of an axis has a heading", 2, "Restore the headings")
-    if len(set(labels)) != len(labels):
-        raise source.error("a heading stands there twice", 2, "Correct the headings")
+    named = _NAMED.fullmatch(name)
+    file_axis = None if named is None else named["axis"].upper()
     if file_axis in labels:
-        return str(file_axis), []
+        return file_axis, []
     listed = printable(", ".join(labels), 60)
     if file_axis is not None:
         raise source.error(

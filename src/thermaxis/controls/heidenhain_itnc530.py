@@ -35,7 +35,10 @@ from thermaxis.controls._heidenhain_com import (
     column_of,
     com_text,
     common_sentences,
+    findings_on_others,
+    headings_of,
     own_column,
+    rows_of,
     signed,
     value_unit,
     words_of,
@@ -49,7 +52,6 @@ _FIRST = re.compile(
     r"BEGIN +(?P<name>[A-Za-z0-9_-]{1,40})\.COM +DATUM: *(?P<datum>\S+) +DISTANCE: *(?P<step>\S+)",
     re.IGNORECASE,
 )
-_NAMED = re.compile(r"AXIS[-_](?P<axis>[A-Z][A-Z0-9]{0,7})", re.IGNORECASE)
 _NUMBER_WIDTH, _POSITION_WIDTH, _HEADING_PLACE = 8, 12, 20
 _STATION_SLACK = 1e-9
 
@@ -221,11 +223,8 @@ class HeidenhainITnc530(Control):
         step = source.number(found["step"], 1, "DISTANCE")
         if step <= 0:
             raise source.error("the distance is not positive", 1, "Correct DISTANCE", "DISTANCE")
-        headings = _headings(source)
-        named = _NAMED.fullmatch(found["name"])
-        axis, findings = own_column(
-            source, named["axis"].upper() if named else None, list(headings)
-        )
+        headings = headings_of(source, ("NR",))
+        axis, findings = own_column(source, found["name"], list(headings))
         value = _rows(source, datum, step, headings, axis, findings)
         if options.get("spacing") == "power_of_two" and not _is_power_of_two(step):
             findings.append(f"the distance {step:g} is not 0.0001 mm times a power of two")
@@ -300,18 +299,6 @@ def _reversal_sentences(table: CompensationTable) -> list[str]:
 # ---- reading ------------------------------------------------------------------------------------
 
 
-def _headings(source: ComText) -> dict[str, int]:
-    words = words_of(source.lines[1]) if len(source.lines) > 1 else []
-    if not words or words[0][1].upper() != "NR":
-        raise source.error(
-            "the second line has no headings, NR and the axes", 2, "Restore the headings"
-        )
-    labels = [word.upper() for _, word in words[1:]]
-    if len(set(labels)) != len(labels):
-        raise source.error("a heading stands there twice", 2, "Correct the headings")
-    return {word.upper(): place for place, word in words[1:]}
-
-
 def _rows(
     source: ComText,
     datum: float,
@@ -322,11 +309,7 @@ def _rows(
 ) -> list[float]:
     values: list[float] = []
     others: set[str] = set()
-    for line, content in enumerate(source.lines[2:], start=3):
-        if content.strip().upper() == "[END]":
-            if line < len(source.lines):
-                raise source.error("lines follow the end of the table", line + 1, "Delete them")
-            break
+    for line, content in enumerate(rows_of(source, needs_end=False), start=3):
         words = words_of(content)
         if not words:
             raise source.error("the line is empty within the table", line, "Delete the line")
@@ -346,13 +329,7 @@ def _rows(
                 "Write the table again on equidistant points",
             )
         values.append(_own_value(source, line, words[2:], headings, axis, others))
-    if not values:
-        raise source.error("the table has no rows", None, "Give the whole table")
-    if others:
-        findings.append(
-            f"columns of other axes are not simulated: {', '.join(sorted(others))} (sag and cross"
-            " compensation)"
-        )
+    findings += findings_on_others(others)
     return values
 
 

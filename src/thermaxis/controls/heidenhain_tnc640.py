@@ -34,7 +34,10 @@ from thermaxis.controls._heidenhain_com import (
     column_of,
     com_text,
     common_sentences,
+    findings_on_others,
+    headings_of,
     own_column,
+    rows_of,
     signed,
     value_unit,
     words_of,
@@ -45,7 +48,6 @@ from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArr
 from thermaxis.quantities import AxisKind
 
 _FIRST = re.compile(r"BEGIN +(?P<name>[A-Za-z0-9_-]{1,40})\.COM +(?P<unit>[A-Za-z]{1,10})")
-_NAMED = re.compile(r"AXIS[-_](?P<axis>[A-Z][A-Z0-9]{0,7})", re.IGNORECASE)
 _AXIS = re.compile(r"[A-Z][A-Z0-9]{0,7}")
 _NUMBER_WIDTH, _WIDTH = 5, 14
 _POSITION, _BACKWARD = "AXISPOS", "BACKLASH"
@@ -216,18 +218,12 @@ class HeidenhainTnc640(Control):
                 1,
                 "Convert it to millimetres",
             )
-        headings = _headings(source)
+        headings = headings_of(source, ("NR", _POSITION))
         labels = [name for name in headings if name not in {_POSITION, _BACKWARD}]
-        named = _NAMED.fullmatch(found["name"])
-        axis, findings = own_column(source, named["axis"].upper() if named else None, labels)
+        axis, findings = own_column(source, found["name"], labels)
         rows = _rows(source, headings)
         deviation = _deviation(source, rows, axis) * value_unit(kind)
-        others = sorted({name for row in rows for name in row if name in labels} - {axis})
-        if others:
-            findings.append(
-                f"columns of other axes are not simulated: {', '.join(others)} (sag and cross"
-                " compensation)"
-            )
+        findings += findings_on_others({n for row in rows for n in row if n in labels} - {axis})
         return ReadTable(
             table=CompensationTable(
                 kind=kind,
@@ -246,30 +242,10 @@ CONTROL = HeidenhainTnc640()
 # ---- reading ------------------------------------------------------------------------------------
 
 
-def _headings(source: ComText) -> dict[str, int]:
-    words = words_of(source.lines[1].upper()) if len(source.lines) > 1 else []
-    labels = [word for _, word in words]
-    if labels[:2] != ["NR", _POSITION]:
-        raise source.error(
-            "the second line has no headings NR, AXISPOS and the axes", 2, "Restore the headings"
-        )
-    if len(set(labels)) != len(labels):
-        raise source.error("a heading stands there twice", 2, "Correct the headings")
-    return {word: place for place, word in words[1:]}
-
-
 def _rows(source: ComText, headings: Mapping[str, int]) -> list[dict[str, float]]:
     """Return each row's numbers by heading."""
-    if source.lines[-1].strip().upper() != "[END]":
-        line = len(source.lines)
-        for number, content in enumerate(source.lines, start=1):
-            if content.strip().upper() == "[END]":
-                raise source.error("lines follow the end of the table", number + 1, "Delete them")
-        raise source.error(
-            "the last line is not [END]: the table is cut short", line, "Copy the whole table"
-        )
     rows: list[dict[str, float]] = []
-    for line, content in enumerate(source.lines[2:-1], start=3):
+    for line, content in enumerate(rows_of(source, needs_end=True), start=3):
         words = words_of(content)
         if not words:
             raise source.error("the line is empty within the table", line, "Delete the line")
@@ -291,8 +267,6 @@ def _rows(source: ComText, headings: Mapping[str, int]) -> list[dict[str, float]
                 f"the position {row[_POSITION]:.4f} does not ascend", line, "Sort the rows"
             )
         rows.append(row)
-    if not rows:
-        raise source.error("the table has no rows", None, "Give the whole table")
     return rows
 
 
