@@ -308,7 +308,7 @@ def values_at_points(levels: AxisLevels, position: FloatArray) -> FloatArray:
     value = np.stack([np.interp(position, target, level[:, a]) for a in (0, 1)], axis=1)
     inside = np.flatnonzero((position >= target[0]) & (position <= target[-1]))
     if inside.size == 0:  # all targets between two points: the line through the outer levels
-        around = int(np.searchsorted(position, target[0]))
+        around = int(np.count_nonzero(position < target[0]))
         if 0 < around < position.size and _is_long_enough(
             float(target[-1] - target[0]), float(position[around] - position[around - 1])
         ):
