@@ -144,6 +144,7 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
     in_force = what_was_in_force(arguments, control, options, rule, run)
     reference = _reference(levels, arguments.reference)
     position, grid = _points(arguments, rule, levels.target, reference, in_force.table)
+    apart: bool = arguments.backlash
     residual = compensation_table(
         levels,
         position,
@@ -151,20 +152,17 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
         axis=run.axis,
         reference_position=reference,
         per_direction=rule.per_direction,
-        backlash=arguments.backlash,
+        backlash=apart,
     )
     wanted = _with_what_was_in_force(residual, in_force, rule, control)
     wanted = replace(wanted, source=_source(arguments), run_sha256=run.sha256)
-    check_points(wanted, rule, control.title)
-    origin = _origin(run, arguments, in_force)
-    text = control.format_table(TableRequest(table=wanted, origin=origin, options=options))
-    again = control.read_table(
-        text.text, arguments.output, run.test.kind, control.own_options(options)
-    )
+    request = TableRequest(table=wanted, origin=_origin(run, arguments, in_force), options=options)
+    text, again, rounding = _written(control, request, rule, arguments.output)
     # what was in force during the run is in its readings
     added = control.correction(again.table, run.test.target)
     added = added - in_force.correction(control, run.test.target)
     older = _older(in_force, rule, position, levels.target)
+    bound = interpolation_bound(levels, position, per_direction=rule.per_direction, backlash=apart)
     return MadeTable(
         run=run,
         control_name=arguments.control,
@@ -179,11 +177,8 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
         grid=grid,
         text=text,
         read=again,
-        rounding=_check_read_back(control, wanted, again, rule),
-        bound=interpolation_bound(
-            levels, position, per_direction=rule.per_direction, backlash=arguments.backlash
-        )
-        + (0.0 if older is None else older.lost),
+        rounding=rounding,
+        bound=bound if older is None else bound + older.lost,
         residual=_residual(levels, residual),
         measured=evaluate_correction(run.test, added),
         without_drift=simulated_without_drift(run, added),
@@ -378,6 +373,17 @@ def _origin(run: AxisRun, arguments: argparse.Namespace, in_force: InForce) -> t
 
 
 # ---- what became of it --------------------------------------------------------------------------
+
+
+def _written(
+    control: Control, request: TableRequest, rule: GridRule, output: str
+) -> tuple[TableText, ReadTable, float]:
+    """Return the control's file, what the control would read in it, and the largest rounding."""
+    check_points(request.table, rule, control.title)
+    text = control.format_table(request)
+    options = control.own_options(request.options)
+    again = control.read_table(text.text, output, request.table.kind, options)
+    return text, again, _check_read_back(control, request.table, again, rule)
 
 
 def _check_read_back(

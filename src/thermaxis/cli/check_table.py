@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="an option that only this control has; may be given more than once; an unknown NAME"
-        " lists them all",
+        " lists them all, a NAME alone says what it means",
     )
     add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
     add("--encoding", metavar="NAME", default="cp1250", help="of a run that is not UTF-8")

@@ -80,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="an option that only this control has; may be given more than once; an unknown NAME"
-        " lists them all",
+        " lists them all, a NAME alone says what it means",
     )
 
 

@@ -468,6 +468,27 @@ def test_an_older_point_beside_a_target_is_left_out_unless_the_older_table_bends
     assert {0.0, 40.0, 99.98, 100.0, 160.0, 200.0} <= set(positions)
 
 
+def test_merging_into_two_fanuc_tables_moves_1851_into_them_and_corrects_no_less(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old.txt", tmp_path / "new.txt"
+    more = ("--set", "bidirectional=1", "--set", "largest_value=127", "--points", "5")
+    assert correct(run, old, *more, control="fanuc") == 0
+    old.write_text(old.read_text().replace("N03620A1", "N01851A1P5\nN03620A1"))
+    capsys.readouterr()
+    words = ["correct", str(run), "--control", "fanuc", *more, "--merge", str(old), "-o", str(new)]
+    assert main([*words, "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert "N01851A1P0" in new.read_text()
+    assert found["backlash_in_force"] == pytest.approx(-5.0)
+    difference = np.array(found["table"]["deviation_forward"])
+    difference = difference - np.array(found["table"]["deviation_backward"])
+    # twice the reversal of the run (-2) and 5 um of lost motion that 1851 corrected
+    np.testing.assert_allclose(difference, -9.0, atol=2.0)
+    assert abs(np.mean(difference) + 9.0) <= 1.0
+    assert found["figures"]["after"]["E"] <= 2.0 * found["bound"]["rounding"] + 0.05
+
+
 def test_the_older_table_of_another_axis_is_refused(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
