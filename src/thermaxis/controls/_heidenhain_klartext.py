@@ -4,10 +4,16 @@ import re
 from collections.abc import Iterator
 
 from thermaxis.controls._control import ControlOption, ProgramRequest, plain_number
-from thermaxis.controls._program_head import check_motion, head_lines, move_comment, stop_time_s
-from thermaxis.controls._program_words import check_range, feed_word, inward_positions
+from thermaxis.controls._program_head import head_lines
+from thermaxis.controls._program_words import (
+    MoveWords,
+    block_lines,
+    check_dwell,
+    check_motion,
+    feed_word,
+    stop_time_s,
+)
 from thermaxis.errors import ConfigurationError, printable
-from thermaxis.positioning import MoveBlock
 from thermaxis.quantities import AxisKind
 
 AXES = frozenset("XYZABCUVW")
@@ -40,6 +46,7 @@ PROGRAM_OPTIONS = (
 )
 """Options of the NC program."""
 
+_FEED_DECIMALS = 3
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,15}")
 
 
@@ -72,7 +79,8 @@ def klartext_program(request: ProgramRequest, title: str) -> str:
         If the control has no such axis, a number does not fit its word, there are more than 999
         repeated blocks, or the travel is passed.
     """
-    check_motion(request)
+    check_motion(request, largest=LARGEST_POSITION)
+    check_dwell(request.plan, LONGEST_DWELL_S, "cycle 9")
     axis = klartext_axis(request.axis)
     name = request.options["program_name"]
     if _NAME.fullmatch(name) is None:
@@ -81,8 +89,6 @@ def klartext_program(request: ProgramRequest, title: str) -> str:
             where="--set program_name",
             remedy="Write up to 16 letters, digits, - and _",
         )
-    for block in request.blocks:
-        check_range(block, LARGEST_POSITION)
     lines = [f"BEGIN PGM {name} MM", *_head(request, title), *_blocks(request, axis)]
     lines += ["M30", f"END PGM {name} MM"]
     return "".join(f"{number} {line}\r\n" for number, line in enumerate(lines))
@@ -126,37 +132,34 @@ def _head(request: ProgramRequest, title: str) -> Iterator[str]:
 
 
 def _blocks(request: ProgramRequest, axis: str) -> Iterator[str]:
-    seconds = stop_time_s(request.plan)
-    if seconds > LONGEST_DWELL_S:
-        raise ConfigurationError(
-            f"a stop of {seconds:g} s is longer than the {LONGEST_DWELL_S:g} s of cycle 9",
-            where="dwell_s",
-            remedy="Plan a shorter dwell",
-        )
-    feed = feed_word(request.plan.feed, LARGEST_FEED)
-    machine = " M91" if request.options["coordinates"] == "machine" else ""
+    words = _move_words(request, axis)
     label = 0
     for block in request.blocks:
-        yield f"; {block.name}"
-        if block.repetitions == 1:
-            yield from _moves(block, f"L {axis}", f" R0 F{feed}{machine}", seconds)
-            continue
-        label += 1
+        label += block.repetitions > 1
         if label > MOST_LABELS:
             raise ConfigurationError(
                 f"the program needs more than the {MOST_LABELS} labels of the control",
                 where="targets",
                 remedy="Plan fewer targets for the step cycle, or the standard cycle",
             )
-        yield f"LBL {label}"
-        yield from _moves(block, f"L {axis}", f" R0 F{feed}{machine}", seconds)
-        yield f"CALL LBL {label} REP {block.repetitions - 1}"
+        loop = (f"LBL {label}", f"CALL LBL {label} REP {block.repetitions - 1}")
+        yield from block_lines(block, words, loop, indent="")
 
 
-def _moves(block: MoveBlock, start: str, end: str, seconds: float) -> Iterator[str]:
-    for move, position in zip(block.moves, inward_positions(block, DECIMALS), strict=True):
-        sign = "" if position < 0 else "+"
-        yield f"{start}{sign}{plain_number(position, DECIMALS)}{end} ; {move_comment(move)}"
-        if move.is_stop and seconds > 0:
-            yield "CYCL DEF 9.0 DWELL TIME"
-            yield f"CYCL DEF 9.1 DWELL {plain_number(seconds, 3)}"
+def _move_words(request: ProgramRequest, axis: str) -> MoveWords:
+    seconds = stop_time_s(request.plan)
+    feed = feed_word(request.plan, decimals=_FEED_DECIMALS, largest=LARGEST_FEED)
+    machine = " M91" if request.options["coordinates"] == "machine" else ""
+    dwell = ("CYCL DEF 9.0 DWELL TIME", f"CYCL DEF 9.1 DWELL {plain_number(seconds, 3)}")
+    return MoveWords(
+        start=f"L {axis}",
+        end=f" R0 F{feed}{machine}",
+        comment="; {}",
+        dwell=dwell if seconds > 0 else (),
+        decimals=DECIMALS,
+        position=_signed,
+    )
+
+
+def _signed(position: float) -> str:
+    return ("" if position < 0 else "+") + plain_number(position, DECIMALS)

@@ -42,10 +42,17 @@ from thermaxis.controls._fanuc_points import (
     point_values,
 )
 from thermaxis.controls._fanuc_reading import table_from_parameters
-from thermaxis.controls._program_head import check_motion, head_lines, move_comment, stop_time_s
-from thermaxis.controls._program_words import check_range, feed_word, inward_positions
+from thermaxis.controls._program_head import head_lines
+from thermaxis.controls._program_words import (
+    MoveWords,
+    check_dwell,
+    check_motion,
+    feed_word,
+    move_lines,
+    stop_time_s,
+)
 from thermaxis.errors import ConfigurationError, printable
-from thermaxis.positioning import CompensationTable, MoveBlock
+from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind
 
 LARGEST_FEED = 99_999.0
@@ -208,22 +215,14 @@ class Fanuc(Control):
             If the control has no such axis, a number does not fit its words, there are too many
             subprograms, or the travel is passed.
         """
-        check_motion(request)
+        check_motion(request, largest=LARGEST_POSITION)
+        check_dwell(request.plan, LONGEST_DWELL_S, "G04")
         axis = _program_axis(request.axis)
-        for block in request.blocks:
-            check_range(block, LARGEST_POSITION)
-        seconds = stop_time_s(request.plan)
-        if seconds > LONGEST_DWELL_S:
-            raise ConfigurationError(
-                f"a stop of {seconds:g} s is longer than the {LONGEST_DWELL_S:g} s of G04",
-                where="dwell_s",
-                remedy="Plan a shorter dwell",
-            )
         number = number_option(request.options, "program_number", lowest=1, highest=HIGHEST_PROGRAM)
         if not number.is_integer():
             raise ConfigurationError("this is no whole number", where="--set program_number")
         program = int(number)
-        feed = feed_word(request.plan.feed, LARGEST_FEED)
+        words = _move_words(request, axis)
         main = [
             f"O{program:04d} (POSITIONING RUN)",
             *_comments(_program_remarks(request, self.title)),
@@ -233,7 +232,7 @@ class Fanuc(Control):
         ]
         after: list[str] = []
         for block in request.blocks:
-            moves = list(_moves(block, f"G1 {axis}", f" F{feed}", seconds))
+            moves = [line.upper() for line in move_lines(block, words)]
             main += _comments([block.name])
             if block.repetitions == 1:
                 main += moves
@@ -402,11 +401,17 @@ def _program_remarks(request: ProgramRequest, title: str) -> list[str]:
     return remarks
 
 
-def _moves(block: MoveBlock, start: str, end: str, seconds: float) -> Iterator[str]:
-    for move, position in zip(block.moves, inward_positions(block, _DECIMALS), strict=True):
-        yield f"{start}{plain_number(position, _DECIMALS)}{end} ({move_comment(move).upper()})"
-        if move.is_stop and seconds > 0:
-            yield f"G04 P{int(np.ceil(1000.0 * seconds - 1e-6))}"
+def _move_words(request: ProgramRequest, axis: str) -> MoveWords:
+    seconds = stop_time_s(request.plan)
+    feed = feed_word(request.plan, decimals=_DECIMALS, largest=LARGEST_FEED)
+    return MoveWords(
+        start=f"G1 {axis}",
+        end=f" F{feed}",
+        comment="({})",
+        dwell=(f"G04 P{int(np.ceil(1000.0 * seconds - 1e-6))}",) if seconds > 0 else (),
+        decimals=_DECIMALS,
+        position=lambda place: plain_number(place, _DECIMALS),
+    )
 
 
 def _call(program: int, repetitions: int, form: str) -> str:

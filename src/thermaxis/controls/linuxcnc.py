@@ -11,7 +11,7 @@ LinuxCNC at commit 5c41560e: ``src/emc/motion/usrmotintf.cc`` (``usrmotLoadComp`
 
 import itertools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -29,16 +29,16 @@ from thermaxis.controls._control import (
     check_size,
     plain_number,
 )
-from thermaxis.controls._program_head import (
+from thermaxis.controls._program_head import head_lines
+from thermaxis.controls._program_words import (
+    MoveWords,
+    block_lines,
     check_motion,
-    feed_text,
-    head_lines,
-    move_comment,
-    position_text,
+    feed_word,
     stop_time_s,
 )
 from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
-from thermaxis.positioning import CompensationTable, FloatArray, MoveBlock
+from thermaxis.positioning import CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
 
 MOST_POINTS = 256
@@ -144,12 +144,16 @@ class LinuxCnc(Control):
         check_motion(request)
         plan = request.plan
         lines = [f"({line})" for line in head_lines(request, self.title)]
-        lines += ["G21 G90 G94 G40 G49 G80", "G61.1", f"F{feed_text(plan)}"]
+        lines += ["G21 G90 G94 G40 G49 G80", "G61.1", f"F{feed_word(plan)}"]
         machine = request.options.get("coordinates", "machine") == "machine"
-        word = f"G53 G1 {axis}" if machine else f"G1 {axis}"
-        dwell = f"G4 P{plain_number(stop_time_s(plan), 3)}"
+        words = MoveWords(
+            start=f"G53 G1 {axis}" if machine else f"G1 {axis}",
+            comment="({})",
+            dwell=(f"G4 P{plain_number(stop_time_s(plan), 3)}",),
+        )
         for number, block in enumerate(request.blocks, start=_FIRST_LOOP):
-            lines += _block_lines(block, number, word, dwell)
+            loop = (f"o{number} repeat [{block.repetitions}]", f"o{number} endrepeat")
+            lines += block_lines(block, words, loop)
         lines.append("M2")
         return "".join(line + self.newline for line in lines)
 
@@ -329,21 +333,6 @@ def _axis_letter(request: ProgramRequest) -> str:
             remedy=f"Name one of {', '.join(letters)}",
         )
     return letter
-
-
-def _block_lines(block: MoveBlock, number: int, word: str, dwell: str) -> Iterator[str]:
-    """Yield the lines of a block, in a loop where it is driven more than once."""
-    loop = block.repetitions > 1
-    indent = "  " if loop else ""
-    yield f"({block.name})"
-    if loop:
-        yield f"o{number} repeat [{block.repetitions}]"
-    for move in block.moves:
-        yield f"{indent}{word}{position_text(move.position)} ({move_comment(move)})"
-        if move.is_stop:
-            yield indent + dwell
-    if loop:
-        yield f"o{number} endrepeat"
 
 
 # ---- reading ------------------------------------------------------------------------------------

@@ -33,16 +33,19 @@ from thermaxis.controls._control import (
     number_option,
     plain_number,
 )
-from thermaxis.controls._program_head import (
+from thermaxis.controls._program_head import head_lines
+from thermaxis.controls._program_words import (
+    FINEST_DECIMALS,
+    MoveWords,
+    block_lines,
     check_motion,
-    feed_text,
-    head_lines,
-    move_comment,
+    feed_word,
+    inward_positions,
     position_text,
     stop_time_s,
 )
 from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
-from thermaxis.positioning import MOST_POINTS, CompensationTable, MoveBlock
+from thermaxis.positioning import MOST_POINTS, CompensationTable
 from thermaxis.quantities import AxisKind
 
 ALARM = 65000
@@ -171,11 +174,15 @@ class Sinumerik(Control):
         if machine:
             lines += _limit_lines(request, _machine_axis(request, axis))
         lines += ["G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601"]
-        lines.append(f"F{feed_text(plan)}")
-        word = f"SUPA G1 {axis}=" if machine else f"G1 {axis}="
-        dwell = f"G4 F{plain_number(stop_time_s(plan), 3)}"
+        lines.append(f"F{feed_word(plan)}")
+        words = MoveWords(
+            start=f"SUPA G1 {axis}=" if machine else f"G1 {axis}=",
+            comment="; {}",
+            dwell=(f"G4 F{plain_number(stop_time_s(plan), 3)}",),
+        )
         for block in request.blocks:
-            lines += _block_lines(block, word, dwell)
+            loop = (f"FOR {_COUNTER}=1 TO {block.repetitions}", "ENDFOR")
+            lines += block_lines(block, words, loop)
         lines.append("M30")
         if machine:
             lines += ["THX_LIMIT:", f"SETAL({ALARM})", "M30"]
@@ -409,26 +416,11 @@ def _machine_axis(request: ProgramRequest, axis: str) -> str:
 
 
 def _limit_lines(request: ProgramRequest, axis: str) -> Iterator[str]:
-    places = [move.position for block in request.blocks for move in block.moves]
+    places = [p for block in request.blocks for p in inward_positions(block, FINEST_DECIMALS)]
     low, high = position_text(min(places)), position_text(max(places))
     yield "; no motion if the software limits of the axis are nearer"
     yield f"IF ({low}<$MA_POS_LIMIT_MINUS[{axis}]) GOTOF THX_LIMIT"
     yield f"IF ({high}>$MA_POS_LIMIT_PLUS[{axis}]) GOTOF THX_LIMIT"
-
-
-def _block_lines(block: MoveBlock, word: str, dwell: str) -> Iterator[str]:
-    """Yield the lines of a block, in a loop where it is driven more than once."""
-    loop = block.repetitions > 1
-    indent = "  " if loop else ""
-    yield f"; {block.name}"
-    if loop:
-        yield f"FOR {_COUNTER}=1 TO {block.repetitions}"
-    for move in block.moves:
-        yield f"{indent}{word}{position_text(move.position)} ; {move_comment(move)}"
-        if move.is_stop:
-            yield indent + dwell
-    if loop:
-        yield "ENDFOR"
 
 
 # ---- table --------------------------------------------------------------------------------------

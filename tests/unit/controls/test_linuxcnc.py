@@ -202,7 +202,7 @@ def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
     assert f"(plan sha256 {plan_sha256(plan)})" in head
     assert "(title Spindle side run 2)" in head
     assert "lowest -6.500 highest 37.800 mm" in text
-    assert "feed 600.000 mm per min" in text
+    assert "feed 600 mm per min" in text
     assert "Prove with reduced feed" in text
     assert "WARNING travel of the axis was not stated" in text
     stated = request(plan, travel=(-10.0, 50.0))

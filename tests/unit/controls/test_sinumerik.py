@@ -122,7 +122,7 @@ def drive(
         elif found := re.fullmatch(r"SETAL\((\d+)\)", line):
             done.alarms.append(int(found[1]))
         else:
-            assert line in {"", *MODES} or re.fullmatch(r"F\d+\.\d+", line), line
+            assert line in {"", *MODES} or re.fullmatch(r"F\d+(\.\d+)?", line), line
         k += 1
     return done
 
@@ -205,7 +205,7 @@ def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
     assert "WARNING travel of the axis was not stated" in program
     assert "WARNING" not in request(plan, travel=(-10.0, 50.0))
     rotary = request(replace(plan, kind=AxisKind.ROTARY, axis="C"))
-    assert "feed 600.000 deg per min" in rotary
+    assert "feed 600 deg per min" in rotary
     assert "WARNING on a modulo axis" in rotary
     with pytest.raises(ConfigurationError, match="its travel is"):
         request(plan, travel=(-6.0, 50.0))
