@@ -315,6 +315,13 @@ class _Reading:
             raise self._wrong(3621, f"the points {first} to {last} do not lead to {at}")
         sides = [self._points(first, last)]
         if self.chosen.bidirectional:
+            if (3626, self.axis) not in self.words.values:
+                raise _error(
+                    self.path,
+                    "the file has no second table: parameter 3626 of the axis is missing",
+                    None,
+                    "Leave --set bidirectional=1 out, for a new table beside this one too",
+                )
             start = self._whole(3626)
             sides.append(self._points(start, start + last - first))
         elif (3626, self.axis) in self.words.values and self._whole(3626) != 0:

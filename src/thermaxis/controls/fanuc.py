@@ -529,9 +529,11 @@ def _reversal_sentences(
                 " --backlash-in-force or --merge."
             )
         else:
+            moved = f"{table.backlash:+.2f} {table.kind.units.deviation}"
             yield (
-                f"The mean reversal of {table.backlash:+.2f} {table.kind.units.deviation} that was"
-                " apart is in the two tables now: 1851 is written as 0; set 1852 to 0 by hand [M]."
+                "All reversal is in the two tables"
+                f"{f', {moved} that were apart included' if table.backlash else ''}: 1851 is"
+                " written as 0; set 1852 to 0 by hand [M]."
             )
         yield (
             f"Parameter 3627 is {points.offset}: what the other direction differs by at the"

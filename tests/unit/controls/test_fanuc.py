@@ -669,3 +669,16 @@ def test_a_reference_position_far_away_is_refused_before_room_is_made_for_the_wa
 def test_every_sentence_ends_with_a_full_stop(sets: list[str], backlash: float | None) -> None:
     table = simple([0.0, 9.0], start=0.0, step=10.0, backlash=backlash)
     assert all(s.endswith(".") for s in made(table, *sets).sentences)
+
+
+def test_a_file_of_one_table_is_not_taken_for_two() -> None:
+    with pytest.raises(MeasurementFileError, match="no second table") as caught:
+        read(GOOD, "bidirectional=1")
+    assert "bidirectional=1 out" in caught.value.remedy
+
+
+def test_reversal_that_is_in_the_points_already_is_not_named_as_moved() -> None:
+    said = made(simple([0.0, 1.0], start=0.0, step=10.0, backlash=0.0), "bidirectional=1")
+    assert plain(said.text)[1851] == 0
+    assert "apart" not in " ".join(said.sentences)
+    assert "1851 is written as 0" in " ".join(said.sentences)
