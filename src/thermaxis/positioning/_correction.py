@@ -227,7 +227,9 @@ def table_points(
     target : FloatArray
         Targets, (m,), strictly increasing. [mm or deg]
     points : int, optional
-        Number of points from the first to the last target. Default: see `spacing`. [1]
+        Number of points from the first to the last target; with `through` the largest number, and
+        three are the fewest that can pass through a position between them. Default: see
+        `spacing`. [1]
     spacing : float, optional
         Distance of the points. The first lies at the first target; the last may lie beyond the
         last target, by less than one spacing. Default: as many points as targets. [mm or deg]
@@ -235,7 +237,8 @@ def table_points(
         A position on which a point must lie (or would, were the table long enough); the first
         point then lies at most one spacing before the first target. Default: none. [mm or deg]
     decimals : int
-        Decimals of the spacing and of the first point. Default: 4. [1]
+        Decimals of the spacing and of the first point; a spacing that follows from a number of
+        points and `through` is rounded up, so that no further point is needed. Default: 4. [1]
 
     Returns
     -------
@@ -257,6 +260,10 @@ def table_points(
         if not 2 <= points <= MOST_POINTS:
             raise ConfigurationError(f"not from 2 to {MOST_POINTS} points", where="points")
         spacing = (last - first) / (points - 1)
+        if through is not None:
+            spacing = _spacing_through(first, last, through, points)
+            # rounded down, the last of so many points would end short of the last target
+            spacing = float(np.ceil(spacing * 10.0**decimals - 1e-6)) / 10.0**decimals
     if not 0 < spacing <= 1e6:
         raise ConfigurationError("the spacing is not positive", where="spacing")
     step = round(spacing, decimals)
@@ -282,6 +289,20 @@ def table_points(
         )
     position: FloatArray = start + step * np.arange(max(count, 2), dtype=np.float64)
     return np.round(position, decimals + 2)
+
+
+def _spacing_through(first: float, last: float, through: float, points: int) -> float:
+    """Return the smallest distance of points that cover the targets, one of them at a position."""
+    below, above, sections = through - first, last - through, points - 1
+    if below < 0.0 or above < 0.0:  # the grid may begin anywhere: one section more is enough
+        return (last - first) / max(sections - 1, 1)
+    share = sections * below / (last - first)
+    found = [
+        max(below / max(i, 1), above / max(sections - i, 1))
+        for i in (int(np.floor(share + 1e-9)), int(np.ceil(share - 1e-9)))
+        if (i > 0 or below == 0.0) and (i < sections or above == 0.0)
+    ]
+    return min(found, default=last - first)
 
 
 def values_at_points(levels: AxisLevels, position: FloatArray) -> FloatArray:

@@ -132,6 +132,35 @@ def test_points_are_equidistant_cover_the_targets_and_pass_through_the_reference
     else:
         off = (through - points[0]) / step
         assert abs(off - round(off)) * step <= half + 1e-6
+        assert points.size <= max(count, 3)
+
+
+def test_a_spacing_through_the_reference_is_rounded_up_so_that_no_point_is_added() -> None:
+    target = np.linspace(1.234, 498.715, 21)
+    points = table_points(target, points=21, through=1.234, decimals=3)
+    # 497.481 / 20 = 24.87405: 24.874 would end 1 µm before the last target
+    np.testing.assert_allclose(np.diff(points), 24.875, atol=1e-9)
+    assert points.size == 21
+    assert 498.715 <= points[-1] < 498.715 + 0.02
+
+
+@pytest.mark.parametrize("count", [3, 4, 7, 64, 128, 1000])
+@pytest.mark.parametrize("through", [-80.0, 0.0, 1.234, 300.0, 417.77, 498.715, 900.0])
+def test_as_many_points_as_were_asked_for_are_enough_to_pass_through_the_reference(
+    count: int, through: float
+) -> None:
+    target = np.array([1.234, 24.0, 300.1, 498.715])
+    points = table_points(target, points=count, through=through, decimals=3)
+    step = float(points[1] - points[0])
+    off = (through - points[0]) / step
+    assert points.size in {count - 1, count}
+    assert abs(off - round(off)) * step <= 0.0005 + 1e-6
+    assert points[0] <= 1.2345 and points[-1] >= 498.7145
+    # one digit less, and the points from the reference on would be too few
+    shorter = step - 0.001
+    needed = [np.ceil(abs(end - through) / shorter - 1e-9) for end in (1.234, 498.715)]
+    if 1.234 <= through <= 498.715:
+        assert sum(needed) + 1 > count
 
 
 @pytest.mark.parametrize(
