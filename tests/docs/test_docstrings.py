@@ -9,7 +9,10 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-PACKAGES = ("thermaxis.positioning", "thermaxis.files", "thermaxis.thermal", "thermaxis.report")
+PACKAGES = (
+    *("thermaxis.positioning", "thermaxis.files", "thermaxis.thermal", "thermaxis.report"),
+    "thermaxis.controls",
+)
 SECTION = re.compile(r"^([A-Z][A-Za-z]+)\n-{3,}$", re.MULTILINE)
 
 

@@ -41,8 +41,9 @@ FREE = (
     *(f"identify.outputs.NAME.{key}" for key in ("numerator", "denominator")),
     *("identify.joint_gains.gains", "verify.logs[].outputs.NAME.contribution_peak_to_peak_um"),
     *("model.reference_c", "model.provenance.figures"),
+    *("correct.options", "check-table.options"),
 )
-"""Objects whose keys come from a file, or are numbers of cycles."""
+"""Objects whose keys come from a file, are numbers of cycles, or options of one control."""
 
 BY_FIGURE = ("plan.expected.figures",)
 """Objects with one object for each figure."""
@@ -76,6 +77,21 @@ SAME_KEYS = {
         ),
         "figures",
     ),
+    **dict.fromkeys(
+        (
+            *(f"correct.figures.{when}" for when in ("before", "after")),
+            *(f"correct.figures_without_drift.{when}" for when in ("before", "after")),
+            *(f"check-table.figures.{when}" for when in ("before", "after", "opposite_sign")),
+            *(f"check-table.figures_without_drift.{when}" for when in ("before", "after")),
+        ),
+        "figures",
+    ),
+    "correct.input": "input",
+    "check-table.input": "input",
+    "correct.figures_without_drift": "correct.figures",
+    "check-table.figures_without_drift": "correct.figures",
+    "check-table.table": "correct.table",
+    "check-table.targets": "correct.targets",
     **dict.fromkeys(
         (f"montecarlo.{name}" for name in ("two_sequences", "to_larger", "to_smaller")),
         "montecarlo.one_sequence",
@@ -171,6 +187,13 @@ def written(evaluated: tuple[Path, dict[str, object]], root: Path) -> dict[str, 
     words = ["plan", "--length", "300", "--targets", "8", "--target-uncertainty", "0.3"]
     keys_written([*words, *json_words], "plan", found)
     keys_written(["trend", str(run), str(run), *json_words], "trend", found)
+    table = str(folder / "table")
+    words = [str(run), "--control", "sinumerik", "--backlash", "--axis", "X"]
+    keys_written(["correct", *words, "-o", table, *json_words], "correct", found)
+    merged = ["--merge", table, "-o", str(folder / "merged")]
+    keys_written(["correct", *words, *merged, *json_words], "correct", found)
+    words = ["check-table", table, str(run), "--control", "sinumerik", *json_words]
+    keys_written(words, "check-table", found)
     before, after = (str(root / "examples" / f"field_{when}.csv") for when in ("before", "after"))
     words = ["field", before, before, after, "--run", str(run), "--times", "0", "1", "1.7"]
     keys_written([*words, *json_words], "field", found)

@@ -25,6 +25,7 @@ PUBLIC_PACKAGES = (
     "thermaxis.files",
     "thermaxis.thermal",
     "thermaxis.report",
+    "thermaxis.controls",
 )
 
 

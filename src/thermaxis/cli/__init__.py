@@ -11,6 +11,9 @@ from thermaxis import __version__
 COMMANDS = {
     "evaluate": "evaluate a positioning run: ISO 230-2 and adjacent differences",
     "plan": "choose the targets of a run, its duration and the uncertainty to expect",
+    "program": "write the NC program of a plan for a control",
+    "correct": "write the compensation table of a measured axis for a control",
+    "check-table": "read a control's compensation table back and show what it leaves",
     "trend": "show the figures of one axis over several runs",
     "identify": "identify a compensation model from thermal logs",
     "verify": "compare a compensation model in free run with measured logs",
@@ -39,7 +42,7 @@ class Command(Protocol):
 
 
 def _load(name: str) -> Command:
-    return cast("Command", cast("object", import_module(f"thermaxis.cli.{name}")))
+    return cast("Command", cast("object", import_module(f"thermaxis.cli.{name.replace('-', '_')}")))
 
 
 def build_parser(only: str | None = None) -> argparse.ArgumentParser:

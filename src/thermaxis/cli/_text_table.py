@@ -1,5 +1,6 @@
-"""Tables of plain text: aligned columns under a rule."""
+"""Plain text: tables with aligned columns under a rule, sentences in lines."""
 
+import textwrap
 import unicodedata
 from collections.abc import Sequence
 
@@ -47,3 +48,27 @@ def text_table(
 
     rule = " " + "─" * (sum(widths) + 2 * len(widths))
     return "\n".join((title, "", line(heads), rule, *map(line, rows), ""))
+
+
+def filled(text: str, *, hanging: bool = False) -> str:
+    """Return a sentence in lines of at most 100 characters.
+
+    Parameters
+    ----------
+    text : str
+        The sentence.
+    hanging : bool
+        Whether all lines but the first are indented. Default: no.
+
+    Returns
+    -------
+    str
+        Lines; the last one has no end.
+    """
+    return textwrap.fill(
+        text,
+        100,
+        break_on_hyphens=False,
+        break_long_words=False,
+        subsequent_indent="  " if hanging else "",
+    )

@@ -1,0 +1,470 @@
+"""What every control offers: its NC program, and its compensation table written, read, simulated.
+
+A control is one module of this package with a constant ``CONTROL``; the module's name, with
+hyphens for underscores, is the name on the command line. Nothing else has to be told of it.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, final
+
+from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
+from thermaxis.quantities import AxisKind
+
+if TYPE_CHECKING:  # so that a command's help need not load numpy
+    from thermaxis.positioning import CompensationTable, FloatArray, MoveBlock, TestPlan
+
+LONGEST_COMMENT = 60
+"""Longest text of a plan or a run within a comment; the rest is cut. [character]"""
+LARGEST_TABLE_BYTES = 5_000_000
+"""Largest table that is read. [byte]"""
+
+_COMMENT_CHARACTERS = frozenset(
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 -_."
+)
+
+
+def comment_text(text: str, limit: int = LONGEST_COMMENT) -> str:
+    """Return text of a file or a person as it may stand in a comment of an NC program.
+
+    Only letters of ASCII, digits, space, ``-``, ``_`` and ``.`` are left: no character that ends a
+    comment, begins a command or addresses the operator in any control's language.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    limit : int
+        Longest result. Default: `LONGEST_COMMENT`. [character]
+
+    Returns
+    -------
+    str
+        The text; every other character is a space, spaces do not follow each other.
+    """
+    kept = "".join(c if c in _COMMENT_CHARACTERS else " " for c in text[: 10 * limit])
+    return " ".join(kept.split())[:limit].rstrip()
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ControlOption:
+    """A setting that only one control has, given as ``--set NAME=VALUE``."""
+
+    name: str
+    """Its name, lower case."""
+    default: str
+    """Value unless stated."""
+    meaning: str
+    """What it means, with its unit, in words."""
+    choices: tuple[str, ...] = ()
+    """Values that it can take; empty where any number or name can be."""
+    only_for: str = ""
+    """``program`` or ``table`` where it serves one of them alone."""
+
+    @property
+    def in_words(self) -> str:
+        """Name, default in parentheses and meaning."""
+        return f"{self.name} ({self.default}): {self.meaning}"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class GridRule:
+    """What a control asks of the points of its table."""
+
+    equidistant: bool
+    """Whether the points must lie at equal distances."""
+    most_points: int | None
+    """Largest number of points, None where only a machine parameter limits it. [1]"""
+    per_direction: bool
+    """Whether each point has a value for each direction."""
+    backlash_apart: bool
+    """Whether the control has one reversal value apart from the points."""
+    resolution: float
+    """Step of the values. [µm or arcsec]"""
+    decimals: int
+    """Decimals of the points' positions in the control's own unit. [1]"""
+    through_reference: bool = False
+    """Whether a point must lie at the reference position."""
+    remark: str = ""
+    """A limit that the table alone does not show, such as a machine parameter to set, in words."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProgramRequest:
+    """What an NC program is made of."""
+
+    plan: "TestPlan"
+    """The plan."""
+    plan_sha256: str
+    """Its hash, 64 hexadecimal digits."""
+    blocks: "tuple[MoveBlock, ...]"
+    """Its motion, warm-up included."""
+    axis: str
+    """Name of the axis on the control."""
+    travel: tuple[float, float] | None = None
+    """Lowest and highest position that the axis may reach, None if not stated. [mm or deg]"""
+    options: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    """The control's options, complete and checked by `check_options`."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableRequest:
+    """What a control's table is made of, beside the values."""
+
+    table: "CompensationTable"
+    """The table, not yet rounded."""
+    origin: tuple[str, ...] = ()
+    """Lines about run, program and state of measurement for the head, where comments exist."""
+    options: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    """The control's options, complete and checked by `check_options`."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableText:
+    """A table as the control's file, and what its user must know."""
+
+    text: str
+    """Content of the file, ASCII, lines ended as the control wants them."""
+    sentences: tuple[str, ...]
+    """Sign, unit, what was rounded or lost, how to activate it; for the summary, in words."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadTable:
+    """A control's table as it was read, as the control would read it."""
+
+    table: "CompensationTable"
+    """Its values as deviations."""
+    findings: tuple[str, ...] = ()
+    """What looks wrong in it or would surprise, with the line, in words."""
+    points_in_file: int | None = None
+    """Number of points that the file seems to hold, where the control reads fewer. [1]"""
+    resolution: float | None = None
+    """Step of the values in this very file, where it is not that of the `GridRule`, as with a
+    magnification that was chosen to fit the values. [µm or arcsec]"""
+
+
+class Control(ABC):
+    """A machine control. Every subclass is final and stands in a file of its own."""
+
+    title: str
+    """Name for people, with the versions that it is meant for."""
+    sign: str
+    """One sentence: what a positive value of the table does."""
+    unit: str
+    """One sentence: unit and resolution of the values."""
+    newline: str = "\n"
+    """End of a line in its files."""
+    options: tuple[ControlOption, ...] = ()
+    """Its own settings."""
+
+    @abstractmethod
+    def format_program(self, request: ProgramRequest) -> str:
+        """Return the NC program of a plan.
+
+        Parameters
+        ----------
+        request : ProgramRequest
+            Plan, motion, axis and options.
+
+        Returns
+        -------
+        str
+            The program, lines ended by ``newline``.
+
+        Raises
+        ------
+        ConfigurationError
+            If the control has no such axis, or a number does not fit its words.
+        """
+
+    @abstractmethod
+    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
+        """Return what the control asks of the points of a table.
+
+        Parameters
+        ----------
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        GridRule
+            The rule.
+        """
+
+    @abstractmethod
+    def format_table(self, request: TableRequest) -> TableText:
+        """Return a table as the control's file.
+
+        Parameters
+        ----------
+        request : TableRequest
+            Values, origin and options.
+
+        Returns
+        -------
+        TableText
+            The file's content and what its user must know.
+
+        Raises
+        ------
+        ConfigurationError
+            If a limit of the control is exceeded; nothing is cut off.
+        """
+
+    @abstractmethod
+    def read_table(
+        self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
+    ) -> ReadTable:
+        """Read a table as the control would.
+
+        Parameters
+        ----------
+        text : str
+            Content of the file.
+        path : str
+            Its name, for errors.
+        kind : AxisKind
+            Linear or rotary: the unit of positions and values.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        ReadTable
+            Values and findings.
+
+        Raises
+        ------
+        MeasurementFileError
+            If it is no such table, or holds what the control would refuse; file, line and remedy
+            are named.
+        """
+
+    def own_options(self, options: Mapping[str, str]) -> Mapping[str, str]:
+        """Return the options with which a file that this program has just written is read back.
+
+        Parameters
+        ----------
+        options : mapping
+            The control's options, with which an older file was read and the new one written.
+
+        Returns
+        -------
+        mapping
+            The same; a control leaves out what speaks of the older file only.
+        """
+        return options
+
+    def correction(self, table: "CompensationTable", position: "FloatArray") -> "FloatArray":
+        """Return what the control adds at the positions: its interpolation, simulated.
+
+        Parameters
+        ----------
+        table : CompensationTable
+            The table as `read_table` returns it.
+        position : FloatArray
+            Nominal positions, (p,). [mm or deg]
+
+        Returns
+        -------
+        FloatArray
+            Correction per direction, (p, 2): minus the deviation, linear between points, end
+            values held. [µm or arcsec]
+        """
+        return -table.deviation_at(position)
+
+
+# ---- shared by the controls ---------------------------------------------------------------------
+
+
+def check_options(control: Control, stated: Sequence[str], *, purpose: str) -> Mapping[str, str]:
+    """Return the options of a control, stated or by default.
+
+    Parameters
+    ----------
+    control : Control
+        The control.
+    stated : sequence of str
+        Texts ``NAME=VALUE``.
+    purpose : str
+        ``program`` or ``table``: options for the other alone are refused.
+
+    Returns
+    -------
+    mapping
+        Every option that serves the purpose, by name.
+
+    Raises
+    ------
+    ConfigurationError
+        If a text is no ``NAME=VALUE``, a name is unknown or stated twice, or a value is none of
+        its choices.
+    """
+    known = {o.name: o for o in control.options if o.only_for in {"", purpose}}
+    chosen: dict[str, str] = {}
+    for text in stated:
+        name, sign, value = text.partition("=")
+        name, value = name.strip().casefold(), value.strip()
+        where = f"--set {printable(text, 60)}"
+        if not sign or not value:
+            raise ConfigurationError(
+                "this is no NAME=VALUE", where=where, remedy=_meaning_or_names(known, name)
+            )
+        if name not in known:
+            raise ConfigurationError(
+                f"the control has no option {printable(name, 30)} for its {purpose}",
+                where=where,
+                remedy=_meaning_or_names(known, name),
+            )
+        if name in chosen:
+            raise ConfigurationError("the option is stated twice", where=where)
+        if known[name].choices and value not in known[name].choices:
+            raise ConfigurationError(
+                "the option cannot have this value",
+                where=where,
+                remedy=f"Write one of {', '.join(known[name].choices)}. {known[name].in_words}",
+            )
+        chosen[name] = value
+    return MappingProxyType({name: chosen.get(name, o.default) for name, o in known.items()})
+
+
+def _meaning_or_names(known: Mapping[str, ControlOption], name: str) -> str:
+    if name in known:
+        return known[name].in_words
+    listed = ", ".join(f"{n} ({known[n].default})" for n in sorted(known))
+    return (
+        f"Its options, with their defaults, are: {listed or 'none'}. One of them alone, without a"
+        " value, tells what it means"
+    )
+
+
+def number_option(options: Mapping[str, str], name: str, *, lowest: float, highest: float) -> float:
+    """Return the value of an option that is a number.
+
+    Parameters
+    ----------
+    options : mapping
+        Options as `check_options` returns them.
+    name : str
+        Name of the option.
+    lowest, highest : float
+        Range of the number.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is no number within the range.
+    """
+    try:
+        number = float(options[name])
+    except ValueError:
+        number = float("nan")
+    if not lowest <= number <= highest:
+        raise ConfigurationError(
+            f"'{printable(options[name], 30)}' is no number from {lowest:g} to {highest:g}",
+            where=f"--set {name}",
+        )
+    return number
+
+
+def plain_number(value: float, decimals: int) -> str:
+    """Return a number as controls read it: no exponent, no locale, no minus before zero.
+
+    Parameters
+    ----------
+    value : float
+        The number; finite.
+    decimals : int
+        Digits after the point. [1]
+
+    Returns
+    -------
+    str
+        The number with a decimal point.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not finite: a non-number never reaches a control.
+    """
+    if not math.isfinite(value):
+        raise ConfigurationError("a value of the program or table is not a finite number")
+    text = f"{value:.{decimals}f}"
+    return text[1:] if float(text) == 0 and text.startswith("-") else text
+
+
+def check_size(content: str | bytes, path: str) -> None:
+    """Refuse a file that is too large for a table, before it is taken apart.
+
+    Parameters
+    ----------
+    content : str or bytes
+        Content of the file.
+    path : str
+        Its name, for errors.
+
+    Raises
+    ------
+    MeasurementFileError
+        If it is larger than `LARGEST_TABLE_BYTES`.
+    """
+    if len(content) > LARGEST_TABLE_BYTES:
+        raise MeasurementFileError(
+            f"the file is larger than {LARGEST_TABLE_BYTES / 1e6:g} MB: too large for a table",
+            path=path,
+            remedy="Name the file of the table alone",
+        )
+
+
+def check_points(table: "CompensationTable", rule: GridRule, title: str) -> None:
+    """Refuse a table that breaks the rule of a control.
+
+    Parameters
+    ----------
+    table : CompensationTable
+        The table.
+    rule : GridRule
+        What the control asks for.
+    title : str
+        Name of the control.
+
+    Raises
+    ------
+    ConfigurationError
+        If there are too many points, they are not equidistant, or values differ by direction
+        where the control has only one.
+    """
+    k = table.position.size
+    if rule.most_points is not None and k > rule.most_points:
+        raise ConfigurationError(
+            f"the table has {k} points; {title} reads at most {rule.most_points}",
+            where="points",
+            remedy=f"Ask for --points {rule.most_points} or fewer, or a wider --spacing",
+        )
+    if rule.equidistant and table.step is None:
+        raise ConfigurationError(
+            f"{title} reads equidistant points only", where="points", remedy="Give --points"
+        )
+    if table.per_direction and not rule.per_direction:
+        raise ConfigurationError(
+            f"{title} has one value per point, and the table has one for each direction",
+            where="backlash",
+        )

@@ -1,0 +1,406 @@
+"""Stored pitch error compensation read from a Fanuc parameter file, as the control would.
+
+References
+----------
+Frame and words of a parameter file: parameter manual B-63330EN (Series 15i), p. 25 [V, its spindle
+form]; everything else as in `thermaxis.controls.fanuc`.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.controls._control import ReadTable, check_size
+from thermaxis.controls._fanuc_points import (
+    FIRST_POINT,
+    LARGEST_MAGNIFICATION,
+    LARGEST_POSITION,
+    STATION,
+    TURN_DEG,
+    PointOptions,
+)
+from thermaxis.errors import MeasurementFileError, printable
+from thermaxis.positioning import CompensationTable, FloatArray
+from thermaxis.quantities import AxisKind
+
+LONGEST_LINE = 10_000
+"""Longest line of a parameter file that is read; 32 axes take 400. [character]"""
+
+_POINT_COMMENT = re.compile(
+    r"\(POINTS FROM (?P<first>-?[0-9.]{1,12}) TO (?P<last>-?[0-9.]{1,12})"
+    r" REFERENCE (?P<reference>-?[0-9.]{1,12})\)"
+)
+_AXIS_COMMENT = re.compile(r"\(AXIS (?P<axis>[A-Z][A-Z0-9_]{0,15}) ")
+_LINE = re.compile(r"N([0-9]{1,5})((?:[A-Z][^A-Z;]*)+)", re.ASCII)
+_PAIR = re.compile(r"([A-Z])([^A-Z]*)")
+
+
+def table_from_parameters(text: str, path: str, kind: AxisKind, chosen: PointOptions) -> ReadTable:
+    """Return the pitch error compensation of one axis.
+
+    Parameters
+    ----------
+    text : str
+        Content of the file.
+    path : str
+        Its name, for errors.
+    kind : AxisKind
+        Linear or rotary.
+    chosen : PointOptions
+        The options.
+
+    Returns
+    -------
+    ReadTable
+        Values as deviations, zero at the reference position, and findings.
+
+    Raises
+    ------
+    MeasurementFileError
+        If it is no such file, ``%`` is missing at its end, a word is no whole number, a parameter
+        or point is missing or stated twice, or a value is beyond the control's.
+    """
+    words = _words(text, path)
+    return _Reading(path, words, chosen, _wanted_axis(path, words, chosen), kind).table()
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Word:
+    """One value of the file."""
+
+    line: int
+    text: str
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Words:
+    """What a parameter file holds, by number N and axis A (0 where no axis is stated)."""
+
+    values: Mapping[tuple[int, int], _Word]
+    comments: tuple[str, ...]
+    findings: tuple[str, ...]
+
+
+def _error(path: str, what: str, line: int | None, remedy: str) -> MeasurementFileError:
+    return MeasurementFileError(what, path=path, line=line, remedy=remedy)
+
+
+def _words(text: str, path: str) -> _Words:
+    """Return the words between the two ``%``."""
+    check_size(text, path)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    starts = [i for i, line in enumerate(lines) if line.strip().startswith("%")]
+    if not starts or any(line.strip() for line in lines[: starts[0]]):
+        raise _error(path, "the file does not begin with %", 1, "Give a Fanuc parameter file")
+    if len(starts) < 2:
+        raise _error(
+            path, "the % at the end is missing: the file is cut short", len(lines), "Copy it whole"
+        )
+    values: dict[tuple[int, int], _Word] = {}
+    comments: list[str] = []
+    for number, line in enumerate(lines[: starts[1]], start=1):
+        if number <= starts[0]:
+            continue
+        if len(line) > LONGEST_LINE:
+            raise _error(
+                path,
+                f"the line is longer than {LONGEST_LINE} characters",
+                number,
+                "Give a Fanuc parameter file",
+            )
+        comments += re.findall(r"\([^()]*\)", line)
+        bare = re.sub(r"\([^()]*\)", "", line).strip()
+        for content in bare.removeprefix("%").split(";"):
+            if content.strip():
+                _add_words(path, number, content.strip(), values)
+    findings: list[str] = []
+    if any(line.strip() for line in lines[starts[1] + 1 :]):
+        findings.append(f"what follows the % of line {starts[1] + 1} is not read")
+    return _Words(values, tuple(comments), tuple(findings))
+
+
+def _add_words(path: str, number: int, content: str, values: dict[tuple[int, int], _Word]) -> None:
+    found = _LINE.fullmatch(re.sub(r"\s+", "", content).upper())
+    if found is None:
+        raise _error(
+            path,
+            f"'{printable(content[:99], 40)}' is no line of a parameter file",
+            number,
+            "Write N with the number and P with the value",
+        )
+    axis = 0
+    for letter, word in _PAIR.findall(found[2]):
+        if letter == "A":
+            if not re.fullmatch(r"[0-9]{1,2}", word):
+                raise _error(path, "the axis number A is no number", number, "Correct it")
+            axis = int(word)
+        elif letter == "P":
+            key = (int(found[1]), axis)
+            if key in values:
+                raise _error(
+                    path,
+                    f"N{key[0]} stands there twice, first in line {values[key].line}",
+                    number,
+                    "Delete one of them",
+                )
+            values[key] = _Word(number, word)
+
+
+def _wanted_axis(path: str, words: _Words, chosen: PointOptions) -> int:
+    """Return the axis number whose compensation is read; 0 for words without axis numbers."""
+    there = sorted({axis for number, axis in words.values if number == 3620})
+    if not there:
+        raise _error(
+            path,
+            "parameter 3620 is missing: the file has no pitch error compensation",
+            None,
+            "Give a file with the parameters 3620 to 3624 and the points N10000 and on",
+        )
+    if chosen.axis_number is None:
+        if len(there) > 1:
+            listed = ", ".join(map(str, there))
+            raise _error(
+                path,
+                f"the file has the axes {listed}",
+                None,
+                "Say which with --set axis_number=NUMBER",
+            )
+        return there[0]
+    if chosen.axis_number not in there and there != [0]:
+        listed = ", ".join(map(str, there))
+        raise _error(
+            path,
+            f"the file is for axis {listed}, not for {chosen.axis_number}",
+            words.values[3620, there[0]].line,
+            "Give the file of this axis, or another axis_number",
+        )
+    return chosen.axis_number if chosen.axis_number in there else 0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """One axis of a parameter file on its way to a table."""
+
+    path: str
+    words: _Words
+    chosen: PointOptions
+    axis: int
+    kind: AxisKind
+
+    def table(self) -> ReadTable:
+        """Return what the control would do with it."""
+        findings = list(self.words.findings)
+        if self.axis == 0:
+            findings.append("the parameters name no axis number")
+        step = self._length(3624)
+        magnification = self._whole(3623)
+        if not 1 <= magnification <= LARGEST_MAGNIFICATION:
+            raise self._wrong(3623, f"the magnification is not 1 to {LARGEST_MAGNIFICATION}")
+        reference, extent = self._place(findings)
+        quantum = magnification * self.chosen.unit
+        turns = self._turns()
+        position, counted = self._positive_table(reference, step, turns=turns, findings=findings)
+        kept = self._kept(position, counted, extent, turns=turns)
+        largest = int(np.max(np.abs(np.diff(counted[:, 0])), initial=0))
+        findings.append(
+            "simulated as linear between the points; a control that puts out each value at once"
+            f" adds up to {0.5 * largest * quantum:g} {self.kind.units.deviation} [S]"
+        )
+        offset = self._whole(3627) * self.chosen.unit if self.chosen.bidirectional else 0.0
+        if not self.chosen.returns_positive:
+            offset = -offset
+        # the zero of the table is that of the mean of both directions
+        deviation: FloatArray = np.stack(
+            (0.5 * offset - quantum * counted[:, 0], -0.5 * offset - quantum * counted[:, 1]),
+            axis=1,
+        )
+        return ReadTable(
+            table=CompensationTable(
+                kind=self.kind,
+                axis=self._axis_name(),
+                position=position[kept],
+                deviation=deviation[kept],
+                backlash=self._backlash(findings),
+                reference_position=reference,
+            ),
+            findings=tuple(findings),
+            resolution=quantum,
+        )
+
+    def _wrong(self, parameter: int, what: str) -> MeasurementFileError:
+        line = self.words.values[parameter, self.axis].line
+        return _error(self.path, what, line, f"Correct parameter {parameter}")
+
+    def _word(self, parameter: int) -> _Word:
+        word = self.words.values.get((parameter, self.axis))
+        if word is None:
+            raise _error(
+                self.path,
+                f"parameter {parameter} of the axis is missing",
+                None,
+                "Give the whole file",
+            )
+        return word
+
+    def _whole(self, parameter: int) -> int:
+        return self._as_whole(self._word(parameter))
+
+    def _as_whole(self, word: _Word) -> int:
+        if not re.fullmatch(r"[+-]?[0-9]{1,9}", word.text):
+            comma = " (a decimal comma)" if "," in word.text else ""
+            raise _error(
+                self.path,
+                f"'{printable(word.text[:99], 30)}' is no whole number{comma}",
+                word.line,
+                "Write the value in steps of the control, digits only",
+            )
+        return int(word.text)
+
+    def _length(self, parameter: int) -> float:
+        """Return an interval, whole numbers in 0.001, newer controls with a decimal point."""
+        word = self._word(parameter)
+        if re.fullmatch(r"\+?[0-9]{1,6}\.[0-9]{0,6}", word.text):
+            value = float(word.text)
+        else:
+            value = self._as_whole(word) * STATION
+        if not 0 < value <= LARGEST_POSITION:
+            raise self._wrong(parameter, "the interval is not positive")
+        return value
+
+    def _turns(self) -> bool:
+        """Return whether the axis repeats after a turn."""
+        word = self.words.values.get((3625, self.axis))
+        if word is None or not re.search("[1-9]", word.text):
+            return False
+        if abs(self._length(3625) - TURN_DEG) > 1e-9:
+            raise self._wrong(3625, "the turn is not 360 deg")
+        return True
+
+    def _place(self, findings: list[str]) -> tuple[float, tuple[float, float] | None]:
+        """Return where the reference position lies, and which grid positions were meant."""
+        found = next(filter(None, map(_POINT_COMMENT.fullmatch, self.words.comments)), None)
+        extent = None
+        reference = self.chosen.reference
+        if found is not None:
+            try:
+                first, last, place = (float(found[g]) for g in ("first", "last", "reference"))
+            except ValueError:
+                findings.append("the comment on the points is no longer readable")
+            else:
+                extent = (first, last)
+                if reference is not None and abs(reference - place) > 1e-6:
+                    findings.append(f"the file's comment has the reference position at {place:g}")
+                    extent = None
+                reference = place if reference is None else reference
+        if reference is None:
+            findings.append(
+                "the file does not say where the reference position lies: 0 is taken; state"
+                " --set reference_coordinate if it is elsewhere"
+            )
+            reference = 0.0
+        return reference, extent
+
+    def _positive_table(
+        self, reference: float, step: float, *, turns: bool, findings: list[str]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return grid positions and the sums of the values from the reference position, (k, 2)."""
+        at, first, last = (self._whole(p) for p in (3620, 3621, 3622))
+        if not first - 1 <= at <= last or last > 9999:
+            raise self._wrong(3621, f"the points {first} to {last} do not lead to {at}")
+        sides = [self._points(first, last)]
+        if self.chosen.bidirectional:
+            if (3626, self.axis) not in self.words.values:
+                raise _error(
+                    self.path,
+                    "the file has no second table: parameter 3626 of the axis is missing",
+                    None,
+                    "Leave --set bidirectional=1 out, for a new table beside this one too",
+                )
+            start = self._whole(3626)
+            sides.append(self._points(start, start + last - first))
+        elif (3626, self.axis) in self.words.values and self._whole(3626) != 0:
+            findings.append(
+                "the file has a second table (3626), which is not simulated: state"
+                " --set bidirectional=1 if the control uses it"
+            )
+        sums: list[FloatArray] = []
+        for values in sides:
+            run = np.concatenate(([0.0], np.cumsum(values)))
+            if turns:
+                if values[0] != values[-1]:
+                    findings.append("the first and the last point of the turn differ")
+                run = run[1:] - run[1]
+                if run[-1] != 0:
+                    findings.append(
+                        f"the values of a turn add up to {run[-1]:g}, not to 0: the position"
+                        " shifts with every turn"
+                    )
+            sums.append(run if turns else run - run[at - first + 1])
+        before = at - first + 1
+        if turns:
+            if at != first or abs((last - first) * step - TURN_DEG) > 1e-6:
+                raise self._wrong(3622, "the points of a turn do not begin at 3620 and span 360")
+            before = 0
+        position: FloatArray = reference + step * (
+            np.arange(sums[0].size, dtype=np.float64) - before
+        )
+        return np.round(position, 6), np.stack((sums[0], sums[-1]), axis=1)
+
+    def _points(self, first: int, last: int) -> list[int]:
+        values: list[int] = []
+        for point in range(first, last + 1):
+            word = self.words.values.get((FIRST_POINT + point, 0))
+            if word is None:
+                raise _error(
+                    self.path,
+                    f"point {point} (N{FIRST_POINT + point}) is missing: the control would keep"
+                    " its old value",
+                    None,
+                    "Give all points from 3621 to 3622, and of the second table as many",
+                )
+            value = self._as_whole(word)
+            if abs(value) > self.chosen.largest:
+                raise _error(
+                    self.path,
+                    f"the value {value} is beyond the {self.chosen.largest} that a point can hold",
+                    word.line,
+                    "State --set largest_value if the control holds more",
+                )
+            values.append(value)
+        return values
+
+    def _kept(
+        self,
+        position: FloatArray,
+        counted: FloatArray,
+        extent: tuple[float, float] | None,
+        *,
+        turns: bool,
+    ) -> slice:
+        """Return the grid positions that are more than a way to the reference position."""
+        if extent is not None:
+            inside = np.flatnonzero((position >= extent[0] - 1e-3) & (position <= extent[1] + 1e-3))
+            if inside.size >= 2:
+                return slice(int(inside[0]), int(inside[-1]) + 1)
+        flat = not bool(np.any(np.diff(counted[:2], axis=0)))
+        if not turns and position.size > 2 and flat and self._whole(3620) == self._whole(3621):
+            return slice(1, None)  # the number of the reference position alone, without a value
+        return slice(None)
+
+    def _backlash(self, findings: list[str]) -> float | None:
+        if (1851, self.axis) not in self.words.values:
+            return None
+        lost = self._whole(1851) * self.chosen.unit
+        if self.chosen.bidirectional and lost != 0:
+            findings.append("the backlash (1851) acts beside the second table: it should be 0 [M]")
+        return -lost
+
+    def _axis_name(self) -> str:
+        found = next(filter(None, map(_AXIS_COMMENT.match, self.words.comments)), None)
+        return "" if found is None else found["axis"]

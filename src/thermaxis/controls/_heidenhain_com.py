@@ -1,0 +1,453 @@
+"""Compensation value tables ``.COM`` of HEIDENHAIN controls: what both forms have in common."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.controls._control import check_size, plain_number
+from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
+from thermaxis.positioning import CompensationTable
+from thermaxis.quantities import AxisKind
+
+MOST_POINTS = 256
+"""Largest number of rows of a table. [1]"""
+DECIMALS = 4
+"""Decimals of positions and values. [1]"""
+LARGEST_NUMBER = 99_999.0
+"""Largest magnitude of a position or value that fits its column. [mm or deg]"""
+LONGEST_LINE = 1000
+"""Longest line that is read; 18 columns of axes take 300. [character]"""
+HALF_DIGIT = 0.5 * 10.0**-DECIMALS
+"""Half of the last decimal. [mm or deg]"""
+
+_WORD = re.compile(r"\S+")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]{1,9}(?:\.[0-9]{0,12})?|\.[0-9]{1,12})")
+_NAMED = re.compile(r"AXIS[-_](?P<axis>[A-Z][A-Z0-9]{0,7})", re.IGNORECASE)
+_COLUMN_SLACK = 1  # a sign may stand before its column
+
+
+def signed(value: float) -> str:
+    """Return a number with its sign, as these tables show it.
+
+    Parameters
+    ----------
+    value : float
+        The number. [mm or deg]
+
+    Returns
+    -------
+    str
+        Sign, digits, point and four decimals; zero is positive.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not finite or does not fit its column.
+    """
+    text = plain_number(value, DECIMALS)
+    if abs(value) > LARGEST_NUMBER:
+        raise ConfigurationError(
+            f"{text} does not fit a column of the table", where="points", remedy="Check the unit"
+        )
+    return text if text.startswith("-") else f"+{text}"
+
+
+def check_positions(table: CompensationTable) -> None:
+    """Refuse points that four decimals cannot hold.
+
+    Parameters
+    ----------
+    table : CompensationTable
+        The table.
+
+    Raises
+    ------
+    ConfigurationError
+        If a position would be rounded.
+    """
+    off = np.abs(table.position - np.round(table.position, DECIMALS))
+    if bool(np.any(off > 1e-7)):
+        raise ConfigurationError(
+            f"a point of the table has more than the {DECIMALS} decimals of the control",
+            where="points",
+            remedy="Give --points or --spacing, which are rounded to them",
+        )
+
+
+def value_unit(kind: AxisKind) -> float:
+    """Return how large one unit of a table's value is.
+
+    Parameters
+    ----------
+    kind : AxisKind
+        Linear or rotary.
+
+    Returns
+    -------
+    float
+        1000 µm for a value in mm, 3600 arcsec for one in deg [M]. [µm or arcsec]
+    """
+    return kind.units.deviations_per_position
+
+
+def common_sentences(table: CompensationTable, file_name: str) -> Iterator[str]:
+    """Say what the user of a table must know, whatever the form.
+
+    Parameters
+    ----------
+    table : CompensationTable
+        The table, not yet rounded.
+    file_name : str
+        Name that the file must have on the control.
+
+    Yields
+    ------
+    str
+        Sentences.
+    """
+    if table.reference_position is None:
+        yield "The values were not set to zero at a reference point."
+    else:
+        yield (
+            f"The mean of both directions is zero at {table.reference_position:g}"
+            f" {table.kind.units.position}, to be the reference point of the machine."
+        )
+    yield (
+        f"Store it on the control as {file_name}; it acts only when a .CMA table names it in the"
+        " column of this axis and that line is the active one [V, manual]: the file activates"
+        " nothing by itself."
+    )
+    yield (
+        "No comment is written into the file: that the control skips one is not known; keep this"
+        " summary with it."
+    )
+    if table.kind is AxisKind.ROTARY:
+        yield "Values of a rotary axis are in degrees [M]: confirm it on the machine."
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ComText:
+    """A table's text, its lines and their defects."""
+
+    path: str
+    """The file, for errors."""
+    lines: tuple[str, ...]
+    """Its lines without their ends, blank lines at the end left out."""
+
+    def error(
+        self, what: str, line: int | None, remedy: str, column: str | None = None
+    ) -> MeasurementFileError:
+        """Make the error that names a place of the table.
+
+        Parameters
+        ----------
+        what : str
+            What is wrong.
+        line : int or None
+            Line, from 1. [1]
+        remedy : str
+            What the reader can do.
+        column : str, optional
+            Column by its heading.
+
+        Returns
+        -------
+        MeasurementFileError
+            To be raised by the caller.
+        """
+        return MeasurementFileError(what, path=self.path, line=line, column=column, remedy=remedy)
+
+    def number(self, word: str, line: int, column: str) -> float:
+        """Return a number as the control reads it.
+
+        Parameters
+        ----------
+        word : str
+            The word.
+        line : int
+            Its line, from 1. [1]
+        column : str
+            Its column, for the error.
+
+        Returns
+        -------
+        float
+            The number.
+
+        Raises
+        ------
+        MeasurementFileError
+            If it has a decimal comma, or is no decimal number that fits the column.
+        """
+        if _NUMBER.fullmatch(word) is None:
+            shown = printable(word[:99], 30)
+            if re.fullmatch(r"[+-]?[0-9]+,[0-9]*", word[:60], re.ASCII):
+                raise self.error(
+                    f"'{shown}' has a decimal comma, which the control does not read",
+                    line,
+                    "Write the table again with decimal points",
+                    column,
+                )
+            raise self.error(f"'{shown}' is no number", line, "Correct the value", column)
+        value = float(word)
+        if abs(value) > LARGEST_NUMBER:
+            raise self.error(
+                f"'{printable(word[:99], 30)}' is beyond the column",
+                line,
+                "Check unit and digits",
+                column,
+            )
+        return value
+
+
+def com_text(text: str, path: str) -> ComText:
+    """Return the lines of a table.
+
+    Parameters
+    ----------
+    text : str
+        Content of the file.
+    path : str
+        Its name, for errors.
+
+    Returns
+    -------
+    ComText
+        Its lines.
+
+    Raises
+    ------
+    MeasurementFileError
+        If it is too large, empty, has tabs or a line beyond `LONGEST_LINE`.
+    """
+    source = ComText(path, ())
+    check_size(text, path)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip().split("\n")
+    if lines == [""]:
+        raise source.error("the file is empty", None, "Name the table's file")
+    for number, line in enumerate(lines, start=1):
+        if len(line) > LONGEST_LINE:
+            raise source.error(
+                f"the line is longer than {LONGEST_LINE} characters", number, "Name the table alone"
+            )
+        if "\t" in line:
+            raise source.error(
+                "the line has a tab, and columns are known by their places",
+                number,
+                "Put spaces in place of the tabs",
+            )
+    return ComText(path, tuple(lines))
+
+
+def words_of(line: str) -> list[tuple[int, str]]:
+    """Return the words of a line and where each begins.
+
+    Parameters
+    ----------
+    line : str
+        The line.
+
+    Returns
+    -------
+    list of (int, str)
+        Place from 0, and word.
+    """
+    return [(found.start(), found.group()) for found in _WORD.finditer(line)]
+
+
+def check_numbering(source: ComText, word: str, line: int, expected: int) -> None:
+    """Refuse a row that is not the next one, or beyond the control's number of rows.
+
+    Parameters
+    ----------
+    source : ComText
+        The table.
+    word : str
+        What stands in the column NR.
+    line : int
+        Its line, from 1. [1]
+    expected : int
+        Number that the row must have, from 0. [1]
+
+    Raises
+    ------
+    MeasurementFileError
+        If it is not this number, or the row is the 257th.
+    """
+    if not re.fullmatch(r"[0-9]{1,6}", word):
+        raise source.error(
+            f"the row begins with '{printable(word[:99], 30)}', not with its number",
+            line,
+            "Number the rows from 0 up",
+            "NR",
+        )
+    if int(word) != expected:
+        raise source.error(
+            f"this row has the number {int(word)} where {expected} comes next: a row is missing,"
+            " doubled or moved",
+            line,
+            "Number the rows from 0 up without a gap",
+            "NR",
+        )
+    if expected >= MOST_POINTS:
+        raise source.error(
+            f"this is row {expected + 1}; the control reads at most {MOST_POINTS}",
+            line,
+            f"Write a table of at most {MOST_POINTS} points",
+        )
+
+
+def column_of(place: int, headings: Mapping[str, int]) -> str | None:
+    """Return the heading under which a word stands.
+
+    Parameters
+    ----------
+    place : int
+        Where the word begins, from 0.
+    headings : mapping
+        Where each heading begins, from left to right.
+
+    Returns
+    -------
+    str or None
+        The heading; None left of all of them.
+    """
+    under = [name for name, start in headings.items() if start <= place + _COLUMN_SLACK]
+    return under[-1] if under else None
+
+
+def headings_of(source: ComText, first: tuple[str, ...]) -> dict[str, int]:
+    """Return where the headings of a table begin, from left to right, NR left out.
+
+    Parameters
+    ----------
+    source : ComText
+        The table.
+    first : tuple of str
+        Headings that stand before those of the axes.
+
+    Returns
+    -------
+    dict
+        Place of each heading in its line, by its name in capitals.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the second line does not begin with them, or a heading stands there twice.
+    """
+    words = words_of(source.lines[1].upper()) if len(source.lines) > 1 else []
+    labels = [word for _, word in words]
+    if tuple(labels[: len(first)]) != first:
+        raise source.error(
+            f"the second line has no headings {', '.join(first)} and the axes",
+            2,
+            "Restore the headings",
+        )
+    if len(set(labels)) != len(labels):
+        raise source.error("a heading stands there twice", 2, "Correct the headings")
+    return {word: place for place, word in words[1:]}
+
+
+def rows_of(source: ComText, *, needs_end: bool) -> tuple[str, ...]:
+    """Return the lines of a table's rows, from its third line up to ``[END]``.
+
+    Parameters
+    ----------
+    source : ComText
+        The table.
+    needs_end : bool
+        Whether ``[END]`` must be there.
+
+    Returns
+    -------
+    tuple of str
+        The lines.
+
+    Raises
+    ------
+    MeasurementFileError
+        If lines follow the end, the end is missing, or there are no rows.
+    """
+    ends = [i for i, line in enumerate(source.lines) if line.strip().upper() == "[END]"]
+    if ends and ends[0] < len(source.lines) - 1:
+        raise source.error("lines follow the end of the table", ends[0] + 2, "Delete them")
+    if needs_end and not ends:
+        raise source.error(
+            "the last line is not [END]: the table is cut short",
+            len(source.lines),
+            "Copy the whole table",
+        )
+    rows = source.lines[2 : ends[0] if ends else None]
+    if not rows:
+        raise source.error("the table has no rows", None, "Give the whole table")
+    return rows
+
+
+def findings_on_others(others: Iterable[str]) -> list[str]:
+    """Return what is said of the columns that are not simulated.
+
+    Parameters
+    ----------
+    others : iterable of str
+        Columns of other axes that hold values.
+
+    Returns
+    -------
+    list of str
+        One finding, or none.
+    """
+    listed = ", ".join(sorted(others))
+    if not listed:
+        return []
+    return [f"columns of other axes are not simulated: {listed} (sag and cross compensation)"]
+
+
+def own_column(source: ComText, name: str, labels: list[str]) -> tuple[str, list[str]]:
+    """Return the column of the axis whose positions the rows have, and what is unusual.
+
+    Parameters
+    ----------
+    source : ComText
+        The table.
+    name : str
+        The table's name in its first line, without ``.COM``.
+    labels : list of str
+        Headings of the axes.
+
+    Returns
+    -------
+    column : str
+        The column of the positional deviation.
+    findings : list of str
+        What is unusual.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the table's name names another axis than the columns, or none where there are several.
+    """
+    if not labels:
+        raise source.error("no column of an axis has a heading", 2, "Restore the headings")
+    named = _NAMED.fullmatch(name)
+    file_axis = None if named is None else named["axis"].upper()
+    if file_axis in labels:
+        return file_axis, []
+    listed = printable(", ".join(labels), 60)
+    if file_axis is not None:
+        raise source.error(
+            f"the table is named for axis {printable(file_axis, 20)}, and its columns are {listed}",
+            2,
+            "Give the table of this axis; columns of other axes are cross compensation",
+        )
+    if len(labels) > 1:
+        raise source.error(
+            f"the table's name has no axis, and its columns are {listed}: which is its own?",
+            1,
+            "Name it AXIS-X.COM or AXIS_X.COM in its first line",
+        )
+    return labels[0], [f"the table's name has no axis: column {labels[0]} is taken for its own"]

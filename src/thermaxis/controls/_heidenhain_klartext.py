@@ -1,0 +1,165 @@
+"""The NC program of a plan in HEIDENHAIN Klartext, the same for both generations of the control."""
+
+import re
+from collections.abc import Iterator
+
+from thermaxis.controls._control import ControlOption, ProgramRequest, plain_number
+from thermaxis.controls._program_head import head_lines
+from thermaxis.controls._program_words import (
+    MoveWords,
+    block_lines,
+    check_dwell,
+    check_motion,
+    feed_word,
+    stop_time_s,
+)
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.quantities import AxisKind
+
+AXES = frozenset("XYZABCUVW")
+"""Names of axes that a straight-line block takes."""
+DECIMALS = 4
+"""Decimals of a position. [1]"""
+LARGEST_POSITION = 99_999.9999
+"""Largest position of a word; from memory. [mm or deg]"""
+LARGEST_FEED = 99_999.999
+"""Largest feed of a word; from memory. [mm/min or deg/min]"""
+LONGEST_DWELL_S = 3600.0
+"""Longest dwell of cycle 9; from memory. [s]"""
+MOST_LABELS = 999
+"""Largest number of a label on the iTNC 530; from memory. [1]"""
+
+PROGRAM_OPTIONS = (
+    ControlOption(
+        "coordinates",
+        "machine",
+        "machine: every move with M91, from the machine datum; work: from the active datum",
+        ("machine", "work"),
+        "program",
+    ),
+    ControlOption(
+        "program_name",
+        "AXISRUN",
+        "name in the first and last block, letters, digits, - and _; the file needs the same name",
+        only_for="program",
+    ),
+)
+"""Options of the NC program."""
+
+_FEED_DECIMALS = 3
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,15}")
+
+
+def klartext_program(request: ProgramRequest, title: str) -> str:
+    """Return the Klartext program of a plan.
+
+    A block of moves that is driven several times is a program section repeat: ``LBL n`` before it
+    and ``CALL LBL n REP r`` after it, which drives it once more r times [S, post-processors]. A
+    stop is cycle 9, ``CYCL DEF 9.1 DWELL`` in seconds [S], which acts where it stands and lets the
+    axis come to rest. ``M91`` holds for its own block, so every move bears it [M].
+
+    Not protected: it moves one axis at the plan's feed from wherever it stands and knows nothing
+    of what is in its way.
+
+    Parameters
+    ----------
+    request : ProgramRequest
+        Plan, motion, axis and options.
+    title : str
+        Name of the control for the head.
+
+    Returns
+    -------
+    str
+        Numbered blocks, lines ended by CR and LF.
+
+    Raises
+    ------
+    ConfigurationError
+        If the control has no such axis, a number does not fit its word, there are more than 999
+        repeated blocks, or the travel is passed.
+    """
+    check_motion(request, largest=LARGEST_POSITION)
+    check_dwell(request.plan, LONGEST_DWELL_S, "cycle 9")
+    axis = klartext_axis(request.axis)
+    name = request.options["program_name"]
+    if _NAME.fullmatch(name) is None:
+        raise ConfigurationError(
+            f"'{printable(name, 40)}' is no name of a program",
+            where="--set program_name",
+            remedy="Write up to 16 letters, digits, - and _",
+        )
+    lines = [f"BEGIN PGM {name} MM", *_head(request, title), *_blocks(request, axis)]
+    lines += ["M30", f"END PGM {name} MM"]
+    return "".join(f"{number} {line}\r\n" for number, line in enumerate(lines))
+
+
+def klartext_axis(name: str) -> str:
+    """Return the letter of an axis.
+
+    Parameters
+    ----------
+    name : str
+        Name as stated.
+
+    Returns
+    -------
+    str
+        One of `AXES`.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is none of them.
+    """
+    letter = name.upper()
+    if letter not in AXES:
+        raise ConfigurationError(
+            f"'{printable(name, 40)}' is no axis of a Klartext program",
+            where="axis",
+            remedy=f"Give --axis with one of {', '.join(sorted(AXES))}",
+        )
+    return letter
+
+
+def _head(request: ProgramRequest, title: str) -> Iterator[str]:
+    yield from (f"; {line}" for line in head_lines(request, title))
+    yield "; the axis moves at the feed from where it stands. clear its way first"
+    if request.plan.kind is AxisKind.ROTARY:
+        yield "; M126 shortest way must not be active. it would turn the approach around"
+    if stop_time_s(request.plan) <= 0:
+        yield "; WARNING the plan has no dwell. the control may not stop exactly at a target"
+
+
+def _blocks(request: ProgramRequest, axis: str) -> Iterator[str]:
+    words = _move_words(request, axis)
+    label = 0
+    for block in request.blocks:
+        label += block.repetitions > 1
+        if label > MOST_LABELS:
+            raise ConfigurationError(
+                f"the program needs more than the {MOST_LABELS} labels of the control",
+                where="targets",
+                remedy="Plan fewer targets for the step cycle, or the standard cycle",
+            )
+        loop = (f"LBL {label}", f"CALL LBL {label} REP {block.repetitions - 1}")
+        yield from block_lines(block, words, loop, indent="")
+
+
+def _move_words(request: ProgramRequest, axis: str) -> MoveWords:
+    seconds = stop_time_s(request.plan)
+    feed = feed_word(request.plan, decimals=_FEED_DECIMALS, largest=LARGEST_FEED)
+    machine = " M91" if request.options["coordinates"] == "machine" else ""
+    dwell = ("CYCL DEF 9.0 DWELL TIME", f"CYCL DEF 9.1 DWELL {plain_number(seconds, 3)}")
+    return MoveWords(
+        start=f"L {axis}",
+        end=f" R0 F{feed}{machine}",
+        comment="; {}",
+        dwell=dwell if seconds > 0 else (),
+        decimals=DECIMALS,
+        position=_signed,
+    )
+
+
+def _signed(position: float) -> str:
+    return ("" if position < 0 else "+") + plain_number(position, DECIMALS)

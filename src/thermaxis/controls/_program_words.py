@@ -1,0 +1,311 @@
+"""Words of an NC program: positions, feed, stops, blocks, and whether a control can hold them.
+
+Turns are rounded so that the motion never becomes wider than planned.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import final
+
+from thermaxis.controls._control import ProgramRequest, plain_number
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning import APPROACHES, Move, MoveBlock, TestPlan
+
+LARGEST_REPETITIONS = 9999
+"""Largest number of repetitions of one call, HEIDENHAIN and Fanuc; from memory. [1]"""
+FINEST_DECIMALS = 6
+"""Decimals where the control sets no fewer. [1]"""
+_ROUND_OFF = 1e-6
+
+
+def stop_time_s(plan: TestPlan) -> float:
+    """Return how long the axis stands still at each stop.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+
+    Returns
+    -------
+    float
+        Dwell plus recording. [s]
+    """
+    return plan.dwell_s + plan.recording_s
+
+
+def position_text(position: float) -> str:
+    """Return a position as a program states it.
+
+    Parameters
+    ----------
+    position : float
+        The position, a multiple of a millionth of its unit. [mm or deg]
+
+    Returns
+    -------
+    str
+        Three decimals where they are enough, else six.
+    """
+    return plain_number(position, 3 if round(position, 3) == round(position, 6) else 6)
+
+
+def inward_positions(block: MoveBlock, decimals: int) -> tuple[float, ...]:
+    """Return where the moves of a block end, at the decimals that a control reads.
+
+    A stop is a target and has three decimals already; a turn is rounded towards its neighbour, so
+    that no move ends beyond the plan's lowest or highest position.
+
+    Parameters
+    ----------
+    block : MoveBlock
+        The block.
+    decimals : int
+        Decimals of a position, at least 3. [1]
+
+    Returns
+    -------
+    tuple of float
+        One position for each move. [mm or deg]
+
+    Raises
+    ------
+    ConfigurationError
+        If the overrun is so short that a turn would fall on its stop.
+    """
+    scale = 10.0**decimals
+    moves = block.moves
+    rounded: list[float] = []
+    for i, move in enumerate(moves):
+        if move.is_stop or len(moves) == 1:
+            rounded.append(round(move.position, decimals))
+            continue
+        neighbour = moves[i + 1] if i + 1 < len(moves) else moves[i - 1]
+        count = move.position * scale
+        slack = _ROUND_OFF * max(1.0, 1e-8 * abs(count))
+        if neighbour.position > move.position:
+            inner = math.ceil(count - slack) / scale
+            kept = inner < round(neighbour.position, decimals)
+        else:
+            inner = math.floor(count + slack) / scale
+            kept = inner > round(neighbour.position, decimals)
+        if not kept:
+            raise ConfigurationError(
+                f"the overrun is shorter than the {decimals} decimals that the control reads",
+                where="overrun",
+                remedy="Plan a wider overrun",
+            )
+        rounded.append(inner)
+    return tuple(rounded)
+
+
+def feed_word(plan: TestPlan, *, decimals: int = FINEST_DECIMALS, largest: float = math.inf) -> str:
+    """Return the feed as a control reads it.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+    decimals : int
+        Most decimals of the word. Default: `FINEST_DECIMALS`. [1]
+    largest : float
+        Largest feed that the control's word can hold. Default: none. [mm/min or deg/min]
+
+    Returns
+    -------
+    str
+        The number, without zeros at the end. [mm/min or deg/min]
+
+    Raises
+    ------
+    ConfigurationError
+        If it rounds to nothing or is beyond the word.
+    """
+    text = plain_number(plan.feed, decimals).rstrip("0").rstrip(".")
+    unit = f"{plan.kind.units.position}/min"
+    if not float(text) > 0:
+        raise ConfigurationError(
+            f"a feed of {plan.feed:g} {unit} is too small to be written",
+            where="feed",
+            remedy="Plan a feed of at least 0.001",
+        )
+    if float(text) > largest:
+        raise ConfigurationError(
+            f"a feed of {plan.feed:g} {unit} is more than the {largest:g} of the control's word F",
+            where="feed",
+            remedy="Plan a lower feed",
+        )
+    return text
+
+
+def move_comment(move: Move) -> str:
+    """Return what a move leads to.
+
+    Parameters
+    ----------
+    move : Move
+        The move.
+
+    Returns
+    -------
+    str
+        ``target 3 forward``, or ``turn``.
+    """
+    if move.target is None or move.approach is None:
+        return "turn"
+    return f"target {move.target} {APPROACHES[move.approach]}"
+
+
+def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
+    """Refuse motion beyond the stated travel, or beyond the words of the control.
+
+    Parameters
+    ----------
+    request : ProgramRequest
+        Motion and travel.
+    largest : float
+        Largest magnitude of a position, of a control whose calls repeat at most
+        `LARGEST_REPETITIONS` times. Default: neither is limited. [mm or deg]
+
+    Raises
+    ------
+    ConfigurationError
+        If a move ends beyond an end of the travel, or a position or a number of repetitions is
+        beyond its word.
+    """
+    positions = [move.position for block in request.blocks for move in block.moves]
+    if math.isfinite(largest):
+        if any(abs(position) > largest for position in positions):
+            raise ConfigurationError(
+                f"a position is larger than the {largest:g} that the control's word can hold",
+                where="targets",
+                remedy="Check the unit of the targets",
+            )
+        for block in request.blocks:
+            if block.repetitions > LARGEST_REPETITIONS:
+                raise ConfigurationError(
+                    f"{block.repetitions} repetitions of {block.name} are more than the"
+                    f" {LARGEST_REPETITIONS} that one call makes",
+                    where="cycles, --warm-up",
+                    remedy="Plan fewer",
+                )
+    if request.travel is None:
+        return
+    low, high = request.travel
+    if positions and not low <= min(positions) <= max(positions) <= high:
+        unit = request.plan.kind.units.position
+        raise ConfigurationError(
+            f"the program would move the axis from {min(positions):.10g} to"
+            f" {max(positions):.10g} {unit}; its travel is {low:.10g} to {high:.10g} {unit}",
+            where="travel",
+            remedy="Plan fewer or nearer targets, or a smaller overrun",
+        )
+
+
+def check_dwell(plan: TestPlan, longest_s: float, word: str) -> None:
+    """Refuse a stop that is longer than the control's word for it can say.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+    longest_s : float
+        Longest dwell. [s]
+    word : str
+        The word, for the error.
+
+    Raises
+    ------
+    ConfigurationError
+        If dwell and recording together are longer.
+    """
+    if stop_time_s(plan) > longest_s:
+        raise ConfigurationError(
+            f"a stop of {stop_time_s(plan):g} s is longer than the {longest_s:g} s of {word}",
+            where="dwell_s",
+            remedy="Plan a shorter dwell",
+        )
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class MoveWords:
+    """How a control writes a move and a stop."""
+
+    start: str
+    """What stands before the position."""
+    comment: str
+    """A comment, with ``{}`` for its text."""
+    dwell: tuple[str, ...]
+    """Lines of a stop, behind the move that leads to it."""
+    decimals: int = FINEST_DECIMALS
+    """Decimals to which turns are rounded. [1]"""
+    position: Callable[[float], str] = position_text
+    """Text of a position in mm or deg."""
+    end: str = ""
+    """What stands behind the position."""
+
+
+def move_lines(block: MoveBlock, words: MoveWords) -> Iterator[str]:
+    """Yield the lines of a block's moves, driven once.
+
+    Parameters
+    ----------
+    block : MoveBlock
+        The block.
+    words : MoveWords
+        The control's words.
+
+    Yields
+    ------
+    str
+        Lines without their ends.
+
+    Raises
+    ------
+    ConfigurationError
+        If the overrun is lost in the decimals.
+    """
+    places = inward_positions(block, words.decimals)
+    for move, place in zip(block.moves, places, strict=True):
+        comment = words.comment.format(move_comment(move))
+        yield f"{words.start}{words.position(place)}{words.end} {comment}"
+        if move.is_stop:
+            yield from words.dwell
+
+
+def block_lines(
+    block: MoveBlock, words: MoveWords, loop: tuple[str, str], indent: str = "  "
+) -> Iterator[str]:
+    """Yield the lines of a block, in a loop where it is driven more than once.
+
+    Parameters
+    ----------
+    block : MoveBlock
+        The block.
+    words : MoveWords
+        The control's words.
+    loop : tuple of str
+        First and last line of the loop.
+    indent : str
+        What stands before the lines within the loop. Default: two spaces.
+
+    Yields
+    ------
+    str
+        Lines without their ends.
+
+    Raises
+    ------
+    ConfigurationError
+        If the overrun is lost in the decimals.
+    """
+    yield words.comment.format(block.name)
+    if block.repetitions == 1:
+        yield from move_lines(block, words)
+        return
+    yield loop[0]
+    for line in move_lines(block, words):
+        yield indent + line
+    yield loop[1]

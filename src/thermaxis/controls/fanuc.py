@@ -1,0 +1,553 @@
+"""Fanuc: NC program of a plan for milling machines, and the stored pitch error compensation.
+
+The table is a parameter file: the parameters 3620 to 3627 of the axis and one value for each
+section of the grid, an increment of the correction seen from the negative side.
+
+References
+----------
+Numbers of the points, their sections, and the values as increments: Fanuc parameter manual
+B-63980EN (Series 0i-PB), p. 100 [V]. Frame and words of a parameter file: parameter manual
+B-63330EN (Series 15i), p. 25 [V, its spindle form]. Parameters of the second table: technical
+report A-77810E [V]; the sign of 3627 [M]. Ranges, units and the words of the program [M].
+"""
+
+from collections.abc import Iterator, Mapping
+from textwrap import wrap
+from typing import final
+
+import numpy as np
+
+from thermaxis.controls._control import (
+    Control,
+    ControlOption,
+    GridRule,
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    TableText,
+    check_points,
+    comment_text,
+    number_option,
+    plain_number,
+)
+from thermaxis.controls._fanuc_points import (
+    AXIS_LETTERS,
+    FIRST_POINT,
+    LARGEST_POSITION,
+    STATION,
+    TURN_DEG,
+    PointOptions,
+    PointValues,
+    point_options,
+    point_values,
+)
+from thermaxis.controls._fanuc_reading import table_from_parameters
+from thermaxis.controls._program_head import head_lines
+from thermaxis.controls._program_words import (
+    MoveWords,
+    check_dwell,
+    check_motion,
+    feed_word,
+    move_lines,
+    stop_time_s,
+)
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.positioning import CompensationTable
+from thermaxis.quantities import AxisKind
+
+LARGEST_FEED = 99_999.0
+"""Largest feed of a word; from memory. [mm/min or deg/min]"""
+LONGEST_DWELL_S = 99_999.999
+"""Longest dwell of G04 in milliseconds; from memory. [s]"""
+HIGHEST_PROGRAM = 7999
+"""Highest number of a program that is not protected; from memory. [1]"""
+LARGEST_BACKLASH = 9999
+"""Largest magnitude of parameter 1851; from memory. [detection unit]"""
+
+_DECIMALS = 3
+_COMMENT_WIDTH = 64
+_AUTO = "auto"
+
+
+@final
+class Fanuc(Control):
+    """Fanuc Series 16i, 18i, 21i and 0i, and later ones that read their files.
+
+    Not protected: a program moves one axis in work coordinates, which are machine coordinates only
+    while its offsets are zero; nothing in the program checks that. It is for milling machines: on
+    a lathe G90 and G94 may be cutting cycles. A table has no switch of its own on the control: it
+    acts after the next start and reference return. Its sign, units and ranges are from secondary
+    sources and memory; whether they fit is shown by a measurement only. No machine has proven
+    either yet.
+    """
+
+    title = "Fanuc 16i, 18i, 21i, 0i"
+    sign = (
+        "A value is an increment of the correction, minus the deviation, seen from the negative"
+        " side: positive where the axis must be moved further in positive direction [S]"
+    )
+    unit = "Values are whole numbers of the detection unit times the magnification"
+    options = (
+        ControlOption(
+            "program_number",
+            "7000",
+            "number O of the program, the next ones are subprograms",
+            only_for="program",
+        ),
+        ControlOption(
+            "call",
+            "P",
+            "P: M98 P with repetitions and program number in one word, Series 16i and later; L:"
+            " M98 P L, Series 15 and the tape format of Series 10 and 11 [M]",
+            ("P", "L"),
+            "program",
+        ),
+        ControlOption(
+            "work_offset",
+            "G54",
+            "work coordinate system, whose offsets must be zero",
+            ("G54", "G55", "G56", "G57", "G58", "G59"),
+            "program",
+        ),
+        ControlOption(
+            "axis_number",
+            _AUTO,
+            "number of the axis on the control, parameter word A; auto: X 1, Y 2, Z 3, others 4",
+            only_for="table",
+        ),
+        ControlOption(
+            "detection_unit",
+            "1",
+            "detection unit of the axis, in 0.001 mm or 0.001 deg",
+            only_for="table",
+        ),
+        ControlOption(
+            "magnification",
+            _AUTO,
+            "parameter 3623, 1 to 100; auto: the smallest with which every value fits",
+            only_for="table",
+        ),
+        ControlOption(
+            "largest_value",
+            "7",
+            "largest magnitude of a point's value: 7, on newer controls 127 [M]",
+            only_for="table",
+        ),
+        ControlOption(
+            "max_points",
+            "128",
+            "largest number of points of an axis and direction [S]",
+            only_for="table",
+        ),
+        ControlOption(
+            "highest_point",
+            "1023",
+            "highest point number of the control, for all axes together [M]",
+            only_for="table",
+        ),
+        ControlOption(
+            "reference_point",
+            _AUTO,
+            "parameter 3620, point number of the reference position; auto: the axis with number a"
+            " begins at (a - 1) times max_points, twice that with two tables",
+            only_for="table",
+        ),
+        ControlOption(
+            "reference_coordinate",
+            "table",
+            "machine coordinate of the reference position, mm or deg; table: where the table is"
+            " zero, and in reading what the file's comment says",
+            only_for="table",
+        ),
+        ControlOption(
+            "bidirectional",
+            "0",
+            "1: a second table for the negative direction (parameters 3605#0, 3626, 3627), an"
+            " option of the control",
+            ("0", "1"),
+            "table",
+        ),
+        ControlOption(
+            "return_direction",
+            "positive",
+            "direction in which the axis returns to its reference position; only for two tables",
+            ("positive", "negative"),
+            "table",
+        ),
+        ControlOption(
+            "modulo",
+            "0",
+            "1: a rotary axis that repeats after 360 deg (parameter 3625)",
+            ("0", "1"),
+            "table",
+        ),
+        ControlOption(
+            "comments",
+            "1",
+            "1: comments in parentheses at the head; 0: none, where a control does not skip them"
+            " [M]",
+            ("0", "1"),
+            "table",
+        ),
+    )
+
+    def format_program(self, request: ProgramRequest) -> str:
+        """Return the NC program of a plan.
+
+        G code of milling machines in millimetres: one ``G1`` to a block, exact stop mode ``G61``,
+        ``G04 P`` in milliseconds at each stop. Moves that are driven several times are a
+        subprogram in the same file. ``G53`` moves in rapid traverse only [M], so that the program
+        is in work coordinates.
+
+        Parameters
+        ----------
+        request : ProgramRequest
+            Plan, motion, axis and options.
+
+        Returns
+        -------
+        str
+            The program, between two lines ``%``.
+
+        Raises
+        ------
+        ConfigurationError
+            If the control has no such axis, a number does not fit its words, there are too many
+            subprograms, or the travel is passed.
+        """
+        check_motion(request, largest=LARGEST_POSITION)
+        check_dwell(request.plan, LONGEST_DWELL_S, "G04")
+        axis = _program_axis(request.axis)
+        number = number_option(request.options, "program_number", lowest=1, highest=HIGHEST_PROGRAM)
+        if not number.is_integer():
+            raise ConfigurationError("this is no whole number", where="--set program_number")
+        program = int(number)
+        words = _move_words(request, axis)
+        main = [
+            f"O{program:04d} (POSITIONING RUN)",
+            *_comments(_program_remarks(request, self.title)),
+            "G21",
+            f"{request.options['work_offset']} G90 G94 G40 G49 G80",
+            "G61",
+        ]
+        after: list[str] = []
+        for block in request.blocks:
+            moves = [line.upper() for line in move_lines(block, words)]
+            main += _comments([block.name])
+            if block.repetitions == 1:
+                main += moves
+                continue
+            program += 1
+            main.append(_call(program, block.repetitions, request.options["call"]))
+            after += [f"O{program:04d} ({block.name.upper()})", *moves, "M99"]
+        if program > HIGHEST_PROGRAM:
+            raise ConfigurationError(
+                f"the last subprogram would be O{program}, beyond O{HIGHEST_PROGRAM}",
+                where="--set program_number",
+                remedy="State a lower number, or plan fewer targets for the step cycle",
+            )
+        main += ["G64", "M30"]
+        return "".join(f"{line}\n" for line in ("%", *main, *after, "%"))
+
+    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
+        """Return the rule: equidistant points, one of them at the reference position.
+
+        Parameters
+        ----------
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        GridRule
+            The rule. With a magnification chosen by the program the step of the values may be
+            wider than its resolution.
+        """
+        chosen = point_options(kind, options)
+        return GridRule(
+            equidistant=True,
+            most_points=chosen.most,
+            per_direction=chosen.bidirectional,
+            backlash_apart=not chosen.bidirectional,
+            resolution=(chosen.magnification or 1) * chosen.unit,
+            decimals=_DECIMALS,
+            through_reference=True,
+            remark=f"values up to {chosen.largest}, point numbers up to {chosen.highest} for all"
+            " axes together; the axis is zero at its reference position",
+        )
+
+    def format_table(self, request: TableRequest) -> TableText:
+        """Return the table as a parameter file.
+
+        Parameters
+        ----------
+        request : TableRequest
+            Values, origin and options.
+
+        Returns
+        -------
+        TableText
+            Parameters and point values between two lines ``%``, and what the user must know.
+
+        Raises
+        ------
+        ConfigurationError
+            If a limit of the control is exceeded, or no point lies at the reference position.
+        """
+        table = request.table
+        chosen = point_options(table.kind, request.options)
+        check_points(table, self.grid_rule(table.kind, request.options), self.title)
+        letter = _program_axis(table.axis)
+        number = chosen.axis_number or min(AXIS_LETTERS.index(letter) + 1, 4)
+        points = point_values(table, chosen, number)
+        if not chosen.comments and chosen.reference is None and points.reference != 0:
+            raise ConfigurationError(
+                "without comments the file cannot say where the reference position lies",
+                where="--set comments",
+                remedy=f"State --set reference_coordinate={points.reference:g} too, in reading"
+                " again",
+            )
+        lines = ["%"]
+        if chosen.comments:
+            step = points.magnification * chosen.unit
+            lines += _comments(_table_remarks(request, letter, points, step))
+            first, last = (plain_number(float(table.position[i]), 3) for i in (0, -1))
+            place = plain_number(points.reference, 3)
+            lines.append(f"(POINTS FROM {first} TO {last} REFERENCE {place})")
+        for parameter, value in _parameters(table, chosen, points):
+            lines.append(f"N{parameter:05d}A{number}P{value}")
+        for side, start in enumerate((points.first, points.second)[: chosen.tables]):
+            for i, value in enumerate(points.values[:, side].tolist()):
+                lines.append(f"N{FIRST_POINT + (start or 0) + i:05d}P{value}")
+        lines.append("%")
+        return TableText(
+            text="".join(f"{line}\n" for line in lines),
+            sentences=(
+                f"{self.sign}.",
+                f"{self.unit}.",
+                *_sentences(table, chosen, points, number),
+            ),
+        )
+
+    def read_table(
+        self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
+    ) -> ReadTable:
+        """Read the pitch error compensation of one axis from a parameter file.
+
+        Parameters
+        ----------
+        text : str
+            Content of the file; parameters that have nothing to do with it are passed over.
+        path : str
+            Its name, for errors.
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        ReadTable
+            Values as deviations, zero at the reference position, and findings.
+
+        Raises
+        ------
+        MeasurementFileError
+            If it is no such file, ``%`` is missing at its end, a word is no whole number, a
+            parameter or point is missing or stated twice, or a value is beyond the control's.
+        """
+        chosen = point_options(kind, options)
+        return table_from_parameters(text, path, kind, chosen)
+
+
+CONTROL = Fanuc()
+"""The control."""
+
+
+# ---- program ------------------------------------------------------------------------------------
+
+
+def _program_axis(name: str) -> str:
+    letter = name.upper()
+    if len(letter) != 1 or letter not in AXIS_LETTERS:
+        raise ConfigurationError(
+            f"'{printable(name, 40)}' is no axis of the control",
+            where="axis",
+            remedy=f"Give --axis with one of {', '.join(sorted(AXIS_LETTERS))}",
+        )
+    return letter
+
+
+def _comments(lines: list[str]) -> list[str]:
+    short = [part for line in lines for part in wrap(comment_text(line, 100), _COMMENT_WIDTH)]
+    return [f"({part.upper()})" for part in short]
+
+
+def _program_remarks(request: ProgramRequest, title: str) -> list[str]:
+    offset = request.options["work_offset"]
+    remarks = [
+        *head_lines(request, comment_text(title)),
+        "the axis moves at the feed from where it stands. clear its way first",
+        f"positions are work coordinates of {offset}",
+        f"set the axis to zero in {offset} and in the external offset. no G52 no G92",
+        "for milling machines. on a lathe G90 and G94 may be cutting cycles",
+    ]
+    if request.travel is not None:
+        remarks.append("WARNING the check of the travel holds for zero offsets only")
+    if request.plan.kind is AxisKind.ROTARY:
+        remarks.append("roll over to the shortest way must be off. it turns the approach around")
+    return remarks
+
+
+def _move_words(request: ProgramRequest, axis: str) -> MoveWords:
+    seconds = stop_time_s(request.plan)
+    feed = feed_word(request.plan, decimals=_DECIMALS, largest=LARGEST_FEED)
+    return MoveWords(
+        start=f"G1 {axis}",
+        end=f" F{feed}",
+        comment="({})",
+        dwell=(f"G04 P{int(np.ceil(1000.0 * seconds - 1e-6))}",) if seconds > 0 else (),
+        decimals=_DECIMALS,
+        position=lambda place: plain_number(place, _DECIMALS),
+    )
+
+
+def _call(program: int, repetitions: int, form: str) -> str:
+    if form == "L":
+        return f"M98 P{program:04d} L{repetitions}"
+    return f"M98 P{repetitions}{program:04d}"
+
+
+# ---- table, writing -----------------------------------------------------------------------------
+
+
+def _table_remarks(
+    request: TableRequest, letter: str, points: PointValues, step: float
+) -> list[str]:
+    table = request.table
+    unit = table.kind.units.position_suffix
+    return [
+        "thermaxis stored pitch error compensation for Fanuc",
+        f"axis {letter} {table.kind} {table.position.size} grid positions",
+        "values are increments of the correction seen from the negative side",
+        "positive moves the axis further in positive direction",
+        f"one is {plain_number(step, 3)} {table.kind.units.deviation_suffix}",
+        f"zero at the reference position {plain_number(points.reference, 3)} {unit}",
+        *([f"deviations {table.source}"] if table.source else []),
+        *([f"run sha256 {table.run_sha256}"] if table.run_sha256 else []),
+        *request.origin,
+        "a wrong sign doubles the error. prove two points by a measurement",
+        "parameter 3605 is not in this file",
+    ]
+
+
+def _parameters(
+    table: CompensationTable, chosen: PointOptions, points: PointValues
+) -> Iterator[tuple[int, int]]:
+    """Yield the axis' parameters and their values."""
+    if table.backlash is not None:
+        # two tables hold all reversal themselves
+        lost = 0 if chosen.bidirectional else round(-table.backlash / chosen.unit)
+        if abs(lost) > LARGEST_BACKLASH:
+            raise ConfigurationError(
+                f"the reversal of {lost} detection units is beyond parameter 1851",
+                where="backlash",
+                remedy="Check the unit of the run",
+            )
+        yield 1851, lost
+    yield 3620, points.reference_point
+    yield 3621, points.first
+    yield 3622, points.last
+    yield 3623, points.magnification
+    yield 3624, points.interval
+    if table.kind is AxisKind.ROTARY:
+        yield 3625, round(TURN_DEG / STATION) if chosen.modulo else 0
+    if points.second is not None:
+        yield 3626, points.second
+        yield 3627, points.offset
+
+
+def _sentences(
+    table: CompensationTable, chosen: PointOptions, points: PointValues, number: int
+) -> Iterator[str]:
+    unit = table.kind.units
+    yield from _unit_sentences(chosen, points, unit.deviation)
+    end = points.first + chosen.tables * points.values.shape[0] - 1
+    yield (
+        f"It is for the axis with number {number}, and takes the point numbers {points.first} to"
+        f" {end}, which no other axis may use; the reference position, at {points.reference:g}"
+        f" {unit.position}, is point {points.reference_point}."
+    )
+    yield (
+        "It acts after switching off and on and returning to the reference position [S]; the"
+        " control asks for the parameter write switch. Save its parameters first."
+    )
+    yield "Interval and turn are in 0.001 mm or deg, increment system IS-B [M]: check 3624 [M]."
+    yield from _reversal_sentences(table, chosen, points)
+    if table.kind is AxisKind.ROTARY and not chosen.modulo:
+        yield "The rotary axis is taken as one with ends; with roll over give --set modulo=1."
+    if chosen.comments:
+        yield (
+            "The head has comments in parentheses; that the control skips them in a parameter file"
+            " is not certain [M]: --set comments=0 leaves them out."
+        )
+
+
+def _unit_sentences(chosen: PointOptions, points: PointValues, unit: str) -> Iterator[str]:
+    step = points.magnification * chosen.unit
+    largest = int(np.max(np.abs(points.values)))
+    yield (
+        f"Detection unit {chosen.unit:g} {unit}, magnification {points.magnification}:"
+        f" one is {step:g} {unit}; the sum of the values departs by at most"
+        f" {0.5 * step:g} {unit} from the correction at any point."
+    )
+    if points.magnification > 1 and chosen.magnification is None:
+        yield (
+            f"With the magnification 1 a value would pass {chosen.largest}: the rounding grew from"
+            f" {0.5 * chosen.unit:g} to {0.5 * step:g} {unit}; more points, or"
+            " largest_value=127 on a newer control, win it back."
+        )
+    yield (
+        f"Between the points some controls put out a value at once in the middle of its section"
+        f" [S]: that adds up to {0.5 * largest * step:g} {unit} to a linear course."
+    )
+
+
+def _reversal_sentences(
+    table: CompensationTable, chosen: PointOptions, points: PointValues
+) -> Iterator[str]:
+    if chosen.bidirectional:
+        yield (
+            "Set bit 0 of parameter 3605 by hand: the file does not, for it holds other bits too."
+        )
+        if table.backlash is None:
+            yield (
+                "The reversal is in the second table: set the backlash, 1851 and 1852, to 0 by hand"
+                " [M]. If it was not 0 during the run, the table lacks it: give"
+                " --backlash-in-force or --merge."
+            )
+        else:
+            moved = f"{table.backlash:+.2f} {table.kind.units.deviation}"
+            yield (
+                "All reversal is in the two tables"
+                f"{f', {moved} that were apart included' if table.backlash else ''}: 1851 is"
+                " written as 0; set 1852 to 0 by hand [M]."
+            )
+        yield (
+            f"Parameter 3627 is {points.offset}: what the other direction differs by at the"
+            " reference position, in detection units and with this sign [M]."
+        )
+    elif table.backlash is not None:
+        yield (
+            f"Parameter 1851 is minus the mean reversal of {table.backlash:+.2f}"
+            f" {table.kind.units.deviation}: positive for lost motion [M]. It replaces what 1851"
+            " held: that must be in it (--backlash-in-force, --merge). 1852 for rapid traverse is"
+            " not written."
+        )
+    else:
+        yield (
+            "Reversal is parameter 1851 (and 1852 in rapid traverse) [M], which is not written:"
+            " what it holds stays in force beside this table."
+        )

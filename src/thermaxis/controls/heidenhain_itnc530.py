@@ -1,0 +1,359 @@
+"""HEIDENHAIN iTNC 530: Klartext program of a plan, and its compensation table ``AXIS-X.COM``.
+
+The table has one value for both directions at equidistant points; reversal is a machine parameter.
+
+References
+----------
+Form of the file: the public program Paolico/AxisCorection [V, code]. Assignment by ``.CMA`` and
+power-of-two spacing: HEIDENHAIN technical manual TNC 407/415/425 [V]; sign of the values by the
+same two [S].
+"""
+
+import re
+from collections.abc import Mapping
+from typing import final
+
+import numpy as np
+
+from thermaxis.controls._control import (
+    Control,
+    ControlOption,
+    GridRule,
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    TableText,
+    check_points,
+)
+from thermaxis.controls._heidenhain_com import (
+    DECIMALS,
+    HALF_DIGIT,
+    MOST_POINTS,
+    ComText,
+    check_numbering,
+    check_positions,
+    column_of,
+    com_text,
+    common_sentences,
+    findings_on_others,
+    headings_of,
+    own_column,
+    rows_of,
+    signed,
+    value_unit,
+    words_of,
+)
+from thermaxis.controls._heidenhain_klartext import PROGRAM_OPTIONS, klartext_axis, klartext_program
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning import CompensationTable, FloatArray
+from thermaxis.quantities import AxisKind
+
+_FIRST = re.compile(
+    r"BEGIN +(?P<name>[A-Za-z0-9_-]{1,40})\.COM +DATUM: *(?P<datum>\S+) +DISTANCE: *(?P<step>\S+)",
+    re.IGNORECASE,
+)
+_NUMBER_WIDTH, _POSITION_WIDTH, _HEADING_PLACE = 8, 12, 20
+_STATION_SLACK = 1e-9
+
+
+@final
+class HeidenhainITnc530(Control):
+    """HEIDENHAIN iTNC 530.
+
+    Not protected: a program moves one axis and knows nothing of what stands in its way. A table
+    acts when a ``.CMA`` table names it; its sign is from a secondary source, and whether it fits
+    is shown by a measurement only. No machine has proven either yet.
+    """
+
+    title = "HEIDENHAIN iTNC 530"
+    sign = (
+        "A value is plus the mean deviation: positive where the axis travels too far, and the"
+        " control then moves it back [S]"
+    )
+    unit = "Values are in mm, of a rotary axis in deg, with four decimals (0.1 µm or 0.36 arcsec)"
+    newline = "\r\n"
+    options = (
+        *PROGRAM_OPTIONS,
+        ControlOption(
+            "spacing",
+            "any",
+            "power_of_two: the distance of the points must be 0.0001 mm times a power of two, as"
+            " TNC 407, 415 and 425 ask [V]; any: not checked, and whether an iTNC 530 asks for it"
+            " is not known",
+            ("any", "power_of_two"),
+            "table",
+        ),
+    )
+
+    def format_program(self, request: ProgramRequest) -> str:
+        """Return the Klartext program of a plan, see `klartext_program`.
+
+        Parameters
+        ----------
+        request : ProgramRequest
+            Plan, motion, axis and options.
+
+        Returns
+        -------
+        str
+            The program.
+
+        Raises
+        ------
+        ConfigurationError
+            If the control has no such axis, a number does not fit its words, or the travel is
+            passed.
+        """
+        return klartext_program(request, "HEIDENHAIN iTNC 530")
+
+    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
+        """Return the rule: up to 256 equidistant points, one value each.
+
+        Parameters
+        ----------
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        GridRule
+            The rule.
+        """
+        power = options["spacing"] == "power_of_two"
+        return GridRule(
+            equidistant=True,
+            most_points=MOST_POINTS,
+            per_direction=False,
+            backlash_apart=False,
+            resolution=value_unit(kind) * 10.0**-DECIMALS,
+            decimals=DECIMALS,
+            remark="the distance must be 0.0001 mm times a power of two, such as 6.5536 mm"
+            if power
+            else "older models read distances of 0.0001 mm times a power of two only [V, TNC 407]",
+        )
+
+    def format_table(self, request: TableRequest) -> TableText:
+        """Return the table as ``AXIS-X.COM``.
+
+        Parameters
+        ----------
+        request : TableRequest
+            Values and options.
+
+        Returns
+        -------
+        TableText
+            First line with datum and distance, headings, one row for each point; and what its
+            user must know.
+
+        Raises
+        ------
+        ConfigurationError
+            If there are more than 256 points, they are not equidistant at four decimals, the
+            distance is no power of two where it is asked for, or the axis has no such name.
+        """
+        table = request.table
+        check_points(table, self.grid_rule(table.kind, request.options), self.title)
+        axis = klartext_axis(table.axis)
+        step = _written_step(table)
+        if request.options["spacing"] == "power_of_two":
+            _check_power_of_two(step)
+        name = f"AXIS-{axis}.COM"
+        lines = [
+            f"BEGIN {name}  DATUM:{signed(float(table.position[0]))} DISTANCE:{signed(step)}",
+            f"{'NR':<{_HEADING_PLACE}}{axis}",
+        ]
+        values = table.mean / value_unit(table.kind)
+        for i, (place, value) in enumerate(zip(table.position, values, strict=True)):
+            lines.append(
+                f"{i:<{_NUMBER_WIDTH}}{signed(float(place)):<{_POSITION_WIDTH}}"
+                f"{signed(float(value))}"
+            )
+        return TableText(
+            text="".join(line + self.newline for line in lines),
+            sentences=(
+                f"{self.sign}.",
+                f"{self.unit}.",
+                *common_sentences(table, name),
+                *_reversal_sentences(table),
+            ),
+        )
+
+    def read_table(
+        self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
+    ) -> ReadTable:
+        """Read a table of this form.
+
+        The control takes the positions from datum and distance [M]; a row whose own position
+        differs is an error.
+
+        Parameters
+        ----------
+        text : str
+            Content of the file.
+        path : str
+            Its name, for errors.
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        ReadTable
+            Values as deviations, and findings.
+
+        Raises
+        ------
+        MeasurementFileError
+            If it is no such table, a number has a decimal comma or is none, rows are not
+            equidistant, missing, more than 256 or without a value.
+        """
+        source = com_text(text, path)
+        found = _FIRST.fullmatch(source.lines[0].strip())
+        if found is None:
+            raise source.error(
+                "the first line is not BEGIN ... .COM with DATUM and DISTANCE",
+                1,
+                "Give a table of an iTNC 530, or name another control",
+            )
+        datum = source.number(found["datum"], 1, "DATUM")
+        step = source.number(found["step"], 1, "DISTANCE")
+        if step <= 0:
+            raise source.error("the distance is not positive", 1, "Correct DISTANCE", "DISTANCE")
+        headings = headings_of(source, ("NR",))
+        axis, findings = own_column(source, found["name"], list(headings))
+        value = _rows(source, datum, step, headings, axis, findings)
+        if options.get("spacing") == "power_of_two" and not _is_power_of_two(step):
+            findings.append(f"the distance {step:g} is not 0.0001 mm times a power of two")
+        deviation = np.array(value) * value_unit(kind)
+        position: FloatArray = datum + step * np.arange(len(value), dtype=np.float64)
+        return ReadTable(
+            table=CompensationTable(
+                kind=kind,
+                axis=axis,
+                position=np.round(position, 2 * DECIMALS),
+                deviation=np.stack((deviation, deviation), axis=1),
+            ),
+            findings=tuple(findings),
+        )
+
+
+CONTROL = HeidenhainITnc530()
+"""The control."""
+
+
+# ---- writing ------------------------------------------------------------------------------------
+
+
+def _written_step(table: CompensationTable) -> float:
+    """Return the distance as it is written; the points must be what datum and it give."""
+    check_positions(table)
+    if table.position.size < 2:
+        raise ConfigurationError("the table needs at least two points", where="points")
+    step = round(float(table.position[1] - table.position[0]), DECIMALS)
+    even = table.position[0] + step * np.arange(table.position.size)
+    if step <= 0 or bool(np.any(np.abs(table.position - even) > HALF_DIGIT)):
+        raise ConfigurationError(
+            f"the points are not equidistant at the {DECIMALS} decimals of the control",
+            where="points",
+            remedy="Give --points or --spacing",
+        )
+    return step
+
+
+def _is_power_of_two(step: float) -> bool:
+    count = round(step * 10**DECIMALS)
+    return count > 0 and count & (count - 1) == 0 and abs(count - step * 10**DECIMALS) < 1e-6
+
+
+def _check_power_of_two(step: float) -> None:
+    if _is_power_of_two(step):
+        return
+    below = int(np.floor(np.log2(step * 10**DECIMALS)))
+    near = [2.0**power / 10**DECIMALS for power in (below, below + 1)]
+    raise ConfigurationError(
+        f"the distance {step:g} is not 0.0001 mm times a power of two",
+        where="--set spacing",
+        remedy=f"Give --spacing {near[0]:.4f} or {near[1]:.4f}",
+    )
+
+
+def _reversal_sentences(table: CompensationTable) -> list[str]:
+    said = [
+        (
+            "One value stands for both directions; reversal is machine parameter MP 710 [M], set by"
+            " hand, its sign to be proven by a measurement."
+        )
+    ]
+    if table.backlash is not None:
+        said.append(
+            f"The mean reversal, forward minus backward, is {table.backlash:+.2f}"
+            f" {table.kind.units.deviation}: it is not in the file."
+        )
+    return said
+
+
+# ---- reading ------------------------------------------------------------------------------------
+
+
+def _rows(
+    source: ComText,
+    datum: float,
+    step: float,
+    headings: Mapping[str, int],
+    axis: str,
+    findings: list[str],
+) -> list[float]:
+    values: list[float] = []
+    others: set[str] = set()
+    for line, content in enumerate(rows_of(source, needs_end=False), start=3):
+        words = words_of(content)
+        if not words:
+            raise source.error("the line is empty within the table", line, "Delete the line")
+        i = len(values)
+        check_numbering(source, words[0][1], line, i)
+        if len(words) < 3:
+            raise source.error(
+                "the row lacks its position or its value", line, "Write number, position, value"
+            )
+        place = source.number(words[1][1], line, "position")
+        # both are rounded: the distance once for each row before
+        if abs(place - datum - i * step) > HALF_DIGIT * (i + 2) + _STATION_SLACK:
+            raise source.error(
+                f"the position {place:.4f} is not DATUM + {i} DISTANCE = {datum + i * step:.4f}:"
+                " the rows are not equidistant",
+                line,
+                "Write the table again on equidistant points",
+            )
+        values.append(_own_value(source, line, words[2:], headings, axis, others))
+    findings += findings_on_others(others)
+    return values
+
+
+def _own_value(
+    source: ComText,
+    line: int,
+    words: list[tuple[int, str]],
+    headings: Mapping[str, int],
+    axis: str,
+    others: set[str],
+) -> float:
+    """Return the value in the axis' own column; the other columns with values join `others`."""
+    own: float | None = None
+    for begin, word in words:
+        column = column_of(begin, headings)
+        if column is None:
+            raise source.error("a value stands under no heading", line, "Put it in its column")
+        number = source.number(word, line, column)
+        if column != axis:
+            others.add(column)
+        elif own is not None:
+            raise source.error("two values stand in one column", line, "Delete one", column)
+        else:
+            own = number
+    if own is None:
+        raise source.error("the row has no value of the axis", line, "Write it", axis)
+    return own

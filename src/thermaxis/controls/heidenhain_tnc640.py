@@ -1,0 +1,287 @@
+"""HEIDENHAIN TNC 640, TNC 620, MANUALplus: Klartext program, and the table ``AXIS_X.COM``.
+
+The table states the position of every point, so that they need not be equidistant, and has a value
+for each direction.
+
+References
+----------
+HEIDENHAIN technical manual MANUALplus 620, p. 716 and 718 [V]: AXISPOS from the machine datum,
+BACKLASH with the values measured in negative direction, assignment by ``.CMA``. Widths of the
+columns and sign: the public program Paolico/AxisCorection [S].
+"""
+
+import re
+from collections.abc import Mapping
+from typing import final
+
+import numpy as np
+
+from thermaxis.controls._control import (
+    Control,
+    GridRule,
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    TableText,
+    check_points,
+)
+from thermaxis.controls._heidenhain_com import (
+    DECIMALS,
+    MOST_POINTS,
+    ComText,
+    check_numbering,
+    check_positions,
+    column_of,
+    com_text,
+    common_sentences,
+    findings_on_others,
+    headings_of,
+    own_column,
+    rows_of,
+    signed,
+    value_unit,
+    words_of,
+)
+from thermaxis.controls._heidenhain_klartext import PROGRAM_OPTIONS, klartext_program
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArray
+from thermaxis.quantities import AxisKind
+
+_FIRST = re.compile(r"BEGIN +(?P<name>[A-Za-z0-9_-]{1,40})\.COM +(?P<unit>[A-Za-z]{1,10})")
+_AXIS = re.compile(r"[A-Z][A-Z0-9]{0,7}")
+_NUMBER_WIDTH, _WIDTH = 5, 14
+_POSITION, _BACKWARD = "AXISPOS", "BACKLASH"
+
+
+@final
+class HeidenhainTnc640(Control):
+    """HEIDENHAIN TNC 640, TNC 620 and MANUALplus 620.
+
+    Not protected: a program moves one axis and knows nothing of what stands in its way. A table
+    acts when the active line of a ``.CMA`` table names it; its sign is from a secondary source,
+    and whether it fits is shown by a measurement only. No machine has proven either yet.
+    """
+
+    title = "HEIDENHAIN TNC 640"
+    sign = (
+        "A value is plus the deviation: positive where the axis travels too far, and the control"
+        " then moves it back [S]; BACKLASH holds the values measured in negative direction [V]"
+    )
+    unit = "Values are in mm, of a rotary axis in deg, with four decimals (0.1 µm or 0.36 arcsec)"
+    newline = "\r\n"
+    options = PROGRAM_OPTIONS
+
+    def format_program(self, request: ProgramRequest) -> str:
+        """Return the Klartext program of a plan, see `klartext_program`.
+
+        Parameters
+        ----------
+        request : ProgramRequest
+            Plan, motion, axis and options.
+
+        Returns
+        -------
+        str
+            The program.
+
+        Raises
+        ------
+        ConfigurationError
+            If the control has no such axis, a number does not fit its words, or the travel is
+            passed.
+        """
+        return klartext_program(request, "HEIDENHAIN TNC 640")
+
+    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
+        """Return the rule: up to 256 points at any distances, a value for each direction.
+
+        Parameters
+        ----------
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        GridRule
+            The rule.
+        """
+        del options
+        return GridRule(
+            equidistant=False,
+            most_points=MOST_POINTS,
+            per_direction=True,
+            backlash_apart=False,
+            resolution=value_unit(kind) * 10.0**-DECIMALS,
+            decimals=DECIMALS,
+            remark="every row states its position, so that distances may differ [M]; the manual's"
+            " example has equal ones: give --points to be on the safe side",
+        )
+
+    def format_table(self, request: TableRequest) -> TableText:
+        """Return the table as ``AXIS_X.COM``.
+
+        Parameters
+        ----------
+        request : TableRequest
+            Values and options.
+
+        Returns
+        -------
+        TableText
+            First line, headings, one row for each point, ``[END]``; the column BACKLASH is left
+            empty where both directions have the same values. And what its user must know.
+
+        Raises
+        ------
+        ConfigurationError
+            If there are more than 256 points, a position has more than four decimals, or the axis
+            has no such name.
+        """
+        table = request.table
+        check_points(table, self.grid_rule(table.kind, request.options), self.title)
+        check_positions(table)
+        axis = table.axis.upper()
+        if _AXIS.fullmatch(axis) is None or axis in {"NR", _POSITION, _BACKWARD}:
+            raise ConfigurationError(
+                f"'{printable(table.axis, 40)}' is no name of an axis in a table of {self.title}",
+                where="axis",
+                remedy="Give --axis as in CfgAxes/axisList of the control, such as X",
+            )
+        name = f"AXIS_{axis}.COM"
+        # a reversal that another control holds apart belongs into the two columns here
+        value = table.deviation_at(table.position) / value_unit(table.kind)
+        both = bool(np.any(value[:, FORWARD] != value[:, BACKWARD]))
+        lines = [
+            f"BEGIN {name} MM",
+            f"{'NR':<{_NUMBER_WIDTH}}{_POSITION:<{_WIDTH}}{_BACKWARD:<{_WIDTH}}{axis}",
+        ]
+        for i, place in enumerate(table.position.tolist()):
+            other = signed(float(value[i, BACKWARD])) if both else ""
+            lines.append(
+                f"{i:<{_NUMBER_WIDTH}}{signed(place):<{_WIDTH}}"
+                f"{other:<{_WIDTH}}{signed(float(value[i, FORWARD]))}"
+            )
+        lines.append("[END]")
+        direction = (
+            f"Column {axis} is for the positive direction, BACKLASH for the negative one."
+            if both
+            else "Both directions have the same values: the column BACKLASH is empty."
+        )
+        return TableText(
+            text="".join(line + self.newline for line in lines),
+            sentences=(f"{self.sign}.", f"{self.unit}.", direction, *common_sentences(table, name)),
+        )
+
+    def read_table(
+        self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
+    ) -> ReadTable:
+        """Read a table of this form.
+
+        Parameters
+        ----------
+        text : str
+            Content of the file.
+        path : str
+            Its name, for errors.
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        ReadTable
+            Values as deviations, and findings. Without BACKLASH the values hold for both
+            directions.
+
+        Raises
+        ------
+        MeasurementFileError
+            If it is no such table or in inches, ``[END]`` is missing, a number has a decimal
+            comma or is none, positions do not ascend, rows are missing or more than 256, or only
+            some rows have BACKLASH.
+        """
+        del options
+        source = com_text(text, path)
+        found = _FIRST.fullmatch(source.lines[0].strip())
+        if found is None:
+            raise source.error(
+                "the first line is not BEGIN ... .COM MM",
+                1,
+                "Give a table of a TNC 640, or name another control",
+            )
+        if found["unit"].upper() != "MM":
+            raise source.error(
+                f"the table is in {printable(found['unit'], 12)}, not in MM",
+                1,
+                "Convert it to millimetres",
+            )
+        headings = headings_of(source, ("NR", _POSITION))
+        labels = [name for name in headings if name not in {_POSITION, _BACKWARD}]
+        axis, findings = own_column(source, found["name"], labels)
+        rows = _rows(source, headings)
+        deviation = _deviation(source, rows, axis) * value_unit(kind)
+        findings += findings_on_others({n for row in rows for n in row if n in labels} - {axis})
+        return ReadTable(
+            table=CompensationTable(
+                kind=kind,
+                axis=axis,
+                position=np.array([row[_POSITION] for row in rows]),
+                deviation=deviation,
+            ),
+            findings=tuple(findings),
+        )
+
+
+CONTROL = HeidenhainTnc640()
+"""The control."""
+
+
+# ---- reading ------------------------------------------------------------------------------------
+
+
+def _rows(source: ComText, headings: Mapping[str, int]) -> list[dict[str, float]]:
+    """Return each row's numbers by heading."""
+    rows: list[dict[str, float]] = []
+    for line, content in enumerate(rows_of(source, needs_end=True), start=3):
+        words = words_of(content)
+        if not words:
+            raise source.error("the line is empty within the table", line, "Delete the line")
+        check_numbering(source, words[0][1], line, len(rows))
+        row: dict[str, float] = {}
+        for place, word in words[1:]:
+            column = column_of(place, headings)
+            if column is None or column in row:
+                raise source.error(
+                    f"'{printable(word[:99], 30)}' stands in no column of its own",
+                    line,
+                    "Put each number under its heading",
+                )
+            row[column] = source.number(word, line, column)
+        if _POSITION not in row:
+            raise source.error("the row has no position", line, "Write it", _POSITION)
+        if rows and row[_POSITION] <= rows[-1][_POSITION]:
+            raise source.error(
+                f"the position {row[_POSITION]:.4f} does not ascend", line, "Sort the rows"
+            )
+        rows.append(row)
+    return rows
+
+
+def _deviation(source: ComText, rows: list[dict[str, float]], axis: str) -> FloatArray:
+    """Return the values per direction, (k, 2). [mm or deg]"""
+    both = any(_BACKWARD in row for row in rows)
+    for line, row in enumerate(rows, start=3):
+        if axis not in row:
+            raise source.error("the row has no value of the axis", line, "Write it", axis)
+        if both and _BACKWARD not in row:
+            raise source.error(
+                "the row has no value where other rows have one",
+                line,
+                "Fill the column in every row, or leave it empty in all",
+                _BACKWARD,
+            )
+    side = _BACKWARD if both else axis
+    return np.array([[row[axis], row[side]] for row in rows])

@@ -1,0 +1,514 @@
+"""LinuxCNC: G-code of a plan, and the screw compensation table (COMP_FILE, types 0 and 1).
+
+The table is a bare list of ``nominal forward reverse``: no head, no comment, no blank line, for
+the control stops reading at the first line that is no triplet and reports nothing.
+
+References
+----------
+LinuxCNC at commit 5c41560e: ``src/emc/motion/usrmotintf.cc`` (``usrmotLoadComp``), ``command.c``,
+``control.c`` (``compute_screw_comp``), ``motion.h``; LinuxCNC user manual, G-code reference.
+"""
+
+import itertools
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.controls._control import (
+    Control,
+    ControlOption,
+    GridRule,
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    TableText,
+    check_points,
+    check_size,
+    plain_number,
+)
+from thermaxis.controls._program_head import head_lines
+from thermaxis.controls._program_words import (
+    MoveWords,
+    block_lines,
+    check_motion,
+    feed_word,
+    stop_time_s,
+)
+from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
+from thermaxis.positioning import CompensationTable, FloatArray
+from thermaxis.quantities import AxisKind
+
+MOST_POINTS = 256
+"""Entries that one joint holds, ``EMCMOT_COMP_SIZE``. [1]"""
+LONGEST_LINE = 254
+"""Longest line that the control reads in one piece; from memory. [character]"""
+LARGEST_NUMBER = 1e6
+"""Largest magnitude of a number that is read: no axis has more. [mm, inch or deg]"""
+NEAREST = 1e-9
+"""Least distance of two points that are read: no axis resolves it. [mm, inch or deg]"""
+
+_INCH_MM = 25.4
+_LINEAR_AXES, _ROTARY_AXES = "XYZUVW", "ABC"
+_FIRST_LOOP = 100
+_SIDES = ("forward", "reverse")
+
+# atomic: as sscanf, a number takes what it can and gives nothing back
+_NUMBER = r"\s*+((?>[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][+-]?[0-9]++)?))"
+_TRIPLET = re.compile(_NUMBER * 3, re.ASCII)
+_NOT_FINITE = re.compile(r"[+-]?(?:inf|nan)", re.ASCII | re.IGNORECASE)
+
+_OUTLIER_FACTOR = 10.0
+_LEAST_SCALE = 1.0  # µm or arcsec; smaller steps between neighbours are never called typing errors
+_WRONG_TYPE_FACTOR = 10.0
+_CANDIDATES = 5  # a wrong value, and two on each side that it makes look wrong
+_NAMED = 5  # in the findings
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Row:
+    line: int
+    nominal: float
+    values: tuple[float, float]
+    words: tuple[str, ...]
+
+
+@final
+class LinuxCnc(Control):
+    """LinuxCNC 2.8 and later.
+
+    Not protected: the interpreter knows nothing of what stands in the way of the axis. A table
+    moves the motor without changing the position that is shown, and soft limits do not see it;
+    LinuxCNC reads it once, at its start. Sign and type are proven by a measurement only.
+    """
+
+    title = "LinuxCNC"
+    sign = (
+        "A table of type 0 holds actual positions, nominal plus deviation; one of type 1 holds"
+        " what is added to the motor command, minus the deviation [V, code of LinuxCNC]"
+    )
+    unit = (
+        "Values and positions are in machine units, mm (0.000001) or inch (0.00000001), of a rotary"
+        " axis always deg (0.0000001)"
+    )
+    options = (
+        ControlOption(
+            "type",
+            "0",
+            "COMP_FILE_TYPE: 0 actual positions, 1 trims added to the motor command",
+            ("0", "1"),
+            "table",
+        ),
+        ControlOption(
+            "units",
+            "mm",
+            "machine units of the INI file, LINEAR_UNITS; rotary axes are in deg with both",
+            ("mm", "inch"),
+            "table",
+        ),
+        ControlOption(
+            "coordinates",
+            "machine",
+            "machine: every move by G53; work: in the work offset that is active",
+            ("machine", "work"),
+            "program",
+        ),
+    )
+
+    def format_program(self, request: ProgramRequest) -> str:
+        """Return the G-code of a plan.
+
+        One move to a line, ``G53 G1``, in exact stop mode G61.1; a repeated block is an
+        ``o... repeat`` loop. No rapid moves: the way to the first position is driven at the feed.
+
+        Parameters
+        ----------
+        request : ProgramRequest
+            Plan, motion, axis and options.
+
+        Returns
+        -------
+        str
+            The program, lines of at most 110 characters.
+
+        Raises
+        ------
+        ConfigurationError
+            If the axis has no letter that fits its kind, a move leaves the stated travel, or
+            overrun or feed are too small to be written.
+        """
+        axis = _axis_letter(request)
+        check_motion(request)
+        plan = request.plan
+        lines = [f"({line})" for line in head_lines(request, self.title)]
+        lines += ["G21 G90 G94 G40 G49 G80", "G61.1", f"F{feed_word(plan)}"]
+        machine = request.options.get("coordinates", "machine") == "machine"
+        words = MoveWords(
+            start=f"G53 G1 {axis}" if machine else f"G1 {axis}",
+            comment="({})",
+            dwell=(f"G4 P{plain_number(stop_time_s(plan), 3)}",),
+        )
+        for number, block in enumerate(request.blocks, start=_FIRST_LOOP):
+            loop = (f"o{number} repeat [{block.repetitions}]", f"o{number} endrepeat")
+            lines += block_lines(block, words, loop)
+        lines.append("M2")
+        return "".join(line + self.newline for line in lines)
+
+    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
+        """Return the rule: up to 256 points anywhere, a value for each direction.
+
+        Parameters
+        ----------
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        GridRule
+            The rule. The control reads double precision and sets no resolution; the digits are
+            chosen so that rounding, at most 0.0005 µm, stays below what a laser resolves.
+        """
+        unit, decimals = _unit_and_decimals(kind, options)
+        return GridRule(
+            equidistant=False,
+            most_points=MOST_POINTS,
+            per_direction=True,
+            backlash_apart=False,
+            resolution=unit * 10.0**-decimals,
+            decimals=4,
+            remark="BACKLASH of the joint is ignored as soon as COMP_FILE is given",
+        )
+
+    def format_table(self, request: TableRequest) -> TableText:
+        """Return a table as a COMP_FILE.
+
+        Parameters
+        ----------
+        request : TableRequest
+            Values and options; `origin` has no place in the file.
+
+        Returns
+        -------
+        TableText
+            Lines ``nominal forward reverse``, the last ended by exactly one newline.
+
+        Raises
+        ------
+        ConfigurationError
+            If there are more than 256 points, or two fall together in the digits written.
+        """
+        table, options = request.table, request.options
+        check_points(table, self.grid_rule(table.kind, options), self.title)
+        unit, decimals = _unit_and_decimals(table.kind, options)
+        length = unit / table.kind.units.deviations_per_position
+        nominal = np.round(table.position / length, decimals)
+        if bool(np.any(np.diff(nominal) <= 0)):
+            raise ConfigurationError(
+                f"two points fall together at {decimals} decimals", where="points"
+            )
+        half = 0.0 if table.backlash is None else 0.5 * table.backlash
+        deviation = (table.deviation + np.array([half, -half])) / unit
+        values = nominal[:, np.newaxis] + deviation if _type(options) == "0" else -deviation
+        rows = (
+            " ".join(plain_number(number, decimals) for number in (place, *pair))
+            for place, pair in zip(nominal.tolist(), values.tolist(), strict=True)
+        )
+        return TableText(
+            text="".join(row + self.newline for row in rows),
+            sentences=self._sentences(table, options, decimals),
+        )
+
+    def _sentences(
+        self, table: CompensationTable, options: Mapping[str, str], decimals: int
+    ) -> tuple[str, ...]:
+        kind, name = table.kind, "deg" if table.kind is AxisKind.ROTARY else options["units"]
+        trims = (
+            "actual positions, nominal plus deviation: a positive deviation makes LinuxCNC command"
+            " less"
+        )
+        if _type(options) == "1":
+            trims = "trims, minus the deviation: what LinuxCNC adds to the motor command"
+        step = 10.0**-decimals * _unit_and_decimals(kind, options)[0]
+        return (
+            f"Columns 2 and 3 hold {trims} [V].",
+            (
+                f"All numbers are in {name}, rounded to {plain_number(10.0**-decimals, decimals)}"
+                f" {name} ({step:.2g} {kind.units.deviation})."
+            ),
+            "The file can hold no comment: it names neither its sign, nor its run, nor its type.",
+            (
+                f"It acts with COMP_FILE and COMP_FILE_TYPE = {_type(options)} in the [JOINT_n]"
+                " section, from the next start of LinuxCNC on; BACKLASH there is then ignored [V]:"
+                " what it was during the run must be in the table (--backlash-in-force)."
+            ),
+            (
+                "Give the joint some reserve of speed and acceleration: the correction may add half"
+                " of both [V]."
+            ),
+        )
+
+    def read_table(
+        self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
+    ) -> ReadTable:
+        """Read a COMP_FILE by the control's own rule: up to the first line that is no triplet.
+
+        Parameters
+        ----------
+        text : str
+            Content of the file.
+        path : str
+            Its name, for errors.
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options; the file does not say its type, nor its units.
+
+        Returns
+        -------
+        ReadTable
+            Values and findings: where reading stopped, text behind the numbers, values that look
+            like typing errors.
+
+        Raises
+        ------
+        MeasurementFileError
+            If no point is read, points do not increase or are nearer than `NEAREST`, there is a
+            257th, a number is not finite or larger than `LARGEST_NUMBER`, a decimal comma cuts a
+            value, or the values look like those of the other type.
+        """
+        check_size(text, path)
+        lines = re.split(r"\r\n|\n|\r", text)
+        rows, findings = _read_rows(lines, path)
+        _check_rows(rows, path)
+        unit, _ = _unit_and_decimals(kind, options)
+        position = np.array([row.nominal for row in rows])
+        value = np.array([row.values for row in rows])
+        _check_type(position, value, path, _type(options))
+        trim = value if _type(options) == "1" else position[:, np.newaxis] - value
+        deviation = -trim * unit
+        table = CompensationTable(
+            kind=kind,
+            axis="",
+            position=position * (unit / kind.units.deviations_per_position),
+            deviation=deviation,
+        )
+        findings += _typing_errors(rows, position, deviation, kind)
+        held = sum(_TRIPLET.match(line) is not None for line in lines)
+        return ReadTable(table=table, findings=tuple(findings), points_in_file=held)
+
+
+CONTROL = LinuxCnc()
+"""The control."""
+
+
+def _type(options: Mapping[str, str]) -> str:
+    return options.get("type", "0")
+
+
+def _unit_and_decimals(kind: AxisKind, options: Mapping[str, str]) -> tuple[float, int]:
+    """Return one unit of the file in µm or arcsec, and the decimals that are written."""
+    if kind is AxisKind.ROTARY:
+        return kind.units.deviations_per_position, 7
+    if options.get("units", "mm") == "inch":
+        return _INCH_MM * kind.units.deviations_per_position, 8
+    return kind.units.deviations_per_position, 6
+
+
+# ---- program ------------------------------------------------------------------------------------
+
+
+def _axis_letter(request: ProgramRequest) -> str:
+    letter = request.axis.upper()
+    rotary = request.plan.kind is AxisKind.ROTARY
+    letters = _ROTARY_AXES if rotary else _LINEAR_AXES
+    if len(letter) != 1 or letter not in letters:
+        raise ConfigurationError(
+            f"LinuxCNC has no {request.plan.kind} axis '{printable(request.axis, 30)}'",
+            where="--axis",
+            remedy=f"Name one of {', '.join(letters)}",
+        )
+    return letter
+
+
+# ---- reading ------------------------------------------------------------------------------------
+
+
+def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[str]]:
+    rows: list[_Row] = []
+    findings: list[str] = []
+    for number, line in enumerate(lines, start=1):
+        if len(line) > LONGEST_LINE:
+            raise MeasurementFileError(
+                f"the line is longer than {LONGEST_LINE} characters: LinuxCNC reads it in pieces",
+                path=path,
+                line=number,
+                remedy="Write three numbers to a line",
+            )
+        triplet = _TRIPLET.match(line)
+        if triplet is None:
+            findings += _stopped(lines, number, len(rows), path)
+            break
+        findings += _behind(line[triplet.end() :], number, path)
+        words = triplet.groups()
+        nominal, forward, reverse = (float(word) for word in words)
+        if not all(abs(value) <= LARGEST_NUMBER for value in (nominal, forward, reverse)):
+            raise _not_finite(path, number)
+        rows.append(_Row(number, nominal, (forward, reverse), words))
+        if len(rows) > MOST_POINTS:
+            break
+    if not rows:
+        raise MeasurementFileError(
+            "LinuxCNC reads no point of this file: its first line is no triplet of numbers",
+            path=path,
+            line=1,
+            remedy="Write nominal, forward and reverse from the first line on, without a head",
+        )
+    return rows, findings
+
+
+def _not_finite(path: str, line: int) -> MeasurementFileError:
+    return MeasurementFileError(
+        f"a value is not a finite number of at most {LARGEST_NUMBER:.0f}",
+        path=path,
+        line=line,
+        remedy="Never load this table",
+    )
+
+
+def _stopped(lines: list[str], number: int, read: int, path: str) -> list[str]:
+    """Say what the control leaves unread behind a line that is no triplet."""
+    line = lines[number - 1]
+    if any(_NOT_FINITE.fullmatch(word) for word in line.split()):
+        raise _not_finite(path, number)
+    left = sum(_TRIPLET.match(other) is not None for other in lines[number:])
+    if not line.strip() and left == 0:
+        return []
+    shown = f"'{printable(line.strip(), 40)}'" if line.strip() else "blank"
+    comma = ", a decimal comma among them" if re.search(r"[0-9],[0-9]", line) else ""
+    return [
+        (
+            f"line {number} is {shown}{comma}: LinuxCNC stops reading there and reports nothing;"
+            f" {read} point(s) are read, {left} behind it are left out"
+        )
+    ]
+
+
+def _behind(rest: str, number: int, path: str) -> list[str]:
+    """Look at what stands behind the third number, which the control passes over."""
+    rest = rest.strip()
+    if re.match(r",\s*[0-9]", rest):
+        raise MeasurementFileError(
+            "a decimal comma: LinuxCNC would take the number before it and pass over the rest",
+            path=path,
+            line=number,
+            remedy="Write decimal points",
+        )
+    if not rest:
+        return []
+    return [f"line {number}: '{printable(rest, 40)}' behind the three numbers is passed over"]
+
+
+def _check_rows(rows: list[_Row], path: str) -> None:
+    for before, row in itertools.pairwise(rows):
+        if row.nominal <= before.nominal:
+            raise MeasurementFileError(
+                f"the nominal position {row.words[0]} does not follow {before.words[0]}: LinuxCNC"
+                " refuses positions that do not increase",
+                path=path,
+                line=row.line,
+                remedy="Sort the lines by their first number and remove repeated ones",
+            )
+        if row.nominal - before.nominal < NEAREST:
+            raise MeasurementFileError(
+                f"the nominal position {printable(row.words[0], 30)} lies nearer than"
+                f" {NEAREST:g} to the one before",
+                path=path,
+                line=row.line,
+                remedy="Remove one of the two lines",
+            )
+    if len(rows) > MOST_POINTS:
+        raise MeasurementFileError(
+            f"this is point {MOST_POINTS + 1}: LinuxCNC takes {MOST_POINTS} and refuses the table",
+            path=path,
+            line=rows[MOST_POINTS].line,
+            remedy=f"Write a table of at most {MOST_POINTS} points",
+        )
+
+
+def _check_type(position: FloatArray, value: FloatArray, path: str, stated: str) -> None:
+    """Refuse a table of the other type: its deviations would be as large as its positions."""
+    as_position = float(np.median(np.abs(value - position[:, np.newaxis])))
+    as_trim = float(np.median(np.abs(value)))
+    right, wrong = (as_position, as_trim) if stated == "0" else (as_trim, as_position)
+    if position.size < 2 or right <= _WRONG_TYPE_FACTOR * wrong:
+        return
+    other = "1" if stated == "0" else "0"
+    looks = "small trims" if stated == "0" else "positions"
+    raise MeasurementFileError(
+        f"the table was read as type {stated}, and its values look like {looks}: read so, the"
+        " deviations would be as large as the positions",
+        path=path,
+        remedy=f"Say --set type={other}, as COMP_FILE_TYPE of the machine does",
+    )
+
+
+def _typing_errors(
+    rows: list[_Row], position: FloatArray, deviation: FloatArray, kind: AxisKind
+) -> list[str]:
+    """Name values that lie far from the line through their neighbours."""
+    findings: list[str] = []
+    unit = kind.units.deviation
+    for side, name in enumerate(_SIDES):
+        kept = np.arange(len(rows))
+        while kept.size > 3:
+            off, share = _off_neighbours(position[kept], deviation[kept, side])
+            if not bool(np.any(_far(off * share))):
+                break
+            worst = _worst(position[kept], deviation[kept, side], off * share)
+            row = rows[int(kept[worst])]
+            findings.append(
+                f"line {row.line}: the {name} value {row.words[1 + side]} lies"
+                f" {off[worst]:.4g} {unit} from what its neighbours suggest: a typing error?"
+            )
+            kept = np.delete(kept, worst)
+    more = len(findings) - _NAMED
+    if more > 0:
+        findings = [*findings[:_NAMED], f"{more} more values lie far from their neighbours"]
+    return findings
+
+
+def _off_neighbours(position: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far each value is from the line through its neighbours, and what of it counts.
+
+    At both ends the line is extrapolated, which magnifies the neighbours' own errors; only the
+    share that the end itself has in the sum counts there.
+    """
+    inner = np.arange(1, position.size - 1)
+    left = np.concatenate(([1], inner - 1, [position.size - 3]))
+    right = np.concatenate(([2], inner + 1, [position.size - 2]))
+    gap = position[right] - position[left]
+    slope = (value[right] - value[left]) / gap
+    off: FloatArray = np.abs(value - (value[left] + slope * (position - position[left])))
+    share = np.ones(position.size)
+    for end, near in ((0, 1), (-1, -2)):
+        share[end] = 1.0 / (1.0 + abs(position[end] - position[near]) / gap[end])
+    return off, share
+
+
+def _far(off: FloatArray) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
+    return off > _OUTLIER_FACTOR * max(float(np.median(off)), _LEAST_SCALE)
+
+
+def _worst(position: FloatArray, value: FloatArray, off: FloatArray) -> int:
+    """Return the value without which the others fit best: a wrong one spoils its neighbours too."""
+    candidates = np.argsort(off)[::-1][:_CANDIDATES]
+    left: list[float] = []
+    for c in candidates.tolist():
+        others, share = _off_neighbours(np.delete(position, c), np.delete(value, c))
+        left.append(float(np.max(others * share)))
+    return int(candidates[int(np.argmin(left))])

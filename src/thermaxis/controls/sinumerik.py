@@ -1,0 +1,727 @@
+"""SINUMERIK 840D sl: NC program of a plan, and the table of the encoder error compensation.
+
+The table, ``$AA_ENC_COMP``, has one value for both directions at equidistant points; the reversal
+is a machine data of its own, ``$MA_BACKLASH``.
+
+References
+----------
+SINUMERIK Extended Functions, K3 (6FC5397): interpolatory compensation and its sign. SINUMERIK 808D
+parameter manual (6FC5397-8EP40), p. 228, MD32450: sign of the backlash; SINUMERIK 840C (6FC5197),
+p. 6-41, NC MD 220*, says the same.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from types import MappingProxyType
+from typing import final
+
+import numpy as np
+
+from thermaxis.controls._control import (
+    Control,
+    ControlOption,
+    GridRule,
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    TableText,
+    check_points,
+    check_size,
+    comment_text,
+    number_option,
+    plain_number,
+)
+from thermaxis.controls._program_head import head_lines
+from thermaxis.controls._program_words import (
+    FINEST_DECIMALS,
+    MoveWords,
+    block_lines,
+    check_motion,
+    feed_word,
+    inward_positions,
+    position_text,
+    stop_time_s,
+)
+from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
+from thermaxis.positioning import MOST_POINTS, CompensationTable
+from thermaxis.quantities import AxisKind
+
+ALARM = 65000
+"""Number of the user alarm that the program sets when it would leave the travel; from memory."""
+TURN_DEG = 360.0
+"""What the table of a modulo axis spans. [deg]"""
+
+_AXIS = re.compile(r"[ABCEQUVWXYZ][0-9]{0,2}|[A-Z][ABCUVWXYZ][0-9]{1,2}")
+_ANY_AXIS = re.compile(r"[A-Z_][A-Z0-9_]{0,31}")
+_COUNTER = "THX_CYCLE"
+_STATION_DECIMALS = 6
+_STATION_TOLERANCE = 1e-3  # mm or deg
+_NAMED = 3
+
+_ASSIGNMENT = re.compile(
+    r"(?:N[0-9]{1,9}\s*)?\$(?P<name>[A-Z][A-Z0-9_]{0,40})\s*\[(?P<index>[^\]]{0,80})\]\s*=\s*"
+    r"(?P<value>.*)",
+    re.ASCII | re.IGNORECASE,
+)
+_OTHER = re.compile(r"(?:N[0-9]{1,9}\s*)?(?:NEWCONF|CHANDATA\s*\([0-9]{1,2}\)|%.*)?", re.IGNORECASE)
+_END = re.compile(r"(?:N[0-9]{1,9}\s*)?(?:M0?2|M17|M30|RET)", re.IGNORECASE)
+_NUMBER = re.compile(
+    r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:EX[+-]?[0-9]{1,3})?", re.IGNORECASE
+)
+_SCALARS = ("STEP", "MIN", "MAX", "IS_MODULO")
+
+
+@final
+class Sinumerik(Control):
+    """SINUMERIK 840D sl and 828D.
+
+    Not protected: a program moves one axis and knows nothing of what stands in its way; the jump
+    over all motion when the software limits are too near is from memory [M], and asks for those of
+    another axis where the machine axis has another name than the channel axis that moves and
+    ``machine_axis`` does not say so [M]. A table acts only
+    when MD32700 is set and the axis is referenced; whether its sign fits is shown by a measurement
+    only, and the sign of the backlash by a second one.
+    """
+
+    title = "SINUMERIK 840D sl"
+    sign = (
+        "A value is plus the mean deviation: a positive value makes the axis move in negative"
+        " direction [V, manual K3]"
+    )
+    unit = "Values are in mm (0.000001), of a rotary axis in deg (0.0000001); positions likewise"
+    newline = "\r\n"
+    options = (
+        ControlOption(
+            "encoder", "1", "measuring system of the axis, first index 0 or 1", ("1", "2"), "table"
+        ),
+        ControlOption(
+            "modulo",
+            "0",
+            "1 for a modulo rotary axis: the table spans one turn",
+            ("0", "1"),
+            "table",
+        ),
+        ControlOption(
+            "max_points",
+            "none",
+            "value of MD38000, largest number of points; none: not checked",
+            only_for="table",
+        ),
+        ControlOption(
+            "form",
+            "program",
+            "program: with ENABLE = 0, NEWCONF and M30, run as a part program; ini: an"
+            " initialisation file that ends with M17",
+            ("program", "ini"),
+            "table",
+        ),
+        ControlOption(
+            "table",
+            "none",
+            "which table of a file with several is read, from 1",
+            only_for="table",
+        ),
+        ControlOption(
+            "coordinates",
+            "machine",
+            "machine: every move by SUPA; work: in the work offset that is active",
+            ("machine", "work"),
+            "program",
+        ),
+        ControlOption(
+            "machine_axis",
+            "axis",
+            "machine axis whose software limits the program asks for, such as AX1; axis: of the"
+            " same name as the channel axis that moves [M]",
+            only_for="program",
+        ),
+    )
+
+    def format_program(self, request: ProgramRequest) -> str:
+        """Return the part program of a plan.
+
+        One move to a block, ``SUPA G1``, with exact stop G60; a repeated block is a ``FOR`` loop.
+        With machine coordinates the program first compares its ends with the software limits of
+        the axis and jumps over all motion if one is passed [M].
+
+        Parameters
+        ----------
+        request : ProgramRequest
+            Plan, motion, axis and options.
+
+        Returns
+        -------
+        str
+            The program, lines ended by CR LF.
+
+        Raises
+        ------
+        ConfigurationError
+            If the control can have no axis of this name, a move leaves the stated travel, or
+            overrun or feed are too small to be written.
+        """
+        axis = _axis_name(request.axis)
+        check_motion(request)
+        plan = request.plan
+        machine = request.options.get("coordinates", "machine") == "machine"
+        lines = [f"; {line}" for line in head_lines(request, self.title)]
+        if plan.kind is AxisKind.ROTARY:
+            lines.append("; WARNING on a modulo axis try the direction of every move first")
+        if any(block.repetitions > 1 for block in request.blocks):
+            lines.append(f"DEF INT {_COUNTER}")
+        if machine:
+            lines += _limit_lines(request, _machine_axis(request, axis))
+        lines += ["G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601"]
+        lines.append(f"F{feed_word(plan)}")
+        words = MoveWords(
+            start=f"SUPA G1 {axis}=" if machine else f"G1 {axis}=",
+            comment="; {}",
+            dwell=(f"G4 F{plain_number(stop_time_s(plan), 3)}",),
+        )
+        for block in request.blocks:
+            loop = (f"FOR {_COUNTER}=1 TO {block.repetitions}", "ENDFOR")
+            lines += block_lines(block, words, loop)
+        lines.append("M30")
+        if machine:
+            lines += ["THX_LIMIT:", f"SETAL({ALARM})", "M30"]
+        return "".join(line + self.newline for line in lines)
+
+    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
+        """Return the rule: equidistant points, one value for both directions.
+
+        Parameters
+        ----------
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options; ``max_points`` is MD38000.
+
+        Returns
+        -------
+        GridRule
+            The rule. Values are floating-point numbers in the control; the digits are chosen so
+            that rounding, at most 0.0005 µm, stays below what a laser resolves.
+
+        Raises
+        ------
+        ConfigurationError
+            If ``max_points`` is neither none nor a number from 2 up.
+        """
+        most: int | None = None
+        if options.get("max_points", "none") != "none":
+            most = int(number_option(options, "max_points", lowest=2, highest=MOST_POINTS))
+        return GridRule(
+            equidistant=True,
+            most_points=most,
+            per_direction=False,
+            backlash_apart=True,
+            resolution=kind.units.deviations_per_position * 10.0 ** -_decimals(kind),
+            decimals=4,
+            remark="MD38000 MM_ENC_COMP_MAX_POINTS must be at least the number of points",
+        )
+
+    def format_table(self, request: TableRequest) -> TableText:
+        """Return a table as assignments to ``$AA_ENC_COMP``.
+
+        Parameters
+        ----------
+        request : TableRequest
+            Values, origin and options.
+
+        Returns
+        -------
+        TableText
+            The file, CR LF; it switches the compensation off and never on.
+
+        Raises
+        ------
+        ConfigurationError
+            If the control can have no axis of this name, the points are not equidistant or more
+            than MD38000, or a modulo axis' table does not span one turn.
+        """
+        table, options = request.table, request.options
+        axis = _axis_name(table.axis)
+        rule = self.grid_rule(table.kind, options)
+        check_points(table, rule, self.title)
+        step, low, high = _stations(table)
+        modulo = options.get("modulo", "0") == "1"
+        if modulo:
+            _check_turn(table.kind, low, high)
+        enc = "0" if options.get("encoder", "1") == "1" else "1"
+        body = list(_assignments(table, axis, enc))
+        body += [
+            f"$AA_ENC_COMP_STEP[{enc},{axis}]={step}",
+            f"$AA_ENC_COMP_MIN[{enc},{axis}]={low}",
+            f"$AA_ENC_COMP_MAX[{enc},{axis}]={high}",
+            f"$AA_ENC_COMP_IS_MODULO[{enc},{axis}]={int(modulo)}",
+        ]
+        backlash = table.backlash
+        if backlash is not None:
+            value = plain_number(
+                -backlash / table.kind.units.deviations_per_position, _decimals(table.kind)
+            )
+            body.append(f"$MA_BACKLASH[{enc},{axis}]={value}")
+        head = _table_head(request, axis, modulo=modulo)
+        off = f"$MA_ENC_COMP_ENABLE[{enc},{axis}]=0"
+        if options.get("form", "program") == "ini":
+            lines = [f"%_N_{axis}_EEC_INI", *head, "CHANDATA(1)", *body, "M17"]
+        else:
+            lines = [*head, off, "NEWCONF", "CHANDATA(1)", *body, "M30"]
+        return TableText(
+            text="".join(line + self.newline for line in lines),
+            sentences=self._sentences(request, axis, enc),
+        )
+
+    def own_options(self, options: Mapping[str, str]) -> Mapping[str, str]:
+        """Return the options without the choice among several tables: a new file has only one.
+
+        Parameters
+        ----------
+        options : mapping
+            The control's options.
+
+        Returns
+        -------
+        mapping
+            The options, ``table`` set to none.
+        """
+        return MappingProxyType({**options, "table": "none"})
+
+    def _sentences(self, request: TableRequest, axis: str, enc: str) -> tuple[str, ...]:
+        table, options = request.table, request.options
+        k = table.position.size
+        said = [
+            f"{self.sign}.",
+            (
+                "MD38000 MM_ENC_COMP_MAX_POINTS of the axis must be at least"
+                f" {k} (changing it reorganises the memory: back it up first [M])."
+            ),
+            (
+                "The file does not activate its table: reference the axis, set MD32700"
+                f" ENC_COMP_ENABLE[{enc},{axis}] = 1, NEWCONF; write tables only while it is 0 [V]."
+            ),
+            (
+                "Writing machine data needs the access level of the service [M]; the numbers are"
+                " meant for a metric basic system."
+            ),
+        ]
+        if table.backlash is not None:
+            said.append(
+                f"MD32450 BACKLASH is minus the mean reversal value, {-table.backlash:.4g}"
+                f" {table.kind.units.deviation}: positive where the table lags behind the encoder"
+                " [V, manual of the 808D]; check it by a second measurement. It acts on the"
+                " referenced axis from the next NEWCONF on, whether the table is on or not."
+                " It replaces what MD32450 held: that must be in it (--backlash-in-force, --merge)."
+            )
+        else:
+            said.append(
+                "MD32450 BACKLASH is not written: what it holds stays in force beside this table."
+            )
+        if options.get("form") == "ini":
+            said.append("The ini form does not switch MD32700 off: do it before loading.")
+        if options.get("modulo") == "1":
+            jump = abs(float(table.mean[-1] - table.mean[0]))
+            said.append(
+                f"First and last point are the same place; their values differ by {jump:.4g}"
+                f" {table.kind.units.deviation}, a step of the compensation there."
+            )
+        return tuple(said)
+
+    def read_table(
+        self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
+    ) -> ReadTable:
+        """Read assignments to ``$AA_ENC_COMP``.
+
+        Parameters
+        ----------
+        text : str
+            Content of the file.
+        path : str
+            Its name, for errors.
+        kind : AxisKind
+            Linear or rotary.
+        options : mapping
+            The control's options; ``table`` chooses among several.
+
+        Returns
+        -------
+        ReadTable
+            Values and findings: activation, repeated indices, lines that are not understood.
+
+        Raises
+        ------
+        MeasurementFileError
+            If there is no table or more than one, an index or a limit is missing, a value is no
+            number as the control reads it, or MAX is not MIN plus the steps.
+        """
+        check_size(text, path)
+        tables, findings = _split(text, path)
+        chosen = _choose(tables, options, path)
+        chosen.check_indices(path)
+        low, step = chosen.first_and_step(path)
+        count = len(chosen.values)
+        per = kind.units.deviations_per_position
+        value = np.array([chosen.values[i].number(path) for i in range(count)]) * per
+        backlash = None
+        if chosen.backlash is not None:
+            backlash = -chosen.backlash.number(path) * per
+        findings = [*chosen.findings(kind, options, path), *findings]
+        table = CompensationTable(
+            kind=kind,
+            axis=chosen.axis,
+            position=low + step * np.arange(count, dtype=np.float64),
+            deviation=np.stack((value, value), axis=1),
+            backlash=backlash,
+        )
+        return ReadTable(table=table, findings=tuple(findings), points_in_file=count)
+
+
+CONTROL = Sinumerik()
+"""The control."""
+
+
+def _decimals(kind: AxisKind) -> int:
+    return 7 if kind is AxisKind.ROTARY else 6
+
+
+def _axis_name(axis: str) -> str:
+    name = axis.upper()
+    if _AXIS.fullmatch(name) is None:
+        raise ConfigurationError(
+            f"SINUMERIK can have no axis '{printable(axis, 30)}'",
+            where="--axis",
+            remedy="Name it as the machine does, such as X, X1, C or AX1",
+        )
+    return name
+
+
+# ---- program ------------------------------------------------------------------------------------
+
+
+def _machine_axis(request: ProgramRequest, axis: str) -> str:
+    """Return the name that indexes machine data; moves are programmed by the channel axis [M]."""
+    stated = request.options.get("machine_axis", "axis")
+    if stated == "axis":
+        return axis
+    name = stated.upper()
+    if _ANY_AXIS.fullmatch(name) is None:
+        raise ConfigurationError(
+            f"'{printable(stated, 30)}' is no name of a machine axis",
+            where="--set machine_axis",
+            remedy="Name it as MD10000 AXCONF_MACHAX_NAME_TAB does, such as AX1",
+        )
+    return name
+
+
+def _limit_lines(request: ProgramRequest, axis: str) -> Iterator[str]:
+    places = [p for block in request.blocks for p in inward_positions(block, FINEST_DECIMALS)]
+    low, high = position_text(min(places)), position_text(max(places))
+    yield "; no motion if the software limits of the axis are nearer"
+    yield f"IF ({low}<$MA_POS_LIMIT_MINUS[{axis}]) GOTOF THX_LIMIT"
+    yield f"IF ({high}>$MA_POS_LIMIT_PLUS[{axis}]) GOTOF THX_LIMIT"
+
+
+# ---- table --------------------------------------------------------------------------------------
+
+
+def _stations(table: CompensationTable) -> tuple[Decimal, Decimal, Decimal]:
+    """Return STEP, MIN and MAX as written, so that MAX is exactly MIN + N * STEP."""
+    count = table.position.size - 1
+    if count < 1:
+        raise ConfigurationError("the table needs at least two points", where="points")
+    first, last = float(table.position[0]), float(table.position[-1])
+    step = Decimal(plain_number((last - first) / count, _STATION_DECIMALS)).normalize()
+    low = Decimal(plain_number(first, _STATION_DECIMALS)).normalize()
+    high = low + count * step
+    written = float(low) + float(step) * np.arange(count + 1)
+    off = float(np.max(np.abs(written - table.position)))
+    if step <= 0 or off > _STATION_TOLERANCE:
+        raise ConfigurationError(
+            f"rounded to {_STATION_DECIMALS} decimals the steps end {off:.2g}"
+            f" {table.kind.units.position} off the last point",
+            where="points",
+            remedy="Give --spacing with few decimals",
+        )
+    return _plain(step), _plain(low), _plain(high)
+
+
+def _plain(number: Decimal) -> Decimal:
+    """Return the number without an exponent, so that it prints as the control reads it."""
+    return Decimal(f"{number.normalize():f}")
+
+
+def _check_turn(kind: AxisKind, low: Decimal, high: Decimal) -> None:
+    if kind is not AxisKind.ROTARY:
+        raise ConfigurationError("only a rotary axis is modulo", where="--set modulo")
+    if abs(float(high - low) - TURN_DEG) > 1e-9:
+        raise ConfigurationError(
+            f"the table of a modulo axis spans one turn, and this one spans {high - low} deg",
+            where="--set modulo",
+            remedy="Measure targets from 0 to 360 deg and give a spacing that divides the turn",
+        )
+
+
+def _assignments(table: CompensationTable, axis: str, enc: str) -> Iterator[str]:
+    per, decimals = table.kind.units.deviations_per_position, _decimals(table.kind)
+    for i, value in enumerate((table.mean / per).tolist()):
+        yield f"$AA_ENC_COMP[{enc},{i},{axis}]={plain_number(value, decimals)}"
+
+
+def _table_head(request: TableRequest, axis: str, *, modulo: bool) -> Iterator[str]:
+    table = request.table
+    unit = table.kind.units.position_suffix
+    yield "; thermaxis encoder error compensation for SINUMERIK 840D sl"
+    yield f"; axis {axis} {table.kind}{' modulo' if modulo else ''} {table.position.size} points"
+    yield f"; values in {unit} are plus the mean deviation measured minus nominal"
+    yield "; a positive value makes the axis move in negative direction"
+    if table.reference_position is not None:
+        yield f"; zero at the reference point {plain_number(table.reference_position, 6)} {unit}"
+    if table.backlash is not None:
+        yield "; MA_BACKLASH is minus the mean reversal value forward minus backward"
+    for name, words in (("deviations", table.source), ("run sha256", table.run_sha256)):
+        if comment_text(words):
+            yield f"; {name} {comment_text(words, 100)}"
+    for line in request.origin:
+        yield f"; {comment_text(line, 100)}"
+    yield "; a wrong sign doubles the error. prove two points by a measurement"
+    yield "; this file does not activate the compensation. MD32700 must be set to 1"
+
+
+# ---- reading ------------------------------------------------------------------------------------
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Value:
+    """What stands behind an equals sign, not yet a number."""
+
+    line: int
+    words: str
+
+    def number(self, path: str) -> float:
+        """Return the number, or refuse it as the control does."""
+        if _NUMBER.fullmatch(self.words) is None:
+            comma = re.fullmatch(r"[+-]?[0-9]+,[0-9]+", self.words) is not None
+            what = "has a decimal comma" if comma else "is no number"
+            raise MeasurementFileError(
+                f"'{printable(self.words, 30)}' {what}: the control refuses the file",
+                path=path,
+                line=self.line,
+                remedy="Write decimal points"
+                if comma
+                else "Write the number, or leave the line out if there is none",
+            )
+        value = float(self.words.upper().replace("EX", "E"))
+        if not abs(value) <= 1e6:
+            raise MeasurementFileError(
+                "the number is larger than a million", path=path, line=self.line, remedy="Check it"
+            )
+        return value
+
+    @property
+    def decimals(self) -> int:
+        """Digits behind the point."""
+        return len(self.words.upper().partition("EX")[0].partition(".")[2])
+
+
+@final
+@dataclass(slots=True)
+class _Section:
+    """Assignments of one table, as they stand in the file."""
+
+    encoder: str
+    axis: str
+    line: int
+    values: dict[int, _Value] = field(default_factory=dict[int, "_Value"])
+    scalars: dict[str, _Value] = field(default_factory=dict[str, "_Value"])
+    backlash: _Value | None = None
+    enable: _Value | None = None
+    repeated: list[str] = field(default_factory=list[str])
+
+    def check_indices(self, path: str) -> None:
+        """Refuse gaps: there the control would keep what it holds."""
+        count = len(self.values)
+        missing = next((i for i in range(count) if i not in self.values), None)
+        if missing is not None:
+            following = min(i for i in self.values if i > missing)
+            raise MeasurementFileError(
+                f"the value with index {missing} is missing: the control would keep what it holds"
+                " there",
+                path=path,
+                line=self.values[following].line,
+                remedy="Write every index from 0 on",
+            )
+        if count < 2:
+            raise MeasurementFileError(
+                "the table has only one point", path=path, line=self.line, remedy="Write all points"
+            )
+
+    def first_and_step(self, path: str) -> tuple[float, float]:
+        """Return MIN and STEP; they must lead to MAX within the digits written."""
+        for name in ("STEP", "MIN", "MAX"):
+            if name not in self.scalars:
+                raise MeasurementFileError(
+                    f"$AA_ENC_COMP_{name} of axis {self.axis} is missing",
+                    path=path,
+                    line=self.line,
+                    remedy="Write STEP, MIN and MAX into the same file",
+                )
+        step, low, high = (self.scalars[name].number(path) for name in ("STEP", "MIN", "MAX"))
+        if step <= 0:
+            raise MeasurementFileError(
+                "the step is not positive",
+                path=path,
+                line=self.scalars["STEP"].line,
+                remedy="Write the distance of the points",
+            )
+        steps = len(self.values) - 1
+        off = low + steps * step - high
+        if abs(off) > steps * _last_digit(self.scalars["STEP"]) + 1e-9:
+            raise MeasurementFileError(
+                f"MAX is not MIN + {steps} * STEP = {low + steps * step:.10g}: it is off by"
+                f" {abs(off):.4g}",
+                path=path,
+                line=self.scalars["MAX"].line,
+                remedy="Points are missing or too many, or one of the three numbers is wrong",
+            )
+        return low, step
+
+    def findings(self, kind: AxisKind, options: Mapping[str, str], path: str) -> list[str]:
+        """Return what would surprise the user of this table."""
+        said = list(self.repeated[:_NAMED])
+        if len(self.repeated) > _NAMED:
+            said.append(f"{len(self.repeated) - _NAMED} more values stand twice")
+        said.append(self._activation(path))
+        if options.get("encoder", "1") != str(int(self.encoder) + 1):
+            said.append(f"the table is for encoder {int(self.encoder) + 1} of the axis")
+        modulo = self.scalars.get("IS_MODULO")
+        if modulo is None:
+            said.append("IS_MODULO is not written: the control keeps what it holds")
+        elif (modulo.number(path) != 0) != (options.get("modulo", "0") == "1"):
+            said.append(
+                f"line {modulo.line}: IS_MODULO is {printable(modulo.words, 20)}; read as an axis"
+                f" that is {'' if options.get('modulo') == '1' else 'not '}modulo"
+            )
+        if modulo is not None and modulo.number(path) != 0 and kind is AxisKind.LINEAR:
+            said.append("the file calls its axis modulo, the run is of a linear one")
+        return said
+
+    def _activation(self, path: str) -> str:
+        if self.enable is None:
+            return "the file does not set MD32700 ENC_COMP_ENABLE: set it to 1 for the table to act"
+        if self.enable.number(path) == 0:
+            return (
+                f"line {self.enable.line}: the file sets ENC_COMP_ENABLE to 0: its table does not"
+                " activate itself: set MD32700 to 1"
+            )
+        return f"line {self.enable.line}: the file activates its table by itself"
+
+
+def _last_digit(step: _Value) -> float:
+    """Return by how much a step may have been rounded; a whole number was hardly rounded."""
+    return 10.0 ** -(step.decimals or 3)
+
+
+def _split(text: str, path: str) -> tuple[list[_Section], list[str]]:
+    """Return the tables of a file, each from its own axis, encoder and program."""
+    finished: list[_Section] = []
+    current: dict[tuple[str, str], _Section] = {}
+    strange: list[str] = []
+    for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
+        statement = line.partition(";")[0].strip()
+        if _END.fullmatch(statement):
+            finished += current.values()
+            current = {}
+            continue
+        if _OTHER.fullmatch(statement):
+            continue
+        assigned = _ASSIGNMENT.fullmatch(statement)
+        if assigned is None or not _take(current, assigned, number, path):
+            if "AA_ENC_COMP" in statement.upper():
+                raise _malformed(line, number, path)
+            strange.append(f"line {number}: '{printable(line.strip(), 40)}' was passed over")
+    finished += current.values()
+    if len(strange) > _NAMED:
+        strange = [*strange[:_NAMED], f"{len(strange) - _NAMED} more lines were passed over"]
+    return [section for section in finished if section.values], strange
+
+
+def _malformed(line: str, number: int, path: str) -> MeasurementFileError:
+    return MeasurementFileError(
+        f"'{printable(line.strip(), 60)}' is no assignment that the control reads",
+        path=path,
+        line=number,
+        remedy="Write it as $AA_ENC_COMP[0,5,X1]=0.001",
+    )
+
+
+def _take(
+    current: dict[tuple[str, str], _Section], assigned: re.Match[str], line: int, path: str
+) -> bool:
+    """Put an assignment into its table; return False if it is none of a table."""
+    name: str = assigned["name"].upper()
+    words = [word.strip() for word in assigned["index"].upper().split(",")]
+    scalar = name.removeprefix("AA_ENC_COMP_")
+    is_value = name == "AA_ENC_COMP"
+    if not (is_value or scalar in _SCALARS or name in {"MA_BACKLASH", "MA_ENC_COMP_ENABLE"}):
+        return False
+    encoder, axis = words[0], words[-1]
+    fits = len(words) == (3 if is_value else 2) and encoder in {"0", "1"}
+    if not fits or _ANY_AXIS.fullmatch(axis) is None:
+        return False
+    section = current.setdefault((encoder, axis), _Section(encoder, axis, line))
+    value = _Value(line, assigned["value"].strip())
+    if is_value:
+        _take_value(section, words[1], value, path)
+    elif name == "MA_BACKLASH":
+        section.backlash = value
+    elif name == "MA_ENC_COMP_ENABLE":
+        section.enable = value
+    else:
+        section.scalars[scalar] = value
+    return True
+
+
+def _take_value(section: _Section, index: str, value: _Value, path: str) -> None:
+    if re.fullmatch(r"[0-9]{1,6}", index) is None or int(index) >= MOST_POINTS:
+        raise MeasurementFileError(
+            f"'{printable(index, 20)}' is no index of a point",
+            path=path,
+            line=value.line,
+            remedy="Write whole numbers from 0 on",
+        )
+    before = section.values.get(int(index))
+    if before is not None:
+        section.repeated.append(
+            f"index {int(index)} stands twice, in lines {before.line} and {value.line}: the"
+            " control takes the last one"
+        )
+    section.values[int(index)] = value
+
+
+def _choose(tables: list[_Section], options: Mapping[str, str], path: str) -> _Section:
+    if not tables:
+        raise MeasurementFileError(
+            "the file holds no $AA_ENC_COMP table",
+            path=path,
+            remedy="Give the file of one axis' encoder error compensation",
+        )
+    if options.get("table", "none") == "none":
+        if len(tables) == 1:
+            return tables[0]
+        listed = "; ".join(
+            f"table {number} from line {section.line}, axis {section.axis}, {len(section.values)}"
+            " values"
+            for number, section in enumerate(tables[:_NAMED], start=1)
+        )
+        raise MeasurementFileError(
+            f"the file holds {len(tables)} tables: {listed}",
+            path=path,
+            remedy="Say which one is meant, such as --set table=1",
+        )
+    number = number_option(options, "table", lowest=1, highest=len(tables))
+    if number != int(number):
+        raise ConfigurationError("it is no whole number", where="--set table")
+    return tables[int(number) - 1]

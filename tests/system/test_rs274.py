@@ -1,0 +1,160 @@
+"""LinuxCNC's own interpreter, without a machine, drives the programs as they were planned."""
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermaxis.controls import ProgramRequest, check_options, control_by_name
+from thermaxis.files.plan_json import plan_sha256
+from thermaxis.positioning import (
+    BACKWARD,
+    FORWARD,
+    Cycle,
+    TestPlan,
+    moves_of_plan,
+    order_of_visits,
+)
+from thermaxis.quantities import AxisKind
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+
+LETTERS = "XYZABC"
+PLAN = TestPlan(
+    kind=AxisKind.LINEAR,
+    axis="Y",
+    target=np.array([-2.0, 10.123, 20.0, 33.3]),
+    cycles=3,
+    feed=600.0,
+    dwell_s=2.0,
+    recording_s=0.25,
+    overrun=4.5,
+    title="x) G0 Z-100 (MSG, *) % M30",
+)
+OFFSETS = "G10 L2 P1 X50 Y-70 Z3\nG54\nG92 Y12.5\n"
+"""Work offsets that are in force before the program starts; G53 must pass over all of them."""
+
+
+def canonical(program: str, folder: Path) -> list[str]:
+    interpreter = shutil.which("rs274")
+    assert interpreter is not None, (
+        "rs274 is missing: it comes with LinuxCNC, apt-get install linuxcnc-uspace"
+    )
+    file = folder / "program.ngc"
+    file.write_text(program, encoding="ascii")
+    done = subprocess.run(
+        [interpreter, "-g", str(file)],
+        cwd=folder,
+        capture_output=True,
+        encoding="utf-8",
+        timeout=60,
+        check=False,
+    )
+    lines = done.stdout.splitlines()
+    assert any("PROGRAM_END" in line for line in lines), done.stderr
+    return lines
+
+
+def driven(program: str, letter: str, folder: Path) -> list[tuple[float, float, float]]:
+    """Return machine position, direction of approach and dwell of each stop."""
+    stops: list[tuple[float, float, float]] = []
+    offset = {"G5X": np.zeros(6), "G92": np.zeros(6)}
+    place = np.zeros(6)
+    direction = 0.0
+    number = LETTERS.index(letter)
+    for line in canonical(program, folder):
+        found = re.search(r" ([A-Z0-9_]+)\((.*)\)$", line)
+        if found is None:
+            continue
+        name, words = found[1], found[2].split(",")
+        if kind := re.fullmatch(r"SET_(G5X|G92)_OFFSET", name):
+            offset[kind[1]] = np.array([float(word) for word in words[-6:]])
+        assert name != "STRAIGHT_TRAVERSE"
+        if name == "STRAIGHT_FEED":
+            to = np.array([float(word) for word in words]) + offset["G5X"] + offset["G92"]
+            direction = float(np.sign(to[number] - place[number]))
+            others = np.delete(np.arange(6), number)
+            assert to[others] == pytest.approx(place[others], abs=1e-3)
+            place = to
+        if name == "DWELL":
+            stops.append((float(place[number]), direction, float(words[0])))
+    return stops
+
+
+def program_of(plan: TestPlan, *stated: str, warm_up: int = 0) -> str:
+    control = control_by_name("linuxcnc")
+    return control.format_program(
+        ProgramRequest(
+            plan=plan,
+            plan_sha256=plan_sha256(plan),
+            blocks=moves_of_plan(plan, warm_up=warm_up),
+            axis=plan.axis,
+            options=check_options(control, stated, purpose="program"),
+        )
+    )
+
+
+def agrees(stops: list[tuple[float, float, float]], plan: TestPlan) -> None:
+    visits = order_of_visits(plan)
+    place, direction, dwell_s = np.array(stops).T
+    assert place == pytest.approx(plan.target[visits.target], abs=1e-4)
+    assert direction.tolist() == np.where(visits.approach == FORWARD, 1.0, -1.0).tolist()
+    assert set(dwell_s.tolist()) == {2.25}
+
+
+@pytest.mark.parametrize("cycle", list(Cycle))
+@pytest.mark.parametrize("approaches", [(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)])
+@pytest.mark.parametrize("warm_up", [0, 3])
+def test_the_interpreter_drives_every_stop_in_order_whatever_offsets_are_in_force(
+    tmp_path: Path, cycle: Cycle, approaches: tuple[int, ...], warm_up: int
+) -> None:
+    plan = replace(PLAN, cycle=cycle, approaches=approaches)
+    program = program_of(plan, warm_up=warm_up)
+    agrees(driven(OFFSETS + program, "Y", tmp_path), plan)
+
+
+def test_a_rotary_axis_and_work_coordinates(tmp_path: Path) -> None:
+    plan = replace(PLAN, kind=AxisKind.ROTARY, axis="B")
+    agrees(driven(program_of(plan), "B", tmp_path), plan)
+    stops = driven("G10 L2 P1 B7\n" + program_of(plan, "coordinates=work"), "B", tmp_path)
+    agrees([(place - 7.0, side, dwell_s) for place, side, dwell_s in stops], plan)
+
+
+def test_a_plan_of_a_thousand_targets_in_the_step_cycle(tmp_path: Path) -> None:
+    """A thousand loops, each with a number of its own."""
+    target = np.round(np.arange(1000) * 1.37, 3)
+    plan = replace(PLAN, target=target, cycle=Cycle.STEP, cycles=2, approaches=(FORWARD, BACKWARD))
+    agrees(driven(program_of(plan), "Y", tmp_path), plan)
+
+
+def test_spindle_and_coolant_run_on_until_the_end_which_stops_them_and_selects_g54(
+    tmp_path: Path,
+) -> None:
+    """The page of the control says so: before the last stop nothing changes, at M2 all of it."""
+    running = "G10 L2 P2 X5\nG55\nS100 M3\nM8\n"
+    text = running + program_of(PLAN)
+    names = [
+        found[1] + found[2]
+        for line in canonical(text, tmp_path)
+        if (found := re.search(r" ([A-Z0-9_]+)(\(.*\))$", line))
+    ]
+    flood = names.index("FLOOD_ON()")
+    last = max(i for i, name in enumerate(names) if name.startswith("DWELL"))
+    changing = {
+        "START_SPINDLE",
+        "STOP_SPINDLE",
+        "SET_SPINDLE",
+        "FLOOD",
+        "MIST",
+        "SET_G5X",
+        "CHANGE",
+    }
+    during = [name for name in names[flood + 1 : last] if name.startswith(tuple(changing))]
+    assert during == []
+    after = " ".join(names[last:])
+    for name in ("STOP_SPINDLE_TURNING(0)", "FLOOD_OFF()", "SET_G5X_OFFSET(1, 0.0000"):
+        assert name in after

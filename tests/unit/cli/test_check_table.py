@@ -1,0 +1,254 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermaxis.cli import main
+from thermaxis.files import read_positioning
+from thermaxis.positioning import FIGURE_KEYS, evaluate_iso230_2
+
+TARGETS = (0.0, 40.0, 100.0, 160.0, 200.0)
+LEVEL = (0.0, 4.0, 10.0, 13.0, 20.0)
+
+
+def write_run(path: Path, *, both: bool = True, factor: float = 1.0, drift_um: float = 0.0) -> Path:
+    lines = ["cycle,direction,target_mm,deviation_um,time_s"]
+    time = 0
+    for cycle in range(1, 6):
+        for word, shift, order in (("forward", 0.0, 1), ("backward", 2.0, -1)):
+            if not both and order < 0:
+                continue
+            for target, level in list(zip(TARGETS, LEVEL, strict=True))[::order]:
+                deviation = level + shift + 0.1 * (cycle - 3) + drift_um * time / 50.0
+                lines.append(f"{cycle},{word},{factor * target},{deviation:.4f},{10 * time}")
+                time += 1
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def comp(path: Path, sign: float = 1.0, shift: float = 2.0) -> Path:
+    """Write a LinuxCNC table of type 0 by hand: nominal plus deviation."""
+    rows = [
+        f"{t} {t + sign * d / 1000:.6f} {t + sign * (d + shift) / 1000:.6f}"
+        for t, d in zip(TARGETS, LEVEL, strict=True)
+    ]
+    path.write_text("\n".join(rows) + "\n", encoding="ascii")
+    return path
+
+
+def check(table: Path, run: Path, *more: str) -> int:
+    return main(["check-table", str(table), str(run), "--control", "linuxcnc", *more])
+
+
+def result(capsys: pytest.CaptureFixture[str], table: Path, run: Path, *more: str) -> dict:
+    assert check(table, run, *more, "--json", "-") == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    return write_run(tmp_path / "run.csv")
+
+
+def test_a_table_that_fits_leaves_nothing_systematic_and_has_no_finding(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = comp(tmp_path / "x.comp")
+    found = result(capsys, table, run)
+    assert found["findings"] == []
+    assert found["figures"]["before"]["E"] == pytest.approx(22.0)
+    assert found["figures"]["after"]["E"] == pytest.approx(0.0, abs=1e-9)
+    assert found["figures"]["after"]["R"] == pytest.approx(found["figures"]["after"]["R_forward"])
+    assert found["figures"]["opposite_sign"]["E"] == pytest.approx(44.0)
+    assert check(table, run) == 0
+    assert "no finding: nothing looks wrong" in capsys.readouterr().out
+
+
+def test_figures_before_are_those_of_evaluate_and_deviations_before_and_after_stand_by_target(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = result(capsys, comp(tmp_path / "x.comp", shift=0.0), run)
+    evaluated = evaluate_iso230_2(read_positioning(run))
+    for key in FIGURE_KEYS:
+        assert found["figures"]["before"][key] == pytest.approx(getattr(evaluated, key))
+    assert [t["after_backward"] for t in found["targets"]] == pytest.approx([2.0] * 5)
+    assert [t["correction_forward"] for t in found["targets"]] == pytest.approx(
+        [-level for level in LEVEL]
+    )
+    assert found["figures"]["after"]["B"] == pytest.approx(2.0)
+
+
+def test_a_flipped_sign_doubles_the_deviations_and_is_named(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flipped = comp(tmp_path / "x.comp", sign=-1.0)
+    (finding,) = result(capsys, flipped, run)["findings"]
+    assert "the sign is wrong for this run" in finding
+    assert "from 22.00 to 44.00 µm (2.0 times)" in finding
+    assert "the opposite sign would leave 0.00 µm" in finding
+    assert check(flipped, run) == 0
+
+
+def test_the_wrong_type_of_table_is_not_passed_over(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = comp(tmp_path / "x.comp")
+    code = check(table, run, "--set", "type=1")
+    printed = capsys.readouterr()
+    assert code == 2 or "finding" in printed.out
+
+
+def test_a_table_of_something_else_is_said_not_to_fit(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "x.comp"
+    table.write_text("0 0 0\n50 49.970 49.970\n100 100.02 100.02\n200 200 200\n")
+    (finding, *_) = result(capsys, table, run)["findings"][-1:]
+    assert "the table does not fit this run" in finding
+
+
+def test_targets_beyond_the_table_are_counted(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "x.comp"
+    table.write_text("40 40.004 40.006\n100 100.01 100.012\n")
+    (finding,) = result(capsys, table, run)["findings"]
+    assert "from 40 to 100 mm and does not cover 3 of 5 targets" in finding
+
+
+@pytest.mark.parametrize(("end", "counted"), [("199.999", False), ("199.99", True)])
+def test_a_table_that_ends_by_the_rounding_of_its_spacing_before_a_target_covers_it(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], end: str, counted: bool
+) -> None:
+    table = tmp_path / "x.comp"
+    table.write_text(f"0 -0.001 0.001\n100 100.01 100.012\n{end} {end} {end}\n")
+    said = " ".join(result(capsys, table, run)["findings"])
+    assert ("does not cover 1 of 5 targets" in said) is counted
+
+
+def test_points_behind_a_blank_line_are_lost_on_the_control_and_it_is_said(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = comp(tmp_path / "x.comp")
+    rows = table.read_text().splitlines()
+    table.write_text("\n".join([*rows[:3], "", *rows[3:]]) + "\n")
+    found = result(capsys, table, run)
+    assert len(found["table"]["positions"]) == 3
+    assert found["points_in_file"] == 5
+    assert any("holds 5 points" in f or "hold 5 points" in f for f in found["findings"])
+
+
+def test_one_direction_has_its_own_figures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", both=False)
+    table = comp(tmp_path / "x.comp")
+    found = result(capsys, table, run)
+    assert found["figures"]["before"]["E"] is None
+    assert found["figures"]["after"]["E_forward"] == pytest.approx(0.0, abs=1e-9)
+    assert check(table, run) == 0
+    printed = capsys.readouterr().out
+    assert "absent, measured forward only" in printed
+    assert "before ↓" not in printed
+
+
+def test_a_long_axis_has_no_repeatability_as_evaluate_shows_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", factor=20.0)
+    table = tmp_path / "x.comp"
+    table.write_text("0 0 0\n4000 4000.02 4000.022\n")
+    found = result(capsys, table, run)
+    assert found["figures"]["before"]["R"] is None
+    assert found["figures"]["after"]["A"] is None
+    assert found["figures"]["after"]["E"] is not None
+    assert check(table, run) == 0
+    assert "absent, the axis is longer than 2000 mm" in capsys.readouterr().out
+
+
+def test_drift_of_the_run_is_told_with_what_is_left_without_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", drift_um=30.0)
+    found = result(capsys, comp(tmp_path / "x.comp"), run)
+    assert any("the run drifts, by +29." in text for text in found["warnings"])
+    assert found["figures_without_drift"]["after"]["E"] < 0.3
+    assert found["figures"]["after"]["E"] > 1.0
+
+
+def test_the_axis_of_a_table_is_compared_where_one_is_asked_for(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "x.ini"
+    words = [str(run), "--control", "sinumerik"]
+    assert main(["correct", *words, "--axis", "AX3", "-o", str(table)]) == 0
+    capsys.readouterr()
+    for axis, told in (("AX1", True), ("ax3", False)):
+        asked = ["check-table", str(table), *words, "--axis", axis, "--json", "-"]
+        assert main(asked) == 0
+        findings = json.loads(capsys.readouterr().out)["findings"]
+        assert told == any("of axis AX3, not of AX1" in text for text in findings)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", ""),
+        (b"\xff\xfe0\x00 \x000\x00", "no plain text"),
+        (b"0 0 0\0\n1 1 1\n", "no plain text"),
+        (b"0 0 0\n0 0 0\n", "line 2"),
+        (b"hello\n", ""),
+        (b"0 0 0\n1 1,5 1\n2 2 2\n", ""),
+        (b"x" * 5_000_001, "larger than 5 MB"),
+        (b"0 1e200 1e200\n100 2e200 1e200\n", ""),
+        (b"0 0 0\n1e300 1e300 1e300\n", ""),
+        (b"0 0 0\n20 -1e308 20\n40 40 40\n", "line 2"),
+    ],
+    ids=[
+        "empty",
+        "utf-16",
+        "binary",
+        "descending",
+        "words",
+        "comma",
+        "large",
+        "huge",
+        "far",
+        "infinite",
+    ],
+)
+def test_a_file_that_is_no_table_is_refused_or_named_without_a_traceback(
+    run: Path, tmp_path: Path, content: bytes, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "x.comp"
+    table.write_bytes(content)
+    code = check(table, run)
+    printed = capsys.readouterr()
+    assert (code == 2 and str(table) in printed.err) or "finding" in printed.out
+    assert said in printed.err + printed.out
+
+
+def test_marks_and_letters_that_a_control_may_not_read_are_findings(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "x.ini"
+    words = [str(run), "--control", "sinumerik"]
+    assert main(["correct", *words, "-o", str(table)]) == 0
+    table.write_bytes(b"\xef\xbb\xbf; stra\xc3\x9fe\r\n" + table.read_bytes())
+    capsys.readouterr()
+    assert main(["check-table", str(table), *words, "--json", "-"]) == 0
+    findings = json.loads(capsys.readouterr().out)["findings"]
+    assert any("byte order mark" in text for text in findings)
+    assert any("line 1 has letters outside of ASCII" in text for text in findings)
+
+
+def test_folders_and_missing_files_are_refused(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert check(tmp_path, run) == 2
+    assert check(tmp_path / "none", run) == 2
+    table = comp(tmp_path / "x.comp")
+    assert check(table, run, "--json", str(table)) == 2
+    assert "overwrite the table or the run" in capsys.readouterr().err
+    np.testing.assert_equal(table.read_text().count("\n"), 5)

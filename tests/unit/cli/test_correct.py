@@ -1,0 +1,650 @@
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import final
+
+import numpy as np
+import pytest
+
+from thermaxis import controls
+from thermaxis.cli import _make_table, main
+from thermaxis.controls import (
+    Control,
+    GridRule,
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    TableText,
+)
+from thermaxis.files import read_positioning
+from thermaxis.positioning import CompensationTable, evaluate_drift, evaluate_iso230_2
+from thermaxis.quantities import AxisKind
+
+TARGETS = (0.0, 40.0, 100.0, 160.0, 200.0)
+FORWARD = (0.0, 4.0, 10.0, 13.0, 20.0)
+BACKWARD = (2.0, 6.0, 12.0, 15.0, 22.0)
+
+
+def write_run(
+    path: Path,
+    forward: tuple[float, ...] = FORWARD,
+    backward: tuple[float, ...] | None = BACKWARD,
+    *,
+    drift_um: float = 0.0,
+    axis: str = "X",
+) -> Path:
+    """Write a run of five cycles; drift falls in a straight line over the readings."""
+    lines = [f"# header axis: {axis}"] if axis else []
+    lines.append("cycle,direction,target_mm,deviation_um,time_s")
+    time = 0
+    for cycle in range(1, 6):
+        for word, level, order in (("forward", forward, 1), ("backward", backward, -1)):
+            if level is None:
+                continue
+            for target, deviation in list(zip(TARGETS, level, strict=True))[::order]:
+                noise = 0.01 * ((-1) ** (cycle + time))
+                value = deviation + noise + drift_um * time / 50.0
+                lines.append(f"{cycle},{word},{target},{value:.4f},{10 * time}")
+                time += 1
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    return write_run(tmp_path / "run.csv")
+
+
+def correct(run: Path, output: Path, *more: str, control: str = "linuxcnc") -> int:
+    return main(["correct", str(run), "--control", control, "-o", str(output), *more])
+
+
+def triplets(path: Path) -> np.ndarray:
+    """Read a LinuxCNC table without the product's reader."""
+    return np.array([[float(w) for w in line.split()] for line in path.read_text().splitlines()])
+
+
+def sinumerik_values(path: Path) -> dict[int, float]:
+    found = re.findall(r"^\$AA_ENC_COMP\[0,(\d+),X\]=(\S+)\r?$", path.read_text(), re.MULTILINE)
+    return {int(i): float(value) for i, value in found}
+
+
+def result(capsys: pytest.CaptureFixture[str], run: Path, output: Path, *more: str) -> dict:
+    assert correct(run, output, *more, "--json", "-") == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_table_holds_nominal_plus_deviation_of_each_direction_zero_at_the_reference(
+    run: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "x.comp"
+    assert correct(run, output) == 0
+    table = triplets(output)
+    np.testing.assert_allclose(table[:, 0], TARGETS)
+    zero = 1.0  # mean of both directions at 0 mm
+    np.testing.assert_allclose(
+        1000 * (table[:, 1] - table[:, 0]), np.array(FORWARD) - zero, atol=0.01
+    )
+    np.testing.assert_allclose(
+        1000 * (table[:, 2] - table[:, 0]), np.array(BACKWARD) - zero, atol=0.01
+    )
+
+
+def test_a_control_with_one_value_gets_the_mean_at_equidistant_points(
+    run: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "x.ini"
+    assert correct(run, output, "--points", "11", control="sinumerik") == 0
+    mean = 0.5 * (np.array(FORWARD) + np.array(BACKWARD)) - 1.0
+    expected = np.interp(np.linspace(0, 200, 11), TARGETS, mean)
+    values = sinumerik_values(output)
+    assert sorted(values) == list(range(11))
+    np.testing.assert_allclose([1000 * values[i] for i in range(11)], expected, atol=0.01)
+
+
+def test_the_summary_says_sign_unit_points_reference_reversal_and_what_is_left(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert correct(run, tmp_path / "x.comp") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    control = controls.control_by_name("linuxcnc")
+    for words in (
+        control.sign,
+        control.unit,
+        "points: 5 of at most 256, from 0 to 200 mm; the targets themselves",
+        "zero at the reference point 0 mm",
+        "forward minus backward is -2.00 µm in the mean",
+        "largest +21.00 µm at 200 mm",
+        "steepest slope 0.175 µm/mm from 160 to 200 mm",
+        "the largest residual is 0.00 µm",
+        "ISO 230-2:2014, simulated with the table, µm",
+        "a wrong sign doubles the error",
+        "does not remove drift",
+        "Temperature of the run: its file states none",
+        "nothing was sent to the control or activated",
+        "as measured without any table in force",
+    ):
+        assert words in printed
+
+
+def test_the_simulated_figures_are_those_of_the_very_file(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "x.comp"
+    found = result(capsys, run, output, "--points", "3")
+    test, table = read_positioning(run), triplets(output)
+    corrected = test.deviation.copy()
+    for a in (0, 1):
+        trim = 1000 * (table[:, 0] - table[:, 1 + a])
+        corrected[:, :, a] += np.interp(test.target, table[:, 0], trim)[:, None]
+    mean = corrected.mean(axis=1)
+    assert found["figures"]["after"]["E"] == pytest.approx(np.ptp(mean), abs=1e-9)
+    assert found["figures"]["after"]["M"] == pytest.approx(np.ptp(mean.mean(axis=1)), abs=1e-9)
+    assert found["figures"]["before"]["E"] == pytest.approx(evaluate_iso230_2(test).E)
+    assert found["bound"]["residual"] <= found["bound"]["interpolation"] + 1e-9
+    after = [target["after_forward"] for target in found["targets"]]
+    np.testing.assert_allclose(after, mean[:, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("more", "positions"),
+    [
+        (("--points", "3"), [0, 100, 200]),
+        (("--spacing", "80"), [0, 80, 160, 240]),
+        ((), list(TARGETS)),
+    ],
+)
+def test_points_are_the_targets_unless_others_are_asked_for(
+    run: Path, tmp_path: Path, more: tuple[str, ...], positions: list[float]
+) -> None:
+    assert correct(run, tmp_path / "x.comp", *more) == 0
+    np.testing.assert_allclose(triplets(tmp_path / "x.comp")[:, 0], positions)
+
+
+def test_points_beyond_the_targets_are_told(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert correct(run, tmp_path / "x.comp", "--spacing", "80") == 0
+    assert "points of the table lie outside the targets" in " ".join(
+        capsys.readouterr().out.split()
+    )
+
+
+@pytest.mark.parametrize(
+    ("reference", "zero_um"), [("100", 11.0), ("130", 12.5), ("-50", 1.0), ("900", 21.0)]
+)
+def test_the_table_is_zero_at_the_stated_reference(
+    run: Path, tmp_path: Path, reference: str, zero_um: float
+) -> None:
+    assert correct(run, tmp_path / "x.comp", "--reference", reference) == 0
+    table = triplets(tmp_path / "x.comp")
+    mean = 1000 * (table[:, 1:].mean(axis=1) - table[:, 0])
+    np.testing.assert_allclose(
+        mean, 0.5 * (np.array(FORWARD) + np.array(BACKWARD)) - zero_um, atol=0.01
+    )
+
+
+def test_without_zero_among_the_targets_the_nearest_end_is_the_reference(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    moved = tmp_path / "moved.csv"
+    text = run.read_text().replace("forward,0.0,", "forward,20.0,")
+    moved.write_text(text.replace("backward,0.0,", "backward,20.0,"))
+    assert result(capsys, moved, tmp_path / "x.comp")["reference_position"] == 20.0
+
+
+# ---- drift --------------------------------------------------------------------------------------
+
+
+def test_drift_free_levels_are_those_of_the_thermal_state_that_is_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", drift_um=30.0)
+    test = read_positioning(run)
+    hours = 300.0 / 3600.0
+    more = ("--drift-free", "--reference-time", f"{hours}")
+    found = result(capsys, run, tmp_path / "x.comp", *more)
+    level = evaluate_drift(test, reference_time_s=3600.0 * hours).level
+    assert found["levels"] == "drift-free"
+    assert found["reference_time_s"] == pytest.approx(300.0)
+    forward = np.array(found["table"]["deviation_forward"])
+    np.testing.assert_allclose(np.diff(forward), np.diff(level[:, 0]), atol=1e-3)
+    after = found["figures_without_drift"]["after"]
+    assert after["E"] < 0.05
+    assert found["figures"]["after"]["E"] > after["E"]
+
+
+def test_a_run_that_drifts_is_told_when_its_measured_levels_are_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", drift_um=30.0)
+    assert correct(run, tmp_path / "x.comp") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "the run drifts, by +29." in printed
+    assert "consider --drift-free" in printed
+    assert "as measured, with the drift of the run in them" in printed
+
+
+def test_drift_free_levels_that_do_not_exist_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = tmp_path / "run.csv"
+    rows = [f"1,{side},{t},1.0" for side in ("forward", "backward") for t in (0, 900, 2100)]
+    run.write_text("cycle,direction,target_mm,deviation_um\n" + "\n".join(rows) + "\n")
+    assert correct(run, tmp_path / "x.comp", "--drift-free") == 2
+    assert "there are no drift-free levels" in capsys.readouterr().err
+    assert correct(run, tmp_path / "x.comp", "--reference-time", "1") == 2
+    assert "--drift-free" in capsys.readouterr().err
+    assert not (tmp_path / "x.comp").exists()
+    assert correct(run, tmp_path / "x.comp") == 0
+    assert "absent, the axis is longer than 2000 mm" in capsys.readouterr().out
+
+
+# ---- reversal -----------------------------------------------------------------------------------
+
+
+def test_backlash_is_refused_where_the_points_have_both_directions(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert correct(run, tmp_path / "x.comp", "--backlash") == 2
+    assert "a value for each direction" in capsys.readouterr().err
+
+
+def test_on_a_control_with_one_value_the_reversal_remains_or_is_written_apart(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "x.ini"
+    assert correct(run, output, control="sinumerik") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "all of it remains, at most 2.00 µm; --backlash writes the mean apart" in printed
+    assert "MA_BACKLASH[" not in output.read_text()
+    assert correct(run, output, "--backlash", control="sinumerik") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "are compensated apart, up to 0.0" in printed
+    (value,) = re.findall(r"\$MA_BACKLASH\[0,X\]=(\S+)", output.read_text())
+    assert abs(float(value)) == pytest.approx(0.002, abs=1e-5)
+
+
+def test_the_reversal_of_a_run_in_one_direction_is_not_known(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", backward=None)
+    assert correct(run, tmp_path / "x.ini", "--backlash", control="sinumerik") == 2
+    assert "only one approach was measured" in capsys.readouterr().err
+    assert correct(run, tmp_path / "x.comp") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "reversal: not known" in printed
+    assert "they stand for both directions" in printed
+    assert "absent, measured forward only" in printed
+    table = triplets(tmp_path / "x.comp")
+    np.testing.assert_array_equal(table[:, 1], table[:, 2])
+
+
+def backlash_value(path: Path) -> float:
+    (value,) = re.findall(r"\$MA_BACKLASH\[0,X\]=(\S+)", path.read_text())
+    return float(value)
+
+
+def test_the_reversal_value_in_force_is_added_to_what_the_run_still_shows(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone, with_it = tmp_path / "a.ini", tmp_path / "b.ini"
+    control = ("--control", "sinumerik", "--backlash")
+    assert main(["correct", str(run), *control, "-o", str(alone)]) == 0
+    assert "(MD32450, 1851) counts as 0 during the run" in " ".join(capsys.readouterr().out.split())
+    words = ["correct", str(run), *control, "-o", str(with_it), "--backlash-in-force", "0.009"]
+    assert main(words) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "counts as 0 during the run" not in printed
+    assert "(-9.00 µm during the run)" in printed
+    assert backlash_value(with_it) == pytest.approx(backlash_value(alone) + 0.009, abs=2e-6)
+    assert sinumerik_values(with_it) == sinumerik_values(alone)
+    # the readings hold what the control corrected: only the difference changes the figures
+    assert main([*words, "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["backlash_in_force"] == pytest.approx(-9.0)
+    assert found["figures"]["after"]["B_mean"] == pytest.approx(0.0, abs=0.002)
+
+
+def test_a_control_that_then_ignores_its_reversal_value_gets_it_in_the_points(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone, with_it = tmp_path / "a.comp", tmp_path / "b.comp"
+    assert correct(run, alone) == 0
+    assert "BACKLASH of the joint on LinuxCNC" in " ".join(capsys.readouterr().out.split())
+    assert correct(run, with_it, "--backlash-in-force", "0.006") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "is in the points now: set it to 0" in printed
+    # lost motion: LinuxCNC moved 3 um further forward and 3 um further backward
+    shift = triplets(with_it)[:, 1:] - triplets(alone)[:, 1:]
+    np.testing.assert_allclose(shift, np.tile([-0.003, 0.003], (5, 1)), atol=2e-6)
+    found = result(capsys, run, with_it, "--backlash-in-force", "0.006")
+    assert found["figures"]["after"]["E"] < 0.05
+
+
+def test_a_fanuc_with_two_tables_gets_it_in_the_second_one_and_zero_in_1851(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "p.txt"
+    more = ("--set", "bidirectional=1", "--set", "largest_value=127", "--points", "5")
+    assert correct(run, output, *more, "--backlash-in-force", "0.008", control="fanuc") == 0
+    assert "N01851A1P0" in output.read_text()
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "with the -8.00 µm that were apart" in printed
+
+
+@pytest.mark.parametrize(
+    ("control", "more", "said"),
+    [
+        ("sinumerik", (), "does not write the control's reversal value"),
+        ("heidenhain-itnc530", (), "has no place for the reversal"),
+        ("linuxcnc", ("--merge", "OLD"), "a value for each direction"),
+    ],
+)
+def test_a_reversal_value_that_the_file_does_not_replace_is_refused(
+    run: Path,
+    tmp_path: Path,
+    control: str,
+    more: tuple[str, ...],
+    said: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n250 250.01 250.01\n")
+    more = tuple(word.replace("OLD", str(old)) for word in more)
+    output = tmp_path / "x"
+    assert correct(run, output, *more, "--backlash-in-force", "0.009", control=control) == 2
+    error = capsys.readouterr().err
+    assert "--backlash-in-force" in error
+    assert said in error
+    assert not output.exists()
+    assert correct(run, output, *more, "--backlash-in-force", "0", control=control) == 0
+
+
+def test_a_reversal_value_in_micrometres_is_refused(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for value in ("9", "nan", "-1.5", "nine"):
+        with pytest.raises(SystemExit):
+            correct(run, tmp_path / "x", "--backlash-in-force", value)
+        assert "write 0.009 for 9" in capsys.readouterr().err
+
+
+def test_the_stated_reversal_value_counts_and_not_that_of_the_older_file(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old.ini", tmp_path / "new.ini"
+    assert correct(run, old, "--backlash", control="sinumerik") == 0  # 0.002
+    more = ("--merge", str(old), "--backlash", "--backlash-in-force", "0.005")
+    assert correct(run, new, *more, control="sinumerik") == 0
+    assert backlash_value(new) == pytest.approx(0.007, abs=2e-5)
+    assert "the latter counts as in force" in " ".join(capsys.readouterr().out.split())
+
+
+# ---- merge --------------------------------------------------------------------------------------
+
+
+def test_merging_adds_what_the_run_still_shows_to_the_table_in_force(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old.comp", tmp_path / "new.comp"
+    old.write_text("0 0 0\n100 100.004 100.002\n250 250.01 250.01\n")
+    assert correct(run, new, "--merge", str(old)) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "Deviations in" in printed
+    assert "as measured with the old table in force" in printed
+    table = triplets(new)
+    np.testing.assert_allclose(table[:, 0], [0, 40, 100, 160, 200, 250])
+    for a, level in ((0, FORWARD), (1, BACKWARD)):
+        before = np.interp(table[:, 0], [0, 100, 250], [0, (4, 2)[a], 10])
+        rest = np.interp(table[:, 0], TARGETS, np.array(level) - 1.0)
+        np.testing.assert_allclose(1000 * (table[:, 1 + a] - table[:, 0]), before + rest, atol=0.01)
+
+
+def test_the_figures_of_a_merged_table_are_those_of_taking_the_old_one_out(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n100 100.004 100.002\n250 250.01 250.01\n")
+    found = result(capsys, run, tmp_path / "new.comp", "--merge", str(old))
+    assert found["figures"]["before"]["E"] == pytest.approx(22.0, abs=0.05)
+    assert found["figures"]["after"]["E"] < 0.05
+    assert found["merge"]["lost"] == 0.0
+    assert len(found["merge"]["old_forward"]) == len(found["table"]["positions"])
+    told = result(capsys, run, tmp_path / "few.comp", "--merge", str(old), "--points", "2")
+    assert any("too few for the older table" in text for text in told["warnings"])
+
+
+def test_equidistant_points_of_the_older_table_are_kept(run: Path, tmp_path: Path) -> None:
+    old, new = tmp_path / "old.ini", tmp_path / "new.ini"
+    assert correct(run, old, "--spacing", "25", control="sinumerik") == 0
+    assert correct(run, new, "--merge", str(old), control="sinumerik") == 0
+    before, after = sinumerik_values(old), sinumerik_values(new)
+    assert before.keys() == after.keys()
+    np.testing.assert_allclose(
+        list(after.values()), 2.0 * np.array(list(before.values())), atol=2e-6
+    )
+
+
+def test_merging_reads_the_older_table_of_several_and_writes_one(run: Path, tmp_path: Path) -> None:
+    first, second, new = (tmp_path / name for name in ("a.ini", "b.ini", "new.ini"))
+    assert correct(run, first, "--spacing", "50", control="sinumerik") == 0
+    assert correct(run, second, "--spacing", "50", "--reference", "200", control="sinumerik") == 0
+    both = tmp_path / "both.ini"
+    both.write_bytes(first.read_bytes() + second.read_bytes())
+    more = ("--merge", str(both), "--set", "table=2", "--reference", "200")
+    assert correct(run, new, *more, control="sinumerik") == 0
+    expected = 2.0 * np.array(list(sinumerik_values(second).values()))
+    np.testing.assert_allclose(list(sinumerik_values(new).values()), expected, atol=2e-6)
+
+
+def test_a_tiny_step_of_the_older_table_is_no_reason_for_a_grid_of_that_size(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.ini"
+    assert correct(run, old, "--points", "2", control="sinumerik") == 0
+    text = re.sub(r"(_STEP\[0,X\]=)\S+", r"\g<1>0.0000001", old.read_text())
+    old.write_text(re.sub(r"(_MAX\[0,X\]=)\S+", r"\g<1>0.0000001", text))
+    new = tmp_path / "new.ini"
+    assert correct(run, new, "--merge", str(old), control="sinumerik") == 0
+    assert len(sinumerik_values(new)) == 5
+    assert correct(run, new, "--merge", str(old), "--spacing", "1e-4", control="sinumerik") == 2
+    assert "more than 100000" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("deviation", [0.0, 0.001])
+def test_an_older_point_beside_a_target_is_left_out_unless_the_older_table_bends_there(
+    run: Path, tmp_path: Path, deviation: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old.comp", tmp_path / "new.comp"
+    value = f"{99.995 + deviation:.6f}"
+    old.write_text(f"0 0 0\n99.98 99.98 99.98\n99.995 {value} {value}\n200 200 200\n")
+    assert correct(run, new, "--merge", str(old)) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    positions = triplets(new)[:, 0].tolist()
+    assert (99.995 in positions) is (deviation > 0.0)
+    assert ("1 of them lie nearer than 0.01 mm to a target" in printed) is (deviation > 0.0)
+    assert {0.0, 40.0, 99.98, 100.0, 160.0, 200.0} <= set(positions)
+
+
+def test_merging_into_two_fanuc_tables_moves_1851_into_them_and_corrects_no_less(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old.txt", tmp_path / "new.txt"
+    more = ("--set", "bidirectional=1", "--set", "largest_value=127", "--points", "5")
+    assert correct(run, old, *more, control="fanuc") == 0
+    old.write_text(old.read_text().replace("N03620A1", "N01851A1P5\nN03620A1"))
+    capsys.readouterr()
+    words = ["correct", str(run), "--control", "fanuc", *more, "--merge", str(old), "-o", str(new)]
+    assert main([*words, "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert "N01851A1P0" in new.read_text()
+    assert found["backlash_in_force"] == pytest.approx(-5.0)
+    difference = np.array(found["table"]["deviation_forward"])
+    difference = difference - np.array(found["table"]["deviation_backward"])
+    # twice the reversal of the run (-2) and 5 um of lost motion that 1851 corrected
+    np.testing.assert_allclose(difference, -9.0, atol=2.0)
+    assert abs(np.mean(difference) + 9.0) <= 1.0
+    left = found["bound"]["interpolation"] + found["bound"]["rounding"]
+    assert found["figures"]["after"]["E"] <= 2.0 * left + 0.05
+
+
+def test_the_older_table_of_another_axis_is_refused(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.ini"
+    assert correct(run, old, "--axis", "AX7", control="sinumerik") == 0
+    assert correct(run, tmp_path / "n.ini", "--merge", str(old), control="sinumerik") == 2
+    assert "of axis AX7" in capsys.readouterr().err
+
+
+# ---- files --------------------------------------------------------------------------------------
+
+
+def test_nothing_that_was_measured_and_no_table_in_force_is_overwritten(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n250 250.01 250.01\n")
+    contents = [p.read_bytes() for p in (run, old)]
+    assert correct(run, run) == 2
+    assert "would overwrite the measured run" in capsys.readouterr().err
+    assert correct(run, old, "--merge", str(old)) == 2
+    assert "would overwrite the older table" in capsys.readouterr().err
+    assert correct(run, tmp_path / "x", "--json", str(run)) == 2
+    assert correct(run, tmp_path / "x", "--json", str(tmp_path / "x")) == 2
+    assert correct(run, tmp_path / "no" / "x") == 2
+    assert [p.read_bytes() for p in (run, old)] == contents
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_table_that_stood_there_is_kept_under_another_name(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "x.comp"
+    for k, content in enumerate(("0 0 0\n1 1 1\n", "0 0 0\n2 2 2\n"), start=1):
+        output.write_text(content)
+        found = result(capsys, run, output)
+        assert found["older_file"] == f"{output}.old-{k}"
+        assert Path(f"{output}.old-{k}").read_text() == content
+    assert correct(run, output) == 0
+    assert "was kept as" not in capsys.readouterr().out
+    assert sorted(p.name for p in tmp_path.glob("x.comp*")) == [
+        "x.comp",
+        "x.comp.old-1",
+        "x.comp.old-2",
+    ]
+
+
+def test_the_same_words_give_the_same_table_byte_for_byte(run: Path, tmp_path: Path) -> None:
+    files = [tmp_path / name for name in ("a", "b")]
+    for file in files:
+        assert correct(run, file, "--drift-free", control="sinumerik") == 0
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_the_axis_is_the_runs_or_the_stated_one_or_assumed_with_a_warning(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    unnamed = write_run(tmp_path / "unnamed.csv", axis="")
+    odd = write_run(tmp_path / "odd.csv", axis="X axis of $AA")
+    assert result(capsys, run, tmp_path / "x", "--axis", "Y1")["axis"] == "Y1"
+    for path in (unnamed, odd):
+        found = result(capsys, path, tmp_path / "x")
+        assert found["axis"] == "X"
+        assert any("X was assumed" in text for text in found["warnings"])
+    assert correct(run, tmp_path / "x", "--axis", "X]=1") == 2
+    assert "no name of an axis" in capsys.readouterr().err
+
+
+def test_a_limit_of_the_control_is_an_error_with_its_remedy(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert correct(run, tmp_path / "x.comp", "--points", "257") == 2
+    error = capsys.readouterr().err
+    assert "257 points" in error
+    assert "256" in error
+    assert correct(run, tmp_path / "x.comp", "--points", "256") == 0
+
+
+# ---- a control that lies ------------------------------------------------------------------------
+
+
+@final
+class Forgetful(Control):
+    """A control whose file is read back otherwise than it was written."""
+
+    title = "Forgetful"
+    sign = "plus"
+    unit = "um"
+    suffix = ".txt"
+
+    def __init__(self, off: float = 0.0, lost: int = 0) -> None:
+        self.off, self.lost = off, lost
+        self.last: CompensationTable | None = None
+
+    def format_program(self, request: ProgramRequest) -> str:
+        raise NotImplementedError
+
+    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:  # noqa: ARG002
+        return GridRule(
+            equidistant=False,
+            most_points=None,
+            per_direction=True,
+            backlash_apart=False,
+            resolution=0.1,
+            decimals=3,
+        )
+
+    def format_table(self, request: TableRequest) -> TableText:
+        self.last = request.table
+        return TableText(text="table\n", sentences=())
+
+    def read_table(
+        self,
+        text: str,  # noqa: ARG002
+        path: str,  # noqa: ARG002
+        kind: AxisKind,
+        options: Mapping[str, str],  # noqa: ARG002
+    ) -> ReadTable:
+        assert self.last is not None
+        k = self.last.position.size - self.lost
+        table = CompensationTable(
+            kind=kind,
+            axis="",
+            position=self.last.position[:k],
+            deviation=self.last.deviation[:k] + self.off,
+        )
+        return ReadTable(table=table)
+
+
+@pytest.mark.parametrize(
+    ("control", "said"),
+    [
+        (Forgetful(off=0.06), "values that differ by 0.06"),
+        (Forgetful(off=-3.0), "values that differ by 3"),
+        (Forgetful(lost=1), "would read 4 points of 5"),
+    ],
+)
+def test_a_file_that_is_not_read_back_as_it_was_meant_is_not_written(
+    run: Path,
+    tmp_path: Path,
+    control: Control,
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(_make_table, "control_by_name", lambda _: control)
+    assert correct(run, tmp_path / "x", control="forgetful") == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert "nothing was written" in error
+    assert not (tmp_path / "x").exists()
+
+
+def test_half_a_step_of_rounding_is_allowed(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_make_table, "control_by_name", lambda _: Forgetful(off=0.0499))
+    assert correct(run, tmp_path / "x", control="forgetful") == 0

@@ -1,0 +1,207 @@
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from thermaxis.cli import main
+from thermaxis.controls import control_names
+from thermaxis.files import plan_sha256, read_plan
+from thermaxis.positioning import evaluate_duration
+
+PLAN = ("plan", "--length", "300", "--targets", "6", "--pitch", "5", "--cycles", "3")
+
+
+@pytest.fixture(scope="module")
+def content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("plan") / "plan.json"
+    assert main([*PLAN, "-o", str(path)]) == 0
+    return path.read_bytes()
+
+
+@pytest.fixture
+def plan(tmp_path: Path, content: bytes) -> Path:
+    path = tmp_path / "plan.json"
+    path.write_bytes(content)
+    return path
+
+
+def words(plan: Path, output: Path, *more: str) -> list[str]:
+    return ["program", str(plan), "--control", "linuxcnc", "-o", str(output), *more]
+
+
+@pytest.mark.parametrize("name", control_names())
+def test_every_control_gets_a_program_that_names_the_plan_by_its_hash(
+    plan: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "run.nc"
+    asked = ["program", str(plan), "--control", name, "-o", str(output), "--travel", "-10:510"]
+    assert main(asked) == 0
+    sha256 = plan_sha256(read_plan(plan))
+    text = output.read_bytes().decode("ascii")
+    letters = re.sub(r"[^0-9a-f]", "", text.lower())
+    assert sha256 in letters or all(sha256[k : k + 16] in text.lower() for k in range(0, 64, 16))
+    printed = capsys.readouterr().out
+    assert f"hash {sha256}" in printed
+    assert "moves from -2.441 to 302.117 mm at 300 mm/min" in printed
+    assert "warning" not in printed
+
+
+@pytest.mark.parametrize(
+    "travel", [("--travel", "-10:510"), ("--travel=-10:510",), ("--travel", "-2.5:+3.1e2")]
+)
+def test_a_travel_may_begin_with_a_minus(
+    plan: Path, tmp_path: Path, travel: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words(plan, tmp_path / "a.ngc", *travel)) == 0
+    printed = capsys.readouterr().out
+    assert "within the stated travel" in printed
+    assert "warning" not in printed
+
+
+def test_options_after_a_travel_are_still_options(plan: Path, tmp_path: Path) -> None:
+    asked = words(plan, tmp_path / "a.ngc", "--travel", "-10:510", "--warm-up", "2")
+    assert main(asked) == 0
+    with pytest.raises(SystemExit):
+        main(words(plan, tmp_path / "a.ngc", "--travel", "--warm-up"))
+    with pytest.raises(SystemExit):
+        main(words(plan, tmp_path / "a.ngc", "-x"))
+
+
+@pytest.mark.parametrize(
+    ("travel", "said"),
+    [
+        ("0:510", ["down to -2.441 mm", "2.441 mm below the lower end", "0 mm"]),
+        ("-10:300", ["up to 302.117 mm", "2.117 mm beyond the upper end", "300 mm"]),
+        ("0:300", ["below the lower end", "beyond the upper end", "--overrun"]),
+    ],
+)
+def test_a_program_that_leaves_the_travel_is_refused_and_nothing_is_written(
+    plan: Path,
+    tmp_path: Path,
+    travel: str,
+    said: list[str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    output = tmp_path / "a.ngc"
+    assert main(words(plan, output, "--travel", travel)) == 2
+    error = capsys.readouterr().err
+    assert all(word in error for word in said)
+    assert not output.exists()
+
+
+def test_the_exact_travel_is_enough(plan: Path, tmp_path: Path) -> None:
+    p = read_plan(plan)
+    travel = f"{p.lowest!r}:{p.highest!r}"
+    assert main(words(plan, tmp_path / "a.ngc", "--travel", travel)) == 0
+
+
+@pytest.mark.parametrize("travel", ["5", "5:", "10:-10", "1:1", "a:b", "nan:3", "0:inf", "1:2:3"])
+def test_a_travel_that_cannot_be_is_refused(plan: Path, tmp_path: Path, travel: str) -> None:
+    with pytest.raises(SystemExit):
+        main(words(plan, tmp_path / "a.ngc", f"--travel={travel}"))
+
+
+def test_without_a_travel_screen_and_head_of_the_program_warn(
+    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "a.ngc"
+    assert main(words(plan, output)) == 0
+    assert "warning: the travel of the axis was not stated" in capsys.readouterr().out
+    assert "travel" in output.read_text(encoding="ascii").lower()
+
+
+def test_the_warm_up_is_in_the_program_and_in_its_duration(
+    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "a.ngc"
+    assert main(words(plan, output, "--warm-up", "10")) == 0
+    p = read_plan(plan)
+    warm_min = 20 * (p.highest - p.lowest) / p.feed  # the last way leads to the start of the run
+    printed = capsys.readouterr().out
+    assert f"{warm_min:.1f} min of it warm-up" in printed
+    total = warm_min + evaluate_duration(p).total_s / 60.0
+    total -= p.overrun / p.feed  # the way from the last cycle's end, which nobody drives
+    (minutes,) = re.findall(r"takes (\S+) min", printed)
+    assert float(minutes) == pytest.approx(total, abs=0.3)
+    (of_head,) = re.findall(r"duration about (\S+) min", output.read_text(encoding="ascii"))
+    assert minutes == of_head
+    assert "warm up" in output.read_text(encoding="ascii")
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("--axis", "X)\nG0 Z-9"), "no name of an axis"),
+        (("--set", "colour=red"), "has no option colour"),
+        (("--set", "colour"), "no NAME=VALUE"),
+    ],
+)
+def test_what_the_control_cannot_do_is_refused(
+    plan: Path,
+    tmp_path: Path,
+    more: tuple[str, ...],
+    said: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    output = tmp_path / "a.ngc"
+    assert main(words(plan, output, *more)) == 2
+    assert said in capsys.readouterr().err
+    assert not output.exists()
+
+
+def test_an_unknown_control_is_refused_with_the_names_of_those_that_are(
+    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["program", str(plan), "--control", "abacus", "-o", str(tmp_path / "a")]
+    assert main(asked) == 2
+    error = capsys.readouterr().err
+    assert all(name in error for name in ("abacus", *control_names()))
+
+
+def test_the_plan_is_never_overwritten(
+    plan: Path, content: bytes, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words(plan, plan)) == 2
+    assert "overwrite" in capsys.readouterr().err
+    assert plan.read_bytes() == content
+    assert main(words(plan, plan.parent / "no" / "a.ngc")) == 2
+    assert main(words(plan, plan.parent)) == 2
+
+
+def test_a_file_that_is_no_plan_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "a.json"
+    other.write_text("{}", encoding="ascii")
+    assert main(words(other, tmp_path / "a.ngc")) == 2
+    assert "thermaxis-plan" in capsys.readouterr().err
+
+
+def test_the_title_of_a_plan_reaches_no_program_as_code(tmp_path: Path) -> None:
+    plan, output = tmp_path / "p.json", tmp_path / "a.ngc"
+    assert main([*PLAN, "--title", "x) G0 Z-100", "-o", str(plan)]) == 0
+    for name in control_names():
+        assert main(["program", str(plan), "--control", name, "-o", str(output)]) == 0
+        text = output.read_text(encoding="ascii")
+        assert "x)" not in text.lower()
+        assert re.search(r"^[^(;]*Z-100", text, re.MULTILINE) is None
+
+
+def test_the_help_names_every_control(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("program", "correct", "check-table"):
+        with pytest.raises(SystemExit):
+            main([command, "--help"])
+        printed = " ".join(capsys.readouterr().out.split())
+        assert all(name in printed for name in control_names())
+
+
+@pytest.mark.parametrize("command", ["program", "correct", "check-table"])
+def test_the_help_of_a_command_on_controls_needs_no_numpy(command: str) -> None:
+    code = (
+        "import sys; from thermaxis.cli import build_parser;"
+        f"build_parser(only='{command}'); print('numpy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

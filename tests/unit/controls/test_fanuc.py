@@ -1,0 +1,684 @@
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from thermaxis.controls import (
+    ProgramRequest,
+    ReadTable,
+    TableRequest,
+    check_options,
+    control_by_name,
+)
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.files.plan_json import plan_sha256
+from thermaxis.positioning import (
+    BACKWARD,
+    FORWARD,
+    AxisLevels,
+    CompensationTable,
+    Cycle,
+    compensation_table,
+    interpolation_bound,
+    table_points,
+    values_at_points,
+)
+from thermaxis.positioning._plan import TestPlan, order_of_visits
+from thermaxis.positioning._plan_moves import moves_of_plan
+from thermaxis.quantities import AxisKind
+
+FANUC = control_by_name("fanuc")
+LINEAR, ROTARY = AxisKind.LINEAR, AxisKind.ROTARY
+
+
+def plan_of(**changes: object) -> TestPlan:
+    fields: dict[str, object] = {
+        "kind": LINEAR,
+        "axis": "X",
+        "target": np.array([0.0, 21.5, 38.0, 61.0, 83.0, 99.0]),
+        "cycles": 5,
+        "feed": 300.0,
+        "dwell_s": 2.0,
+        "recording_s": 0.5,
+        "overrun": 5.0,
+    }
+    return TestPlan(**{**fields, **changes})  # type: ignore[arg-type]
+
+
+def program_of(plan: TestPlan, *sets: str, warm_up: int = 0, **changes: object) -> str:
+    fields: dict[str, object] = {
+        "plan": plan,
+        "plan_sha256": plan_sha256(plan),
+        "blocks": moves_of_plan(plan, warm_up=warm_up),
+        "axis": plan.axis,
+        "options": check_options(FANUC, sets, purpose="program"),
+    }
+    return FANUC.format_program(ProgramRequest(**{**fields, **changes}))  # type: ignore[arg-type]
+
+
+# ---- a small interpreter of the program, which shares nothing with the writer --------------------
+
+
+@dataclass
+class Drive:
+    """Where an axis went, and where and how long it stood."""
+
+    places: list[float] = field(default_factory=list)
+    stops: list[tuple[float, float, float]] = field(default_factory=list)
+    feeds: set[float] = field(default_factory=set)
+    modes: list[str] = field(default_factory=list)
+
+
+def drive_fanuc(text: str, axis: str) -> Drive:
+    assert text.isascii()
+    lines = text.split("\n")
+    assert lines[0] == "%"
+    assert lines[-2:] == ["%", ""]
+    programs: dict[int, list[str]] = {}
+    current: list[str] = []
+    for line in lines[1:-2]:
+        assert re.fullmatch(r"[^()]*(\([A-Z0-9 ._-]*\))?", line), line
+        code = line.split("(")[0].strip()
+        if code.startswith("O"):
+            current = programs.setdefault(int(code[1:]), [])
+        elif code:
+            current.append(code)
+    drive = Drive()
+    run(programs, min(programs), drive, axis)
+    return drive
+
+
+def run(programs: dict[int, list[str]], number: int, drive: Drive, axis: str) -> None:
+    for code in programs[number]:
+        if found := re.fullmatch(rf"G1 {axis}(-?\d+\.\d{{3}}) F(\d+(?:\.\d+)?)", code):
+            drive.places.append(float(found[1]))
+            drive.feeds.add(float(found[2]))
+        elif found := re.fullmatch(r"G04 P(\d+)", code):
+            drive.stops.append((drive.places[-2], drive.places[-1], int(found[1]) / 1000.0))
+        elif found := re.fullmatch(r"M98 P(\d{1,4})(\d{4})", code):
+            for _ in range(int(found[1])):
+                run(programs, int(found[2]), drive, axis)
+        elif found := re.fullmatch(r"M98 P(\d{4}) L(\d+)", code):
+            for _ in range(int(found[2])):
+                run(programs, int(found[1]), drive, axis)
+        elif code in {"M99", "M30"}:
+            assert code == programs[number][-1]
+        else:
+            drive.modes += code.split()
+
+
+def check_drive(drive: Drive, plan: TestPlan, warm_up: int = 0) -> None:
+    visits = order_of_visits(plan)
+    assert [s[1] for s in drive.stops] == plan.target[visits.target].tolist()
+    for (before, at, _), approach in zip(drive.stops, visits.approach, strict=True):
+        assert before < at if approach == FORWARD else before > at
+    assert {s[2] for s in drive.stops} == {plan.dwell_s + plan.recording_s}
+    assert min(drive.places) >= plan.lowest - 5.1e-7  # turns of a plan have six decimals
+    assert max(drive.places) <= plan.highest + 5.1e-7
+    ends = drive.places[: 2 * warm_up]
+    assert ends == pytest.approx([plan.lowest, plan.highest] * warm_up, abs=1e-2)
+    assert drive.feeds == {plan.feed}
+    for mode in ("G21", "G90", "G94", "G61", "G54", "G40", "G49"):
+        assert mode in drive.modes
+
+
+@pytest.mark.parametrize("form", ["P", "L"])
+@pytest.mark.parametrize("cycle", list(Cycle))
+@pytest.mark.parametrize("approaches", [(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)])
+def test_the_axis_visits_every_target_in_order_and_from_its_side(
+    form: str, cycle: Cycle, approaches: tuple[int, ...]
+) -> None:
+    plan = plan_of(cycle=cycle, approaches=approaches)
+    drive = drive_fanuc(program_of(plan, f"call={form}", warm_up=2), "X")
+    check_drive(drive, plan, warm_up=2)
+
+
+@given(
+    overrun=st.floats(0.002, 50.0),
+    cycles=st.integers(1, 4),
+    cycle=st.sampled_from(list(Cycle)),
+    start=st.floats(-500.0, 500.0),
+)
+@settings(max_examples=60, deadline=None)
+def test_no_move_ends_beyond_the_plan_however_its_overrun_rounds(
+    overrun: float, cycles: int, cycle: Cycle, start: float
+) -> None:
+    plan = plan_of(
+        overrun=overrun, cycles=cycles, cycle=cycle, target=start + np.array([0.0, 7.123, 31.0])
+    )
+    check_drive(drive_fanuc(program_of(plan, warm_up=1), "X"), plan, warm_up=1)
+
+
+@pytest.mark.parametrize(
+    "title", ["x) G0 Z-100", "*)", "; M30", "µ ~ ", "(MSG) %", "O1234 M99", "x" * 200]
+)
+def test_a_title_stays_a_comment(title: str) -> None:
+    check_drive(drive_fanuc(program_of(plan_of(title=title)), "X"), plan_of())
+
+
+def test_the_head_has_the_whole_hash_and_says_that_offsets_must_be_zero() -> None:
+    plan = plan_of()
+    text = program_of(plan, "work_offset=G55")
+    assert f"({plan_sha256(plan).upper()})" in text
+    assert "ZERO IN G55" in text
+    assert "\nG55 G90" in text
+    assert "WARNING TRAVEL" in text
+    assert "LATHE" in text
+    stated = program_of(plan, travel=(-10.0, 110.0))
+    assert "ZERO OFFSETS ONLY" in stated
+
+
+def test_a_rotary_axis_is_warned_of_roll_over() -> None:
+    plan = plan_of(kind=ROTARY, axis="B")
+    text = program_of(plan)
+    check_drive(drive_fanuc(text, "B"), plan)
+    assert "ROLL OVER" in text
+
+
+def test_a_dwell_is_rounded_up_to_milliseconds() -> None:
+    text = program_of(plan_of(dwell_s=1.0002, recording_s=0.0))
+    assert "G04 P1001\n" in text
+    assert "G04" not in program_of(plan_of(dwell_s=0.0, recording_s=0.0))
+
+
+@pytest.mark.parametrize(
+    ("changes", "sets", "more"),
+    [
+        ({"axis": "X1"}, [], {}),
+        ({"axis": "Q"}, [], {}),
+        ({"feed": 0.0001}, [], {}),
+        ({"feed": 500_000.0}, [], {}),
+        ({"dwell_s": 200_000.0}, [], {}),
+        ({"cycles": 20_000}, [], {}),
+        ({"target": np.array([0.0, 100_000.0])}, [], {}),
+        ({"overrun": 0.0001}, [], {}),
+        ({}, [], {"travel": (0.0, 90.0)}),
+        ({}, ["program_number=0"], {}),
+        ({}, ["program_number=1.5"], {}),
+        ({}, ["program_number=7999"], {}),
+    ],
+)
+def test_what_the_control_cannot_drive_is_refused(
+    changes: dict[str, object], sets: list[str], more: dict[str, object]
+) -> None:
+    with pytest.raises(ConfigurationError):
+        program_of(plan_of(**changes), *sets, **more)  # type: ignore[arg-type]
+
+
+# ---- tables -------------------------------------------------------------------------------------
+
+
+def made(table: CompensationTable, *sets: str):
+    options = check_options(FANUC, sets, purpose="table")
+    return FANUC.format_table(TableRequest(table=table, origin=("run a.csv",), options=options))
+
+
+def read(text: str, *sets: str, kind: AxisKind = LINEAR) -> ReadTable:
+    options = check_options(FANUC, sets, purpose="table")
+    return FANUC.read_table(text, "t.txt", kind, options)
+
+
+def plain(text: str) -> dict[int, int]:
+    """Return the numbers of a file without the product's reader."""
+    return {
+        int(n): int(p) for n, p in re.findall(r"^N(\d{5})(?:A\d+)?P(-?\d+)$", text, re.MULTILINE)
+    }
+
+
+def simple(deviation: list[float], *, start: float, step: float, **changes: object):
+    fields: dict[str, object] = {
+        "kind": LINEAR,
+        "axis": "X",
+        "position": start + step * np.arange(len(deviation)),
+        "deviation": np.stack((deviation, deviation), axis=1),
+        "reference_position": 0.0,
+        **changes,
+    }
+    return CompensationTable(**fields)  # type: ignore[arg-type]
+
+
+MANUAL = (2, 1, 1, -2, 0, -1, 0, -1, 2, 1, 0, -1, -1, -2, 0, 1, 2)
+"""Points 33 to 49 of the example in the parameter manual: reference point 40, interval 50 mm."""
+MANUAL_SUM = (0, 2, 3, 4, 2, 2, 1, 1, 0, 2, 3, 3, 2, 1, -1, -1, 0, 2)
+"""The correction at -400, -350 ... 450 mm, added up by hand from the reference position."""
+
+
+def test_the_example_of_the_manual_is_read_as_the_manual_draws_it() -> None:
+    points = "".join(f"N{10033 + i}P{v};\n" for i, v in enumerate(MANUAL))
+    text = f"%;\nN03620A1P40\nN03621A1P33\nN03622A1P49\nN03623A1P1\nN03624A1P50000\n{points}%\n"
+    got = read(text)
+    position = -400.0 + 50.0 * np.arange(18)
+    assert got.table.position.tolist() == position.tolist()
+    correction = FANUC.correction(got.table, position)
+    assert correction[:, FORWARD].tolist() == pytest.approx(list(MANUAL_SUM))
+    assert correction[:, BACKWARD].tolist() == pytest.approx(list(MANUAL_SUM))
+    assert any("reference position" in finding for finding in got.findings)
+
+
+def test_the_example_of_the_manual_is_written_with_its_numbers() -> None:
+    table = simple([-c for c in MANUAL_SUM], start=-400.0, step=50.0)
+    numbers = plain(made(table, "reference_point=40").text)
+    assert [numbers[10033 + i] for i in range(17)] == list(MANUAL)
+    assert (numbers[3620], numbers[3621], numbers[3622]) == (40, 33, 49)
+    assert (numbers[3623], numbers[3624]) == (1, 50_000)
+    assert 10032 not in numbers
+    assert 10050 not in numbers
+
+
+def test_a_small_table_is_written_to_the_letter() -> None:
+    table = simple([2.0, 0.0, -3.4], start=-100.0, step=100.0, axis="Y", backlash=-4.0)
+    assert made(table, "comments=0").text == (
+        "%\nN01851A2P4\nN03620A2P128\nN03621A2P128\nN03622A2P129\nN03623A2P1\n"
+        "N03624A2P100000\nN10128P2\nN10129P3\n%\n"
+    )
+
+
+def test_increments_are_rounded_as_a_running_sum() -> None:
+    table = simple([0.4 * i for i in range(11)], start=0.0, step=10.0)
+    numbers = plain(made(table).text)
+    values = [numbers[10000 + i] for i in range(11)]
+    assert values == [0, 0, -1, 0, -1, 0, 0, -1, 0, -1, 0]  # each alone would round to 0
+    assert numbers[3621] == numbers[3620] == 0  # the reference position has its number too
+
+
+finite = st.floats(-300.0, 300.0)
+
+
+@st.composite
+def runs(draw: st.DrawFn) -> tuple[AxisLevels, float, float]:
+    """Return levels, spacing and reference position."""
+    gaps = draw(st.lists(st.integers(1000, 100_000), min_size=1, max_size=12))
+    first = draw(st.integers(-500_000, 500_000))
+    target = (first + np.concatenate(([0], np.cumsum(gaps)))) / 1000.0
+    level = draw(st.lists(st.tuples(finite, finite), min_size=target.size, max_size=target.size))
+    count = draw(st.integers(1, 30))
+    spacing = max(0.5, round((target[-1] - target[0]) / count, 3))
+    share = draw(st.floats(0.0, 1.0))
+    reference = round(float(target[0] + share * (target[-1] - target[0])), 3)
+    return AxisLevels(target, np.array(level), bidirectional=True), spacing, reference
+
+
+@given(
+    run=runs(),
+    kind=st.sampled_from([LINEAR, ROTARY]),
+    bidirectional=st.booleans(),
+    direction=st.sampled_from(["positive", "negative"]),
+    unit=st.sampled_from(["0.1", "1", "2.5"]),
+    backlash=st.booleans(),
+)
+@settings(max_examples=150, deadline=None)
+def test_written_read_and_simulated_a_table_stays_within_bound_and_rounding(
+    run: tuple[AxisLevels, float, float],
+    kind: AxisKind,
+    bidirectional: bool,
+    direction: str,
+    unit: str,
+    backlash: bool,
+) -> None:
+    levels, spacing, reference = run
+    sets = [
+        f"bidirectional={int(bidirectional)}",
+        f"return_direction={direction}",
+        f"detection_unit={unit}",
+        "largest_value=127",
+    ]
+    rule = FANUC.grid_rule(kind, check_options(FANUC, sets, purpose="table"))
+    backlash = backlash and not bidirectional
+    position = table_points(
+        levels.target, spacing=spacing, through=reference, decimals=rule.decimals
+    )
+    table = compensation_table(
+        levels,
+        position,
+        kind=kind,
+        axis="X",
+        reference_position=reference,
+        per_direction=rule.per_direction,
+        backlash=backlash,
+    )
+    base = float(unit) * (1.0 if kind is LINEAR else 3.6)
+    # the largest increments that 127 and the magnification 100 can hold
+    assume(float(np.max(np.abs(np.diff(table.deviation, axis=0)))) < 99 * 127 * base)
+    text = made(table, *sets).text
+    got = read(text, *sets, kind=kind)
+    assert got.resolution is not None
+    assert got.table.position == pytest.approx(position, abs=1e-5)
+    numbers = plain(text)
+    step = numbers[3623] * base
+    assert got.resolution == pytest.approx(step)
+    # the law of the running sum, from the file alone
+    at, first, last = numbers[3620], numbers[3621], numbers[3622]
+    ahead = int(np.argmin(np.abs(position - reference)))
+    mean = -table.mean if not bidirectional else None
+    if mean is not None:
+        for i in range(position.size):
+            low, high = sorted((at + 1, at + 1 + i - ahead))
+            total = sum(numbers[10000 + n] for n in range(low, high))
+            total = total if i > ahead else -total
+            assert first <= at <= last
+            assert abs(total * step - mean[i]) <= 0.5 * step + 1e-6
+    # half of the rounding of 1851 acts at every point
+    more = 0.25 * base if backlash else 0.0
+    off = got.table.deviation_at(position) - table.deviation_at(position)
+    assert float(np.max(np.abs(off))) <= 0.5 * step + more + 1e-5
+    left = levels.level + FANUC.correction(got.table, levels.target)
+    free = np.mean(values_at_points(levels, position), axis=1)
+    constant = np.interp(reference, position, free)
+    bound = interpolation_bound(
+        levels, position, per_direction=rule.per_direction, backlash=backlash
+    )
+    allowed = bound + 0.5 * step + more + 1e-5
+    assert bool(np.all(np.abs(left - constant) <= allowed[:, np.newaxis]))
+
+
+def test_the_second_table_gives_each_direction_its_own_course() -> None:
+    # forward zero at the reference position, backward 5 µm further: 3627 moves it back by 5
+    table = CompensationTable(
+        kind=LINEAR,
+        axis="X",
+        position=np.array([-50.0, 0.0, 50.0]),
+        deviation=np.array([[-4.5, -1.5], [-2.5, 2.5], [0.5, 3.5]]),
+        reference_position=0.0,
+    )
+    text = made(table, "bidirectional=1").text
+    numbers = plain(text)
+    assert (numbers[3621], numbers[3622], numbers[3626]) == (0, 1, 2)
+    assert numbers[3627] == -5
+    assert [numbers[10000 + i] for i in range(4)] == [-2, -3, -4, -1]
+    got = read(text, "bidirectional=1").table
+    assert got.deviation == pytest.approx(table.deviation)
+    other = made(table, "bidirectional=1", "return_direction=negative").text
+    assert plain(other)[3627] == 5
+    again = read(other, "bidirectional=1", "return_direction=negative").table
+    assert again.deviation == pytest.approx(table.deviation)
+    alone = read(text)
+    assert any("second table" in finding for finding in alone.findings)
+
+
+def test_the_magnification_is_the_smallest_that_fits_and_the_loss_is_said() -> None:
+    table = simple([0.0, 20.0, 41.0], start=0.0, step=100.0)
+    got = made(table)
+    numbers = plain(got.text)
+    assert numbers[3623] == 3
+    assert [numbers[10001], numbers[10002]] == [-7, -7]
+    assert any("from 0.5 to 1.5 µm" in sentence for sentence in got.sentences)
+    newer = plain(made(table, "largest_value=127").text)
+    assert newer[3623] == 1
+    assert [newer[10001], newer[10002]] == [-20, -21]
+    stated = plain(made(table, "magnification=5").text)
+    assert [stated[10001], stated[10002]] == [-4, -4]
+    with pytest.raises(ConfigurationError, match="larger than the 7"):
+        made(table, "magnification=2")
+    with pytest.raises(ConfigurationError, match="magnification 100"):
+        made(simple([0.0, 2000.0], start=0.0, step=100.0))
+
+
+def test_axes_do_not_share_point_numbers_by_default() -> None:
+    taken: set[int] = set()
+    for axis in "XYZA":
+        text = made(simple([0.0] * 100, start=0.0, step=1.0, axis=axis), "bidirectional=1").text
+        used = {n for n in plain(text) if n >= 10000}
+        assert not used & taken
+        taken |= used
+    assert max(taken) < 10000 + 1024
+
+
+def test_a_table_beside_the_reference_position_is_led_to_it_by_zeros() -> None:
+    table = simple([0.0, 2.0, 5.0], start=200.0, step=50.0)
+    text = made(table).text
+    numbers = plain(text)
+    points = [numbers[n] for n in range(10000, 10000 + numbers[3622] + 1)]
+    assert points == [0, 0, 0, 0, 0, -2, -3]
+    assert numbers[3620] == 0
+    got = read(text).table
+    assert got.position.tolist() == [200.0, 250.0, 300.0]
+    assert got.deviation[:, 0].tolist() == pytest.approx([0.0, 2.0, 5.0])
+    below = simple([-3.0, -1.0, 0.0], start=-300.0, step=50.0)
+    numbers = plain(made(below).text)
+    assert numbers[3620] == numbers[3622] == 5
+    assert [numbers[10000 + i] for i in range(6)] == [-2, -1, 0, 0, 0, 0]
+    assert read(made(below).text).table.position.tolist() == [-300.0, -250.0, -200.0]
+
+
+def test_without_comments_the_reader_is_told_where_the_reference_lies() -> None:
+    table = simple([0.0, 2.0], start=100.0, step=50.0, reference_position=100.0)
+    with pytest.raises(ConfigurationError, match="reference position lies"):
+        made(table, "comments=0")
+    sets = ("comments=0", "reference_coordinate=100")
+    got = read(made(table, *sets).text, *sets).table
+    assert got.position.tolist() == [100.0, 150.0]
+    with pytest.raises(ConfigurationError, match="zero at 100"):
+        made(table, "reference_coordinate=0")
+
+
+def test_a_modulo_axis_closes_its_turn() -> None:
+    table = simple([0.0, 18.0, 36.0], start=0.0, step=90.0, kind=ROTARY, axis="B")
+    text = made(table, "modulo=1", "largest_value=127").text
+    numbers = plain(text)
+    assert numbers[3625] == 360_000
+    values = [numbers[10000 + n] for n in range(numbers[3621], numbers[3622] + 1)]
+    assert values == [5, -5, -5, 5, 5]
+    got = read(text, "modulo=1", "largest_value=127", kind=ROTARY)
+    assert got.table.position.tolist() == [0.0, 90.0, 180.0]
+    assert got.table.deviation[:, 0].tolist() == pytest.approx([0.0, 18.0, 36.0])
+    bare = "\n".join(line for line in text.split("\n") if not line.startswith("("))
+    whole = read(bare, "largest_value=127", kind=ROTARY)
+    assert whole.table.position.tolist() == [0.0, 90.0, 180.0, 270.0, 360.0]
+    number = numbers[3621]
+    bent = read(bare.replace(f"N{10000 + number + 1}P-5", f"N{10000 + number + 1}P-4"), kind=ROTARY)
+    assert any("shifts with every turn" in finding for finding in bent.findings)
+
+
+@pytest.mark.parametrize(
+    ("deviation", "start", "step", "what"),
+    [
+        ([0.0, 1.0, 2.0], 90.0, 90.0, "begins at the reference"),
+        ([0.0, 1.0, 2.0], 0.0, 70.0, "begins at the reference"),
+        ([0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 0.0, 90.0, "begins at the reference"),
+        ([0.0, 1.0, 2.0, 3.0, 9.0], 0.0, 90.0, "differ"),
+    ],
+)
+def test_a_turn_that_cannot_close_is_refused(
+    deviation: list[float], start: float, step: float, what: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=what):
+        made(simple(deviation, start=start, step=step, kind=ROTARY), "modulo=1")
+
+
+@pytest.mark.parametrize(
+    ("changes", "sets"),
+    [
+        ({"deviation": [0.0] * 129}, []),
+        ({"start": 30.0}, []),
+        ({"step": 0.12345}, []),
+        ({"axis": "X1"}, []),
+        ({"axis": ""}, []),
+        ({"reference_position": None}, []),
+        ({}, ["reference_point=1023"]),
+        ({}, ["axis_number=9"]),
+        ({}, ["modulo=1"]),
+        ({}, ["detection_unit=0"]),
+        ({}, ["magnification=0"]),
+        ({}, ["magnification=1.5"]),
+        ({}, ["largest_value=x"]),
+        ({"backlash": 20_000.0}, []),
+    ],
+)
+def test_what_the_control_cannot_hold_is_refused(
+    changes: dict[str, object], sets: list[str]
+) -> None:
+    fields: dict[str, object] = {
+        "deviation": [0.0, 1.0, 2.0],
+        "start": 0.0,
+        "step": 100.0,
+        **changes,
+    }
+    with pytest.raises(ConfigurationError):
+        made(simple(**fields), *sets)  # type: ignore[arg-type]
+
+
+GOOD = made(simple([0.0, -2.0, -5.0], start=-50.0, step=50.0)).text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what", "line"),
+    [
+        ("N10000P3", "N10000P1,5", "decimal comma", True),
+        ("N10000P3", "N10000Pn", "no line|no whole", True),
+        ("N10000P3", "N10000P1.5", "no whole number", True),
+        ("N10000P3", "N10000P", "no whole number", True),
+        ("N10000P3", "N10000P8", "beyond the 7", True),
+        ("N10000P3\n", "", "point 0 .* missing", False),
+        ("N10000P3", "N10001P3", "twice", True),
+        ("N03623A1P1", "N03623A1P0", "magnification", True),
+        ("N03624A1P50000", "N03624A1P0", "not positive", True),
+        ("N03624A1P50000\n", "", "3624 of the axis is missing", False),
+        ("N03620A1P", "N03621A1P", "twice|missing", False),
+        ("N03622A1P1", "N03622A1P99999", "do not lead", True),
+        ("N03620A1P0", "N03620A1P9", "do not lead", True),
+        ("N03620", "G03620", "no line of a parameter file", True),
+        ("N03620A1", "N03620Ax", "no line|no number", True),
+    ],
+)
+def test_the_reader_names_defect_and_line(old: str, new: str, what: str, line: bool) -> None:
+    text = GOOD.replace("N10000P2", "N10000P3") if "P3" in old else GOOD
+    assert old in text
+    with pytest.raises(MeasurementFileError, match=what) as caught:
+        read(text.replace(old, new, 1))
+    assert ("line" in caught.value.where) == line or not line
+
+
+def test_a_file_that_is_cut_short_or_no_parameter_file_is_refused() -> None:
+    with pytest.raises(MeasurementFileError, match="cut short"):
+        read(GOOD.rsplit("%", 1)[0])
+    with pytest.raises(MeasurementFileError, match="begin with %"):
+        read("N1P1\n%\n%\n")
+    with pytest.raises(MeasurementFileError, match="begin with %"):
+        read("")
+    with pytest.raises(MeasurementFileError, match="3620 is missing"):
+        read("%\nN00001P1\n%\n")
+
+
+def test_the_wrong_axis_is_refused_and_several_are_asked_for() -> None:
+    with pytest.raises(MeasurementFileError, match="for axis 1, not for 2"):
+        read(GOOD, "axis_number=2")
+    both = re.sub(r"A1P(\d+)", r"A1P\1A2P\1", GOOD)
+    with pytest.raises(MeasurementFileError, match="axes 1, 2"):
+        read(both)
+    assert read(both, "axis_number=2").table.position.size == 3
+
+
+def test_an_endless_line_and_an_endless_file_are_refused() -> None:
+    with pytest.raises(MeasurementFileError, match="longer than 10000"):
+        read(GOOD.replace("N03620", "N1" + "A1P1" * 100_000 + "\nN03620"))
+    with pytest.raises(MeasurementFileError, match="too large"):
+        read(GOOD + " " * 5_000_000)
+
+
+def test_a_newer_file_states_its_interval_with_a_point() -> None:
+    newer = GOOD.replace("A1P50000", "A1P50.0")
+    assert read(newer).table.position.tolist() == [-50.0, 0.0, 50.0]
+
+
+@given(text=st.text(alphabet=st.sampled_from("%NAP()0123456,.;\r\n -+"), max_size=200))
+@settings(max_examples=200, deadline=None)
+def test_hostile_text_is_an_error_with_words(text: str) -> None:
+    with pytest.raises(MeasurementFileError):
+        read(f"%{text}")
+
+
+@given(data=st.data())
+@settings(max_examples=300, deadline=None)
+def test_a_damaged_table_is_read_or_refused_and_never_falls(data: st.DataObject) -> None:
+    place = data.draw(st.integers(0, len(GOOD) - 1))
+    cut = data.draw(st.integers(0, 30))
+    put = data.draw(st.text(max_size=5) | st.from_regex(r"N0362[0-7]A1P[0-9-]{1,9}\n"))
+    sets = data.draw(st.sampled_from([(), ("bidirectional=1",), ("largest_value=127",)]))
+    try:
+        got = read(GOOD[:place] + put + GOOD[place + cut :], *sets)
+    except MeasurementFileError:
+        return
+    assert bool(np.all(np.isfinite(got.table.deviation)))
+
+
+def test_text_of_the_run_stays_within_comments() -> None:
+    table = simple([0.0, 1.0], start=0.0, step=10.0, source=") N10000P7 (", run_sha256="a" * 64)
+    options = check_options(FANUC, [], purpose="table")
+    text = FANUC.format_table(
+        TableRequest(table=table, origin=(")\nN03623P9\n(", "µ" * 500), options=options)
+    ).text
+    assert text.isascii()
+    for line in text.split("\n")[1:-2]:
+        assert re.fullmatch(r"\([A-Z0-9 ._-]*\)|N\d{5}(A\d+)?P-?\d+", line), line
+    assert f"({'A' * 64})" in text
+
+
+def test_reversal_of_an_older_file_moves_into_the_two_tables_and_1851_becomes_0() -> None:
+    position = np.array([0.0, 20.0, 40.0, 60.0])
+    older = CompensationTable(
+        kind=LINEAR,
+        axis="X",
+        position=position,
+        deviation=np.array([[0.0, 0.0], [4.0, 2.0], [6.0, 8.0], [2.0, 2.0]]),
+        backlash=-6.0,
+        reference_position=0.0,
+    )
+    text = made(older, "bidirectional=1")
+    numbers = plain(text.text)
+    assert numbers[1851] == 0
+    # two sums from the negative side, added up by hand: minus deviation, plus and minus half of 6
+    first, second = numbers[3621], numbers[3626]
+    forward = [sum(numbers[10000 + first + j] for j in range(1, i + 1)) for i in range(4)]
+    backward = [sum(numbers[10000 + second + j] for j in range(1, i + 1)) for i in range(4)]
+    assert forward == [0, -4, -6, -2]
+    assert backward == [0, -2, -8, -2]
+    assert numbers[3627] == -6  # what the other direction is corrected less by
+    again = read(text.text, "bidirectional=1")
+    assert again.table.backlash == 0.0
+    assert FANUC.correction(again.table, position) == pytest.approx(
+        np.array([[3.0, -3.0], [-1.0, -5.0], [-3.0, -11.0], [1.0, -5.0]])
+    )
+    assert not any("1851" in finding for finding in again.findings)
+    said = " ".join(text.sentences)
+    assert "1851 is written as 0" in said
+    assert "set the backlash" not in said
+
+
+def test_two_tables_without_known_reversal_leave_1851_to_the_user() -> None:
+    table = simple([0.0, 1.0], start=0.0, step=10.0)
+    text = made(table, "bidirectional=1")
+    assert 1851 not in plain(text.text)
+    said = " ".join(text.sentences)
+    assert "set the backlash, 1851 and 1852, to 0 by hand" in said
+    assert "--backlash-in-force" in said
+
+
+def test_a_reference_position_far_away_is_refused_before_room_is_made_for_the_way_there() -> None:
+    table = simple([0.0, 1.0, 0.0], start=99_000.0, step=0.001)
+    with pytest.raises(ConfigurationError, match="99000003 point numbers"):
+        made(table)
+    with pytest.raises(ConfigurationError, match="more than three decimals"):
+        made(simple([0.0, 1.0], start=0.0, step=1e-9))
+
+
+@pytest.mark.parametrize("sets", [[], ["bidirectional=1"], ["detection_unit=0.1"]])
+@pytest.mark.parametrize("backlash", [None, -3.0])
+def test_every_sentence_ends_with_a_full_stop(sets: list[str], backlash: float | None) -> None:
+    table = simple([0.0, 9.0], start=0.0, step=10.0, backlash=backlash)
+    assert all(s.endswith(".") for s in made(table, *sets).sentences)
+
+
+def test_a_file_of_one_table_is_not_taken_for_two() -> None:
+    with pytest.raises(MeasurementFileError, match="no second table") as caught:
+        read(GOOD, "bidirectional=1")
+    assert "bidirectional=1 out" in caught.value.remedy
+
+
+def test_reversal_that_is_in_the_points_already_is_not_named_as_moved() -> None:
+    said = made(simple([0.0, 1.0], start=0.0, step=10.0, backlash=0.0), "bidirectional=1")
+    assert plain(said.text)[1851] == 0
+    assert "apart" not in " ".join(said.sentences)
+    assert "1851 is written as 0" in " ".join(said.sentences)

@@ -1,0 +1,589 @@
+import re
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from thermaxis.controls import (
+    Control,
+    ProgramRequest,
+    TableRequest,
+    check_options,
+    control_by_name,
+)
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.files.plan_json import plan_sha256
+from thermaxis.positioning import (
+    BACKWARD,
+    FORWARD,
+    AxisLevels,
+    CompensationTable,
+    Cycle,
+    compensation_table,
+    interpolation_bound,
+    table_points,
+    values_at_points,
+)
+from thermaxis.positioning._plan import TestPlan, order_of_visits
+from thermaxis.positioning._plan_moves import moves_of_plan
+from thermaxis.quantities import AxisKind
+
+NAMES = ("heidenhain-itnc530", "heidenhain-tnc640")
+ITNC, TNC640 = (control_by_name(name) for name in NAMES)
+LINEAR, ROTARY = AxisKind.LINEAR, AxisKind.ROTARY
+
+
+def plan_of(**changes: object) -> TestPlan:
+    fields: dict[str, object] = {
+        "kind": LINEAR,
+        "axis": "X",
+        "target": np.array([0.0, 21.5, 38.0, 61.0, 83.0, 99.0]),
+        "cycles": 5,
+        "feed": 300.0,
+        "dwell_s": 2.0,
+        "recording_s": 0.5,
+        "overrun": 5.0,
+    }
+    return TestPlan(**{**fields, **changes})  # type: ignore[arg-type]
+
+
+def program_of(
+    control: Control, plan: TestPlan, *sets: str, warm_up: int = 0, **changes: object
+) -> str:
+    fields: dict[str, object] = {
+        "plan": plan,
+        "plan_sha256": plan_sha256(plan),
+        "blocks": moves_of_plan(plan, warm_up=warm_up),
+        "axis": plan.axis,
+        "options": check_options(control, sets, purpose="program"),
+    }
+    return control.format_program(ProgramRequest(**{**fields, **changes}))  # type: ignore[arg-type]
+
+
+# ---- a small interpreter of Klartext, which shares nothing with the writer -----------------------
+
+
+@dataclass
+class Drive:
+    """Where an axis went: from, to, and how long it stood there."""
+
+    legs: list[tuple[float | None, float]] = field(default_factory=list)
+    stops: list[tuple[float | None, float, float]] = field(default_factory=list)
+    machine_datum: set[bool] = field(default_factory=set)
+    feeds: set[float] = field(default_factory=set)
+
+
+def drive_klartext(text: str, axis: str) -> Drive:
+    assert text.endswith("\r\n")
+    assert text.isascii()
+    lines = text.split("\r\n")[:-1]
+    words: list[str] = []
+    for number, line in enumerate(lines):
+        head, _, rest = line.partition(" ")
+        assert int(head) == number
+        words.append(rest.split(";")[0].strip())
+    name = words[0].split()[2]
+    assert words[0] == f"BEGIN PGM {name} MM"
+    assert words[-1] == f"END PGM {name} MM"
+    labels = {w.split()[1]: i for i, w in enumerate(words) if w.startswith("LBL ")}
+    left: dict[int, int] = {}
+    drive = Drive()
+    at: float | None = None
+    before: float | None = None
+    i = 1
+    while words[i] != "M30":
+        word = words[i]
+        if word.startswith("L "):
+            found = re.fullmatch(rf"L {axis}([+-]\d+\.\d+) R0 F(\d+(?:\.\d+)?)( M91)?", word)
+            assert found is not None, word
+            before, at = at, float(found[1])
+            drive.legs.append((before, at))
+            drive.feeds.add(float(found[2]))
+            drive.machine_datum.add(found[3] is not None)
+        elif word.startswith("CYCL DEF 9.1 DWELL "):
+            assert words[i - 1] == "CYCL DEF 9.0 DWELL TIME"
+            assert at is not None
+            drive.stops.append((before, at, float(word.rsplit(" ", 1)[1])))
+        elif word.startswith("CALL LBL "):
+            found = re.fullmatch(r"CALL LBL (\d+) REP (\d+)", word)
+            assert found is not None, word
+            left.setdefault(i, int(found[2]))
+            if left[i] > 0:
+                left[i] -= 1
+                i = labels[found[1]]
+                continue
+            del left[i]
+        else:
+            assert word == "" or word.startswith(("LBL ", "CYCL DEF 9.0"))
+        i += 1
+    assert len(words) == i + 2
+    return drive
+
+
+def check_drive(drive: Drive, plan: TestPlan, warm_up: int = 0) -> None:
+    visits = order_of_visits(plan)
+    assert [s[1] for s in drive.stops] == plan.target[visits.target].tolist()
+    for (before, at, _), approach in zip(drive.stops, visits.approach, strict=True):
+        assert before is not None
+        assert before < at if approach == FORWARD else before > at
+    assert {s[2] for s in drive.stops} == {plan.dwell_s + plan.recording_s}
+    assert (
+        min(leg[1] for leg in drive.legs) >= plan.lowest - 5.1e-7
+    )  # turns of a plan have six decimals
+    assert max(leg[1] for leg in drive.legs) <= plan.highest + 5.1e-7
+    ends = [leg[1] for leg in drive.legs[: 2 * warm_up]]
+    assert ends == pytest.approx([plan.lowest, plan.highest] * warm_up, abs=1e-3)
+    assert drive.feeds == {plan.feed}
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("cycle", list(Cycle))
+@pytest.mark.parametrize("approaches", [(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)])
+def test_the_axis_visits_every_target_in_order_and_from_its_side(
+    name: str, cycle: Cycle, approaches: tuple[int, ...]
+) -> None:
+    plan = plan_of(cycle=cycle, approaches=approaches)
+    text = program_of(control_by_name(name), plan, warm_up=2)
+    drive = drive_klartext(text, "X")
+    check_drive(drive, plan, warm_up=2)
+    assert drive.machine_datum == {True}
+
+
+@given(
+    overrun=st.floats(0.001, 50.0),
+    cycles=st.integers(1, 4),
+    cycle=st.sampled_from(list(Cycle)),
+    start=st.floats(-500.0, 500.0),
+)
+@settings(max_examples=60, deadline=None)
+def test_no_move_ends_beyond_the_plan_however_its_overrun_rounds(
+    overrun: float, cycles: int, cycle: Cycle, start: float
+) -> None:
+    plan = plan_of(
+        overrun=overrun, cycles=cycles, cycle=cycle, target=start + np.array([0.0, 7.123, 31.0])
+    )
+    check_drive(drive_klartext(program_of(TNC640, plan, warm_up=1), "X"), plan, warm_up=1)
+
+
+def test_a_plan_of_one_cycle_needs_no_label() -> None:
+    text = program_of(ITNC, plan_of(cycles=1))
+    assert "LBL" not in text
+    check_drive(drive_klartext(text, "X"), plan_of(cycles=1))
+
+
+def test_work_coordinates_are_said_and_move_without_the_machine_datum() -> None:
+    text = program_of(ITNC, plan_of(), "coordinates=work", "program_name=X_1")
+    assert drive_klartext(text, "X").machine_datum == {False}
+    assert "work coordinates" in text
+    assert text.startswith("0 BEGIN PGM X_1 MM\r\n")
+
+
+def test_a_rotary_axis_is_warned_of_the_shortest_way() -> None:
+    plan = plan_of(kind=ROTARY, axis="C")
+    text = program_of(TNC640, plan)
+    check_drive(drive_klartext(text, "C"), plan)
+    assert "M126" in text
+
+
+@pytest.mark.parametrize(
+    "title", ["x) G0 Z-100", "*)", "; M30", "µ ~ ", "L X+900 FMAX", '"A" % \\ {}', "x" * 200]
+)
+def test_a_title_stays_a_comment(title: str) -> None:
+    text = program_of(ITNC, plan_of(title=title))
+    check_drive(drive_klartext(text, "X"), plan_of())
+    for line in text.split("\r\n"):
+        if " title " in line:
+            assert re.fullmatch(r"\d+ ; title [A-Za-z0-9 ._-]{1,94}", line)
+
+
+def test_the_head_has_the_whole_hash_and_warns_of_a_travel_that_was_not_stated() -> None:
+    plan = plan_of()
+    text = program_of(ITNC, plan)
+    assert plan_sha256(plan) in text
+    assert "WARNING travel" in text
+    assert "reduced feed" in text
+    stated = program_of(ITNC, plan, travel=(-10.0, 110.0))
+    assert "WARNING travel" not in stated
+
+
+@pytest.mark.parametrize(
+    ("changes", "more"),
+    [
+        ({"axis": "X1"}, {}),
+        ({"axis": "Q"}, {}),
+        ({"feed": 0.0001}, {}),
+        ({"feed": 500_000.0}, {}),
+        ({"dwell_s": 4000.0}, {}),
+        ({"cycles": 20_000}, {}),
+        ({"target": np.array([0.0, 100_000.0])}, {}),
+        ({"overrun": 0.00001}, {}),
+        ({}, {"travel": (0.0, 90.0)}),
+    ],
+)
+def test_what_the_control_cannot_drive_is_refused(
+    changes: dict[str, object], more: dict[str, object]
+) -> None:
+    with pytest.raises(ConfigurationError):
+        program_of(ITNC, plan_of(**changes), **more)  # type: ignore[arg-type]
+
+
+def test_a_name_that_is_none_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="no name of a program"):
+        program_of(ITNC, plan_of(), "program_name=A B")
+
+
+def test_more_repeated_blocks_than_labels_are_refused() -> None:
+    plan = plan_of(target=np.arange(1000.0), cycle=Cycle.STEP, cycles=2, overrun=0.1)
+    with pytest.raises(ConfigurationError, match="labels"):
+        program_of(ITNC, plan)
+
+
+# ---- tables -------------------------------------------------------------------------------------
+
+LEVELS = AxisLevels(
+    np.array([-100.0, 0.0, 100.0, 200.0, 300.0]),
+    np.array([[1.0, -2.0], [3.0, 1.0], [5.0, 2.0], [9.0, 6.0], [20.0, 14.04]]),
+    bidirectional=True,
+)
+
+
+def table_of(control: Control, kind: AxisKind = LINEAR, **changes: object) -> CompensationTable:
+    rule = control.grid_rule(kind, check_options(control, [], purpose="table"))
+    fields: dict[str, object] = {
+        "kind": kind,
+        "axis": "X",
+        "reference_position": 0.0,
+        "per_direction": rule.per_direction,
+        **changes,
+    }
+    position = table_points(LEVELS.target, spacing=100.0, decimals=rule.decimals)
+    return compensation_table(LEVELS, position, **fields)  # type: ignore[arg-type]
+
+
+def written(control: Control, table: CompensationTable, *sets: str) -> str:
+    options = check_options(control, sets, purpose="table")
+    return control.format_table(TableRequest(table=table, options=options)).text
+
+
+def read(control: Control, text: str, kind: AxisKind = LINEAR, *sets: str):
+    options = check_options(control, sets, purpose="table")
+    return control.read_table(text, "t.com", kind, options)
+
+
+ITNC_TEXT = (
+    "BEGIN AXIS-X.COM  DATUM:-100.0000 DISTANCE:+100.0000\r\n"
+    "NR                  X\r\n"
+    "0       -100.0000   -0.0025\r\n"
+    "1       +0.0000     +0.0000\r\n"
+    "2       +100.0000   +0.0015\r\n"
+    "3       +200.0000   +0.0055\r\n"
+    "4       +300.0000   +0.0150\r\n"
+)
+TNC640_TEXT = (
+    "BEGIN AXIS_X.COM MM\r\n"
+    "NR   AXISPOS       BACKLASH      X\r\n"
+    "0    -100.0000     -0.0040       -0.0010\r\n"
+    "1    +0.0000       -0.0010       +0.0010\r\n"
+    "2    +100.0000     +0.0000       +0.0030\r\n"
+    "3    +200.0000     +0.0040       +0.0070\r\n"
+    "4    +300.0000     +0.0120       +0.0180\r\n"
+    "[END]\r\n"
+)
+
+
+def test_the_older_form_has_the_mean_of_each_point_to_the_letter() -> None:
+    assert written(ITNC, table_of(ITNC)) == ITNC_TEXT  # 17.02 - 2 is written as 15.0 µm
+
+
+def test_the_newer_form_has_a_column_for_each_direction_to_the_letter() -> None:
+    assert written(TNC640, table_of(TNC640)) == TNC640_TEXT  # 14.04 - 2 is written as 12.0 µm
+
+
+def test_values_of_a_rotary_axis_are_in_degrees() -> None:
+    table = CompensationTable(
+        kind=ROTARY,
+        axis="C",
+        position=np.array([0.0, 90.0]),
+        deviation=np.array([[0.0, 0.0], [36.0, 36.0]]),
+    )
+    assert "+0.0100" in written(TNC640, table)
+    assert written(ITNC, table).splitlines()[3] == "1       +90.0000    +0.0100"
+    assert read(ITNC, written(ITNC, table), ROTARY).table.deviation[1, 0] == pytest.approx(36.0)
+
+
+def test_a_positive_deviation_is_corrected_towards_the_negative_side() -> None:
+    for control in (ITNC, TNC640):
+        got = read(control, written(control, table_of(control)))
+        correction = control.correction(got.table, np.array([300.0]))
+        assert correction[0, FORWARD] < -14.0
+
+
+def test_without_reversal_the_column_of_the_negative_direction_is_empty() -> None:
+    text = written(TNC640, table_of(TNC640, per_direction=False))
+    assert text.splitlines()[2] == "0    -100.0000                   -0.0025"
+    got = read(TNC640, text).table
+    assert not got.per_direction
+    assert got.deviation[0].tolist() == pytest.approx([-2.5, -2.5])
+
+
+def test_a_reversal_held_apart_goes_into_the_columns_of_the_newer_form() -> None:
+    table = table_of(TNC640, per_direction=False, backlash=True)
+    got = read(TNC640, written(TNC640, table)).table
+    assert got.deviation_at(table.position) == pytest.approx(
+        table.deviation_at(table.position), abs=0.05 + 1e-9
+    )
+
+
+def test_the_older_form_names_a_reversal_in_the_summary_alone() -> None:
+    table = table_of(ITNC, backlash=True)
+    options = check_options(ITNC, [], purpose="table")
+    made = ITNC.format_table(TableRequest(table=table, options=options))
+    assert made.text == ITNC_TEXT
+    assert any("+3.39 µm" in sentence for sentence in made.sentences)
+
+
+finite = st.floats(-500.0, 500.0)
+
+
+@pytest.mark.parametrize("control", [ITNC, TNC640], ids=NAMES)
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+def test_written_read_and_simulated_a_table_stays_within_bound_and_rounding(
+    control: Control, data: st.DataObject
+) -> None:
+    kind = data.draw(st.sampled_from([LINEAR, ROTARY]))
+    gaps = data.draw(st.lists(st.integers(1, 100_000), min_size=1, max_size=20))
+    first = data.draw(st.integers(-500_000, 500_000))
+    target = (first + np.concatenate(([0], np.cumsum(gaps)))) / 1000.0
+    level = np.array(
+        data.draw(st.lists(st.tuples(finite, finite), min_size=target.size, max_size=target.size))
+    )
+    rule = control.grid_rule(kind, check_options(control, [], purpose="table"))
+    levels = AxisLevels(target, level, bidirectional=True)
+    count = data.draw(st.integers(2, 256))
+    if (target[-1] - target[0]) / (count - 1) < 0.001:
+        count = 2
+    position = table_points(target, points=count, decimals=rule.decimals)
+    reference = data.draw(st.floats(-1000.0, 1000.0))
+    table = compensation_table(
+        levels,
+        position,
+        kind=kind,
+        axis="X",
+        reference_position=reference,
+        per_direction=rule.per_direction,
+    )
+    got = read(control, written(control, table), kind).table
+    assert got.position == pytest.approx(position, abs=1e-6)
+    off = np.abs(got.deviation - table.deviation)
+    assert float(np.max(off)) <= 0.5 * rule.resolution + 1e-6
+    # against the levels themselves, apart from the zero that was chosen
+    left = level + control.correction(got, target)
+    free = np.mean(values_at_points(levels, position), axis=1)
+    constant = np.interp(reference, position, free)
+    bound = interpolation_bound(levels, position, per_direction=rule.per_direction)
+    allowed = bound + 0.5 * rule.resolution + 1e-6
+    assert bool(np.all(np.abs(left - constant) <= allowed[:, np.newaxis]))
+
+
+# ---- what a reader refuses, with its line --------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what", "line"),
+    [
+        ("+0.0015", "+0,0015", "decimal comma", 5),
+        ("+0.0015", "n/a", "no number", 5),
+        ("+0.0015", "nan", "no number", 5),
+        ("+0.0015", "1e5", "no number", 5),
+        ("+0.0015", "\u0661\u0662", "no number", 5),
+        ("+0.0015", "", "lacks", 5),
+        ("+200.0000   ", "+201.0000   ", "not equidistant", 6),
+        ("3       +200", "4       +200", "row is missing", 6),
+        ("3       +200", "x       +200", "not with its number", 6),
+        ("2       +100.0000   +0.0015\r\n", "\r\n", "empty within", 5),
+        ("2       +100.0000   +0.0015\r\n", "", "row is missing", 5),
+        ("DISTANCE:+100.0000", "DISTANCE:+0.0000", "not positive", 1),
+        ("DISTANCE:+100.0000", "", "first line", 1),
+        ("DATUM:-100.0000", "DATUM:-100,0000", "decimal comma", 1),
+        ("AXIS-X", "AXIS-Y", "named for axis Y", 2),
+        ("NR                  X", "NR                  X          X", "twice", 2),
+        ("NR                  X", "NR", "heading", 2),
+        ("NR   ", "ZZ   ", "headings", 2),
+        ("-0.0025", "\t-0.0025", "tab", 3),
+        ("-0.0025", "-0.0025 +0.1", "two values", 3),
+        ("+300.0000   +0.0150", "+300.0000   +999999.0", "beyond the column", 7),
+    ],
+)
+def test_the_reader_of_the_older_form_names_defect_and_line(
+    old: str, new: str, what: str, line: int
+) -> None:
+    assert old in ITNC_TEXT
+    with pytest.raises(MeasurementFileError, match=what) as caught:
+        read(ITNC, ITNC_TEXT.replace(old, new, 1))
+    assert f"line {line}" in caught.value.where
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what", "line"),
+    [
+        ("+0.0030", "+0,0030", "decimal comma", 5),
+        ("+0.0030", "n/a", "no number", 5),
+        ("+0.0030", "", "no value of the axis", 5),
+        ("+0.0000       +0.0030", "              +0.0030", "other rows have one", 5),
+        ("+200.0000", "+100.0000", "does not ascend", 6),
+        ("[END]\r\n", "", "cut short", 7),
+        ("[END]\r\n", "[END]\r\n5 +400.0 +0.1\r\n", "follow the end", 9),
+        ("3    +200", "4    +200", "row is missing", 6),
+        ("MM\r\n", "INCH\r\n", "not in MM", 1),
+        ("AXIS_X", "AXIS_Y", "named for axis Y", 2),
+        ("AXISPOS ", "AXISPO  ", "headings", 2),
+        ("BEGIN", "BEGIM", "first line", 1),
+    ],
+)
+def test_the_reader_of_the_newer_form_names_defect_and_line(
+    old: str, new: str, what: str, line: int
+) -> None:
+    assert old in TNC640_TEXT
+    with pytest.raises(MeasurementFileError, match=what) as caught:
+        read(TNC640, TNC640_TEXT.replace(old, new, 1))
+    assert f"line {line}" in caught.value.where
+
+
+@pytest.mark.parametrize("control", [ITNC, TNC640], ids=NAMES)
+def test_the_257th_row_is_refused_in_writing_and_in_reading(control: Control) -> None:
+    position = np.arange(257.0)
+    table = CompensationTable(
+        kind=LINEAR, axis="X", position=position, deviation=np.zeros((257, 2))
+    )
+    with pytest.raises(ConfigurationError, match="256"):
+        written(control, table)
+    whole = CompensationTable(
+        kind=LINEAR, axis="X", position=position[:256], deviation=np.zeros((256, 2))
+    )
+    text = written(control, whole)
+    assert read(control, text).table.position.size == 256
+    last = text.replace("[END]\r\n", "").splitlines()[-1].replace("255", "256")
+    with pytest.raises(MeasurementFileError, match="at most 256"):
+        read(control, text.replace("[END]\r\n", "") + last + "\r\n[END]\r\n")
+
+
+@pytest.mark.parametrize("control", [ITNC, TNC640], ids=NAMES)
+@given(
+    text=st.text(alphabet=st.sampled_from("BEGIN AXIS-X.COM_DTU:+0123,\r\n []e\t%"), max_size=200)
+)
+@settings(max_examples=150, deadline=None)
+def test_hostile_text_is_an_error_with_words(control: Control, text: str) -> None:
+    with pytest.raises(MeasurementFileError):
+        read(control, text)
+
+
+@pytest.mark.parametrize(("control", "good"), [(ITNC, ITNC_TEXT), (TNC640, TNC640_TEXT)], ids=NAMES)
+@given(data=st.data())
+@settings(max_examples=200, deadline=None)
+def test_a_damaged_table_is_read_or_refused_and_never_falls(
+    control: Control, good: str, data: st.DataObject
+) -> None:
+    place = data.draw(st.integers(0, len(good) - 1))
+    cut = data.draw(st.integers(0, 30))
+    put = data.draw(st.text(max_size=5))
+    try:
+        got = read(control, good[:place] + put + good[place + cut :])
+    except MeasurementFileError:
+        return
+    assert bool(np.all(np.isfinite(got.table.deviation)))
+
+
+@pytest.mark.parametrize(("control", "good"), [(ITNC, ITNC_TEXT), (TNC640, TNC640_TEXT)], ids=NAMES)
+def test_an_endless_line_and_an_endless_file_are_refused(control: Control, good: str) -> None:
+    with pytest.raises(MeasurementFileError, match="longer than 1000"):
+        read(control, good.replace("X\r\n", "X " * 100_000 + "\r\n", 1))
+    with pytest.raises(MeasurementFileError, match="too large"):
+        read(control, good + " " * 5_000_000)
+
+
+def test_columns_of_other_axes_are_named_and_not_simulated() -> None:
+    lines = [
+        "BEGIN AXIS-X.COM  DATUM:+0.0000 DISTANCE:+10.0000",
+        "NR                  X          Y          Z",
+        "0       +0.0000     +0.0000    +0.0100",
+        "1       +10.0000    +0.0020               +0.0300",
+        "[END]",
+    ]
+    got = read(ITNC, "\n".join(lines) + "\n")
+    assert got.table.deviation[:, 0].tolist() == pytest.approx([0.0, 2.0])
+    assert any("Y, Z" in finding for finding in got.findings)
+
+
+def test_a_table_whose_name_has_no_axis_takes_the_only_column_and_says_so() -> None:
+    got = read(ITNC, ITNC_TEXT.replace("AXIS-X", "COMP1"))
+    assert got.table.axis == "X"
+    assert got.findings
+    with pytest.raises(MeasurementFileError, match="which is its own"):
+        read(TNC640, TNC640_TEXT.replace("AXIS_X", "COMP1").replace("      X", "      X   Y"))
+
+
+def test_a_distance_that_is_no_power_of_two_is_refused_where_it_is_asked_for() -> None:
+    with pytest.raises(ConfigurationError, match="power of two") as caught:
+        written(ITNC, table_of(ITNC), "spacing=power_of_two")
+    assert "52.4288" in caught.value.remedy
+    assert "104.8576" in caught.value.remedy
+    table = CompensationTable(
+        kind=LINEAR,
+        axis="X",
+        position=6.5536 * np.arange(4),
+        deviation=np.zeros((4, 2)),
+        reference_position=0.0,
+    )
+    text = written(ITNC, table, "spacing=power_of_two")
+    assert "DISTANCE:+6.5536" in text
+    assert not read(ITNC, text, LINEAR, "spacing=power_of_two").findings
+
+
+@pytest.mark.parametrize(
+    ("control", "position", "axis"),
+    [
+        (ITNC, [0.0, 10.0, 25.0], "X"),
+        (ITNC, [0.00005, 10.00005], "X"),
+        (TNC640, [0.00005, 10.00005], "X"),
+        (ITNC, [0.0, 1.0], ""),
+        (TNC640, [0.0, 1.0], "x y"),
+        (TNC640, [0.0, 1.0], "NR"),
+        (TNC640, [0.0, 200_000.0], "X"),
+    ],
+)
+def test_a_table_that_the_form_cannot_hold_is_refused(
+    control: Control, position: list[float], axis: str
+) -> None:
+    table = CompensationTable(
+        kind=LINEAR, axis=axis, position=np.array(position), deviation=np.zeros((len(position), 2))
+    )
+    with pytest.raises(ConfigurationError):
+        written(control, table)
+
+
+def test_points_at_unequal_distances_are_kept_by_the_newer_form() -> None:
+    table = CompensationTable(
+        kind=LINEAR,
+        axis="Z1",
+        position=np.array([0.0, 10.1234, 25.0]),
+        deviation=np.array([[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]),
+    )
+    got = read(TNC640, written(TNC640, table)).table
+    assert got.axis == "Z1"
+    assert got.position.tolist() == table.position.tolist()
+    assert got.deviation == pytest.approx(table.deviation)
+
+
+@pytest.mark.parametrize("control", [ITNC, TNC640])
+@pytest.mark.parametrize("kind", [LINEAR, ROTARY])
+@pytest.mark.parametrize("backlash", [None, -3.0])
+def test_every_sentence_ends_with_a_full_stop(
+    control: Control, kind: AxisKind, backlash: float | None
+) -> None:
+    table = replace(table_of(control, kind), backlash=backlash)
+    options = check_options(control, [], purpose="table")
+    said = control.format_table(TableRequest(table=table, options=options)).sentences
+    assert all(s.endswith(".") for s in said)

@@ -1,0 +1,594 @@
+"""LinuxCNC: its programs by a small interpreter of our own, its tables by a reader of our own."""
+
+import itertools
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from thermaxis.controls import (
+    ProgramRequest,
+    TableRequest,
+    check_options,
+    control_by_name,
+)
+from thermaxis.controls.linuxcnc import CONTROL
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.files.plan_json import plan_sha256
+from thermaxis.positioning import (
+    BACKWARD,
+    FORWARD,
+    AxisLevels,
+    CompensationTable,
+    Cycle,
+    TestPlan,
+    compensation_table,
+    evaluate_duration,
+    interpolation_bound,
+    moves_of_plan,
+    order_of_visits,
+    table_points,
+    values_at_points,
+)
+from thermaxis.quantities import AxisKind
+
+PLAN = TestPlan(
+    kind=AxisKind.LINEAR,
+    axis="X",
+    target=np.array([-2.0, 10.123, 20.0, 33.3]),
+    cycles=3,
+    feed=600.0,
+    dwell_s=2.0,
+    recording_s=0.25,
+    overrun=4.5,
+)
+HOSTILE = [
+    *("x) G0 Z-100", "*)", "(MSG, hello", "MSG, hello", "DEBUG,#1", "PRINT,#2", "%", "µ ü €"),
+    *("; M30", "o100 endrepeat", "a" * 200, "é" * 200, "(LOGOPEN,/etc/passwd)", "?x=1&y"),
+]
+
+
+def table_options(*stated: str) -> dict[str, str]:
+    return dict(check_options(CONTROL, stated, purpose="table"))
+
+
+def request(plan: TestPlan, *stated: str, warm_up: int = 0, axis: str = "X", **more: object) -> str:
+    options = check_options(CONTROL, stated, purpose="program")
+    blocks = moves_of_plan(plan, warm_up=warm_up)
+    return CONTROL.format_program(
+        ProgramRequest(
+            plan=plan,
+            plan_sha256=plan_sha256(plan),
+            blocks=blocks,
+            axis=axis,
+            options=options,
+            **more,  # type: ignore[arg-type]  # fields by name
+        )
+    )
+
+
+# ---- an interpreter of the few words that the programs use --------------------------------------
+
+
+@dataclass
+class Driven:
+    """What the axis did."""
+
+    stops: list[tuple[float, float]]
+    """Position and direction of the last move of each stop."""
+    places: list[float]
+    dwell_s: list[float]
+    way: float
+
+
+def drive(program: str, letter: str = "X", start: float = 1000.0) -> Driven:
+    lines = [re.sub(r"\([^()]*\)", "", line).strip() for line in program.splitlines()]
+    assert all("(" not in line and ")" not in line for line in lines)
+    done = Driven([], [], [], 0.0)
+    place, direction, k = start, 0.0, 0
+    loops: dict[str, tuple[int, int]] = {}
+    ended = False
+    while k < len(lines):
+        line = lines[k]
+        assert not ended or not line
+        if found := re.fullmatch(r"(o\d+) repeat \[(\d+)\]", line):
+            loops[found[1]] = (k, int(found[2]))
+        elif found := re.fullmatch(r"(o\d+) endrepeat", line):
+            at, left = loops[found[1]]
+            loops[found[1]] = (at, left - 1)
+            k = at if left > 1 else k
+        elif found := re.fullmatch(rf"(?:G53 )?G1 {letter}(-?\d+\.\d+)", line):
+            to = float(found[1])
+            done.way += abs(to - place) if done.places else 0.0
+            direction, place = np.sign(to - place), to
+            done.places.append(to)
+        elif found := re.fullmatch(r"G4 P(\d+\.\d+)", line):
+            done.stops.append((place, direction))
+            done.dwell_s.append(float(found[1]))
+        elif line == "M2":
+            ended = True
+        else:
+            assert line in {"", "G21 G90 G94 G40 G49 G80", "G61.1"} or line.startswith("F"), line
+        k += 1
+    assert ended
+    return done
+
+
+def planned_stops(plan: TestPlan) -> list[tuple[float, float]]:
+    visits = order_of_visits(plan)
+    side = np.where(visits.approach == FORWARD, 1.0, -1.0)
+    return list(zip(plan.target[visits.target].tolist(), side.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("cycle", list(Cycle))
+@pytest.mark.parametrize("approaches", [(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)])
+@pytest.mark.parametrize("warm_up", [0, 1, 4])
+@pytest.mark.parametrize("coordinates", ["machine", "work"])
+def test_the_program_visits_every_target_in_order_from_its_side(
+    cycle: Cycle, approaches: tuple[int, ...], warm_up: int, coordinates: str
+) -> None:
+    plan = replace(PLAN, cycle=cycle, approaches=approaches)
+    program = request(plan, f"coordinates={coordinates}", warm_up=warm_up)
+    for start in (-1000.0, 10.123, 1000.0):
+        done = drive(program, start=start)
+        assert done.stops == planned_stops(plan)
+        assert set(done.dwell_s) == {2.25}
+        assert min(done.places) >= plan.lowest
+        assert max(done.places) <= plan.highest
+    assert ("G53" in program) == (coordinates == "machine")
+
+
+def test_the_head_states_the_duration_that_the_motion_takes() -> None:
+    program = request(PLAN)
+    done = drive(program)
+    seconds = 60.0 * done.way / PLAN.feed + sum(done.dwell_s)
+    assert f"duration about {seconds / 60:.1f} min" in program
+    assert seconds == pytest.approx(evaluate_duration(PLAN).total_s, abs=2.0)
+    warmed = request(PLAN, warm_up=500)
+    done = drive(warmed)
+    minutes = done.way / PLAN.feed + sum(done.dwell_s) / 60
+    assert f"duration about {minutes:.1f} min" in warmed
+
+
+@given(
+    st.lists(st.integers(-200_000, 200_000), min_size=2, max_size=12, unique=True),
+    st.sampled_from(list(Cycle)),
+    st.sampled_from([(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)]),
+    st.integers(1, 4),
+    st.floats(0.001, 50.0),
+)
+@settings(max_examples=60, deadline=None)
+def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
+    thousandths: list[int],
+    cycle: Cycle,
+    approaches: tuple[int, ...],
+    cycles: int,
+    overrun: float,
+) -> None:
+    target = np.array(sorted(thousandths)) / 1000.0
+    plan = replace(
+        PLAN, target=target, cycle=cycle, approaches=approaches, cycles=cycles, overrun=overrun
+    )
+    done = drive(request(plan))
+    assert done.stops == planned_stops(plan)
+    assert min(done.places) >= plan.lowest - 1e-6
+    assert max(done.places) <= plan.highest + 1e-6
+
+
+@pytest.mark.parametrize("title", HOSTILE)
+def test_text_of_a_plan_stays_a_comment_without_any_power(title: str) -> None:
+    if not title.isprintable():
+        pytest.skip("a plan refuses it")
+    plan = replace(PLAN, title=title)
+    program = request(plan)
+    plain = request(PLAN)
+    assert drive(program) == drive(plain)
+    body = [line for line in program.splitlines() if not line.startswith("(title")]
+    wanted = [line.replace(plan_sha256(PLAN), plan_sha256(plan)) for line in plain.splitlines()]
+    assert body == wanted
+    assert program.isascii()
+    assert "," not in program
+    assert "%" not in program
+    assert max(map(len, program.splitlines())) < 255
+
+
+def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
+    plan = replace(PLAN, title="Spindle side, run 2")
+    head = [line for line in request(plan).splitlines() if line.startswith("(")]
+    text = "\n".join(head)
+    assert f"(plan sha256 {plan_sha256(plan)})" in head
+    assert "(title Spindle side run 2)" in head
+    assert "lowest -6.500 highest 37.800 mm" in text
+    assert "feed 600 mm per min" in text
+    assert "Prove with reduced feed" in text
+    assert "WARNING travel of the axis was not stated" in text
+    stated = request(plan, travel=(-10.0, 50.0))
+    assert "travel -10.000 to 50.000 mm was checked" in stated
+    assert "WARNING" not in stated
+    assert "WARNING the check holds" in request(plan, "coordinates=work", travel=(-10.0, 50.0))
+
+
+@pytest.mark.parametrize("travel", [(-6.0, 50.0), (-10.0, 37.0)])
+def test_motion_beyond_the_travel_is_refused(travel: tuple[float, float]) -> None:
+    with pytest.raises(ConfigurationError, match=r"from -6.5 to 37.8 mm; its travel is"):
+        request(PLAN, travel=travel)
+
+
+@pytest.mark.parametrize(
+    ("kind", "good", "bad"), [("linear", "xZW", "CIF"), ("rotary", "Ab", "XE")]
+)
+def test_an_axis_has_one_letter_that_fits_its_kind(kind: str, good: str, bad: str) -> None:
+    plan = replace(PLAN, kind=AxisKind(kind))
+    for letter in good:
+        assert drive(request(plan, axis=letter), letter.upper()).stops == planned_stops(plan)
+    for name in (*bad, "X1", "XY", "X G0"):
+        with pytest.raises(ConfigurationError, match="Name one of"):
+            request(plan, axis=name)
+
+
+# ---- tables -------------------------------------------------------------------------------------
+
+LEVELS = AxisLevels(
+    np.array([0.0, 100.0, 250.0]), np.array([[2.0, -2.0], [12.5, 8.5], [-31.0, -36.25]]), True
+)
+
+
+def table_of(levels: AxisLevels, position: np.ndarray, kind: AxisKind) -> CompensationTable:
+    return compensation_table(levels, position, kind=kind, axis="X", reference_position=0.0)
+
+
+def written(table: CompensationTable, *stated: str) -> str:
+    return CONTROL.format_table(TableRequest(table=table, options=table_options(*stated))).text
+
+
+def plain_rows(text: str) -> np.ndarray:
+    assert text.endswith("\n")
+    assert not text.endswith("\n\n")
+    return np.array([[float(word) for word in line.split(" ")] for line in text[:-1].split("\n")])
+
+
+def test_the_values_of_both_types_are_those_worked_out_by_hand() -> None:
+    table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
+    assert written(table) == (
+        "0.000000 0.002000 -0.002000\n"
+        "100.000000 100.012500 100.008500\n"
+        "250.000000 249.969000 249.963750\n"
+    )
+    assert written(table, "type=1") == (
+        "0.000000 -0.002000 0.002000\n"
+        "100.000000 -0.012500 -0.008500\n"
+        "250.000000 0.031000 0.036250\n"
+    )
+    inch = plain_rows(written(table, "type=1", "units=inch"))
+    assert inch[2] == pytest.approx([250 / 25.4, 0.031 / 25.4, 0.03625 / 25.4], abs=0.51e-8)
+
+
+def test_a_rotary_table_is_in_degrees_whatever_the_units_of_the_machine() -> None:
+    table = table_of(LEVELS, LEVELS.target, AxisKind.ROTARY)
+    assert written(table) == written(table, "units=inch")
+    assert plain_rows(written(table))[1] == pytest.approx(
+        [100.0, 100 + 12.5 / 3600, 100 + 8.5 / 3600], abs=0.51e-7
+    )
+
+
+def test_reversal_that_is_stated_apart_goes_into_the_two_columns() -> None:
+    table = CompensationTable(
+        kind=AxisKind.LINEAR,
+        axis="X",
+        position=np.array([0.0, 10.0]),
+        deviation=np.zeros((2, 2)),
+        backlash=-3.0,
+    )
+    assert plain_rows(written(table))[:, 1:] - [[0.0], [10.0]] == pytest.approx(
+        np.array([[-0.0015, 0.0015], [-0.0015, 0.0015]])
+    )
+
+
+def test_the_summary_says_sign_unit_and_how_to_load() -> None:
+    table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
+    for kind in ("0", "1"):
+        text = CONTROL.format_table(
+            TableRequest(table=table, options=table_options(f"type={kind}"))
+        )
+        said = " ".join(text.sentences)
+        for words in ("[V]", "mm", f"COMP_FILE_TYPE = {kind}", "BACKLASH", "no comment"):
+            assert words in said
+
+
+def trim_of_the_control(text: str, kind: str, place: float, side: int) -> float:
+    """Do what ``usrmotLoadComp`` and ``compute_screw_comp`` do, in the file's unit."""
+    entries: list[tuple[float, float]] = []
+    for line in text.split("\n"):
+        words = line.split()
+        if len(words) < 3:
+            break
+        nominal, *values = (float(word) for word in words[:3])
+        entries.append((nominal, nominal - values[side] if kind == "0" else values[side]))
+    if place <= entries[0][0]:
+        return entries[0][1]
+    for (low, a), (high, b) in itertools.pairwise(entries):
+        if place < high:
+            return a + (b - a) * (place - low) / (high - low)
+    return entries[-1][1]
+
+
+levels_of_any_run = st.integers(2, 12).flatmap(
+    lambda m: st.tuples(
+        st.lists(
+            st.integers(-400_000, 400_000), min_size=m, max_size=m, unique_by=lambda t: t // 5000
+        ),
+        st.lists(st.floats(-300.0, 300.0), min_size=2 * m, max_size=2 * m),
+    )
+)
+
+
+@given(
+    levels_of_any_run,
+    st.sampled_from(["0", "1"]),
+    st.sampled_from(["mm", "inch"]),
+    st.sampled_from(list(AxisKind)),
+    st.one_of(st.none(), st.integers(2, 40)),
+)
+@settings(max_examples=120, deadline=None)
+def test_any_run_is_corrected_within_the_interpolation_bound_and_half_a_step(
+    run: tuple[list[int], list[float]],
+    type_: str,
+    units: str,
+    kind: AxisKind,
+    points: int | None,
+) -> None:
+    thousandths = sorted(run[0])
+    target = np.array(thousandths) / 1000.0
+    levels = AxisLevels(target, np.array(run[1]).reshape(-1, 2), True)
+    position = target if points is None else table_points(target, points=points)
+    table = table_of(levels, position, kind)
+    stated = (f"type={type_}", f"units={units}")
+    text = written(table, *stated)
+    options = table_options(*stated)
+    read = CONTROL.read_table(text, "x.comp", kind, options)
+    assert read.points_in_file == position.size
+    correction = CONTROL.correction(read.table, target)
+    left = levels.level + correction
+    moved = float(np.max(np.abs(read.table.position - position)))  # the digits of an inch
+    steepest = float(np.max(np.abs(np.diff(levels.level, axis=0)) / np.diff(target)[:, None]))
+    bound = interpolation_bound(levels, position)
+    mean = np.mean(values_at_points(levels, position), axis=1)
+    zero = float(np.interp(0.0, position, mean))
+    slack = 0.5 * CONTROL.grid_rule(kind, options).resolution + steepest * moved + 1e-6
+    assert np.all(np.abs(left - zero) <= bound[:, None] + slack)
+    unit = 3600.0 if kind is AxisKind.ROTARY else {"mm": 1000.0, "inch": 25400.0}[units]
+    length = 1.0 if kind is AxisKind.ROTARY else {"mm": 1.0, "inch": 25.4}[units]
+    for i, place in enumerate(target.tolist()):
+        for side in (0, 1):
+            own = trim_of_the_control(text, type_, place / length, side) * unit
+            assert own == pytest.approx(correction[i, side], abs=1e-4)
+
+
+def test_the_opposite_sign_doubles_the_error() -> None:
+    table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
+    text = written(table, "type=1")
+    flipped = "".join(f"{p:.6f} {-f:.6f} {-r:.6f}\n" for p, f, r in plain_rows(text).tolist())
+    wrong = CONTROL.read_table(flipped, "x", AxisKind.LINEAR, table_options("type=1"))
+    left = LEVELS.level + CONTROL.correction(wrong.table, LEVELS.target)
+    assert left == pytest.approx(2 * LEVELS.level, abs=1e-3)
+
+
+def test_256_points_are_written_and_read_and_257_are_refused() -> None:
+    position = np.arange(257) * 1.0
+    table = CompensationTable(
+        kind=AxisKind.LINEAR, axis="X", position=position, deviation=np.zeros((257, 2))
+    )
+    with pytest.raises(ConfigurationError, match="257 points; LinuxCNC reads at most 256"):
+        written(table)
+    text = "".join(f"{p} {p} {p}\n" for p in range(256))
+    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+    assert read.table.position.size == 256
+    with pytest.raises(MeasurementFileError, match="x, line 257: this is point 257") as caught:
+        CONTROL.read_table(text + "256 256 256\n", "x", AxisKind.LINEAR, table_options())
+    assert "at most 256" in caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "read", "left"),
+    [
+        ("0 0 0\n1 1 1\n\n2 2 2\n3 3 3\n", 3, 2, 2),
+        ("0 0 0\n# head\n2 2 2\n", 2, 1, 1),
+        ("0 0 0\n1 1 1\n2 2\n3 3 3\n", 3, 2, 1),
+        ("0 0 0\n1 1,5 1\n2 2 2\n", 2, 1, 1),
+        ("0 0 0\n1 1 1\n \t\n2 2 2\n", 3, 2, 1),
+    ],
+)
+def test_where_the_control_stops_without_a_word_the_reader_says_so(
+    text: str, line: int, read: int, left: int
+) -> None:
+    table = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+    assert table.table.position.size == read
+    assert table.points_in_file == read + left
+    (finding,) = table.findings
+    assert finding.startswith(f"line {line} is ")
+    assert f"{read} point(s) are read, {left} behind it are left out" in finding
+    assert ("decimal comma" in finding) == ("," in text)
+
+
+@pytest.mark.parametrize("end", ["", "\n", "\r\n", "\n\n\n"])
+def test_the_end_of_the_file_is_no_finding(end: str) -> None:
+    read = CONTROL.read_table("0 0 0\n1 1 1" + end, "x", AxisKind.LINEAR, table_options())
+    assert read.findings == ()
+    assert read.points_in_file == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "line 1: LinuxCNC reads no point"),
+        ("nominal forward reverse\n0 0 0\n", "line 1: LinuxCNC reads no point"),
+        ("0,0 0,001 0,002\n", "line 1: LinuxCNC reads no point"),
+        ("0 0 0,002\n1 1 1\n", "line 1: a decimal comma"),
+        ("0 0 0\n0 0 0\n", "line 2: the nominal position 0 does not follow 0"),
+        ("0 0 0\n2 2 2\n1 1 1\n", "line 3: the nominal position 1 does not follow 2"),
+        ("0 0 nan\n", "line 1: a value is not a finite number"),
+        ("0 0 0\n1 inf 1\n", "line 2: a value is not a finite number"),
+        ("0 0 1e999\n", "line 1: a value is not a finite number"),
+        ("0 0 0\n1 -1e308 1\n", "line 2: a value is not a finite number of at most 1000000"),
+        ("-1e308 0 0\n1 1 1\n", "line 1: a value is not a finite number of at most 1000000"),
+        ("0 0 1000000.1\n", "line 1: a value is not a finite number of at most 1000000"),
+        ("0 0 0\n1e-320 1 1\n", "line 2: the nominal position 1e-320 lies nearer than 1e-09"),
+        ("0 0 " + "0" * 300 + "\n", "line 1: the line is longer than 254 characters"),
+    ],
+)
+def test_what_the_control_would_refuse_or_misread_is_refused_with_its_line(
+    text: str, words: str
+) -> None:
+    with pytest.raises(MeasurementFileError) as caught:
+        CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+    assert words in str(caught.value)
+    assert caught.value.remedy
+
+
+def test_text_behind_the_three_numbers_is_passed_over_and_told() -> None:
+    read = CONTROL.read_table("0 0 0 # a\n1 1 1 7\n", "x", AxisKind.LINEAR, table_options())
+    assert read.table.position.tolist() == [0.0, 1.0]
+    assert [finding[:9] for finding in read.findings] == ["line 1: '", "line 2: '"]
+
+
+@pytest.mark.parametrize("type_", ["0", "1"])
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_a_table_that_is_read_as_the_other_type_is_refused(type_: str, units: str) -> None:
+    table = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR)
+    text = written(table, f"type={type_}", f"units={units}")
+    other = {"0": "1", "1": "0"}[type_]
+    with pytest.raises(MeasurementFileError) as caught:
+        CONTROL.read_table(
+            text, "x", AxisKind.LINEAR, table_options(f"type={other}", f"units={units}")
+        )
+    assert f"--set type={type_}" in caught.value.remedy
+
+
+@pytest.mark.parametrize("place", range(12))
+@pytest.mark.parametrize("side", [0, 1])
+def test_one_wrong_value_is_named_with_its_line_and_no_other(place: int, side: int) -> None:
+    rng = np.random.default_rng(place)
+    position = (np.arange(12) * 18.0 + rng.uniform(-5, 5, 12)).round(1)
+    rows = position[:, None] + np.column_stack(
+        (np.zeros(12), 0.01 * np.sin(position / 30), 0.01 * np.cos(position / 30))
+    )
+    rows[place, 1 + side] += 0.198
+    text = "".join(f"{p:.4f} {f:.4f} {r:.4f}\n" for p, f, r in rows.tolist())
+    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+    (finding,) = read.findings
+    assert finding.startswith(f"line {place + 1}: the {('forward', 'reverse')[side]} value")
+
+
+def test_a_smooth_table_and_small_scatter_raise_no_suspicion() -> None:
+    rng = np.random.default_rng(1)
+    position = np.arange(60) * 10.0
+    for size in (0.0, 0.3, 3.0, 30.0):
+        deviation = 20 * np.sin(position / 90)[:, None] + rng.normal(0, size, (60, 2))
+        table = CompensationTable(
+            kind=AxisKind.LINEAR, axis="X", position=position, deviation=deviation
+        )
+        read = CONTROL.read_table(written(table), "x", AxisKind.LINEAR, table_options())
+        assert read.findings == ()
+
+
+@pytest.mark.parametrize(("ripple_um", "limit_um"), [(0.0, 10.0), (0.4, 10.0), (1.0, 20.0)])
+def test_a_value_is_suspect_from_10_um_and_ten_typical_distances_on(
+    ripple_um: float, limit_um: float
+) -> None:
+    """Deviations that alternate by plus and minus the ripple lie twice that off their line."""
+    position = np.arange(40) * 10.0
+    alternating = ripple_um * np.where(np.arange(40) % 2, -1.0, 1.0)
+    for over_um in (-0.1, 0.1):
+        deviation = np.stack((alternating, alternating), axis=1)
+        deviation[20, 0] = limit_um + over_um - ripple_um  # its neighbours are at minus the ripple
+        table = CompensationTable(
+            kind=AxisKind.LINEAR, axis="X", position=position, deviation=deviation
+        )
+        read = CONTROL.read_table(written(table), "x", AxisKind.LINEAR, table_options())
+        assert [finding[:8] for finding in read.findings] == (["line 21:"] if over_um > 0 else [])
+
+
+def test_the_largest_number_that_is_read_is_a_million() -> None:
+    text = "-1000000 -1000000 -999999.999\n1000000 1000000 1e6\n"
+    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options("units=inch"))
+    assert read.table.position.tolist() == [-25.4e6, 25.4e6]
+
+
+@given(
+    st.lists(
+        st.tuples(*[st.sampled_from(["0", "1", "-1e308", "1e-320", "1e-9", "1e6", "-5e5"])] * 3),
+        min_size=1,
+        max_size=6,
+    ),
+    st.sampled_from(["0", "1"]),
+)
+@settings(max_examples=300, deadline=None)
+def test_no_number_overflows_whatever_its_size(rows: list[tuple[str, ...]], type_: str) -> None:
+    """Warnings of numpy are errors in the tests."""
+    text = "".join(" ".join(row) + "\n" for row in rows)
+    try:
+        read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options(f"type={type_}"))
+    except MeasurementFileError:
+        return
+    assert bool(np.all(np.isfinite(CONTROL.correction(read.table, np.linspace(-2, 2, 9)))))
+
+
+@given(st.text(alphabet="0123456789.-+eE, \t\n\rnaifx#", max_size=200))
+@settings(max_examples=300, deadline=None)
+def test_no_text_makes_the_reader_fail_otherwise_than_by_its_own_error(text: str) -> None:
+    try:
+        read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+    except MeasurementFileError:
+        return
+    assert read.points_in_file is not None
+    assert read.table.position.size <= read.points_in_file
+
+
+def test_numbers_are_taken_as_the_control_takes_them() -> None:
+    """``sscanf`` needs no space between numbers and gives back nothing that it took."""
+    read = CONTROL.read_table("-1.5-1.5+1e-3\n 2 2.\t.2e1\n", "x", AxisKind.LINEAR, table_options())
+    assert read.table.position.tolist() == [-1.5, 2.0]
+    assert read.table.deviation[0] == pytest.approx([0.0, 1501.0])
+    with pytest.raises(MeasurementFileError, match="no point"):
+        CONTROL.read_table("1.5 2\n", "x", AxisKind.LINEAR, table_options())
+
+
+@pytest.mark.parametrize("feed", [1e-7, 4e-10])
+def test_a_feed_that_would_be_written_as_zero_is_refused(feed: float) -> None:
+    with pytest.raises(ConfigurationError, match="too small"):
+        request(replace(PLAN, feed=feed))
+    assert "F0.0005" in request(replace(PLAN, feed=0.0005))
+
+
+def test_the_longest_program_is_written_in_a_moment_and_its_lines_are_short() -> None:
+    target = np.arange(1000) * 1.0
+    plan = replace(PLAN, target=target, cycle=Cycle.PILGRIM, cycles=90)
+    program = request(plan)
+    assert max(map(len, program.splitlines())) < 120
+    assert len(drive(program).stops) == plan.stops
+
+
+def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
+    long = "".join(f"{i} {i} {i}\n" for i in range(200_000))
+    with pytest.raises(MeasurementFileError, match="line 257: this is point 257"):
+        CONTROL.read_table(long, "x", AxisKind.LINEAR, table_options())
+    for text in ("1" * 4_000_000, "0 0 0\n" + "1" * 4_000_000, " " * 4_000_000):
+        with pytest.raises(MeasurementFileError, match="longer than 254"):
+            CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+    with pytest.raises(MeasurementFileError, match="larger than 5 MB"):
+        CONTROL.read_table("0 0 0\n" * 1_000_000, "x", AxisKind.LINEAR, table_options())
+
+
+def test_an_overrun_that_is_lost_in_the_digits_is_refused() -> None:
+    for cycle in Cycle:
+        with pytest.raises(ConfigurationError, match="overrun is shorter"):
+            request(replace(PLAN, cycle=cycle, overrun=1e-9))
+    plan = replace(PLAN, overrun=2e-6)
+    assert drive(request(plan)).stops == planned_stops(plan)
+
+
+def test_the_control_is_found_by_its_name() -> None:
+    assert control_by_name("linuxcnc") is CONTROL

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from thermaxis.controls import ProgramRequest, check_options, control_by_name, control_names
+from thermaxis.controls._program_words import feed_word, inward_positions
+from thermaxis.errors import ConfigurationError
+from thermaxis.files.plan_json import plan_sha256
+from thermaxis.positioning import Move, MoveBlock, TestPlan, moves_of_plan
+from thermaxis.quantities import AxisKind
+
+
+def plan_of(**changes: object) -> TestPlan:
+    fields: dict[str, object] = {
+        "kind": AxisKind.LINEAR,
+        "axis": "X",
+        "target": np.array([0.0, 21.5, 38.0]),
+        "cycles": 2,
+        "feed": 300.0,
+        "dwell_s": 2.0,
+        "recording_s": 0.5,
+        "overrun": 5.0,
+    }
+    return TestPlan(**{**fields, **changes})  # type: ignore[arg-type]
+
+
+@given(
+    target=st.integers(-10_000_000, 10_000_000),
+    overrun=st.floats(0.01, 50.0),
+    decimals=st.integers(3, 6),
+    side=st.sampled_from([-1.0, 1.0]),
+)
+@settings(max_examples=300, deadline=None)
+def test_a_turn_is_rounded_towards_its_stop_by_less_than_one_digit(
+    target: int, overrun: float, decimals: int, side: float
+) -> None:
+    stop = target / 1000.0
+    turn = stop + side * overrun
+    block = MoveBlock("b", 1, (Move(turn, None, None), Move(stop, 1, 0)))
+    written, at = inward_positions(block, decimals)
+    assert at == stop
+    digit = 10.0**-decimals
+    inwards = side * (turn - written)
+    assert -1e-8 <= inwards < digit + 1e-8
+    assert side * (written - stop) > 0
+    assert abs(written / digit - round(written / digit)) < 1e-5
+
+
+def test_turns_that_are_written_exactly_stay_where_they_are() -> None:
+    """10.123 - 4.5 is 5.6229999999999993 in floating point."""
+    for place in (10.123 - 4.5, 99_999.999 - 0.001, -50_000.1 - 3.0):
+        block = MoveBlock("b", 1, (Move(place, None, None), Move(100_000.0, 1, 0)))
+        assert inward_positions(block, 6)[0] == pytest.approx(place, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("feed", "text"),
+    [(300.0, "300"), (0.5, "0.5"), (1234.5678, "1234.5678"), (0.000001, "0.000001")],
+)
+def test_a_feed_has_no_zeros_at_its_end(feed: float, text: str) -> None:
+    assert feed_word(plan_of(feed=feed)) == text
+
+
+def test_a_feed_beyond_its_word_is_refused() -> None:
+    assert feed_word(plan_of(feed=99.9996), decimals=3, largest=100.0) == "100"
+    with pytest.raises(ConfigurationError, match="more than the 100"):
+        feed_word(plan_of(feed=100.001), decimals=3, largest=100.0)
+    with pytest.raises(ConfigurationError, match="too small"):
+        feed_word(plan_of(feed=0.0004), decimals=3)
+
+
+@pytest.mark.parametrize("name", control_names())
+def test_every_control_refuses_an_overrun_that_its_digits_lose(name: str) -> None:
+    control = control_by_name(name)
+    plan = plan_of(overrun=1e-7)
+    with pytest.raises(ConfigurationError, match=r"overrun is shorter than the [346] decimals"):
+        control.format_program(
+            ProgramRequest(
+                plan=plan,
+                plan_sha256=plan_sha256(plan),
+                blocks=moves_of_plan(plan),
+                axis="X",
+                options=check_options(control, [], purpose="program"),
+            )
+        )

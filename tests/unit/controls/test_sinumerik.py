@@ -1,0 +1,669 @@
+"""SINUMERIK: its programs by a small interpreter of our own, its tables by a reader of our own."""
+
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from thermaxis.controls import (
+    ProgramRequest,
+    TableRequest,
+    TableText,
+    check_options,
+    control_by_name,
+)
+from thermaxis.controls.sinumerik import ALARM, CONTROL
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.files.plan_json import plan_sha256
+from thermaxis.positioning import (
+    BACKWARD,
+    FORWARD,
+    AxisLevels,
+    CompensationTable,
+    Cycle,
+    TestPlan,
+    compensation_table,
+    interpolation_bound,
+    moves_of_plan,
+    order_of_visits,
+    table_points,
+    values_at_points,
+)
+from thermaxis.quantities import AxisKind
+
+PLAN = TestPlan(
+    kind=AxisKind.LINEAR,
+    axis="X1",
+    target=np.array([-2.0, 10.123, 20.0, 33.3]),
+    cycles=3,
+    feed=600.0,
+    dwell_s=2.0,
+    recording_s=0.25,
+    overrun=4.5,
+)
+HOSTILE = [
+    *("x) G0 Z-100", "*)", "; M30", 'MSG("hello")', "%_N_X_MPF", "$MA_X=1", "µ ü €", "é" * 200),
+    *("THX_LIMIT:", "ENDFOR", "a" * 200, "=1", '"'),
+]
+MODES = ("G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601", "DEF INT THX_CYCLE")
+
+
+def table_options(*stated: str) -> dict[str, str]:
+    return dict(check_options(CONTROL, stated, purpose="table"))
+
+
+def request(plan: TestPlan, *stated: str, warm_up: int = 0, **more: object) -> str:
+    options = check_options(CONTROL, stated, purpose="program")
+    return CONTROL.format_program(
+        ProgramRequest(
+            plan=plan,
+            plan_sha256=plan_sha256(plan),
+            blocks=moves_of_plan(plan, warm_up=warm_up),
+            axis=str(more.pop("axis", plan.axis)),
+            options=options,
+            **more,  # type: ignore[arg-type]  # fields by name
+        )
+    )
+
+
+# ---- an interpreter of the few words that the programs use --------------------------------------
+
+
+@dataclass
+class Driven:
+    """What the axis did."""
+
+    stops: list[tuple[float, float]]
+    """Position and direction of the last move of each stop."""
+    places: list[float]
+    dwell_s: list[float]
+    alarms: list[int]
+
+
+def drive(
+    program: str,
+    axis: str = "X1",
+    start: float = 1000.0,
+    software_limits: tuple[float, float] = (-1e6, 1e6),
+    machine_axis: str | None = None,
+) -> Driven:
+    assert program.endswith("\r\n")
+    lines = [line.partition(";")[0].strip() for line in program.split("\r\n")]
+    limit = dict(zip(("MINUS", "PLUS"), software_limits, strict=True))
+    done = Driven([], [], [], [])
+    place, direction, k, left = start, 0.0, 0, 0
+    loop = -1
+    while lines[k] != "M30":
+        line = lines[k]
+        if found := re.fullmatch(r"FOR THX_CYCLE=1 TO (\d+)", line):
+            assert "DEF INT THX_CYCLE" in lines[:k]
+            loop, left = k, int(found[1])
+        elif line == "ENDFOR":
+            left -= 1
+            k = loop if left else k
+        elif found := re.fullmatch(rf"(?:SUPA )?G1 {axis}=(-?\d+\.\d+)", line):
+            to = float(found[1])
+            direction, place = np.sign(to - place), to
+            done.places.append(to)
+        elif found := re.fullmatch(r"G4 F(\d+\.\d+)", line):
+            done.stops.append((place, direction))
+            done.dwell_s.append(float(found[1]))
+        elif found := re.fullmatch(
+            rf"IF \((\S+?)([<>])\$MA_POS_LIMIT_(MINUS|PLUS)\[{machine_axis or axis}\]\)"
+            r" GOTOF (\w+)",
+            line,
+        ):
+            a, b = float(found[1]), limit[found[3]]
+            if a < b if found[2] == "<" else a > b:
+                k = lines.index(found[4] + ":")
+        elif found := re.fullmatch(r"SETAL\((\d+)\)", line):
+            done.alarms.append(int(found[1]))
+        else:
+            assert line in {"", *MODES} or re.fullmatch(r"F\d+(\.\d+)?", line), line
+        k += 1
+    return done
+
+
+def planned_stops(plan: TestPlan) -> list[tuple[float, float]]:
+    visits = order_of_visits(plan)
+    side = np.where(visits.approach == FORWARD, 1.0, -1.0)
+    return list(zip(plan.target[visits.target].tolist(), side.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("cycle", list(Cycle))
+@pytest.mark.parametrize("approaches", [(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)])
+@pytest.mark.parametrize("warm_up", [0, 1, 4])
+@pytest.mark.parametrize("coordinates", ["machine", "work"])
+def test_the_program_visits_every_target_in_order_from_its_side(
+    cycle: Cycle, approaches: tuple[int, ...], warm_up: int, coordinates: str
+) -> None:
+    plan = replace(PLAN, cycle=cycle, approaches=approaches)
+    program = request(plan, f"coordinates={coordinates}", warm_up=warm_up)
+    for start in (-1000.0, 10.123, 1000.0):
+        done = drive(program, start=start)
+        assert done.stops == planned_stops(plan)
+        assert set(done.dwell_s) == {2.25}
+        assert min(done.places) >= plan.lowest
+        assert max(done.places) <= plan.highest
+        assert done.alarms == []
+    moves = [line for line in program.split("\r\n") if "G1 " in line]
+    assert all(line.strip().startswith("SUPA") for line in moves) == (coordinates == "machine")
+
+
+@given(
+    st.lists(st.integers(-200_000, 200_000), min_size=2, max_size=12, unique=True),
+    st.sampled_from(list(Cycle)),
+    st.integers(1, 4),
+    st.floats(0.001, 50.0),
+)
+@settings(max_examples=60, deadline=None)
+def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
+    thousandths: list[int], cycle: Cycle, cycles: int, overrun: float
+) -> None:
+    target = np.array(sorted(thousandths)) / 1000.0
+    plan = replace(PLAN, target=target, cycle=cycle, cycles=cycles, overrun=overrun)
+    done = drive(request(plan))
+    assert done.stops == planned_stops(plan)
+    assert min(done.places) >= plan.lowest - 1e-6
+    assert max(done.places) <= plan.highest + 1e-6
+
+
+@pytest.mark.parametrize("limits", [(-6.4, 100.0), (-100.0, 37.7)])
+def test_software_limits_that_are_too_near_lead_past_all_motion_to_an_alarm(
+    limits: tuple[float, float],
+) -> None:
+    done = drive(request(PLAN), software_limits=limits)
+    assert done.places == []
+    assert done.alarms == [ALARM]
+    assert drive(request(PLAN), software_limits=(-6.5, 37.8)).alarms == []
+
+
+@pytest.mark.parametrize("title", HOSTILE)
+def test_text_of_a_plan_stays_a_comment_without_any_power(title: str) -> None:
+    plan = replace(PLAN, title=title)
+    program = request(plan)
+    plain = request(PLAN)
+    assert drive(program) == drive(plain)
+    body = [line for line in program.split("\r\n") if not line.startswith("; title")]
+    wanted = [line.replace(plan_sha256(PLAN), plan_sha256(plan)) for line in plain.split("\r\n")]
+    assert body == wanted
+    assert program.isascii()
+    assert '"' not in program
+    assert program.count("\n") == program.count("\r\n")
+
+
+def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
+    plan = replace(PLAN, title="Spindle side, run 2")
+    program = request(plan)
+    assert f"; plan sha256 {plan_sha256(plan)}\r\n" in program
+    assert "; title Spindle side run 2\r\n" in program
+    assert "lowest -6.500 highest 37.800 mm" in program
+    assert "Prove with reduced feed" in program
+    assert "WARNING travel of the axis was not stated" in program
+    assert "WARNING" not in request(plan, travel=(-10.0, 50.0))
+    rotary = request(replace(plan, kind=AxisKind.ROTARY, axis="C"))
+    assert "feed 600 deg per min" in rotary
+    assert "WARNING on a modulo axis" in rotary
+    with pytest.raises(ConfigurationError, match="its travel is"):
+        request(plan, travel=(-6.0, 50.0))
+
+
+@pytest.mark.parametrize("axis", ["X", "y", "Z2", "B", "C1", "AX1", "MX12", "U"])
+def test_an_axis_may_have_a_number(axis: str) -> None:
+    plan = replace(PLAN, axis=axis)
+    assert drive(request(plan), axis.upper()).stops == planned_stops(plan)
+
+
+@pytest.mark.parametrize("axis", ["G1", "M30", "F", "POS", "D1", "N10", "X_1", "X123", "FOR", "T1"])
+def test_a_word_of_the_language_is_no_axis(axis: str) -> None:
+    with pytest.raises(ConfigurationError, match="can have no axis"):
+        request(replace(PLAN, axis=axis))
+    with pytest.raises(ConfigurationError, match="can have no axis"):
+        written(replace(TABLE, axis=axis))
+
+
+# ---- tables -------------------------------------------------------------------------------------
+
+LEVELS = AxisLevels(
+    np.array([0.0, 100.0, 200.0]), np.array([[1.0, 3.0], [12.0, 14.0], [-31.5, -28.5]]), True
+)
+
+
+def table_of(
+    levels: AxisLevels, position: np.ndarray, kind: AxisKind, *, backlash: bool
+) -> CompensationTable:
+    return compensation_table(
+        levels,
+        position,
+        kind=kind,
+        axis="X1",
+        reference_position=float(position[0]),
+        per_direction=False,
+        backlash=backlash,
+    )
+
+
+TABLE = table_of(LEVELS, LEVELS.target, AxisKind.LINEAR, backlash=True)
+
+
+def written(table: CompensationTable, *stated: str) -> TableText:
+    return CONTROL.format_table(
+        TableRequest(table=table, origin=("state; before (x) =1",), options=table_options(*stated))
+    )
+
+
+def statements(text: str) -> list[str]:
+    assert text.isascii()
+    assert text.count("\n") == text.count("\r\n")
+    return [line for line in text.split("\r\n") if line and not line.startswith(";")]
+
+
+def test_the_file_is_the_one_worked_out_by_hand() -> None:
+    """Means 2, 13, -30 µm, zero at 0; forward minus backward -2, -2, -3 µm."""
+    assert statements(written(TABLE).text) == [
+        "$MA_ENC_COMP_ENABLE[0,X1]=0",
+        "NEWCONF",
+        "CHANDATA(1)",
+        "$AA_ENC_COMP[0,0,X1]=0.000000",
+        "$AA_ENC_COMP[0,1,X1]=0.011000",
+        "$AA_ENC_COMP[0,2,X1]=-0.032000",
+        "$AA_ENC_COMP_STEP[0,X1]=100",
+        "$AA_ENC_COMP_MIN[0,X1]=0",
+        "$AA_ENC_COMP_MAX[0,X1]=200",
+        "$AA_ENC_COMP_IS_MODULO[0,X1]=0",
+        "$MA_BACKLASH[0,X1]=0.002333",
+        "M30",
+    ]
+    assert statements(written(replace(TABLE, backlash=None), "form=ini", "encoder=2").text) == [
+        "%_N_X1_EEC_INI",
+        "CHANDATA(1)",
+        "$AA_ENC_COMP[1,0,X1]=0.000000",
+        "$AA_ENC_COMP[1,1,X1]=0.011000",
+        "$AA_ENC_COMP[1,2,X1]=-0.032000",
+        "$AA_ENC_COMP_STEP[1,X1]=100",
+        "$AA_ENC_COMP_MIN[1,X1]=0",
+        "$AA_ENC_COMP_MAX[1,X1]=200",
+        "$AA_ENC_COMP_IS_MODULO[1,X1]=0",
+        "M17",
+    ]
+
+
+@pytest.mark.parametrize("form", ["program", "ini"])
+def test_no_file_switches_the_compensation_on_and_the_words_say_so(form: str) -> None:
+    result = written(TABLE, f"form={form}")
+    assert "ENABLE[0,X1]=1" not in result.text
+    assert "does not activate" in result.text
+    said = " ".join(result.sentences)
+    for words in ("negative direction", "[V", "MD32700", "MD38000", "MD32450", "808D", "referenc"):
+        assert words in said
+    assert "BACKLASH is not written" in " ".join(written(replace(TABLE, backlash=None)).sentences)
+
+
+def test_the_head_states_sign_unit_and_run_and_nothing_can_leave_it() -> None:
+    table = replace(TABLE, source="drift-free; M30", run_sha256="ab" * 32)
+    text = written(table).text
+    head = [line for line in text.split("\r\n") if line.startswith(";")]
+    assert "; values in mm are plus the mean deviation measured minus nominal" in head
+    assert "; a positive value makes the axis move in negative direction" in head
+    assert f"; run sha256 {'ab' * 32}" in head
+    assert "; deviations drift-free M30" in head
+    assert "; state before x 1" in head
+    assert statements(text) == statements(written(TABLE).text)
+
+
+def test_the_head_states_the_hash_of_the_run_once() -> None:
+    text = written(replace(TABLE, run_sha256="ab" * 32)).text
+    assert text.count("ab" * 32) == 1
+
+
+def test_the_limits_are_those_of_the_machine_axis_and_moves_are_of_the_channel_axis() -> None:
+    program = request(PLAN, "machine_axis=ax1")
+    assert "$MA_POS_LIMIT_MINUS[AX1]" in program
+    assert "[X1]" not in program
+    done = drive(program, machine_axis="AX1")
+    assert done.stops == planned_stops(PLAN)
+    near = drive(program, machine_axis="AX1", software_limits=(0.0, 1e6))
+    assert (near.places, len(near.alarms)) == ([], 1)
+    assert request(PLAN) == request(PLAN, "machine_axis=axis")
+    for name in ("AX1]", "1X", "a" * 40, "AX 1"):
+        with pytest.raises(ConfigurationError, match="no name of a machine axis"):
+            request(PLAN, f"machine_axis={name}")
+
+
+def test_a_new_file_is_read_back_without_the_choice_among_the_older_ones_tables() -> None:
+    options = table_options("table=2", "encoder=2")
+    own = CONTROL.own_options(options)
+    assert dict(own) == {**options, "table": "none"}
+    text = written(TABLE, "table=2", "encoder=2").text
+    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, own)
+    assert read.table.position.tolist() == TABLE.position.tolist()
+    with pytest.raises(ConfigurationError, match="no number from 1 to 1"):
+        CONTROL.read_table(text, "x", AxisKind.LINEAR, options)
+
+
+@pytest.mark.parametrize("sets", [[], ["form=ini"]])
+@pytest.mark.parametrize("backlash", [None, -3.0])
+def test_every_sentence_ends_with_a_full_stop(sets: list[str], backlash: float | None) -> None:
+    said = written(replace(TABLE, backlash=backlash), *sets).sentences
+    assert all(s.endswith(".") for s in said)
+    assert ("--backlash-in-force" in " ".join(said)) == (backlash is not None)
+
+
+def own_reader(text: str) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return points, values and backlash of one table, [mm or deg]."""
+    numbers = dict(re.findall(r"^\$([A-Z_]+\[[^]]*\])=(\S+)\r$", text, re.MULTILINE))
+    count = sum(key.startswith("AA_ENC_COMP[") for key in numbers)
+    value = np.array([float(numbers[f"AA_ENC_COMP[0,{i},X1]"]) for i in range(count)])
+    low, step, high = (
+        float(numbers[f"AA_ENC_COMP_{name}[0,X1]"]) for name in ("MIN", "STEP", "MAX")
+    )
+    assert low + (count - 1) * step == pytest.approx(high, abs=1e-9)
+    return low + step * np.arange(count), value, float(numbers.get("MA_BACKLASH[0,X1]", "0"))
+
+
+levels_of_any_run = st.integers(2, 12).flatmap(
+    lambda m: st.tuples(
+        st.lists(
+            st.integers(-400_000, 400_000), min_size=m, max_size=m, unique_by=lambda t: t // 5000
+        ),
+        st.lists(st.floats(-300.0, 300.0), min_size=2 * m, max_size=2 * m),
+    )
+)
+
+
+@given(
+    levels_of_any_run,
+    st.sampled_from(list(AxisKind)),
+    st.booleans(),
+    st.integers(2, 40),
+)
+@settings(max_examples=120, deadline=None)
+def test_any_run_is_corrected_within_the_interpolation_bound_and_half_a_step(
+    run: tuple[list[int], list[float]], kind: AxisKind, backlash: bool, points: int
+) -> None:
+    target = np.array(sorted(run[0])) / 1000.0
+    levels = AxisLevels(target, np.array(run[1]).reshape(-1, 2), True)
+    position = table_points(target, points=points)
+    table = table_of(levels, position, kind, backlash=backlash)
+    text = written(table).text
+    read = CONTROL.read_table(text, "x.MPF", kind, table_options())
+    assert read.table.axis == "X1"
+    assert read.table.position == pytest.approx(position, abs=1e-9)
+    correction = CONTROL.correction(read.table, target)
+    zero = float(np.mean(values_at_points(levels, position)[0]))
+    bound = interpolation_bound(levels, position, per_direction=False, backlash=backlash)
+    step = CONTROL.grid_rule(kind, table_options()).resolution
+    slack = (0.75 if backlash else 0.5) * step + 1e-6
+    assert np.all(np.abs(levels.level + correction - zero) <= bound[:, None] + slack)
+    # a second way: the value moves the axis in negative direction; a positive backlash moves it
+    # further on, by half either way
+    points_read, value, reversal = own_reader(text)
+    own = -np.interp(target, points_read, value)[:, None] + 0.5 * reversal * np.array([1.0, -1.0])
+    assert own * kind.units.deviations_per_position == pytest.approx(correction, abs=1e-5)
+
+
+def test_a_table_that_lags_behind_its_encoder_has_a_positive_backlash() -> None:
+    """Lost motion of 4 µm: forward the table is 2 µm short, backward 2 µm beyond."""
+    levels = AxisLevels(np.array([0.0, 10.0]), np.array([[-2.0, 2.0], [-2.0, 2.0]]), True)
+    table = table_of(levels, levels.target, AxisKind.LINEAR, backlash=True)
+    text = written(table).text
+    assert "$MA_BACKLASH[0,X1]=0.004000" in text
+    read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+    assert levels.level + CONTROL.correction(read.table, levels.target) == pytest.approx(
+        np.zeros((2, 2))
+    )
+
+
+def test_the_opposite_sign_doubles_the_error() -> None:
+    text = written(replace(TABLE, backlash=None)).text
+    flipped = re.sub(r"(COMP\[.*\]=)(-?)", lambda m: m[1] + ("" if m[2] else "-"), text)
+    mean = np.mean(LEVELS.level, axis=1) - 2.0
+    for content, factor in ((text, 0.0), (flipped, 2.0)):
+        read = CONTROL.read_table(content, "x", AxisKind.LINEAR, table_options())
+        left = mean + CONTROL.correction(read.table, LEVELS.target)[:, 0]
+        assert left == pytest.approx(factor * mean, abs=1e-3)
+
+
+def test_the_machine_datum_of_the_largest_table_is_checked_when_it_is_stated() -> None:
+    assert CONTROL.grid_rule(AxisKind.LINEAR, table_options()).most_points is None
+    assert CONTROL.grid_rule(AxisKind.LINEAR, table_options("max_points=3")).most_points == 3
+    written(TABLE, "max_points=3")
+    with pytest.raises(ConfigurationError, match="3 points; SINUMERIK 840D sl reads at most 2"):
+        written(TABLE, "max_points=2")
+    for wrong in ("1", "many", "nan", "-3"):
+        with pytest.raises(ConfigurationError, match="max_points"):
+            written(TABLE, f"max_points={wrong}")
+
+
+def test_points_that_are_not_equidistant_or_differ_by_direction_are_refused() -> None:
+    uneven = replace(TABLE, position=np.array([0.0, 100.0, 201.0]))
+    with pytest.raises(ConfigurationError, match="equidistant points only"):
+        written(uneven)
+    two = replace(TABLE, deviation=np.array([[0.0, 1.0]] * 3))
+    with pytest.raises(ConfigurationError, match="one value per point"):
+        written(two)
+    one = CompensationTable(
+        kind=AxisKind.LINEAR, axis="X1", position=np.zeros(1), deviation=np.zeros((1, 2))
+    )
+    with pytest.raises(ConfigurationError, match="points"):
+        written(one)
+
+
+def test_a_modulo_axis_needs_a_table_of_one_whole_turn() -> None:
+    position = np.arange(0.0, 361.0, 30.0)
+    deviation = np.stack((10 * np.sin(np.radians(position)) + position / 360,) * 2, axis=1)
+    turn = CompensationTable(kind=AxisKind.ROTARY, axis="C", position=position, deviation=deviation)
+    result = written(turn, "modulo=1")
+    assert "$AA_ENC_COMP_IS_MODULO[0,C]=1" in result.text
+    assert "$AA_ENC_COMP_MAX[0,C]=360" in result.text
+    assert "differ by 1 arcsec" in " ".join(result.sentences)
+    read = CONTROL.read_table(result.text, "x", AxisKind.ROTARY, table_options("modulo=1"))
+    assert len(read.findings) == 1
+    assert "not modulo" in " ".join(
+        CONTROL.read_table(result.text, "x", AxisKind.ROTARY, table_options()).findings
+    )
+    part = replace(turn, position=position[:-1], deviation=deviation[:-1])
+    with pytest.raises(ConfigurationError, match="spans one turn, and this one spans 330 deg"):
+        written(part, "modulo=1")
+    with pytest.raises(ConfigurationError, match="only a rotary axis"):
+        written(TABLE, "modulo=1")
+
+
+# ---- reading ------------------------------------------------------------------------------------
+
+GOOD = written(TABLE).text
+
+
+def read(text: str, *stated: str) -> CompensationTable:
+    return CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options(*stated)).table
+
+
+def findings(text: str, *stated: str) -> str:
+    options = table_options(*stated)
+    return "\n".join(CONTROL.read_table(text, "x", AxisKind.LINEAR, options).findings)
+
+
+def changed(old: str, new: str) -> str:
+    assert GOOD.count(old) == 1
+    return GOOD.replace(old, new)
+
+
+FIRST = GOOD.split("\r\n").index("$AA_ENC_COMP[0,0,X1]=0.000000") + 1
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        (changed("=0.011000", "=0,011"), FIRST + 1, "decimal comma: the control refuses"),
+        (changed("=0.002333", "=n/a"), FIRST + 7, "'n/a' is no number"),
+        (changed("=0.002333", "="), FIRST + 7, "is no number"),
+        (changed("=0.011000", "=nan"), FIRST + 1, "is no number"),
+        (changed("=0.011000", "=1e3"), FIRST + 1, "is no number"),
+        (changed("=0.011000", "=9" + "9" * 50), FIRST + 1, "larger than a million"),
+        (changed("=0.011000", "=1EX999"), FIRST + 1, "larger than a million"),
+        (changed("[0,1,X1]", "[0,3,X1]"), FIRST + 2, "index 1 is missing"),
+        (changed("[0,0,X1]", "[0,7,X1]"), FIRST + 1, "index 0 is missing"),
+        (changed("[0,1,X1]", "[0,-1,X1]"), FIRST + 1, "is no index"),
+        (changed("[0,1,X1]", "[0,999999,X1]"), FIRST + 1, "is no index"),
+        (changed("[0,1,X1]", "[2,1,X1]"), FIRST + 1, "is no assignment"),
+        (changed("[0,1,X1]", "[0,X1]"), FIRST + 1, "is no assignment"),
+        (changed("$AA_ENC_COMP[0,1,X1]=", "AA_ENC_COMP[0,1,X1] "), FIRST + 1, "is no assignment"),
+        (changed("MAX[0,X1]=200", "MAX[0,X1]=201"), FIRST + 5, "off by 1"),
+        (changed("MAX[0,X1]=200", "MAX[0,X1]=300"), FIRST + 5, "off by 100"),
+        (changed("STEP[0,X1]=100", "STEP[0,X1]=0"), FIRST + 3, "step is not positive"),
+        (changed("$AA_ENC_COMP_MAX[0,X1]=200\r\n", ""), None, "_MAX of axis X1 is missing"),
+        (changed("STEP[0,X1]=100", "STEP[0,X1]=1OO"), FIRST + 3, "is no number"),
+    ],
+)
+def test_what_the_control_would_refuse_is_refused_with_its_line(
+    text: str, line: int | None, words: str
+) -> None:
+    with pytest.raises(MeasurementFileError) as caught:
+        read(text)
+    assert words in caught.value.what
+    assert caught.value.remedy
+    if line is not None:
+        assert caught.value.where == f"x, line {line}"
+
+
+def test_a_file_without_a_table_or_with_one_point_is_refused() -> None:
+    for text in ("", "M30\r\n", "G1 X100\r\n", "$MA_BACKLASH[0,X1]=0.1\r\n"):
+        with pytest.raises(MeasurementFileError, match="holds no \\$AA_ENC_COMP table"):
+            read(text)
+    with pytest.raises(MeasurementFileError, match="only one point"):
+        read("$AA_ENC_COMP[0,0,X1]=0\r\nM30\r\n")
+    with pytest.raises(MeasurementFileError, match="larger than 5 MB"):
+        read("\n" * 6_000_000)
+
+
+@pytest.mark.parametrize(
+    ("steps", "step", "maximum", "fits"),
+    [
+        (39, "19.7436", "555", True),
+        (39, "19.7436", "555.003", True),
+        (39, "19.7436", "555.005", False),
+        (39, "19.7436", "556", False),
+        (4, "50", "-15", True),
+        (4, "50", "-14", False),
+        (3, "33.33", "-115.01", True),
+        (3, "33.33", "-115.05", False),
+    ],
+)
+def test_max_may_be_off_by_one_last_digit_of_the_step_for_each_step(
+    steps: int, step: str, maximum: str, fits: bool
+) -> None:
+    lines = [f"$AA_ENC_COMP[0,{i},AX1]=0" for i in range(steps + 1)]
+    lines += [
+        f"$AA_ENC_COMP_STEP[0,AX1]={step}",
+        "$AA_ENC_COMP_MIN[0,AX1]=-215",
+        f"$AA_ENC_COMP_MAX[0,AX1]={maximum}",
+    ]
+    if fits:
+        table = read("\n".join(lines))
+        assert table.position[-1] == pytest.approx(-215 + steps * float(step))
+    else:
+        with pytest.raises(MeasurementFileError, match="MAX is not MIN"):
+            read("\n".join(lines))
+
+
+def test_repeated_indices_are_told_and_the_last_one_counts() -> None:
+    text = changed("$AA_ENC_COMP[0,2", "$AA_ENC_COMP[0,1,X1]=0.5\r\n$AA_ENC_COMP[0,2")
+    assert read(text).mean.tolist() == [0.0, 500.0, -32.0]
+    assert f"index 1 stands twice, in lines {FIRST + 1} and {FIRST + 2}" in findings(text)
+
+
+def test_activation_encoder_and_unknown_lines_are_told() -> None:
+    assert "does not activate itself: set MD32700 to 1" in findings(GOOD)
+    active = changed("ENABLE[0,X1]=0", "ENABLE[0,X1]=1")
+    assert "activates its table by itself" in findings(active)
+    silent = changed("$MA_ENC_COMP_ENABLE[0,X1]=0\r\n", "")
+    assert "does not set MD32700" in findings(silent)
+    assert "for encoder 1" in findings(GOOD, "encoder=2")
+    more = changed("CHANDATA(1)", "CHANDATA(1)\r\nG0 X100\r\n$MA_OTHER[0,X1]=7")
+    assert "'G0 X100' was passed over" in findings(more)
+    assert "$MA_OTHER" in findings(more)
+    assert "IS_MODULO is not written" in findings(changed("$AA_ENC_COMP_IS_MODULO[0,X1]=0\r\n", ""))
+
+
+def test_spaces_block_numbers_lower_case_and_comments_do_no_harm() -> None:
+    text = changed("$AA_ENC_COMP[0,1,X1]=0.011000", "N10 $aa_enc_comp [ 0 , 1 , x1 ] = +.011 ; a")
+    assert read(text).mean == pytest.approx([0.0, 11.0, -32.0])
+    assert read(changed("=0.011000", "=1.1EX-2")).mean == pytest.approx([0.0, 11.0, -32.0])
+    assert read(GOOD.replace("\r\n", "\n")).mean == pytest.approx([0.0, 11.0, -32.0])
+
+
+def test_of_several_tables_one_has_to_be_chosen() -> None:
+    other = GOOD.replace("X1", "AX2").replace("0.011", "0.012")
+    both = GOOD + other
+    with pytest.raises(MeasurementFileError) as caught:
+        read(both)
+    assert "2 tables: table 1 from line" in caught.value.what
+    assert "axis AX2" in caught.value.what
+    assert "--set table=1" in caught.value.remedy
+    assert read(both, "table=1").axis == "X1"
+    assert read(both, "table=2").axis == "AX2"
+    assert read(both, "table=2").mean[1] == pytest.approx(12.0)
+    for wrong in ("3", "0", "1.5", "x"):
+        with pytest.raises(ConfigurationError, match="table"):
+            read(both, f"table={wrong}")
+
+
+def test_one_value_of_another_axis_makes_a_second_table_and_is_asked_about() -> None:
+    with pytest.raises(MeasurementFileError, match="2 tables") as caught:
+        read(changed("[0,1,X1]", "[0,1,Y1]"))
+    assert "axis Y1, 1 values" in caught.value.what
+
+
+@given(
+    st.lists(
+        st.one_of(
+            st.text(alphabet="$A_ENCOMPS[0123456789,X]=.- \n;M", max_size=40),
+            st.sampled_from(GOOD.split("\r\n")),
+        ),
+        max_size=20,
+    )
+)
+@settings(max_examples=300, deadline=None)
+def test_no_text_makes_the_reader_fail_otherwise_than_by_its_own_error(lines: list[str]) -> None:
+    try:
+        read("\n".join(lines))
+    except MeasurementFileError:
+        return
+
+
+@pytest.mark.parametrize("value", ["1" * 4_000_000 + "x", "1" * 4_000_000, "." * 4_000_000])
+def test_a_value_of_millions_of_characters_is_refused_at_once(value: str) -> None:
+    with pytest.raises(MeasurementFileError):
+        read(changed("0.011000", value))
+    with pytest.raises(MeasurementFileError):
+        read(changed("[0,1,X1]", f"[0,{value},X1]"))
+
+
+def test_text_of_any_length_is_cut_in_the_head_of_a_table() -> None:
+    table = replace(TABLE, source="x" * 10_000_000)
+    options = table_options()
+    text = CONTROL.format_table(
+        TableRequest(table=table, origin=("\r\nM30 " * 2_000_000,), options=options)
+    ).text
+    assert len(text) < 3000
+    assert statements(text) == statements(written(TABLE).text)
+
+
+def test_a_feed_that_would_be_written_as_zero_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="too small"):
+        request(replace(PLAN, feed=1e-7))
+
+
+def test_an_overrun_that_is_lost_in_the_digits_is_refused() -> None:
+    for cycle in Cycle:
+        with pytest.raises(ConfigurationError, match="overrun is shorter"):
+            request(replace(PLAN, cycle=cycle, overrun=1e-9))
+    plan = replace(PLAN, overrun=2e-6)
+    assert drive(request(plan)).stops == planned_stops(plan)
+
+
+def test_the_control_is_found_by_its_name() -> None:
+    assert control_by_name("sinumerik") is CONTROL
