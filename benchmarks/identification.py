@@ -178,10 +178,10 @@ class Run:
 
 
 def shown(label: str, fits: Array, note: str = "") -> None:
-    """Print median, lower quartile and worst of both readings."""
+    """Print median, lower quartile and worst of both readings; -99999 stands for all below it."""
     parts = [
-        f"{np.median(v):8.1f} {np.quantile(v, 0.25):8.1f} {max(np.min(v), -1e6):9.1f}"
-        for v in fits.T
+        f"{np.median(v):8.1f} {np.quantile(v, 0.25):8.1f} {np.min(v):9.1f}"
+        for v in np.maximum(fits, -99999.0).T
     ]
     print(f"  {label:21s} {'   '.join(parts)}  n={len(fits)} {note}".rstrip(), flush=True)
 
