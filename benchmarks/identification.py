@@ -32,7 +32,7 @@ only. At the end every criterion stands as "wanted, measured: met or not met". S
 warm joint others rates intervals time.
 
     python benchmarks/identification.py [--seeds 20] [--sections 8h,time]
-        [--peer-python PYTHON] [--peer-seeds 3] [--peer-limit-s 60]
+        [--peer-python PYTHON] [--peer-seeds 3] [--peer-limit-s 60] [--peers NAME,...]
 
 Peers run in programs of their own (benchmarks/identification_peers.py), each fit bounded in time,
 by the interpreter that `--peer-python` names (extra `bench`); without it they are left out.
@@ -164,6 +164,7 @@ class Run:
     fits: int = 0
     unstable: int = 0
     sippy_oe_s: float | None = None
+    peers: tuple[str, ...] = tuple(PEERS)
 
     def judge(self, what: str, wanted: str, measured: str, met: object) -> None:
         """Keep one line of the summary."""
@@ -178,10 +179,10 @@ class Run:
 
 
 def shown(label: str, fits: Array, note: str = "") -> None:
-    """Print median, lower quartile and worst of both readings."""
+    """Print median, lower quartile and worst of both readings; -99999 stands for all below it."""
     parts = [
-        f"{np.median(v):8.1f} {np.quantile(v, 0.25):8.1f} {max(np.min(v), -1e6):9.1f}"
-        for v in fits.T
+        f"{np.median(v):8.1f} {np.quantile(v, 0.25):8.1f} {np.min(v):9.1f}"
+        for v in np.maximum(fits, -99999.0).T
     ]
     print(f"  {label:21s} {'   '.join(parts)}  n={len(fits)} {note}".rstrip(), flush=True)
 
@@ -261,7 +262,7 @@ def peer_rows(run: Run, title: str, plan: ThermalTestPlan) -> Rows:
         return {}
     tests = [pair(plan, seed) for seed in range(run.peer_seeds)]
     rows: Rows = {}
-    for name in PEERS:
+    for name in run.peers:
         found, times, failure = [], [], ""
         for test, other in tests:
             answer = peer_fit(name, test, other, run.peer_python, run.peer_limit_s)
@@ -589,6 +590,7 @@ def main() -> None:
     parser.add_argument("--interval-seeds", type=int, default=100)
     parser.add_argument("--peer-seeds", type=int, default=3)
     parser.add_argument("--peer-python", help="interpreter that has the peers (extra bench)")
+    parser.add_argument("--peers", default=",".join(PEERS), help="those that are asked")
     parser.add_argument("--peer-limit-s", type=float, default=60.0)
     parser.add_argument("--sections", default=",".join(sections))
     options = parser.parse_args()
@@ -598,6 +600,7 @@ def main() -> None:
         peer_seeds=options.peer_seeds,
         peer_python=options.peer_python,
         peer_limit_s=options.peer_limit_s,
+        peers=tuple(options.peers.split(",")),
     )
     if run.peer_python is None:
         print("no peers: name an interpreter that has them with --peer-python")

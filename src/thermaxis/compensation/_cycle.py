@@ -18,6 +18,10 @@ from thermaxis.compensation._thermal_model import START, STATED, CompensationMod
 LARGEST_VALUE = 1e6
 """A reading of larger magnitude is no temperature and no speed: it counts as missing."""
 
+MOST_HISTORY = 200_000
+"""Readings that a delay looks back at most; more of them shorten it. [1]"""
+_SAME_TIME_S = 1e-6
+
 _Floats = tuple[float, ...]
 
 
@@ -59,6 +63,8 @@ class ThermalState:
     """States of the sections, by output and part. [K]"""
     history: tuple[tuple[float, tuple[_Floats, ...]], ...] = ()
     """Past readings, time and inputs, as far back as the longest delay."""
+    model: CompensationModel | None = field(default=None, repr=False, compare=False)
+    """Model whose cycle made the state; a state of any other origin is checked before its use."""
 
 
 @final
@@ -113,9 +119,10 @@ def cycle(
 
     First every section is advanced with the input that has acted since the last reading, then the
     output is read with the present input: exact for inputs that are held from reading to reading.
-    With the first reading in which every channel is good the model starts: at rest where it
-    refers to its start, else at the steady state of the reading. It starts anew at the steady
-    state after a gap or when the clock goes backward.
+    The model starts once every channel has a value that is no older than it may be held: at rest
+    where it refers to its start, else at the steady state of the reading. It starts anew at the
+    steady state after a gap or when the clock goes backward, and as if for the first time where a
+    state does not fit the model or has led to no number.
 
     Not protected: the correction is neither limited nor ramped here, and after a new start it
     jumps. Whether a temperature is plausible is judged by its being a finite number only.
@@ -141,29 +148,56 @@ def cycle(
     Mareš and Horejš 2021, equations (3) and (8), in parallel form.
     """
     outcomes: list[Outcome] = []
+    if state.model is not model and not _fits(model, state):
+        outcomes.append(Outcome.STATE_UNUSABLE)
+        state = initial_state(model)
     time_s = _number(reading.time_s)
     if time_s is None:
         return state, _unmoved(model, state, reading)
     value, good_s, quality = _read(model, state, reading, time_s, outcomes)
-    if any(v != v for v in value):  # noqa: PLR0124 - NaN: never read
-        return (
-            ThermalState(reference=state.reference, value=value, good_s=good_s),
-            _idle(model, time_s, Outcome.WAITING),
-        )
+    start = _start_reason(model, state, time_s)
+    if start is not None and quality is Quality.BAD:
+        waiting = ThermalState(reference=state.reference, value=value, good_s=good_s, model=model)
+        return waiting, _idle(model, time_s, (*outcomes, Outcome.WAITING))
     reference = state.reference
     if any(r != r for r in reference):  # noqa: PLR0124 - NaN: takes the first value
         reference = tuple(v if r != r else r for r, v in zip(reference, value, strict=True))  # noqa: PLR0124 - as above
     raw = _inputs(model, value, reference, outcomes)
-    start = _start_reason(model, state, time_s)
     if start is None:
+        if time_s == state.time_s:
+            outcomes.append(Outcome.CLOCK_STILL)
         advanced = _advance(model, state, raw, time_s)
     else:
         outcomes.append(start)
         at_reference = start is Outcome.STARTED and model.reference == START
         advanced = _steady(model, raw, time_s, at_reference=at_reference)
     filtered, sections, history = advanced
-    new = ThermalState(time_s, reference, value, good_s, filtered, raw, sections, history)
-    return new, _output(model, new, reading, quality, outcomes)
+    new = ThermalState(time_s, reference, value, good_s, filtered, raw, sections, history, model)
+    output = _output(model, new, reading, quality, outcomes)
+    if all(map(math.isfinite, output.model_um)):
+        return new, output
+    fresh = initial_state(model)
+    return fresh, _idle(model, time_s, (Outcome.STATE_UNUSABLE,))
+
+
+def _fits(model: CompensationModel, state: ThermalState) -> bool:
+    """Whether a state of unknown origin has the shape of the model; numbers are judged later."""
+    channels = len(model.channels)
+    if len(state.reference) != channels:
+        return False
+    if state.time_s is None:
+        return {len(state.value), len(state.good_s)} <= {0, channels}
+    if len(state.value) != channels or len(state.good_s) != channels or not state.history:
+        return False
+    parts = [len(output.parts) for output in model.outputs]
+    inputs = [state.filtered, state.raw, *(rows for _, rows in state.history)]
+    if any([len(row) for row in rows] != parts for rows in inputs):
+        return False
+    lags = [[len(part.sections) for part in output.parts] for output in model.outputs]
+    if [[len(x) for x in rows] for rows in state.sections] != lags:
+        return False
+    times = [time_s for time_s, _ in state.history]
+    return all(a < b for a, b in pairwise(times))
 
 
 # ---- reading ------------------------------------------------------------------------------------
@@ -192,7 +226,7 @@ def _read(
     outcomes: list[Outcome],
 ) -> tuple[_Floats, _Floats, Quality]:
     """Return the value of every channel, held where it fails, and when each was last good."""
-    values = reading.values
+    values: Mapping[str, object] = reading.values if isinstance(reading.values, Mapping) else {}  # pyright: ignore[reportUnnecessaryIsInstance] - whatever a source sends
     channels = model.channels
     fresh = [_number(values.get(c)) for c in channels]
     if None not in fresh and all(abs(v) <= LARGEST_VALUE for v in fresh if v is not None):
@@ -292,21 +326,47 @@ def _advance(
     for o, output in enumerate(model.outputs):
         rows: list[_Floats] = []
         for p, part in enumerate(output.parts):
-            u = acting[o][p]
+            x = state.sections[o][p]
             if part.delay_s > 0.0:
-                u = _delayed(history, before_s - part.delay_s, o, p)
-            rows.append(
-                tuple(
-                    x - math.expm1(-elapsed_s / section.time_constant_s) * (u - x)
-                    for x, section in zip(state.sections[o][p], part.sections, strict=True)
+                pieces = _pieces(history, before_s - part.delay_s, time_s - part.delay_s, o, p)
+            else:
+                pieces = ((acting[o][p], elapsed_s),)
+            for u, seconds in pieces:
+                x = tuple(
+                    v - math.expm1(-seconds / section.time_constant_s) * (u - v)
+                    for v, section in zip(x, part.sections, strict=True)
                 )
-            )
+            rows.append(x)
         sections.append(tuple(rows))
     if longest_s > 0.0:
+        if history[-1][0] == time_s:
+            history = history[:-1]
         history = _kept((*history, (time_s, filtered)), time_s - longest_s)
     else:
         history = ((time_s, filtered),)
     return filtered, tuple(sections), history
+
+
+def _pieces(
+    history: tuple[tuple[float, tuple[_Floats, ...]], ...],
+    first_s: float,
+    last_s: float,
+    o: int,
+    p: int,
+) -> list[tuple[float, float]]:
+    """Return the input that was held over a past stretch of time, as (value, seconds)."""
+    begin = max(bisect_right(history, first_s + _SAME_TIME_S, key=_time_of) - 1, 0)
+    pieces: list[tuple[float, float]] = []
+    at_s = first_s
+    for k in range(begin, len(history)):
+        later = k + 1 < len(history)
+        until_s = min(history[k + 1][0], last_s) if later else last_s
+        if until_s > at_s:
+            pieces.append((history[k][1][o][p], until_s - at_s))
+            at_s = until_s
+        if later and history[k + 1][0] >= last_s:
+            break
+    return pieces
 
 
 def _longest_delay(model: CompensationModel) -> float:
@@ -318,9 +378,9 @@ def _kept(
 ) -> tuple[tuple[float, tuple[_Floats, ...]], ...]:
     """Return the history without what no delay reaches any more."""
     first = 0
-    while first + 2 < len(history) and history[first + 1][0] <= oldest_s - 1e-6:
+    while first + 2 < len(history) and history[first + 1][0] <= oldest_s - _SAME_TIME_S:
         first += 1
-    return history[first:]
+    return history[max(first, len(history) - MOST_HISTORY) :]
 
 
 def _time_of(entry: tuple[float, tuple[_Floats, ...]]) -> float:
@@ -331,7 +391,7 @@ def _delayed(
     history: tuple[tuple[float, tuple[_Floats, ...]], ...], time_s: float, o: int, p: int
 ) -> float:
     """Return the input that was held at a time; before the first reading its first value."""
-    later = bisect_right(history, time_s + 1e-6, key=_time_of)
+    later = bisect_right(history, time_s + _SAME_TIME_S, key=_time_of)
     return history[max(later - 1, 0)][1][o][p]
 
 
@@ -423,13 +483,13 @@ def _output(
 
 def _unmoved(model: CompensationModel, state: ThermalState, reading: Reading) -> CycleOutput:
     """Return the last output again, as bad: a reading without a time says nothing."""
-    if state.time_s is None:
-        return _idle(model, 0.0, Outcome.CLOCK_UNUSABLE)
+    if state.time_s is None or not math.isfinite(state.time_s):
+        return _idle(model, 0.0, (Outcome.CLOCK_UNUSABLE,))
     return _output(model, state, reading, Quality.BAD, [Outcome.CLOCK_UNUSABLE])
 
 
-def _idle(model: CompensationModel, when_s: float, why: Outcome) -> CycleOutput:
+def _idle(model: CompensationModel, when_s: float, why: tuple[Outcome, ...]) -> CycleOutput:
     """Return the output of a cycle in which the model could say nothing."""
     nothing = (0.0,) * len(model.outputs)
     parts = tuple((0.0,) * len(output.parts) for output in model.outputs)
-    return CycleOutput(when_s, nothing, nothing, parts, Quality.BAD, (why,))
+    return CycleOutput(when_s, nothing, nothing, parts, Quality.BAD, why)

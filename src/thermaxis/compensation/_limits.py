@@ -46,6 +46,9 @@ class Limits:
 def limit_step(limits: Limits, before_um: float, wanted_um: float, elapsed_s: float) -> float:
     """Return the correction that is allowed next.
 
+    Not protected: where the correction in force lies outside the magnitude, or is no number, the
+    step back is made at once, whatever the rate.
+
     Parameters
     ----------
     limits : Limits

@@ -17,10 +17,12 @@ class Quality(StrEnum):
 class Outcome(StrEnum):
     """What was out of the ordinary in a cycle; the value is its sentence."""
 
-    STARTED = "the model started at the steady state"
-    WAITING = "the model waits for the first good value of every input"
+    STARTED = "the model started"
+    WAITING = "the model waits until every input has a good value"
     CLOCK_BACKWARD = "the clock went backward: the model started anew at the steady state"
     CLOCK_UNUSABLE = "the time of the reading is no number: nothing was advanced"
+    CLOCK_STILL = "the clock stands still: nothing was advanced"
+    STATE_UNUSABLE = "the stored state does not belong to this model: the model starts anew"
     GAP = "no reading for longer than the longest gap: the model started anew at the steady state"
     INPUT_HELD = "an input failed: its last good value is held"
     INPUT_FAILED = "an input failed for longer than it may be held"

@@ -217,7 +217,9 @@ class Provenance:
     """Figures by name, such as ``Z_um.fit_percent``; the unit ends the name."""
 
     def __post_init__(self) -> None:
-        """Freeze the figures."""
+        """Check and freeze the figures."""
+        for name, value in self.figures.items():
+            _require(math.isfinite(value), "the figure is no finite number", f"figure {name}")
         object.__setattr__(self, "figures", MappingProxyType(dict(self.figures)))
 
 
@@ -268,8 +270,8 @@ class CompensationModel:
         _require(len(set(names)) == len(names), "two outputs have the same name", "outputs")
         _require(0.0 < self.sample_time_s <= 86400.0, "not from 0 to a day", "sample_time_s")
         _require(0.0 <= self.input_filter_s <= 86400.0, "not from 0 to a day", "input_filter_s")
-        _require(self.longest_gap_s > 0.0, "the longest gap is not positive", "longest_gap_s")
-        _require(self.longest_hold_s >= 0.0, "the longest hold is negative", "longest_hold_s")
+        _require(0.0 < self.longest_gap_s <= 1e8, "not from 0 to 1e8 s", "longest_gap_s")
+        _require(0.0 <= self.longest_hold_s <= 1e6, "not from 0 to 1e6 s", "longest_hold_s")
         _require(self.reference in {START, STATED}, "neither start nor stated", "reference")
         used: dict[str, None] = {}
         for output in self.outputs:

@@ -21,6 +21,12 @@ from thermaxis.thermal._thermal_log import ThermalLog
 from thermaxis.thermal._thermal_model import ThermalModel
 from thermaxis.thermal._verification import REFERENCE_S
 
+SHORTEST_HOLD_S = 60.0
+"""An input that fails is held so long at least. [s]"""
+SHORTEST_GAP_S = 3600.0
+"""After a longer gap the model starts anew; ten holds where they are longer. [s]"""
+HELD_STEPS = 3.0
+"""An input that fails is held for so many of the usual steps of the slowest channel. [1]"""
 _UNEVEN = 1e-6
 
 
@@ -37,6 +43,8 @@ class Records:
     """Sample time of the experiments. [s]"""
     reference_c: Mapping[str, float]
     """References of the channels, of the first log. [degC]"""
+    input_step_s: float
+    """Longest usual time between two values of an input's channels, over all logs. [s]"""
     left_out: tuple[str, ...]
     """Logs that have none of the outputs and serve no experiment, by name."""
     lowest_k: FloatArray
@@ -117,6 +125,7 @@ def records_of(
         experiments={output: tuple(experiments) for output, experiments in found.items()},
         inputs=tuple(inputs),
         sample_time_s=step_s,
+        input_step_s=max(_input_step_s(log, inputs) for log in logs),
         left_out=tuple(left_out),
         reference_c=_references(logs[0], inputs, reference_s),
         lowest_k=lowest,
@@ -156,13 +165,26 @@ def _even(log: ThermalLog, step_s: float) -> ThermalLog:
     return log.resample(step_s)
 
 
+def _input_step_s(log: ThermalLog, inputs: Sequence[InputDefinition]) -> float:
+    """Return the longest usual time between two values of a channel."""
+    steps = [0.0]
+    for definition in inputs:
+        for channel in definition.channels:
+            measured = ~np.isnan(log.columns[log.name_of(channel)])
+            if int(np.count_nonzero(measured)) > 1:
+                steps.append(float(np.median(np.diff(log.time_s[measured]))))
+    return max(steps)
+
+
 def _references(
     log: ThermalLog, inputs: Sequence[InputDefinition], reference_s: float
 ) -> dict[str, float]:
     found: dict[str, float] = {}
     for definition in inputs:
         for channel in definition.channels:
-            values = log.columns[log.name_of(channel)]
+            known = log.name_of(channel)
+            in_celsius = log.units[known] in {"degC", "K", "degF"}
+            values = log.column(known, unit="degC" if in_celsius else "")
             if not bool(np.all(np.isnan(values))):
                 found[channel] = _first(values, log.time_s, reference_s)
     return found
@@ -195,10 +217,12 @@ def compensation_model(
     Returns
     -------
     CompensationModel
-        Gains and time constants as identified, delays rounded to the sample time, with the range
+        Gains and time constants as identified, an input held for three usual steps of the slowest
+        channel (a minute at least), delays rounded to the sample time, with the range
         of every input in the logs; limits are still to be set.
     """
     definitions = {definition.name: k for k, definition in enumerate(records.inputs)}
+    slowest_s = HELD_STEPS * max(records.sample_time_s, records.input_step_s)
     outputs: list[Output] = []
     for name, model in models.items():
         parts: list[Part] = []
@@ -226,6 +250,8 @@ def compensation_model(
     return CompensationModel(
         outputs=tuple(outputs),
         sample_time_s=records.sample_time_s,
+        longest_hold_s=max(SHORTEST_HOLD_S, slowest_s),
+        longest_gap_s=max(SHORTEST_GAP_S, 10.0 * slowest_s),
         reference_c=records.reference_c,
         provenance=provenance or Provenance(),
         warnings=tuple(warnings),

@@ -27,6 +27,10 @@ REFERENCE_S = 60.0
 """Relative coordinates refer to the mean of this first time of a log. [s]"""
 HOUR_S = 3600.0
 """ISO 230-3 states the displacement after 60 minutes. [s]"""
+HOUR_TOLERANCE_S = 600.0
+"""The first row after 60 minutes counts if it is at most so much later. [s]"""
+LIMITED_STEPS = 5.0
+"""After a gap the limited correction moves on as if so many usual steps had passed. [1]"""
 OUTSIDE_SHARE = 0.05
 """Share of the rows outside the training range from which on a warning is given. [1]"""
 OUTSIDE_WIDTH = 0.01
@@ -78,10 +82,15 @@ class SimulatedLog:
     outside: Mapping[str, tuple[float, float]]
     """For inputs that left their training range: share of the rows, and by how much at most,
     relative to the width of the range."""
-    bad_share: float
-    """Share of the rows in which an input had failed for too long. [1]"""
+    bad: NDArray[np.bool_]
+    """Rows in which an input had failed for too long, (n,)."""
     outcomes: Mapping[Outcome, int]
     """How often something was out of the ordinary."""
+
+    @property
+    def bad_share(self) -> float:
+        """Share of the rows in which an input had failed for too long. [1]"""
+        return float(np.mean(self.bad))
 
 
 def _reference(model: CompensationModel, log: ThermalLog, reference_s: float) -> dict[str, float]:
@@ -90,8 +99,8 @@ def _reference(model: CompensationModel, log: ThermalLog, reference_s: float) ->
         return dict(model.reference_c)
     first = log.time_s <= reference_s
     found: dict[str, float] = {}
-    for channel in model.channels:
-        values = log.column(channel)[first]
+    for channel, column in zip(model.channels, _model_columns(model, log), strict=True):
+        values = column[first]
         present = values[~np.isnan(values)]
         if present.size:
             found[channel] = float(np.mean(present))
@@ -139,7 +148,7 @@ def simulate_log(
     said: list[tuple[float, ...]] = []
     shares: list[tuple[tuple[float, ...], ...]] = []
     waiting: list[bool] = []
-    bad = 0
+    bad: list[bool] = []
     outcomes: dict[Outcome, int] = {}
     table = np.stack(columns, axis=1).tolist()
     for time_s, row in zip(log.time_s.tolist(), table, strict=True):
@@ -151,7 +160,7 @@ def simulate_log(
         if output.outcomes:
             for outcome in output.outcomes:
                 outcomes[outcome] = outcomes.get(outcome, 0) + 1
-        bad += output.quality is Quality.BAD
+        bad.append(output.quality is Quality.BAD)
     displacement = np.array(said)
     displacement[np.array(waiting)] = np.nan
     outputs = {
@@ -166,7 +175,7 @@ def simulate_log(
         time_s=log.time_s,
         outputs=outputs,
         outside=_outside(model, log, reference_s),
-        bad_share=bad / log.rows,
+        bad=np.array(bad, dtype=np.bool_),
         outcomes=outcomes,
     )
 
@@ -193,14 +202,16 @@ def _outside(
     found: dict[str, tuple[float, float]] = {}
     for output in model.outputs:
         for part in output.parts:
-            if part.lowest_k is None or part.highest_k is None or part.name in found:
+            if part.lowest_k is None or part.highest_k is None:
                 continue
             u = relative[part.plus] - (relative[part.minus] if part.minus else 0.0)
             beyond = np.maximum(part.lowest_k - u, u - part.highest_k)
             share = float(np.mean(beyond > 0))
             if share > 0:
                 width = max(part.highest_k - part.lowest_k, 1e-9)
-                found[part.name] = (share, float(np.nanmax(beyond)) / width)
+                known = found.get(part.name, (0.0, 0.0))
+                far = float(np.nanmax(beyond)) / width
+                found[part.name] = (max(share, known[0]), max(far, known[1]))
     return found
 
 
@@ -364,6 +375,12 @@ def verify(
     """
     if not logs:
         raise ConfigurationError("there is no log to verify with", where="logs")
+    if rows is not None and not 0 <= rows[0] < rows[1]:
+        raise ConfigurationError(
+            f"{rows[0]}:{rows[1]} is no span of rows",
+            where="rows",
+            remedy="Count rows from zero; the last one is not included",
+        )
     verified = tuple(
         _verify_log(
             _Comparison(model, _measured_in(model, log, measured), reference_s, rows, limits or {}),
@@ -509,7 +526,7 @@ def _verify_output(
     limits = asked.limits.get(entry.output)
     limited: VerificationFigures | None = None
     if limits is not None:
-        allowed = _limited(limits, log.time_s, simulated.displacement_um)
+        allowed = _limited(limits, log, simulated.displacement_um, run.bad)
         allowed = allowed - float(np.mean(allowed[at_start]))
         limited = _figures(times, seen, [allowed[counted]], static_rmse)
     return VerifiedOutput(
@@ -524,12 +541,21 @@ def _verify_output(
     )
 
 
-def _limited(limits: Limits, time_s: FloatArray, simulated_um: FloatArray) -> FloatArray:
-    """Return what a limited correction takes away of the displacement, row by row, from zero."""
+def _limited(
+    limits: Limits, log: ThermalLog, simulated_um: FloatArray, bad: NDArray[np.bool_]
+) -> FloatArray:
+    """Return what a limited correction takes away of the displacement, row by row.
+
+    It begins at zero, holds while an input has failed, and no gap lets it jump.
+    """
     taken: list[float] = []
-    before_um, before_s = 0.0, float(time_s[0])
-    for now_s, wanted_um in zip(time_s.tolist(), simulated_um.tolist(), strict=True):
-        before_um = limit_step(limits, before_um, wanted_um, now_s - before_s)
+    longest_s = LIMITED_STEPS * log.usual_step_s if log.rows > 1 else 0.0
+    before_um, before_s = 0.0, 0.0
+    rows = zip(log.time_s.tolist(), simulated_um.tolist(), bad.tolist(), strict=True)
+    for now_s, wanted_um, failed in rows:
+        if not failed:
+            elapsed_s = min(now_s - before_s, longest_s)
+            before_um = -limit_step(limits, -before_um, -wanted_um, elapsed_s)
         before_s = now_s
         taken.append(before_um)
     return np.array(taken)
@@ -559,7 +585,7 @@ def _figures(
     if spread > 0:
         fit = 100.0 * (1.0 - float(np.linalg.norm(e)) / spread)
     steps = np.concatenate([np.diff(m) for m in measured])
-    late = (times_s[0] >= HOUR_S) & (times_s[0][0] < HOUR_S)
+    late = (times_s[0] >= HOUR_S) & (times_s[0] <= HOUR_S + HOUR_TOLERANCE_S)
     after = None
     if len(measured) == 1 and bool(np.any(late)):
         k = int(np.argmax(late))

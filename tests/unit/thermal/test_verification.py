@@ -163,6 +163,32 @@ def test_what_cannot_be_compared_is_refused_in_words() -> None:
         verify(MODEL, [record], [MeasuredOutput("Z_um", "X_um")])
 
 
+@pytest.mark.parametrize("reference", ["start", "stated"])
+def test_logs_in_kelvin_and_fahrenheit_give_the_figures_of_those_in_celsius(reference: str) -> None:
+    time_s = np.arange(0.0, 9000.0, 60.0)
+    t = 20.0 + 5.0 * (1.0 - np.exp(-time_s / 1500.0))
+    part = Part("spindle", "T", "", 3.0, (Section(8.0, 900.0),), lowest_k=-0.5, highest_k=6.0)
+    model = CompensationModel(
+        outputs=(Output("Z_um", (part,)),), reference=reference, reference_c={"T": 20.0}
+    )
+    figures = []
+    for unit, values in (("degC", t), ("K", t + 273.15), ("degF", t * 1.8 + 32.0)):
+        columns = {"T": values, "Z_um": 4.0 * (t - 20.0)}
+        record = ThermalLog.from_columns(columns, time_s=time_s, units={"T": unit})
+        result = verify(model, [record])
+        assert not result.warnings
+        figures.append(result.pooled["Z_um"].rmse_um)
+    assert figures == pytest.approx([figures[0]] * 3)
+
+
+def test_a_value_hours_later_is_not_that_after_60_minutes() -> None:
+    record = log(seed=13)
+    z = np.array(record.column("Z_um"))
+    z[3:200] = np.nan
+    late = ThermalLog.from_columns({**record.columns, "Z_um": z}, time_s=record.time_s)
+    assert verify(MODEL, [late]).pooled["Z_um"].after_60_min_um is None
+
+
 def test_limits_stand_beside_the_free_run_and_do_what_they_say() -> None:
     record = log(seed=12)
     wide = verify(MODEL, [record], limits={"Z_um": Limits(9000.0, 900.0)})
