@@ -148,10 +148,11 @@ def _values(result: MadeTable) -> str:
 
 
 def _reference_in_words(result: MadeTable) -> str:
-    target, place = result.levels.target, result.wanted.reference_position
-    if place is None or target[0] <= place <= target[-1]:
-        return "the mean of both directions"
-    return "outside the targets: the value of the nearest end was taken as zero"
+    target, point = result.levels.target, result.reference
+    words = f"; {point.words}" if point.words else ""
+    if target[0] <= point.position <= target[-1]:
+        return f"the mean of both directions{words}"
+    return f"outside the targets: the value of the nearest end was taken as zero{words}"
 
 
 def _slope_in_words(table: CompensationTable) -> str:
@@ -288,7 +289,15 @@ def _older(result: MadeTable, older: OlderTable) -> str:
             f"\nReversal apart from the points: old {before:+.3f}, new {after:+.3f}"
             f" {unit.deviation}"
         )
-    return f"{text_table(title, heads, rows)}\n{filled(said)}{reversal}\n"
+    return f"{text_table(title, heads, rows)}\n{filled(said)}\n{_references(result)}{reversal}\n"
+
+
+def _references(result: MadeTable) -> str:
+    point, unit = result.reference, result.wanted.kind.units.position
+    older = "not stated, and the table is nowhere zero"
+    if point.older is not None:
+        older = f"{point.older:.9g} {unit}"
+    return filled(f"Reference point: old {older}, new {point.position:.9g} {unit}")
 
 
 def warnings_of(result: MadeTable) -> list[str]:
@@ -322,6 +331,7 @@ def warnings_of(result: MadeTable) -> list[str]:
             "the run counts as measured without any table in force; if one was, give it with"
             " --merge"
         )
+    said += result.reference.warnings
     said += _reversal_warnings(result)
     said.append(_WRONG_SIGN)
     said.append(f"{_NO_DRIFT}. Temperature of the run: {temperature_in_words(run.test)}")
@@ -541,6 +551,7 @@ def _merge_as_json(result: MadeTable, older: OlderTable) -> dict[str, object]:
         "name": older.name,
         "findings": list(older.read.findings),
         "lost": older.lost,
+        "reference_position": result.reference.older,
         "backlash": older.read.table.backlash,
         "old_forward": _column(older.at_points, FORWARD),
         "old_backward": _column(older.at_points, BACKWARD),

@@ -15,6 +15,7 @@ from thermaxis.cli._axis_run import (
     temperature_in_words,
 )
 from thermaxis.cli._in_force import InForce, what_was_in_force
+from thermaxis.cli._reference_point import ReferencePoint, reference_point
 from thermaxis.controls import (
     Control,
     GridRule,
@@ -95,6 +96,8 @@ class MadeTable:
     """Reversal of this run that is compensated apart from the points. [µm or arcsec]"""
     grid: str
     """How its points were chosen, in words."""
+    reference: ReferencePoint
+    """Where it is zero."""
     text: TableText
     """The control's file."""
     read: ReadTable
@@ -142,15 +145,15 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
     if arguments.backlash:
         _check_backlash(control, rule, levels)
     in_force = what_was_in_force(arguments, control, options, rule, run)
-    reference = _reference(levels, arguments.reference)
-    position, grid = _points(arguments, rule, levels.target, reference, in_force.table)
+    reference = reference_point(levels.target, arguments.reference, in_force.read, rule)
+    position, grid = _points(arguments, rule, levels.target, reference.position, in_force.table)
     apart: bool = arguments.backlash
     residual = compensation_table(
         levels,
         position,
         kind=run.test.kind,
         axis=run.axis,
-        reference_position=reference,
+        reference_position=reference.position,
         per_direction=rule.per_direction,
         backlash=apart,
     )
@@ -175,6 +178,7 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
         wanted=wanted,
         apart=residual.backlash,
         grid=grid,
+        reference=reference,
         text=text,
         read=again,
         rounding=rounding,
@@ -232,13 +236,6 @@ def _check_backlash(control: Control, rule: GridRule, levels: AxisLevels) -> Non
             where="--backlash",
             remedy="Leave it out, or measure both directions",
         )
-
-
-def _reference(levels: AxisLevels, stated: float | None) -> float:
-    if stated is not None:
-        return stated
-    first, last = float(levels.target[0]), float(levels.target[-1])
-    return min(max(0.0, first), last)
 
 
 def _with_what_was_in_force(

@@ -82,8 +82,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--reference",
         metavar="POSITION",
         type=float,
-        help="reference point of the axis, where the table is zero (default: 0 if it lies within"
-        " the targets, else the end of the targets that is nearest to 0)",
+        help="reference point of the axis, where the table is zero (default: that of the older"
+        " table; without one 0 if it lies within the targets, else their end nearest to 0)",
     )
     add(
         "--backlash",

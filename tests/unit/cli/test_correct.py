@@ -9,6 +9,7 @@ import pytest
 
 from thermaxis import controls
 from thermaxis.cli import _make_table, main
+from thermaxis.cli._reference_point import reference_point
 from thermaxis.controls import (
     Control,
     GridRule,
@@ -466,6 +467,75 @@ def test_an_older_point_beside_a_target_is_left_out_unless_the_older_table_bends
     assert (99.995 in positions) is (deviation > 0.0)
     assert ("1 of them lie nearer than 0.01 mm to a target" in printed) is (deviation > 0.0)
     assert {0.0, 40.0, 99.98, 100.0, 160.0, 200.0} <= set(positions)
+
+
+def fanuc_words(path: Path) -> dict[int, int]:
+    return {int(n): int(v) for n, v in re.findall(r"N(\d{5})(?:A\d)?P(-?\d+)", path.read_text())}
+
+
+def test_merging_keeps_the_reference_point_that_the_older_file_states(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old", tmp_path / "new"
+    words = ("--set", "largest_value=127")
+    assert correct(run, old, "--reference", "100", "--spacing", "50", *words, control="fanuc") == 0
+    capsys.readouterr()
+    assert correct(run, new, "--merge", str(old), *words, control="fanuc") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "Reference point: old 100 mm, new 100 mm" in printed
+    before, after = fanuc_words(old), fanuc_words(new)
+    assert [after[n] for n in (3620, 3621, 3622)] == [before[n] for n in (3620, 3621, 3622)]
+    points = [n for n in before if n >= 10000]
+    assert max(abs(after[n] * after[3623] - 2 * before[n] * before[3623]) for n in points) <= 1
+    more = ("--merge", str(old), *words, "--reference", "0")
+    assert correct(run, tmp_path / "other", *more, control="fanuc") == 2
+    assert "reference point, 100 mm; from 0 mm they would act elsewhere" in capsys.readouterr().err
+    assert not (tmp_path / "other").exists()
+
+
+@pytest.mark.parametrize("control", ["linuxcnc", "sinumerik", "heidenhain-tnc640"])
+def test_merging_takes_the_zero_of_an_older_table_whose_file_is_read_without_one(
+    run: Path, tmp_path: Path, control: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old", tmp_path / "new"
+    assert correct(run, old, "--reference", "100", "--spacing", "50", control=control) == 0
+    capsys.readouterr()
+    assert correct(run, new, "--merge", str(old), "--json", "-", control=control) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["reference_position"] == pytest.approx(100.0, abs=1e-6)
+    assert found["merge"]["reference_position"] == pytest.approx(100.0, abs=1e-6)
+
+
+def test_a_reference_point_that_moves_the_zero_of_the_older_table_is_warned_of(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n40 40.001 40.001\n200 200.001 200.001\n")
+    asked = ("--merge", str(old))
+    found = result(capsys, run, tmp_path / "a", *asked)
+    assert found["reference_position"] == 0.0
+    assert not any("positions of the axis move" in text for text in found["warnings"])
+    found = result(capsys, run, tmp_path / "b", *asked, "--reference", "100")
+    assert any("is +1.00 µm at 100 mm, the new one zero" in text for text in found["warnings"])
+    assert found["merge"]["reference_position"] == 0.0
+    old.write_text("0 0.001 0.001\n200 200.002 200.002\n")
+    found = result(capsys, run, tmp_path / "c", *asked)
+    assert any("is +1.00 µm at 0 mm, the new one zero" in text for text in found["warnings"])
+    assert found["merge"]["reference_position"] is None
+
+
+@pytest.mark.parametrize(("place", "zero"), [(60.0, 50.0), (-20.0, 50.0), (190.0, 180.0)])
+def test_the_zero_of_an_older_table_is_the_nearest_of_several(place: float, zero: float) -> None:
+    mean = np.array([2.0, 1.0, -1.0, -2.0, 0.0, 3.0])
+    position = np.array([0.0, 40.0, 60.0, 100.0, 180.0, 200.0])
+    table = CompensationTable(
+        kind=AxisKind.LINEAR, axis="", position=position, deviation=np.stack((mean, mean), axis=1)
+    )
+    rule = controls.control_by_name("linuxcnc").grid_rule(AxisKind.LINEAR, {"type": "0"})
+    target = np.array([place, place + 500.0]) if place > 0 else np.array([-900.0, place])
+    found = reference_point(target, None, ReadTable(table=table), rule)
+    assert found.position == pytest.approx(zero)
+    assert found.older == found.position
 
 
 def test_merging_into_two_fanuc_tables_moves_1851_into_them_and_corrects_no_less(
