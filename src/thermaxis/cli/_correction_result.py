@@ -4,6 +4,7 @@ import numpy as np
 
 from thermaxis.cli._axis_run import (
     absent_in_words,
+    axis_warning,
     drift_in_words,
     edition_in_words,
     figure_rows,
@@ -316,7 +317,7 @@ def warnings_of(result: MadeTable) -> list[str]:
     run = result.run
     said = [*run.test.remarks, *result.levels.remarks]
     if run.axis_assumed:
-        said.append(f"neither the run nor --axis names the axis: {run.axis} was assumed. Check it")
+        said.append(axis_warning(run))
     said += _drift_warnings(result)
     said += _range_warnings(result)
     before, after = (
@@ -331,6 +332,7 @@ def warnings_of(result: MadeTable) -> list[str]:
             "the run counts as measured without any table in force; if one was, give it with"
             " --merge"
         )
+    said += result.doubts
     said += result.reference.warnings
     said += _reversal_warnings(result)
     said.append(_WRONG_SIGN)

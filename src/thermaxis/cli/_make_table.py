@@ -13,8 +13,10 @@ from thermaxis.cli._axis_run import (
     read_run,
     simulated_without_drift,
     temperature_in_words,
+    with_drift,
 )
 from thermaxis.cli._in_force import InForce, what_was_in_force
+from thermaxis.cli._plausible import doubts_about_size
 from thermaxis.cli._reference_point import ReferencePoint, reference_point
 from thermaxis.controls import (
     Control,
@@ -98,6 +100,8 @@ class MadeTable:
     """How its points were chosen, in words."""
     reference: ReferencePoint
     """Where it is zero."""
+    doubts: tuple[str, ...]
+    """Why its unit is doubted, in words."""
     text: TableText
     """The control's file."""
     read: ReadTable
@@ -139,51 +143,118 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
     """
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="table")
-    run = _run(arguments)
+    run = read_run(arguments.run, axis=arguments.axis, encoding=arguments.encoding)
     rule = control.grid_rule(run.test.kind, options)
-    levels = _levels(run, drift_free=arguments.drift_free)
     if arguments.backlash:
-        _check_backlash(control, rule, levels)
+        _check_backlash(control, rule, measured_levels(run.test))
     in_force = what_was_in_force(arguments, control, options, rule, run)
-    reference = reference_point(levels.target, arguments.reference, in_force.read, rule)
-    position, grid = _points(arguments, rule, levels.target, reference.position, in_force.table)
-    apart: bool = arguments.backlash
-    residual = compensation_table(
+    asked = _Asked(arguments, control, options, rule, in_force)
+    # the drift model takes a minute for some thousand readings: first what can be refused at once
+    if arguments.drift_free:
+        check_points(
+            _levels_at_points(asked, run, measured_levels(run.test))[0], rule, control.title
+        )
+        hours: float | None = arguments.reference_time
+        run = with_drift(run, reference_time_s=None if hours is None else 3600.0 * hours)
+    filed = _filed(asked, run, _levels(run, drift_free=arguments.drift_free))
+    if not arguments.drift_free and not arguments.no_drift:
+        run = with_drift(run)
+    return _simulated(asked, run, filed)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What is to be made, whatever the levels."""
+
+    arguments: argparse.Namespace
+    control: Control
+    options: Mapping[str, str]
+    rule: GridRule
+    in_force: InForce
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Filed:
+    """A control's file, and what it was made of."""
+
+    levels: AxisLevels
+    residual: CompensationTable
+    wanted: CompensationTable
+    grid: str
+    reference: ReferencePoint
+    doubts: tuple[str, ...]
+    text: TableText
+    read: ReadTable
+    rounding: float
+
+
+def _levels_at_points(
+    asked: _Asked, run: AxisRun, levels: AxisLevels
+) -> tuple[CompensationTable, ReferencePoint, str]:
+    """Return the levels at the points of the table, where it is zero, and the grid in words."""
+    arguments, rule = asked.arguments, asked.rule
+    reference = reference_point(levels.target, arguments.reference, asked.in_force.read, rule)
+    older = asked.in_force.table
+    position, grid = _points(arguments, rule, levels.target, reference.position, older)
+    table = compensation_table(
         levels,
         position,
         kind=run.test.kind,
         axis=run.axis,
         reference_position=reference.position,
         per_direction=rule.per_direction,
-        backlash=apart,
+        backlash=arguments.backlash,
     )
-    wanted = _with_what_was_in_force(residual, in_force, rule, control)
+    return table, reference, grid
+
+
+def _filed(asked: _Asked, run: AxisRun, levels: AxisLevels) -> _Filed:
+    """Return the control's file, read back, with what it was made of."""
+    arguments, in_force = asked.arguments, asked.in_force
+    residual, reference, grid = _levels_at_points(asked, run, levels)
+    doubts = doubts_about_size(residual, "the mean deviation of the run")
+    wanted = _with_what_was_in_force(residual, in_force, asked.rule, asked.control)
+    if in_force.table is not None:
+        doubts += doubts_about_size(wanted, "the sum with the older table")
     wanted = replace(wanted, source=_source(arguments), run_sha256=run.sha256)
-    request = TableRequest(table=wanted, origin=_origin(run, arguments, in_force), options=options)
-    text, again, rounding = _written(control, request, rule, arguments.output)
+    origin = _origin(run, arguments, in_force)
+    request = TableRequest(table=wanted, origin=origin, options=asked.options)
+    text, again, rounding = _written(asked.control, request, asked.rule, arguments.output)
+    return _Filed(levels, residual, wanted, grid, reference, doubts, text, again, rounding)
+
+
+def _simulated(asked: _Asked, run: AxisRun, filed: _Filed) -> MadeTable:
+    """Return the table with what it makes of the run."""
+    arguments, control, rule, in_force = asked.arguments, asked.control, asked.rule, asked.in_force
+    levels, position = filed.levels, filed.wanted.position
     # what was in force during the run is in its readings
-    added = control.correction(again.table, run.test.target)
+    added = control.correction(filed.read.table, run.test.target)
     added = added - in_force.correction(control, run.test.target)
     older = _older(in_force, rule, position, levels.target)
-    bound = interpolation_bound(levels, position, per_direction=rule.per_direction, backlash=apart)
+    bound = interpolation_bound(
+        levels, position, per_direction=rule.per_direction, backlash=arguments.backlash
+    )
     return MadeTable(
         run=run,
         control_name=arguments.control,
         control=control,
-        options=options,
+        options=asked.options,
         rule=rule,
         output=arguments.output,
         drift_free=arguments.drift_free,
         levels=levels,
-        wanted=wanted,
-        apart=residual.backlash,
-        grid=grid,
-        reference=reference,
-        text=text,
-        read=again,
-        rounding=rounding,
+        wanted=filed.wanted,
+        apart=filed.residual.backlash,
+        grid=filed.grid,
+        reference=filed.reference,
+        doubts=filed.doubts,
+        text=filed.text,
+        read=filed.read,
+        rounding=filed.rounding,
         bound=bound if older is None else bound + older.lost,
-        residual=_residual(levels, residual),
+        residual=_residual(levels, filed.residual),
         measured=evaluate_correction(run.test, added),
         without_drift=simulated_without_drift(run, added),
         in_force=in_force,
@@ -192,16 +263,6 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
 
 
 # ---- what the table is made of ------------------------------------------------------------------
-
-
-def _run(arguments: argparse.Namespace) -> AxisRun:
-    hours: float | None = arguments.reference_time
-    return read_run(
-        arguments.run,
-        axis=arguments.axis,
-        encoding=arguments.encoding,
-        reference_time_s=None if hours is None else 3600.0 * hours,
-    )
 
 
 def _levels(run: AxisRun, *, drift_free: bool) -> AxisLevels:

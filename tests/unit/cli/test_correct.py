@@ -9,6 +9,7 @@ import pytest
 
 from thermaxis import controls
 from thermaxis.cli import _make_table, main
+from thermaxis.cli._plausible import doubts_about_size
 from thermaxis.cli._reference_point import reference_point
 from thermaxis.controls import (
     Control,
@@ -18,6 +19,7 @@ from thermaxis.controls import (
     TableRequest,
     TableText,
 )
+from thermaxis.errors import DataError
 from thermaxis.files import read_positioning
 from thermaxis.positioning import CompensationTable, evaluate_drift, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
@@ -628,6 +630,50 @@ def test_the_axis_is_the_runs_or_the_stated_one_or_assumed_with_a_warning(
     assert "no name of an axis" in capsys.readouterr().err
 
 
+def test_what_the_file_states_as_its_axis_is_named_where_it_cannot_be_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = write_run(tmp_path / "odd.csv", axis="X) G0 Z-100")
+    found = result(capsys, odd, tmp_path / "x")
+    (said,) = (text for text in found["warnings"] if "X was assumed" in text)
+    assert said.startswith("the run names its axis 'X) G0 Z-100', which is no name")
+    unnamed = write_run(tmp_path / "unnamed.csv", axis="")
+    found = result(capsys, unnamed, tmp_path / "x")
+    assert any(text.startswith("neither the run nor --axis") for text in found["warnings"])
+
+
+@pytest.mark.parametrize("more", [("--no-drift",), ()])
+def test_without_the_drift_model_the_table_is_the_same_and_drift_is_said_to_be_unknown(
+    tmp_path: Path, more: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", drift_um=8.0)
+    found = result(capsys, run, tmp_path / "x.comp", *more)
+    assert (found["figures_without_drift"] is None) is bool(more)
+    assert any("--no-drift leaves the drift model out" in t for t in found["warnings"]) is bool(
+        more
+    )
+    assert correct(run, tmp_path / "y.comp", "--drift-free") == 0
+    assert correct(run, tmp_path / "y.comp", "--no-drift") == 0
+    assert (tmp_path / "y.comp").read_bytes() == (tmp_path / "x.comp").read_bytes()
+    assert correct(run, tmp_path / "z", "--no-drift", "--drift-free") == 2
+
+
+@pytest.mark.parametrize("more", [(), ("--drift-free",)])
+def test_limits_of_the_control_are_checked_before_the_drift_model(
+    run: Path,
+    tmp_path: Path,
+    more: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(_make_table, "with_drift", never)
+    assert correct(run, tmp_path / "x.comp", "--points", "257", *more) == 2
+    assert "at most 256" in capsys.readouterr().err
+
+
 def test_a_limit_of_the_control_is_an_error_with_its_remedy(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -636,6 +682,85 @@ def test_a_limit_of_the_control_is_an_error_with_its_remedy(
     assert "257 points" in error
     assert "256" in error
     assert correct(run, tmp_path / "x.comp", "--points", "256") == 0
+
+
+# ---- values that no axis has --------------------------------------------------------------------
+
+
+def straight(slope: float) -> tuple[float, ...]:
+    return tuple(slope * target for target in TARGETS)
+
+
+@pytest.mark.parametrize(
+    ("slope", "code", "doubted"),
+    [(9.9, 0, True), (10.1, 0, True), (99.8, 0, True), (100.2, 2, False), (1000.0, 2, False)],
+)
+def test_errors_that_no_axis_has_are_refused_and_large_ones_doubted(
+    tmp_path: Path, slope: float, code: int, doubted: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "x.comp"
+    run = write_run(tmp_path / "run.csv", straight(slope), straight(slope))
+    assert correct(run, output, "--no-drift") == code
+    captured = capsys.readouterr()
+    assert output.exists() is (code == 0)
+    assert ("check the unit of the run" in " ".join(captured.out.split())) is doubted
+    assert ("which no axis does" in captured.err) is (code == 2)
+
+
+@pytest.mark.parametrize(("high", "said"), [(990.0, ""), (1010.0, "reaches 1010 µm")])
+def test_deviations_above_a_millimetre_are_doubted(
+    tmp_path: Path, high: float, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    level = straight(high / TARGETS[-1])
+    run = write_run(tmp_path / "run.csv", level, level)
+    found = result(capsys, run, tmp_path / "x.comp")
+    doubts = [text for text in found["warnings"] if "check the unit" in text]
+    assert len(doubts) == (1 if said else 0)
+    assert all(said in text for text in doubts)
+
+
+def table_with(position: list[float], value: list[float], kind: AxisKind) -> CompensationTable:
+    return CompensationTable(
+        kind=kind,
+        axis="X",
+        position=np.array(position),
+        deviation=np.stack((np.array(value),) * 2, axis=1),
+    )
+
+
+@pytest.mark.parametrize(("kind", "share"), [(AxisKind.LINEAR, 100.0), (AxisKind.ROTARY, 360.0)])
+def test_the_limit_of_the_slope_is_a_tenth_of_the_way_on_both_kinds_of_axis(
+    kind: AxisKind, share: float
+) -> None:
+    near = table_with([0.0, 10.0, 20.0], [0.0, 9.99 * share, 0.0], kind)
+    (said,) = doubts_about_size(near, "it")
+    assert "check the unit" in said
+    with pytest.raises(DataError, match="of the way"):
+        doubts_about_size(table_with([0.0, 10.0, 20.0], [0.0, 10.0 * share, 0.0], kind), "it")
+    small = table_with([0.0, 10.0, 20.0], [0.0, 0.099 * share * 10.0, 0.0], kind)
+    assert doubts_about_size(small, "it") == ()
+
+
+def test_two_points_close_together_are_no_reason_to_doubt_the_unit() -> None:
+    close = table_with([0.0, 100.0, 100.005, 200.0], [0.0, 1.0, 2.0, 3.0], AxisKind.LINEAR)
+    assert close.steepest_slope[0] == pytest.approx(200.0)
+    assert doubts_about_size(close, "it") == ()
+    short = table_with([0.0, 0.1, 0.2], [0.0, 10.0, 20.0], AxisKind.LINEAR)
+    with pytest.raises(DataError):
+        doubts_about_size(short, "it")
+
+
+def test_the_sum_with_an_older_table_is_held_to_the_same_limits(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n200 202.1 202.1\n")
+    found = result(capsys, run, tmp_path / "a", "--merge", str(old))
+    assert any("the sum with the older table changes by" in text for text in found["warnings"])
+    old.write_text("0 0 0\n200 221 221\n")
+    assert correct(run, tmp_path / "b", "--merge", str(old)) == 2
+    assert "the sum with the older table changes by" in capsys.readouterr().err
+    assert not (tmp_path / "b").exists()
 
 
 # ---- a control that lies ------------------------------------------------------------------------
