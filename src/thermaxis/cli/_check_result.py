@@ -130,8 +130,8 @@ def _axis_findings(run: AxisRun, read: ReadTable, wanted: str | None) -> list[st
     if wanted is None:
         return [
             (
-                f"the table is of axis {shown}, the run of {of_run}: if both are the same axis under"
-                f" two names, say --axis {shown}"
+                f"the table is of axis {shown}, the run of {of_run}: if these are two names of one"
+                f" axis, say --axis {shown}"
             )
         ]
     return [f"the table is of axis {shown}, not of {wanted}"]

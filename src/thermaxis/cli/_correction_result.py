@@ -40,6 +40,8 @@ _IGNORED = (
     " makes the control ignore it (BACKLASH of the joint on LinuxCNC) or asks for 0 (1851 on Fanuc"
     " with two tables), give --backlash-in-force: what it corrected comes back otherwise"
 )
+_MOST_OUTSIDE = 6
+"""So many points outside the targets are named each. [1]"""
 _SAME_REVERSAL = 1e-3
 """Reversals nearer than this are the same: the last digit that is shown. [µm or arcsec]"""
 
@@ -397,20 +399,49 @@ def _range_warnings(result: MadeTable) -> list[str]:
         said.append(
             f"points of the table lie outside the targets, which reach from {target[0]:.9g} to"
             f" {target[-1]:.9g} {place}: the first of them continues the line through the last"
-            " target, further ones hold its value; nothing was measured there"
+            " target where it is long enough, else its value is held; nothing was measured there:"
+            f" {_points_outside(result, near)}"
         )
     if position[0] > target[0] + near or position[-1] < target[-1] - near:
         said.append(
             f"the table reaches from {position[0]:.9g} to {position[-1]:.9g} {place} only: outside"
             " it the control holds the end values"
         )
-    if result.older is not None and result.older.lost > 0.5 * result.rule.resolution:
-        said.append(
-            f"the new points are too few for the older table: up to {result.older.lost:.2f}"
-            f" {result.run.test.kind.units.deviation} of it are lost between them; leave --points"
-            " and --spacing out"
-        )
+    older = result.older
+    if older is not None:
+        lost, where = older.lost_at_points
+        if max(lost, older.lost) > 0.5 * result.rule.resolution:
+            unit = result.run.test.kind.units.deviation
+            said.append(
+                "the new points are too few for the older table: up to"
+                f" {max(lost, older.lost):.2f} {unit} of it are lost between them, {lost:.2f}"
+                f" {unit} at its point at {where:.9g} {place}; leave --points and --spacing out"
+            )
     return said
+
+
+def _points_outside(result: MadeTable, near: float) -> str:
+    """Return the points outside the targets with their values, in words."""
+    table, target = result.wanted, result.levels.target
+    units = table.kind.units
+    number = np.flatnonzero(
+        (table.position < target[0] - near) | (table.position > target[-1] + near)
+    )
+    if number.size > _MOST_OUTSIDE:  # those next to the targets, and the outermost ones
+        below = np.flatnonzero(table.position[number] < target[0])
+        ends = {0, number.size - 1, *(below[-1:]).tolist(), min(below.size, number.size - 1)}
+        shown = number[sorted(ends)]
+    else:
+        shown = number
+    said: list[str] = []
+    for k in shown.tolist():
+        values = [f"{float(v):+.{_DECIMALS}f}" for v in table.deviation[k]]
+        kept = values if result.rule.per_direction else values[:1]
+        said.append(
+            f"{table.position[k]:.9g} {units.position}: {' and '.join(kept)} {units.deviation}"
+        )
+    rest = number.size - shown.size
+    return "; ".join(said) + (f"; and {rest} more" if rest else "")
 
 
 # ---- JSON ---------------------------------------------------------------------------------------

@@ -69,6 +69,8 @@ class OlderTable:
     """Its deviations at the points of the new table, (k, 2). [µm or arcsec]"""
     lost: float
     """How far it departs at the targets from its values at the new points. [µm or arcsec]"""
+    lost_at_points: tuple[float, float]
+    """The same at its own points: the largest, and where. [µm or arcsec; mm or deg]"""
 
 
 @final
@@ -342,11 +344,21 @@ def _points(
                 return found
         if not rule.equidistant:
             return _with(target, through, rule), "the targets themselves"
+    covered = target if older is None else _with_range_of(older, target)
     position = table_points(
-        target, points=count, spacing=spacing, through=through, decimals=rule.decimals
+        covered, points=count, spacing=spacing, through=through, decimals=rule.decimals
     )
     words = f"equidistant, every {float(position[1] - position[0]):.9g}"
+    if covered.size > target.size:
+        words += ", over the range of the older table too"
     return position, words if through is None else f"{words}, one at the reference point"
+
+
+def _with_range_of(older: CompensationTable, target: FloatArray) -> FloatArray:
+    """Return targets and the ends of the older table that lie beyond them."""
+    ends = older.position[[0, -1]]
+    beyond = ends[(ends < target[0] - _NEAR) | (ends > target[-1] + _NEAR)]
+    return np.union1d(target, beyond)
 
 
 def _with(target: FloatArray, through: float | None, rule: GridRule) -> FloatArray:
@@ -489,4 +501,8 @@ def _older(
     table = _reversal_in_points(table) if rule.per_direction else replace(table, backlash=None)
     at_points = table.deviation_at(position)
     lost = float(np.max(np.abs(_sampled(table, position, target) - table.deviation_at(target))))
-    return OlderTable(in_force.name, in_force.read, at_points, lost)
+    own = table.position
+    off = np.max(np.abs(_sampled(table, position, own) - table.deviation_at(own)), axis=1)
+    k = int(np.argmax(off))
+    worst = (float(off[k]), float(own[k]))
+    return OlderTable(in_force.name, in_force.read, at_points, lost, worst)

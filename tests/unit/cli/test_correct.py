@@ -442,6 +442,73 @@ def test_merging_reads_the_older_table_of_several_and_writes_one(run: Path, tmp_
     np.testing.assert_allclose(list(sinumerik_values(new).values()), expected, atol=2e-6)
 
 
+@pytest.mark.parametrize(
+    ("control", "grid"),
+    [
+        ("linuxcnc", ("--points", "31")),
+        ("linuxcnc", ("--spacing", "20")),
+        ("sinumerik", ("--spacing", "20")),
+        ("fanuc", ("--spacing", "20", "--set", "largest_value=127")),
+    ],
+)
+def test_merging_a_run_that_covers_less_keeps_the_rest_of_the_older_table(
+    run: Path, tmp_path: Path, control: str, grid: tuple[str, ...],
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    lines = [line for line in run.read_text().splitlines() if not line.count("#")]
+    longer = [lines[0]]
+    for line in lines[1:]:
+        cycle, word, target, deviation, time = line.split(",")
+        longer.append(f"{cycle},{word},{3 * float(target)},{deviation},{time}")
+    whole = tmp_path / "whole.csv"
+    whole.write_text("\n".join(["# header axis: X", *longer]) + "\n", encoding="utf-8")
+    old, new = tmp_path / "old", tmp_path / "new"
+    assert correct(whole, old, *grid, control=control) == 0
+    capsys.readouterr()
+    more = (*grid, "--merge", str(old), "--json", "-")
+    assert correct(run, new, *more, control=control) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert min(found["table"]["positions"]) == pytest.approx(0.0)
+    assert max(found["table"]["positions"]) >= 600.0 - 1e-6
+    assert not any("too few for the older table" in text for text in found["warnings"])
+    # beyond the run the new table is the old one plus a constant
+    table = controls.control_by_name(control)
+    options = controls.check_options(table, [w for w in grid if "=" in w], purpose="table")
+    at = np.arange(240.0, 601.0, 40.0)
+    values = [
+        table.correction(
+            table.read_table(f.read_text(), "t", AxisKind.LINEAR, options).table, at
+        ).mean(axis=1)
+        for f in (old, new)
+    ]
+    step = 1.01 if control == "fanuc" else 0.02
+    assert np.ptp(values[1] - values[0]) <= step
+
+
+def test_what_new_points_lose_of_the_older_table_is_told_with_its_place(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n120 120.007 120.007\n130 130 130\n600 600 600\n")
+    found = result(capsys, run, tmp_path / "x", "--merge", str(old), "--points", "4")
+    (said,) = (text for text in found["warnings"] if "too few" in text)
+    assert "7.00 µm at its point at 120 mm" in said
+
+
+@pytest.mark.parametrize(("spacing", "named"), [("150", 1), ("45", 1)])
+def test_points_outside_the_targets_are_named_with_their_values(
+    run: Path, tmp_path: Path, spacing: str, named: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "x.comp"
+    found = result(capsys, run, output, "--spacing", spacing)
+    (said,) = (text for text in found["warnings"] if "outside the targets" in text)
+    rows = [row for row in triplets(output) if row[0] > 200.0]
+    assert len(rows) == named
+    for place, forward, backward in rows:
+        value = f"{1000 * (forward - place):+.2f} and {1000 * (backward - place):+.2f} µm"
+        assert f"{place:.9g} mm: {value}" in said
+
+
 def test_a_tiny_step_of_the_older_table_is_no_reason_for_a_grid_of_that_size(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
