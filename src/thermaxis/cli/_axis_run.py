@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 EDITION = Edition.E2014
 """Edition whose names the figures carry, the default of ``evaluate``."""
+NO_DRIFT_ASKED = "--no-drift leaves the drift model out"
+"""Why a run has no drift result where none was asked for."""
 
 
 @final
@@ -49,12 +51,12 @@ class AxisRun:
     """Its drift, None where that cannot be told from the levels."""
     why_no_drift: str
     """Why it cannot, in words; empty if it can."""
+    axis_refused: str = ""
+    """What the file states as the axis, if that is no name of one; empty otherwise."""
 
 
-def read_run(
-    path: Path, *, axis: str | None, encoding: str, reference_time_s: float | None = None
-) -> AxisRun:
-    """Read a run and look for its drift.
+def read_run(path: Path, *, axis: str | None, encoding: str) -> AxisRun:
+    """Read a run; its drift is not looked for yet.
 
     Parameters
     ----------
@@ -64,13 +66,11 @@ def read_run(
         Stated name of the axis; None takes that of the file, else X, on a rotary axis C.
     encoding : str
         Encoding of a text that is not UTF-8.
-    reference_time_s : float, optional
-        Thermal state of the drift-free levels. Default: the mean time of the readings. [s]
 
     Returns
     -------
     AxisRun
-        The run.
+        The run, without a drift result.
 
     Raises
     ------
@@ -81,15 +81,56 @@ def read_run(
     """
     test, sha256 = read_positioning_with_sha256(path, fallback_encoding=encoding)
     stated = test.header.get("axis", "").strip() if axis is None else axis_name(axis)
-    assumed = not is_axis_name(stated)
+    assumed, refused = not is_axis_name(stated), ""
     if assumed:
-        stated = "X" if test.kind is AxisKind.LINEAR else "C"
-    drift, why = None, ""
+        refused, stated = stated, "X" if test.kind is AxisKind.LINEAR else "C"
+    return AxisRun(str(path), sha256, test, stated, assumed, None, NO_DRIFT_ASKED, refused)
+
+
+def with_drift(run: AxisRun, *, reference_time_s: float | None = None) -> AxisRun:
+    """Return a run with its drift, which takes a minute for some thousand readings.
+
+    Parameters
+    ----------
+    run : AxisRun
+        The run.
+    reference_time_s : float, optional
+        Thermal state of the drift-free levels. Default: the mean time of the readings. [s]
+
+    Returns
+    -------
+    AxisRun
+        The same run, with its drift or the reason why that cannot be told.
+    """
     try:
-        drift = evaluate_drift(test, reference_time_s=reference_time_s)
+        drift = evaluate_drift(run.test, reference_time_s=reference_time_s)
     except DataError as error:
         why = f"{error.what}. {error.remedy}" if error.remedy else error.what
-    return AxisRun(str(path), sha256, test, stated, assumed, drift, why)
+        return replace(run, drift=None, why_no_drift=why)
+    return replace(run, drift=drift, why_no_drift="")
+
+
+def axis_warning(run: AxisRun) -> str:
+    """Return what is said where the name of the axis was assumed.
+
+    Parameters
+    ----------
+    run : AxisRun
+        The run.
+
+    Returns
+    -------
+    str
+        A sentence; empty if the run or the user names it.
+    """
+    if not run.axis_assumed:
+        return ""
+    if run.axis_refused:
+        return (
+            f"the run names its axis '{printable(run.axis_refused, 60)}', which is no name of an"
+            f" axis on a control: {run.axis} was assumed. Check it, or give --axis"
+        )
+    return f"neither the run nor --axis names the axis: {run.axis} was assumed. Check it"
 
 
 def run_in_words(run: AxisRun) -> str:

@@ -15,6 +15,7 @@ from thermaxis.cli._axis_run import (
     simulated_without_drift,
     systematic_range,
     temperature_in_words,
+    with_drift,
 )
 from thermaxis.cli._control_names import axis_name
 from thermaxis.cli._correction_result import (
@@ -56,6 +57,8 @@ class CheckedTable:
     """The control."""
     options: Mapping[str, str]
     """Its options."""
+    wanted_axis: str | None
+    """Axis that the table must be of; None where that was not said."""
     read: ReadTable
     """What the control reads in it."""
     findings: tuple[str, ...]
@@ -92,10 +95,16 @@ def check(arguments: argparse.Namespace) -> CheckedTable:
     run = read_run(arguments.run, axis=None, encoding=arguments.encoding)
     path: Path = arguments.table
     read = read_older(control, path, run, options)
+    if not arguments.no_drift:
+        run = with_drift(run)
     correction = control.correction(read.table, run.test.target)
     measured = evaluate_correction(run.test, correction)
     opposite = evaluate_correction(run.test, -correction)
-    findings = [*read.findings, *_axis_findings(read, wanted_axis), *_range_findings(run, read)]
+    findings = [
+        *read.findings,
+        *_axis_findings(run, read, wanted_axis),
+        *_range_findings(run, read),
+    ]
     findings += _sign_findings(run, measured, opposite)
     return CheckedTable(
         run=run,
@@ -103,6 +112,7 @@ def check(arguments: argparse.Namespace) -> CheckedTable:
         control_name=arguments.control,
         control=control,
         options=options,
+        wanted_axis=wanted_axis,
         read=read,
         findings=tuple(findings),
         measured=measured,
@@ -111,11 +121,36 @@ def check(arguments: argparse.Namespace) -> CheckedTable:
     )
 
 
-def _axis_findings(read: ReadTable, wanted: str | None) -> list[str]:
-    stated = read.table.axis
-    if wanted is None or not stated or stated.casefold() == wanted.casefold():
+def _axis_findings(run: AxisRun, read: ReadTable, wanted: str | None) -> list[str]:
+    stated, of_run = read.table.axis, "" if run.axis_assumed else run.axis
+    expected = of_run if wanted is None else wanted
+    if not stated or not expected or stated.casefold() == expected.casefold():
         return []
-    return [f"the table is of axis {printable(stated, 40)}, not of {wanted}"]
+    shown = printable(stated, 40)
+    if wanted is None:
+        return [
+            (
+                f"the table is of axis {shown}, the run of {of_run}: if these are two names of one"
+                f" axis, say --axis {shown}"
+            )
+        ]
+    return [f"the table is of axis {shown}, not of {wanted}"]
+
+
+def _axis_warnings(result: CheckedTable) -> list[str]:
+    """Return whether table and run may be of two axes, where that cannot be told."""
+    run, stated = result.run, result.read.table.axis
+    said: list[str] = []
+    if not stated:
+        said.append("the table does not name its axis")
+    if result.wanted_axis is None and run.axis_refused:
+        name = printable(run.axis_refused, 60)
+        said.append(f"the run names its axis '{name}', which is no name of an axis on a control")
+    elif result.wanted_axis is None and run.axis_assumed:
+        said.append("the run does not name its axis")
+    if not said:
+        return []
+    return [f"{' and '.join(said)}: whether both are of the same axis was not checked"]
 
 
 def _range_findings(run: AxisRun, read: ReadTable) -> list[str]:
@@ -246,7 +281,7 @@ def _signed(value: float) -> str:
 
 def _warnings(result: CheckedTable) -> list[str]:
     run = result.run
-    said = [*run.test.remarks]
+    said = [*run.test.remarks, *_axis_warnings(result)]
     if run.drift is None:
         said.append(f"whether the run drifts is not known: {run.why_no_drift}")
     elif run.drift.significant:

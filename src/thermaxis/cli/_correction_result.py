@@ -4,6 +4,7 @@ import numpy as np
 
 from thermaxis.cli._axis_run import (
     absent_in_words,
+    axis_warning,
     drift_in_words,
     edition_in_words,
     figure_rows,
@@ -39,6 +40,8 @@ _IGNORED = (
     " makes the control ignore it (BACKLASH of the joint on LinuxCNC) or asks for 0 (1851 on Fanuc"
     " with two tables), give --backlash-in-force: what it corrected comes back otherwise"
 )
+_MOST_OUTSIDE = 6
+"""So many points outside the targets are named each. [1]"""
 _SAME_REVERSAL = 1e-3
 """Reversals nearer than this are the same: the last digit that is shown. [µm or arcsec]"""
 
@@ -148,10 +151,11 @@ def _values(result: MadeTable) -> str:
 
 
 def _reference_in_words(result: MadeTable) -> str:
-    target, place = result.levels.target, result.wanted.reference_position
-    if place is None or target[0] <= place <= target[-1]:
-        return "the mean of both directions"
-    return "outside the targets: the value of the nearest end was taken as zero"
+    target, point = result.levels.target, result.reference
+    words = f"; {point.words}" if point.words else ""
+    if target[0] <= point.position <= target[-1]:
+        return f"the mean of both directions{words}"
+    return f"outside the targets: the value of the nearest end was taken as zero{words}"
 
 
 def _slope_in_words(table: CompensationTable) -> str:
@@ -288,7 +292,15 @@ def _older(result: MadeTable, older: OlderTable) -> str:
             f"\nReversal apart from the points: old {before:+.3f}, new {after:+.3f}"
             f" {unit.deviation}"
         )
-    return f"{text_table(title, heads, rows)}\n{filled(said)}{reversal}\n"
+    return f"{text_table(title, heads, rows)}\n{filled(said)}\n{_references(result)}{reversal}\n"
+
+
+def _references(result: MadeTable) -> str:
+    point, unit = result.reference, result.wanted.kind.units.position
+    older = "not stated, and the table is nowhere zero"
+    if point.older is not None:
+        older = f"{point.older:.9g} {unit}"
+    return filled(f"Reference point: old {older}, new {point.position:.9g} {unit}")
 
 
 def warnings_of(result: MadeTable) -> list[str]:
@@ -307,7 +319,7 @@ def warnings_of(result: MadeTable) -> list[str]:
     run = result.run
     said = [*run.test.remarks, *result.levels.remarks]
     if run.axis_assumed:
-        said.append(f"neither the run nor --axis names the axis: {run.axis} was assumed. Check it")
+        said.append(axis_warning(run))
     said += _drift_warnings(result)
     said += _range_warnings(result)
     before, after = (
@@ -322,6 +334,8 @@ def warnings_of(result: MadeTable) -> list[str]:
             "the run counts as measured without any table in force; if one was, give it with"
             " --merge"
         )
+    said += result.doubts
+    said += result.reference.warnings
     said += _reversal_warnings(result)
     said.append(_WRONG_SIGN)
     said.append(f"{_NO_DRIFT}. Temperature of the run: {temperature_in_words(run.test)}")
@@ -385,20 +399,49 @@ def _range_warnings(result: MadeTable) -> list[str]:
         said.append(
             f"points of the table lie outside the targets, which reach from {target[0]:.9g} to"
             f" {target[-1]:.9g} {place}: the first of them continues the line through the last"
-            " target, further ones hold its value; nothing was measured there"
+            " target where it is long enough, else its value is held; nothing was measured there:"
+            f" {_points_outside(result, near)}"
         )
     if position[0] > target[0] + near or position[-1] < target[-1] - near:
         said.append(
             f"the table reaches from {position[0]:.9g} to {position[-1]:.9g} {place} only: outside"
             " it the control holds the end values"
         )
-    if result.older is not None and result.older.lost > 0.5 * result.rule.resolution:
-        said.append(
-            f"the new points are too few for the older table: up to {result.older.lost:.2f}"
-            f" {result.run.test.kind.units.deviation} of it are lost between them; leave --points"
-            " and --spacing out"
-        )
+    older = result.older
+    if older is not None:
+        lost, where = older.lost_at_points
+        if max(lost, older.lost) > 0.5 * result.rule.resolution:
+            unit = result.run.test.kind.units.deviation
+            said.append(
+                "the new points are too few for the older table: up to"
+                f" {max(lost, older.lost):.2f} {unit} of it are lost between them, {lost:.2f}"
+                f" {unit} at its point at {where:.9g} {place}; leave --points and --spacing out"
+            )
     return said
+
+
+def _points_outside(result: MadeTable, near: float) -> str:
+    """Return the points outside the targets with their values, in words."""
+    table, target = result.wanted, result.levels.target
+    units = table.kind.units
+    number = np.flatnonzero(
+        (table.position < target[0] - near) | (table.position > target[-1] + near)
+    )
+    if number.size > _MOST_OUTSIDE:  # those next to the targets, and the outermost ones
+        below = np.flatnonzero(table.position[number] < target[0])
+        ends = {0, number.size - 1, *(below[-1:]).tolist(), min(below.size, number.size - 1)}
+        shown = number[sorted(ends)]
+    else:
+        shown = number
+    said: list[str] = []
+    for k in shown.tolist():
+        values = [f"{float(v):+.{_DECIMALS}f}" for v in table.deviation[k]]
+        kept = values if result.rule.per_direction else values[:1]
+        said.append(
+            f"{table.position[k]:.9g} {units.position}: {' and '.join(kept)} {units.deviation}"
+        )
+    rest = number.size - shown.size
+    return "; ".join(said) + (f"; and {rest} more" if rest else "")
 
 
 # ---- JSON ---------------------------------------------------------------------------------------
@@ -541,6 +584,7 @@ def _merge_as_json(result: MadeTable, older: OlderTable) -> dict[str, object]:
         "name": older.name,
         "findings": list(older.read.findings),
         "lost": older.lost,
+        "reference_position": result.reference.older,
         "backlash": older.read.table.backlash,
         "old_forward": _column(older.at_points, FORWARD),
         "old_backward": _column(older.at_points, BACKWARD),

@@ -13,8 +13,11 @@ from thermaxis.cli._axis_run import (
     read_run,
     simulated_without_drift,
     temperature_in_words,
+    with_drift,
 )
 from thermaxis.cli._in_force import InForce, what_was_in_force
+from thermaxis.cli._plausible import doubts_about_size
+from thermaxis.cli._reference_point import ReferencePoint, reference_point
 from thermaxis.controls import (
     Control,
     GridRule,
@@ -66,6 +69,8 @@ class OlderTable:
     """Its deviations at the points of the new table, (k, 2). [µm or arcsec]"""
     lost: float
     """How far it departs at the targets from its values at the new points. [µm or arcsec]"""
+    lost_at_points: tuple[float, float]
+    """The same at its own points: the largest, and where. [µm or arcsec; mm or deg]"""
 
 
 @final
@@ -95,6 +100,10 @@ class MadeTable:
     """Reversal of this run that is compensated apart from the points. [µm or arcsec]"""
     grid: str
     """How its points were chosen, in words."""
+    reference: ReferencePoint
+    """Where it is zero."""
+    doubts: tuple[str, ...]
+    """Why its unit is doubted, in words."""
     text: TableText
     """The control's file."""
     read: ReadTable
@@ -136,50 +145,118 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
     """
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="table")
-    run = _run(arguments)
+    run = read_run(arguments.run, axis=arguments.axis, encoding=arguments.encoding)
     rule = control.grid_rule(run.test.kind, options)
-    levels = _levels(run, drift_free=arguments.drift_free)
     if arguments.backlash:
-        _check_backlash(control, rule, levels)
+        _check_backlash(control, rule, measured_levels(run.test))
     in_force = what_was_in_force(arguments, control, options, rule, run)
-    reference = _reference(levels, arguments.reference)
-    position, grid = _points(arguments, rule, levels.target, reference, in_force.table)
-    apart: bool = arguments.backlash
-    residual = compensation_table(
+    asked = _Asked(arguments, control, options, rule, in_force)
+    # the drift model takes a minute for some thousand readings: first what can be refused at once
+    if arguments.drift_free:
+        check_points(
+            _levels_at_points(asked, run, measured_levels(run.test))[0], rule, control.title
+        )
+        hours: float | None = arguments.reference_time
+        run = with_drift(run, reference_time_s=None if hours is None else 3600.0 * hours)
+    filed = _filed(asked, run, _levels(run, drift_free=arguments.drift_free))
+    if not arguments.drift_free and not arguments.no_drift:
+        run = with_drift(run)
+    return _simulated(asked, run, filed)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What is to be made, whatever the levels."""
+
+    arguments: argparse.Namespace
+    control: Control
+    options: Mapping[str, str]
+    rule: GridRule
+    in_force: InForce
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Filed:
+    """A control's file, and what it was made of."""
+
+    levels: AxisLevels
+    residual: CompensationTable
+    wanted: CompensationTable
+    grid: str
+    reference: ReferencePoint
+    doubts: tuple[str, ...]
+    text: TableText
+    read: ReadTable
+    rounding: float
+
+
+def _levels_at_points(
+    asked: _Asked, run: AxisRun, levels: AxisLevels
+) -> tuple[CompensationTable, ReferencePoint, str]:
+    """Return the levels at the points of the table, where it is zero, and the grid in words."""
+    arguments, rule = asked.arguments, asked.rule
+    reference = reference_point(levels.target, arguments.reference, asked.in_force.read, rule)
+    older = asked.in_force.table
+    position, grid = _points(arguments, rule, levels.target, reference.position, older)
+    table = compensation_table(
         levels,
         position,
         kind=run.test.kind,
         axis=run.axis,
-        reference_position=reference,
+        reference_position=reference.position,
         per_direction=rule.per_direction,
-        backlash=apart,
+        backlash=arguments.backlash,
     )
-    wanted = _with_what_was_in_force(residual, in_force, rule, control)
+    return table, reference, grid
+
+
+def _filed(asked: _Asked, run: AxisRun, levels: AxisLevels) -> _Filed:
+    """Return the control's file, read back, with what it was made of."""
+    arguments, in_force = asked.arguments, asked.in_force
+    residual, reference, grid = _levels_at_points(asked, run, levels)
+    doubts = doubts_about_size(residual, "the mean deviation of the run")
+    wanted = _with_what_was_in_force(residual, in_force, asked.rule, asked.control)
+    if in_force.table is not None:
+        doubts += doubts_about_size(wanted, "the sum with the older table")
     wanted = replace(wanted, source=_source(arguments), run_sha256=run.sha256)
-    request = TableRequest(table=wanted, origin=_origin(run, arguments, in_force), options=options)
-    text, again, rounding = _written(control, request, rule, arguments.output)
+    origin = _origin(run, arguments, in_force)
+    request = TableRequest(table=wanted, origin=origin, options=asked.options)
+    text, again, rounding = _written(asked.control, request, asked.rule, arguments.output)
+    return _Filed(levels, residual, wanted, grid, reference, doubts, text, again, rounding)
+
+
+def _simulated(asked: _Asked, run: AxisRun, filed: _Filed) -> MadeTable:
+    """Return the table with what it makes of the run."""
+    arguments, control, rule, in_force = asked.arguments, asked.control, asked.rule, asked.in_force
+    levels, position = filed.levels, filed.wanted.position
     # what was in force during the run is in its readings
-    added = control.correction(again.table, run.test.target)
+    added = control.correction(filed.read.table, run.test.target)
     added = added - in_force.correction(control, run.test.target)
     older = _older(in_force, rule, position, levels.target)
-    bound = interpolation_bound(levels, position, per_direction=rule.per_direction, backlash=apart)
+    bound = interpolation_bound(
+        levels, position, per_direction=rule.per_direction, backlash=arguments.backlash
+    )
     return MadeTable(
         run=run,
         control_name=arguments.control,
         control=control,
-        options=options,
+        options=asked.options,
         rule=rule,
         output=arguments.output,
         drift_free=arguments.drift_free,
         levels=levels,
-        wanted=wanted,
-        apart=residual.backlash,
-        grid=grid,
-        text=text,
-        read=again,
-        rounding=rounding,
+        wanted=filed.wanted,
+        apart=filed.residual.backlash,
+        grid=filed.grid,
+        reference=filed.reference,
+        doubts=filed.doubts,
+        text=filed.text,
+        read=filed.read,
+        rounding=filed.rounding,
         bound=bound if older is None else bound + older.lost,
-        residual=_residual(levels, residual),
+        residual=_residual(levels, filed.residual),
         measured=evaluate_correction(run.test, added),
         without_drift=simulated_without_drift(run, added),
         in_force=in_force,
@@ -188,16 +265,6 @@ def make_table(arguments: argparse.Namespace) -> MadeTable:
 
 
 # ---- what the table is made of ------------------------------------------------------------------
-
-
-def _run(arguments: argparse.Namespace) -> AxisRun:
-    hours: float | None = arguments.reference_time
-    return read_run(
-        arguments.run,
-        axis=arguments.axis,
-        encoding=arguments.encoding,
-        reference_time_s=None if hours is None else 3600.0 * hours,
-    )
 
 
 def _levels(run: AxisRun, *, drift_free: bool) -> AxisLevels:
@@ -232,13 +299,6 @@ def _check_backlash(control: Control, rule: GridRule, levels: AxisLevels) -> Non
             where="--backlash",
             remedy="Leave it out, or measure both directions",
         )
-
-
-def _reference(levels: AxisLevels, stated: float | None) -> float:
-    if stated is not None:
-        return stated
-    first, last = float(levels.target[0]), float(levels.target[-1])
-    return min(max(0.0, first), last)
 
 
 def _with_what_was_in_force(
@@ -284,11 +344,21 @@ def _points(
                 return found
         if not rule.equidistant:
             return _with(target, through, rule), "the targets themselves"
+    covered = target if older is None else _with_range_of(older, target)
     position = table_points(
-        target, points=count, spacing=spacing, through=through, decimals=rule.decimals
+        covered, points=count, spacing=spacing, through=through, decimals=rule.decimals
     )
     words = f"equidistant, every {float(position[1] - position[0]):.9g}"
+    if covered.size > target.size:
+        words += ", over the range of the older table too"
     return position, words if through is None else f"{words}, one at the reference point"
+
+
+def _with_range_of(older: CompensationTable, target: FloatArray) -> FloatArray:
+    """Return targets and the ends of the older table that lie beyond them."""
+    ends = older.position[[0, -1]]
+    beyond = ends[(ends < target[0] - _NEAR) | (ends > target[-1] + _NEAR)]
+    return np.union1d(target, beyond)
 
 
 def _with(target: FloatArray, through: float | None, rule: GridRule) -> FloatArray:
@@ -431,4 +501,8 @@ def _older(
     table = _reversal_in_points(table) if rule.per_direction else replace(table, backlash=None)
     at_points = table.deviation_at(position)
     lost = float(np.max(np.abs(_sampled(table, position, target) - table.deviation_at(target))))
-    return OlderTable(in_force.name, in_force.read, at_points, lost)
+    own = table.position
+    off = np.max(np.abs(_sampled(table, position, own) - table.deviation_at(own)), axis=1)
+    k = int(np.argmax(off))
+    worst = (float(off[k]), float(own[k]))
+    return OlderTable(in_force.name, in_force.read, at_points, lost, worst)

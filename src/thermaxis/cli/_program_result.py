@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 from thermaxis.cli._text_table import filled
+from thermaxis.controls import comment_text
 from thermaxis.errors import printable
 from thermaxis.positioning import FORWARD, motion_duration_s
 
@@ -123,14 +124,21 @@ def _operator(result: ProgramResult) -> str:
 
 
 def _warnings(result: ProgramResult) -> list[str]:
+    plan, said = result.request.plan, list[str]()
+    whole, kept = comment_text(plan.title, max(len(plan.title), 1)), comment_text(plan.title)
+    if len(kept) < len(whole):
+        said.append(
+            f"the title is cut after {len(kept)} characters in the program's head, where it ends"
+            f" with '{kept[-20:].lstrip()}'"
+        )
     if result.request.travel is not None:
-        return []
-    plan = result.request.plan
+        return said
     unit = plan.kind.units.position
     return [
+        *said,
         (
             "the travel of the axis was not stated and nothing was checked: compare"
             f" {plan.lowest:.9g} to {plan.highest:.9g} {unit} with the limits of the machine, or"
             " give --travel LOW:HIGH"
-        )
+        ),
     ]

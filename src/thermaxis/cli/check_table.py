@@ -26,7 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("table", metavar="TABLE", type=Path, help="compensation table of the control")
     add("run", metavar="RUN", type=Path, help="measured run: .rtl, CSV, _ISO230.dat or .xlsx")
     add("--control", metavar="CONTROL", required=True, help="the control, one of those below")
-    add("--axis", metavar="NAME", help="axis that the table must be of (default: any)")
+    add("--axis", metavar="NAME", help="axis that the table must be of (default: the run's)")
+    add(
+        "--no-drift",
+        action="store_true",
+        help="leave the drift model and the figures without drift out, which is faster",
+    )
     add(
         "--set",
         metavar="NAME=VALUE",
@@ -60,6 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     """
     from thermaxis.cli._check_result import as_json, as_text, check  # noqa: PLC0415  --help
     from thermaxis.cli._json import write_json  # noqa: PLC0415  needs none of these
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli._table_files import check_output  # noqa: PLC0415
 
     if arguments.json not in (None, "-"):
@@ -69,7 +75,10 @@ def run(arguments: argparse.Namespace) -> int:
             what="the table or the run",
             option="--json",
         )
-    result = check(arguments)
+    with Progress() as progress:
+        step = "checking the table"
+        progress(step if arguments.no_drift else f"{step}, with the drift of the run", 0, 0)
+        result = check(arguments)
     if arguments.json is not None:
         write_json(as_json(result), arguments.json)
     if arguments.json != "-":

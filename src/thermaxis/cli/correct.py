@@ -69,6 +69,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="thermal state of the drift-free levels, hours from the first reading (default: the"
         " mean time of the readings)",
     )
+    add(
+        "--no-drift",
+        action="store_true",
+        help="leave the drift model and the figures without drift out, which is faster",
+    )
     grid = parser.add_mutually_exclusive_group()
     grid.add_argument(
         "--points",
@@ -82,8 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--reference",
         metavar="POSITION",
         type=float,
-        help="reference point of the axis, where the table is zero (default: 0 if it lies within"
-        " the targets, else the end of the targets that is nearest to 0)",
+        help="reference point of the axis, where the table is zero (default: that of the older"
+        " table; without one 0 if it lies within the targets, else their end nearest to 0)",
     )
     add(
         "--backlash",
@@ -139,10 +144,14 @@ def run(arguments: argparse.Namespace) -> int:
     from thermaxis.cli._correction_result import as_json, as_text  # noqa: PLC0415  --help
     from thermaxis.cli._json import write_json  # noqa: PLC0415  needs none of these
     from thermaxis.cli._make_table import make_table  # noqa: PLC0415
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli._table_files import keep_older, write_ascii  # noqa: PLC0415
 
     _check_arguments(arguments)
-    result = make_table(arguments)
+    with Progress() as progress:
+        step = "making the table"
+        progress(step if arguments.no_drift else f"{step}, with the drift of the run", 0, 0)
+        result = make_table(arguments)
     kept = keep_older(arguments.output, result.text.text)
     write_ascii(arguments.output, result.text.text)
     if arguments.json is not None:
@@ -175,6 +184,12 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
                 where=output,
                 remedy="Name another file for --json",
             )
+    if arguments.drift_free and arguments.no_drift:
+        raise ConfigurationError(
+            "drift-free levels come from the drift model",
+            where="--no-drift",
+            remedy="Leave --drift-free or --no-drift out",
+        )
     if arguments.reference_time is not None and not arguments.drift_free:
         raise ConfigurationError(
             "it says for which thermal state drift-free levels are wanted",

@@ -22,6 +22,9 @@ LONGEST_COMMENT = 60
 LARGEST_TABLE_BYTES = 5_000_000
 """Largest table that is read. [byte]"""
 
+BYTE_ORDER_MARKS = ("\ufeff", "\xef\xbb\xbf")
+"""Byte order mark at the start of a text: as one letter, or as its bytes one by one."""
+
 _COMMENT_CHARACTERS = frozenset(
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 -_."
 )

@@ -18,6 +18,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.controls._control import (
+    BYTE_ORDER_MARKS,
     Control,
     ControlOption,
     GridRule,
@@ -43,8 +44,9 @@ from thermaxis.quantities import AxisKind
 
 MOST_POINTS = 256
 """Entries that one joint holds, ``EMCMOT_COMP_SIZE``. [1]"""
-LONGEST_LINE = 254
-"""Longest line that the control reads in one piece; from memory. [character]"""
+LONGEST_LINE = 253
+"""Longest line before its newline that the control reads in one piece, a carriage return counted;
+measured on LinuxCNC 2.9.0. [character]"""
 LARGEST_NUMBER = 1e6
 """Largest magnitude of a number that is read: no axis has more. [mm, inch or deg]"""
 NEAREST = 1e-9
@@ -54,6 +56,7 @@ _INCH_MM = 25.4
 _LINEAR_AXES, _ROTARY_AXES = "XYZUVW", "ABC"
 _FIRST_LOOP = 100
 _SIDES = ("forward", "reverse")
+_END_BY_NEWLINE = "End every line by a newline"
 
 # atomic: as sscanf, a number takes what it can and gives nothing back
 _NUMBER = r"\s*+((?>[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][+-]?[0-9]++)?))"
@@ -170,8 +173,9 @@ class LinuxCnc(Control):
         Returns
         -------
         GridRule
-            The rule. The control reads double precision and sets no resolution; the digits are
-            chosen so that rounding, at most 0.0005 µm, stays below what a laser resolves.
+            The rule. The control sets no resolution but that of single precision, in which it
+            holds its trims: 6e-8 of a trim. The digits are chosen so that rounding, at most
+            0.0005 µm, stays below what a laser resolves.
         """
         unit, decimals = _unit_and_decimals(kind, options)
         return GridRule(
@@ -257,6 +261,8 @@ class LinuxCnc(Control):
     ) -> ReadTable:
         """Read a COMP_FILE by the control's own rule: up to the first line that is no triplet.
 
+        Only a newline ends a line; a carriage return is a blank, and a byte order mark a letter.
+
         Parameters
         ----------
         text : str
@@ -279,10 +285,11 @@ class LinuxCnc(Control):
         MeasurementFileError
             If no point is read, points do not increase or are nearer than `NEAREST`, there is a
             257th, a number is not finite or larger than `LARGEST_NUMBER`, a decimal comma cuts a
-            value, or the values look like those of the other type.
+            value, a line is longer than `LONGEST_LINE`, or the values look like those of the
+            other type.
         """
         check_size(text, path)
-        lines = re.split(r"\r\n|\n|\r", text)
+        lines = text.split("\n")
         rows, findings = _read_rows(lines, path)
         _check_rows(rows, path)
         unit, _ = _unit_and_decimals(kind, options)
@@ -298,8 +305,8 @@ class LinuxCnc(Control):
             deviation=deviation,
         )
         findings += _typing_errors(rows, position, deviation, kind)
-        held = sum(_TRIPLET.match(line) is not None for line in lines)
-        return ReadTable(table=table, findings=tuple(findings), points_in_file=held)
+        held = sum(_TRIPLET.match(line) is not None for line in re.split(r"[\r\n]", text))
+        return ReadTable(table=table, findings=tuple(findings), points_in_file=max(held, len(rows)))
 
 
 CONTROL = LinuxCnc()
@@ -342,13 +349,7 @@ def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[str]]:
     rows: list[_Row] = []
     findings: list[str] = []
     for number, line in enumerate(lines, start=1):
-        if len(line) > LONGEST_LINE:
-            raise MeasurementFileError(
-                f"the line is longer than {LONGEST_LINE} characters: LinuxCNC reads it in pieces",
-                path=path,
-                line=number,
-                remedy="Write three numbers to a line",
-            )
+        _check_length(line, number, path, ended=number < len(lines))
         triplet = _TRIPLET.match(line)
         if triplet is None:
             findings += _stopped(lines, number, len(rows), path)
@@ -362,13 +363,32 @@ def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[str]]:
         if len(rows) > MOST_POINTS:
             break
     if not rows:
+        marked = lines[0].startswith(BYTE_ORDER_MARKS)
+        cause = "begins with a byte order mark" if marked else "is no triplet of numbers"
         raise MeasurementFileError(
-            "LinuxCNC reads no point of this file: its first line is no triplet of numbers",
+            f"LinuxCNC reads no point of this file: its first line {cause}",
             path=path,
             line=1,
-            remedy="Write nominal, forward and reverse from the first line on, without a head",
+            remedy="Save it as plain ASCII text, without a byte order mark"
+            if marked
+            else "Write nominal, forward and reverse from the first line on, without a head",
         )
     return rows, findings
+
+
+def _check_length(line: str, number: int, path: str, *, ended: bool) -> None:
+    """Refuse a line that does not fit the control's buffer together with its newline."""
+    if len(line) <= (LONGEST_LINE if ended else LONGEST_LINE + 1):
+        return
+    returns = "\r" in line.removesuffix("\r")
+    raise MeasurementFileError(
+        f"the line is longer than {LONGEST_LINE} characters: LinuxCNC reads it in pieces",
+        path=path,
+        line=number,
+        remedy=f"{_END_BY_NEWLINE}: a carriage return ends none"
+        if returns
+        else "Write three numbers to a line",
+    )
 
 
 def _not_finite(path: str, line: int) -> MeasurementFileError:
@@ -400,6 +420,7 @@ def _stopped(lines: list[str], number: int, read: int, path: str) -> list[str]:
 
 def _behind(rest: str, number: int, path: str) -> list[str]:
     """Look at what stands behind the third number, which the control passes over."""
+    returns = "\r" in rest.rstrip()
     rest = rest.strip()
     if re.match(r",\s*[0-9]", rest):
         raise MeasurementFileError(
@@ -410,7 +431,10 @@ def _behind(rest: str, number: int, path: str) -> list[str]:
         )
     if not rest:
         return []
-    return [f"line {number}: '{printable(rest, 40)}' behind the three numbers is passed over"]
+    finding = f"line {number}: '{printable(rest, 40)}' behind the three numbers is passed over"
+    if returns:
+        finding += f". To LinuxCNC a carriage return ends no line. {_END_BY_NEWLINE}"
+    return [finding]
 
 
 def _check_rows(rows: list[_Row], path: str) -> None:

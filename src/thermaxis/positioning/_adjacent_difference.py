@@ -49,7 +49,8 @@ class AdjacentDifferenceApproach:
     """Sample standard deviation of the difference, divisor n - 1, (m - 1,). [µm or arcsec]"""
     s_ratio: FloatArray
     """s of the standard at position i + 1 over the standard deviation of pair (i, i + 1),
-    (m - 1,); the paper prints 3.09 at its position 4. [1]"""
+    (m - 1,); NaN where the latter is zero but for round-off. The paper prints 3.09 at its
+    position 4. [1]"""
     cycles: FloatArray
     """Number of cycles with both readings, per pair, (m - 1,). [1]"""
     chart: FloatArray
@@ -182,8 +183,11 @@ def _evaluate_approach(
     mean_difference, uncertainty, n = adjacent_differences(deviation)
     standard_deviation = uncertainty * np.sqrt(n)
     _, s = mean_and_s(deviation[..., None])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s_ratio = s[1:, 0] / standard_deviation
+    # below the round-off of the readings an s is zero, and nothing is a multiple of it
+    size = float(np.max(np.abs(deviation), initial=0.0, where=np.isfinite(deviation)))
+    spread = standard_deviation > 16.0 * np.finfo(np.float64).eps * size
+    s_ratio = np.full(standard_deviation.size, np.nan)
+    np.divide(s[1:, 0], standard_deviation, out=s_ratio, where=spread)
     position, cycle = reference
     pair_before = np.concatenate((uncertainty[:1], uncertainty))
     bound = np.full(pair_before.size, np.nan) if factor is None else factor * pair_before

@@ -188,9 +188,17 @@ class TestPlan:
             "Write a letter and up to 15 letters, digits or underscores, such as X or B1",
         )
         _require(
-            len(self.title) <= LONGEST_TITLE and self.title.isprintable(),
-            f"the title is no line of at most {LONGEST_TITLE} characters",
+            len(self.title) <= LONGEST_TITLE,
+            f"the title has {len(self.title)} characters, more than {LONGEST_TITLE}",
             "title",
+        )
+        odd = next((c for c in self.title if not c.isprintable()), "")
+        _require(
+            not odd,
+            f"character {self.title.index(odd) + 1} of the title, {_code_point(odd)}, is none"
+            " that prints",
+            "title",
+            "Write letters, digits, signs and plain spaces in one line",
         )
 
     @property
@@ -207,6 +215,11 @@ class TestPlan:
     def highest(self) -> float:
         """Highest position that the axis reaches. [mm or deg]"""
         return float(self.target[-1]) + self.overrun
+
+
+def _code_point(character: str) -> str:
+    """Return the name by which a character is looked up, such as U+00A0."""
+    return f"U+{ord(character):04X}" if character else ""
 
 
 # ---- targets ------------------------------------------------------------------------------------

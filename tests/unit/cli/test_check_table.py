@@ -177,6 +177,51 @@ def test_drift_of_the_run_is_told_with_what_is_left_without_it(
     assert found["figures"]["after"]["E"] > 1.0
 
 
+def test_the_axis_of_a_table_is_compared_with_that_of_the_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, plain = tmp_path / "x.ini", write_run(tmp_path / "run.csv")
+    named = tmp_path / "named.csv"
+    named.write_text(f"# header axis: Y\n{plain.read_text()}")
+    odd = tmp_path / "odd.csv"
+    odd.write_text(f"# header axis: X) G0 Z-100\n{plain.read_text()}")
+    words = ("--control", "sinumerik")
+    assert main(["correct", str(plain), *words, "--axis", "AX3", "-o", str(table)]) == 0
+    capsys.readouterr()
+
+    def said(run: Path, *more: str) -> tuple[str, str]:
+        assert main(["check-table", str(table), str(run), *words, *more, "--json", "-"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        return "; ".join(found["findings"]), "; ".join(found["warnings"])
+
+    findings, warnings = said(named)
+    assert "the table is of axis AX3, the run of Y" in findings
+    assert "was not checked" not in warnings
+    assert "axis" not in said(named, "--axis", "AX3")[0]
+    findings, warnings = said(plain)
+    assert "axis" not in findings
+    assert "the run does not name its axis: whether both are of the same axis" in warnings
+    assert "the run names its axis 'X) G0 Z-100'" in said(odd)[1]
+
+
+def test_a_table_that_names_no_axis_is_said_to_be_unchecked(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = result(capsys, comp(tmp_path / "x.comp"), run, "--axis", "X")
+    assert any("the table does not name its axis" in text for text in found["warnings"])
+
+
+def test_without_the_drift_model_no_figures_without_drift_are_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", drift_um=8.0)
+    table = comp(tmp_path / "x.comp")
+    assert result(capsys, table, run)["figures_without_drift"] is not None
+    found = result(capsys, table, run, "--no-drift")
+    assert found["figures_without_drift"] is None
+    assert any("--no-drift" in text for text in found["warnings"])
+
+
 def test_the_axis_of_a_table_is_compared_where_one_is_asked_for(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,6 +9,8 @@ import pytest
 
 from thermaxis import controls
 from thermaxis.cli import _make_table, main
+from thermaxis.cli._plausible import doubts_about_size
+from thermaxis.cli._reference_point import reference_point
 from thermaxis.controls import (
     Control,
     GridRule,
@@ -17,6 +19,7 @@ from thermaxis.controls import (
     TableRequest,
     TableText,
 )
+from thermaxis.errors import DataError
 from thermaxis.files import read_positioning
 from thermaxis.positioning import CompensationTable, evaluate_drift, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
@@ -439,6 +442,73 @@ def test_merging_reads_the_older_table_of_several_and_writes_one(run: Path, tmp_
     np.testing.assert_allclose(list(sinumerik_values(new).values()), expected, atol=2e-6)
 
 
+@pytest.mark.parametrize(
+    ("control", "grid"),
+    [
+        ("linuxcnc", ("--points", "31")),
+        ("linuxcnc", ("--spacing", "20")),
+        ("sinumerik", ("--spacing", "20")),
+        ("fanuc", ("--spacing", "20", "--set", "largest_value=127")),
+    ],
+)
+def test_merging_a_run_that_covers_less_keeps_the_rest_of_the_older_table(
+    run: Path, tmp_path: Path, control: str, grid: tuple[str, ...],
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    lines = [line for line in run.read_text().splitlines() if not line.count("#")]
+    longer = [lines[0]]
+    for line in lines[1:]:
+        cycle, word, target, deviation, time = line.split(",")
+        longer.append(f"{cycle},{word},{3 * float(target)},{deviation},{time}")
+    whole = tmp_path / "whole.csv"
+    whole.write_text("\n".join(["# header axis: X", *longer]) + "\n", encoding="utf-8")
+    old, new = tmp_path / "old", tmp_path / "new"
+    assert correct(whole, old, *grid, control=control) == 0
+    capsys.readouterr()
+    more = (*grid, "--merge", str(old), "--json", "-")
+    assert correct(run, new, *more, control=control) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert min(found["table"]["positions"]) == pytest.approx(0.0)
+    assert max(found["table"]["positions"]) >= 600.0 - 1e-6
+    assert not any("too few for the older table" in text for text in found["warnings"])
+    # beyond the run the new table is the old one plus a constant
+    table = controls.control_by_name(control)
+    options = controls.check_options(table, [w for w in grid if "=" in w], purpose="table")
+    at = np.arange(240.0, 601.0, 40.0)
+    values = [
+        table.correction(
+            table.read_table(f.read_text(), "t", AxisKind.LINEAR, options).table, at
+        ).mean(axis=1)
+        for f in (old, new)
+    ]
+    step = 1.01 if control == "fanuc" else 0.02
+    assert np.ptp(values[1] - values[0]) <= step
+
+
+def test_what_new_points_lose_of_the_older_table_is_told_with_its_place(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n120 120.007 120.007\n130 130 130\n600 600 600\n")
+    found = result(capsys, run, tmp_path / "x", "--merge", str(old), "--points", "4")
+    (said,) = (text for text in found["warnings"] if "too few" in text)
+    assert "7.00 µm at its point at 120 mm" in said
+
+
+@pytest.mark.parametrize(("spacing", "named"), [("150", 1), ("45", 1)])
+def test_points_outside_the_targets_are_named_with_their_values(
+    run: Path, tmp_path: Path, spacing: str, named: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "x.comp"
+    found = result(capsys, run, output, "--spacing", spacing)
+    (said,) = (text for text in found["warnings"] if "outside the targets" in text)
+    rows = [row for row in triplets(output) if row[0] > 200.0]
+    assert len(rows) == named
+    for place, forward, backward in rows:
+        value = f"{1000 * (forward - place):+.2f} and {1000 * (backward - place):+.2f} µm"
+        assert f"{place:.9g} mm: {value}" in said
+
+
 def test_a_tiny_step_of_the_older_table_is_no_reason_for_a_grid_of_that_size(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -466,6 +536,75 @@ def test_an_older_point_beside_a_target_is_left_out_unless_the_older_table_bends
     assert (99.995 in positions) is (deviation > 0.0)
     assert ("1 of them lie nearer than 0.01 mm to a target" in printed) is (deviation > 0.0)
     assert {0.0, 40.0, 99.98, 100.0, 160.0, 200.0} <= set(positions)
+
+
+def fanuc_words(path: Path) -> dict[int, int]:
+    return {int(n): int(v) for n, v in re.findall(r"N(\d{5})(?:A\d)?P(-?\d+)", path.read_text())}
+
+
+def test_merging_keeps_the_reference_point_that_the_older_file_states(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old", tmp_path / "new"
+    words = ("--set", "largest_value=127")
+    assert correct(run, old, "--reference", "100", "--spacing", "50", *words, control="fanuc") == 0
+    capsys.readouterr()
+    assert correct(run, new, "--merge", str(old), *words, control="fanuc") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "Reference point: old 100 mm, new 100 mm" in printed
+    before, after = fanuc_words(old), fanuc_words(new)
+    assert [after[n] for n in (3620, 3621, 3622)] == [before[n] for n in (3620, 3621, 3622)]
+    points = [n for n in before if n >= 10000]
+    assert max(abs(after[n] * after[3623] - 2 * before[n] * before[3623]) for n in points) <= 1
+    more = ("--merge", str(old), *words, "--reference", "0")
+    assert correct(run, tmp_path / "other", *more, control="fanuc") == 2
+    assert "reference point, 100 mm; from 0 mm they would act elsewhere" in capsys.readouterr().err
+    assert not (tmp_path / "other").exists()
+
+
+@pytest.mark.parametrize("control", ["linuxcnc", "sinumerik", "heidenhain-tnc640"])
+def test_merging_takes_the_zero_of_an_older_table_whose_file_is_read_without_one(
+    run: Path, tmp_path: Path, control: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old", tmp_path / "new"
+    assert correct(run, old, "--reference", "100", "--spacing", "50", control=control) == 0
+    capsys.readouterr()
+    assert correct(run, new, "--merge", str(old), "--json", "-", control=control) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["reference_position"] == pytest.approx(100.0, abs=1e-6)
+    assert found["merge"]["reference_position"] == pytest.approx(100.0, abs=1e-6)
+
+
+def test_a_reference_point_that_moves_the_zero_of_the_older_table_is_warned_of(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n40 40.001 40.001\n200 200.001 200.001\n")
+    asked = ("--merge", str(old))
+    found = result(capsys, run, tmp_path / "a", *asked)
+    assert found["reference_position"] == 0.0
+    assert not any("positions of the axis move" in text for text in found["warnings"])
+    found = result(capsys, run, tmp_path / "b", *asked, "--reference", "100")
+    assert any("is +1.00 µm at 100 mm, the new one zero" in text for text in found["warnings"])
+    assert found["merge"]["reference_position"] == 0.0
+    old.write_text("0 0.001 0.001\n200 200.002 200.002\n")
+    found = result(capsys, run, tmp_path / "c", *asked)
+    assert any("is +1.00 µm at 0 mm, the new one zero" in text for text in found["warnings"])
+    assert found["merge"]["reference_position"] is None
+
+
+@pytest.mark.parametrize(("place", "zero"), [(60.0, 50.0), (-20.0, 50.0), (190.0, 180.0)])
+def test_the_zero_of_an_older_table_is_the_nearest_of_several(place: float, zero: float) -> None:
+    mean = np.array([2.0, 1.0, -1.0, -2.0, 0.0, 3.0])
+    position = np.array([0.0, 40.0, 60.0, 100.0, 180.0, 200.0])
+    table = CompensationTable(
+        kind=AxisKind.LINEAR, axis="", position=position, deviation=np.stack((mean, mean), axis=1)
+    )
+    rule = controls.control_by_name("linuxcnc").grid_rule(AxisKind.LINEAR, {"type": "0"})
+    target = np.array([place, place + 500.0]) if place > 0 else np.array([-900.0, place])
+    found = reference_point(target, None, ReadTable(table=table), rule)
+    assert found.position == pytest.approx(zero)
+    assert found.older == found.position
 
 
 def test_merging_into_two_fanuc_tables_moves_1851_into_them_and_corrects_no_less(
@@ -558,6 +697,50 @@ def test_the_axis_is_the_runs_or_the_stated_one_or_assumed_with_a_warning(
     assert "no name of an axis" in capsys.readouterr().err
 
 
+def test_what_the_file_states_as_its_axis_is_named_where_it_cannot_be_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = write_run(tmp_path / "odd.csv", axis="X) G0 Z-100")
+    found = result(capsys, odd, tmp_path / "x")
+    (said,) = (text for text in found["warnings"] if "X was assumed" in text)
+    assert said.startswith("the run names its axis 'X) G0 Z-100', which is no name")
+    unnamed = write_run(tmp_path / "unnamed.csv", axis="")
+    found = result(capsys, unnamed, tmp_path / "x")
+    assert any(text.startswith("neither the run nor --axis") for text in found["warnings"])
+
+
+@pytest.mark.parametrize("more", [("--no-drift",), ()])
+def test_without_the_drift_model_the_table_is_the_same_and_drift_is_said_to_be_unknown(
+    tmp_path: Path, more: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = write_run(tmp_path / "run.csv", drift_um=8.0)
+    found = result(capsys, run, tmp_path / "x.comp", *more)
+    assert (found["figures_without_drift"] is None) is bool(more)
+    assert any("--no-drift leaves the drift model out" in t for t in found["warnings"]) is bool(
+        more
+    )
+    assert correct(run, tmp_path / "y.comp", "--drift-free") == 0
+    assert correct(run, tmp_path / "y.comp", "--no-drift") == 0
+    assert (tmp_path / "y.comp").read_bytes() == (tmp_path / "x.comp").read_bytes()
+    assert correct(run, tmp_path / "z", "--no-drift", "--drift-free") == 2
+
+
+@pytest.mark.parametrize("more", [(), ("--drift-free",)])
+def test_limits_of_the_control_are_checked_before_the_drift_model(
+    run: Path,
+    tmp_path: Path,
+    more: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(_make_table, "with_drift", never)
+    assert correct(run, tmp_path / "x.comp", "--points", "257", *more) == 2
+    assert "at most 256" in capsys.readouterr().err
+
+
 def test_a_limit_of_the_control_is_an_error_with_its_remedy(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -566,6 +749,85 @@ def test_a_limit_of_the_control_is_an_error_with_its_remedy(
     assert "257 points" in error
     assert "256" in error
     assert correct(run, tmp_path / "x.comp", "--points", "256") == 0
+
+
+# ---- values that no axis has --------------------------------------------------------------------
+
+
+def straight(slope: float) -> tuple[float, ...]:
+    return tuple(slope * target for target in TARGETS)
+
+
+@pytest.mark.parametrize(
+    ("slope", "code", "doubted"),
+    [(9.9, 0, True), (10.1, 0, True), (99.8, 0, True), (100.2, 2, False), (1000.0, 2, False)],
+)
+def test_errors_that_no_axis_has_are_refused_and_large_ones_doubted(
+    tmp_path: Path, slope: float, code: int, doubted: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "x.comp"
+    run = write_run(tmp_path / "run.csv", straight(slope), straight(slope))
+    assert correct(run, output, "--no-drift") == code
+    captured = capsys.readouterr()
+    assert output.exists() is (code == 0)
+    assert ("check the unit of the run" in " ".join(captured.out.split())) is doubted
+    assert ("which no axis does" in captured.err) is (code == 2)
+
+
+@pytest.mark.parametrize(("high", "said"), [(990.0, ""), (1010.0, "reaches 1010 µm")])
+def test_deviations_above_a_millimetre_are_doubted(
+    tmp_path: Path, high: float, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    level = straight(high / TARGETS[-1])
+    run = write_run(tmp_path / "run.csv", level, level)
+    found = result(capsys, run, tmp_path / "x.comp")
+    doubts = [text for text in found["warnings"] if "check the unit" in text]
+    assert len(doubts) == (1 if said else 0)
+    assert all(said in text for text in doubts)
+
+
+def table_with(position: list[float], value: list[float], kind: AxisKind) -> CompensationTable:
+    return CompensationTable(
+        kind=kind,
+        axis="X",
+        position=np.array(position),
+        deviation=np.stack((np.array(value),) * 2, axis=1),
+    )
+
+
+@pytest.mark.parametrize(("kind", "share"), [(AxisKind.LINEAR, 100.0), (AxisKind.ROTARY, 360.0)])
+def test_the_limit_of_the_slope_is_a_tenth_of_the_way_on_both_kinds_of_axis(
+    kind: AxisKind, share: float
+) -> None:
+    near = table_with([0.0, 10.0, 20.0], [0.0, 9.99 * share, 0.0], kind)
+    (said,) = doubts_about_size(near, "it")
+    assert "check the unit" in said
+    with pytest.raises(DataError, match="of the way"):
+        doubts_about_size(table_with([0.0, 10.0, 20.0], [0.0, 10.0 * share, 0.0], kind), "it")
+    small = table_with([0.0, 10.0, 20.0], [0.0, 0.099 * share * 10.0, 0.0], kind)
+    assert doubts_about_size(small, "it") == ()
+
+
+def test_two_points_close_together_are_no_reason_to_doubt_the_unit() -> None:
+    close = table_with([0.0, 100.0, 100.005, 200.0], [0.0, 1.0, 2.0, 3.0], AxisKind.LINEAR)
+    assert close.steepest_slope[0] == pytest.approx(200.0)
+    assert doubts_about_size(close, "it") == ()
+    short = table_with([0.0, 0.1, 0.2], [0.0, 10.0, 20.0], AxisKind.LINEAR)
+    with pytest.raises(DataError):
+        doubts_about_size(short, "it")
+
+
+def test_the_sum_with_an_older_table_is_held_to_the_same_limits(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.comp"
+    old.write_text("0 0 0\n200 202.1 202.1\n")
+    found = result(capsys, run, tmp_path / "a", "--merge", str(old))
+    assert any("the sum with the older table changes by" in text for text in found["warnings"])
+    old.write_text("0 0 0\n200 221 221\n")
+    assert correct(run, tmp_path / "b", "--merge", str(old)) == 2
+    assert "the sum with the older table changes by" in capsys.readouterr().err
+    assert not (tmp_path / "b").exists()
 
 
 # ---- a control that lies ------------------------------------------------------------------------

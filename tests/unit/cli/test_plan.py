@@ -271,3 +271,8 @@ def test_nothing_but_argparse_is_imported_before_the_command_runs() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=50
     )
     assert shown.stdout.strip() == "[]"
+
+
+def test_a_character_of_a_title_that_does_not_print_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"character 8 of the title, U\+00A0"):
+        run(*SMALL, "-o", tmp_path / "p.json", "--title", "spindle\u00a0side")

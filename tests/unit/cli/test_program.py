@@ -189,6 +189,20 @@ def test_the_title_of_a_plan_reaches_no_program_as_code(tmp_path: Path) -> None:
         assert re.search(r"^[^(;]*Z-100", text, re.MULTILINE) is None
 
 
+@pytest.mark.parametrize(("length", "cut"), [(60, False), (61, True), (150, True)])
+def test_a_title_that_is_cut_in_the_head_of_the_program_is_told(
+    tmp_path: Path, length: int, cut: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan, output = tmp_path / "p.json", tmp_path / "a.ngc"
+    title = "spindle-side-" * 20
+    assert main([*PLAN, "--title", title[:length], "-o", str(plan)]) == 0
+    assert main(["program", str(plan), "--control", "linuxcnc", "-o", str(output)]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert ("the title is cut after 60 characters" in printed) is cut
+    assert title[:60] in output.read_text(encoding="ascii")
+    assert (title[:61] in output.read_text(encoding="ascii")) is False
+
+
 def test_the_help_names_every_control(capsys: pytest.CaptureFixture[str]) -> None:
     for command in ("program", "correct", "check-table"):
         with pytest.raises(SystemExit):

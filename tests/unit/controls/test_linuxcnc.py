@@ -436,7 +436,7 @@ def test_the_end_of_the_file_is_no_finding(end: str) -> None:
         ("-1e308 0 0\n1 1 1\n", "line 1: a value is not a finite number of at most 1000000"),
         ("0 0 1000000.1\n", "line 1: a value is not a finite number of at most 1000000"),
         ("0 0 0\n1e-320 1 1\n", "line 2: the nominal position 1e-320 lies nearer than 1e-09"),
-        ("0 0 " + "0" * 300 + "\n", "line 1: the line is longer than 254 characters"),
+        ("0 0 " + "0" * 300 + "\n", "line 1: the line is longer than 253 characters"),
     ],
 )
 def test_what_the_control_would_refuse_or_misread_is_refused_with_its_line(
@@ -446,6 +446,56 @@ def test_what_the_control_would_refuse_or_misread_is_refused_with_its_line(
         CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
     assert words in str(caught.value)
     assert caught.value.remedy
+
+
+def pieces_of_the_control(text: str) -> list[str]:
+    """Do what ``fgets`` does with 255 characters of room: 254 of the file, newline included."""
+    return re.findall(r"[^\n]{0,253}\n|[^\n]{1,254}", text)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", ""])
+@pytest.mark.parametrize("length", [252, 253, 254, 255])
+def test_a_line_may_be_as_long_as_the_control_reads_in_one_piece(length: int, end: str) -> None:
+    line = "1 1 1".ljust(length - len(end.rstrip("\n")))
+    texts = [f"0 0 0\n{line}{end}"]
+    if end:
+        texts.append(f"{texts[0]}2 2 2\n")
+    for text in texts:
+        whole = len(pieces_of_the_control(text)) == text.count("\n") + (not end)
+        assert whole == (length <= (253 if end else 254))
+        if whole:
+            read = CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+            assert 3 * read.table.position.size == len(text.split())
+            assert read.findings == ()
+        else:
+            with pytest.raises(MeasurementFileError, match="line 2: the line is longer than 253"):
+                CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
+
+
+@pytest.mark.parametrize("mark", ["\ufeff", "\xef\xbb\xbf"])
+def test_a_byte_order_mark_is_no_number_to_the_control(mark: str) -> None:
+    with pytest.raises(MeasurementFileError, match="begins with a byte order mark") as caught:
+        CONTROL.read_table(mark + "0 0 0\n1 1 1\n", "x", AxisKind.LINEAR, table_options())
+    assert "line 1: LinuxCNC reads no point" in str(caught.value)
+    assert "plain ASCII" in caught.value.remedy
+
+
+def test_a_carriage_return_ends_no_line() -> None:
+    read = CONTROL.read_table("0 0 0\r1 1 1\r2 2 2\r", "x", AxisKind.LINEAR, table_options())
+    assert read.table.position.tolist() == [0.0]
+    assert read.points_in_file == 3
+    (finding,) = read.findings
+    assert "behind the three numbers is passed over" in finding
+    assert "a carriage return ends no line" in finding
+    read = CONTROL.read_table(
+        "0 0 0\r\n1 1 1\r2 2 2\r\n3 3 3", "x", AxisKind.LINEAR, table_options()
+    )
+    assert read.table.position.tolist() == [0.0, 1.0, 3.0]
+    assert [finding[:7] for finding in read.findings] == ["line 2:"]
+    long = "".join(f"{i} {i} {i}\r" for i in range(60))
+    with pytest.raises(MeasurementFileError, match="longer than 253") as caught:
+        CONTROL.read_table(long, "x", AxisKind.LINEAR, table_options())
+    assert "a carriage return ends none" in caught.value.remedy
 
 
 def test_text_behind_the_three_numbers_is_passed_over_and_told() -> None:
@@ -576,7 +626,7 @@ def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
     with pytest.raises(MeasurementFileError, match="line 257: this is point 257"):
         CONTROL.read_table(long, "x", AxisKind.LINEAR, table_options())
     for text in ("1" * 4_000_000, "0 0 0\n" + "1" * 4_000_000, " " * 4_000_000):
-        with pytest.raises(MeasurementFileError, match="longer than 254"):
+        with pytest.raises(MeasurementFileError, match="longer than 253"):
             CONTROL.read_table(text, "x", AxisKind.LINEAR, table_options())
     with pytest.raises(MeasurementFileError, match="larger than 5 MB"):
         CONTROL.read_table("0 0 0\n" * 1_000_000, "x", AxisKind.LINEAR, table_options())

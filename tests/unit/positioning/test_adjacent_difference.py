@@ -257,3 +257,15 @@ def test_an_anchor_that_is_an_outlier_is_named() -> None:
     assert "position 1 forward in cycle 1" in text
     later = evaluate_adjacent_difference(run(x), reference_cycle=2)
     assert not any("anchors" in w for w in later.warnings)
+
+
+def test_a_spread_that_is_only_round_off_has_no_ratio() -> None:
+    deviation = np.zeros((5, 5, 2)) + 3.7 * np.arange(5.0)[:, None, None]
+    deviation += np.arange(5.0)[None, :, None] / 3.0
+    result = evaluate_adjacent_difference(run(deviation)).forward
+    assert result is not None
+    assert np.any(result.standard_deviation > 0.0)
+    assert np.all(result.standard_deviation < 1e-14)
+    assert np.all(np.isnan(result.s_ratio))
+    deviation[2, 1, 0] += 1e-9
+    assert np.sum(np.isfinite(evaluate_adjacent_difference(run(deviation)).forward.s_ratio)) == 2

@@ -155,7 +155,8 @@ def test_as_many_points_as_were_asked_for_are_enough_to_pass_through_the_referen
     off = (through - points[0]) / step
     assert points.size in {count - 1, count}
     assert abs(off - round(off)) * step <= 0.0005 + 1e-6
-    assert points[0] <= 1.2345 and points[-1] >= 498.7145
+    assert points[0] <= 1.2345
+    assert points[-1] >= 498.7145
     # one digit less, and the points from the reference on would be too few
     shorter = step - 0.001
     needed = [np.ceil(abs(end - through) / shorter - 1e-9) for end in (1.234, 498.715)]

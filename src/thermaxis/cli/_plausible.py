@@ -1,0 +1,80 @@
+"""Whether the values of a table can be those of an axis: a wrong unit is the commonest mistake.
+
+Not protected: a unit that is wrong by less than the limits here passes, as does every wrong sign.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from thermaxis.errors import DataError
+
+if TYPE_CHECKING:
+    from thermaxis.positioning import CompensationTable
+
+# A ball screw of the coarsest class, T10 of ISO 3408-3, departs by 210 µm in 300 mm [M]: 0.07 % of
+# the way. Readings in mm that count as µm, or the reverse, are wrong by 1000, inches by 25.
+_REFUSED_SLOPE = 0.1
+"""Slope from which a table is refused: share of the way, 140 times that of such a screw. [1]"""
+_SUSPECT_SLOPE = 0.01
+"""Slope from which its unit is doubted, 14 times that of such a screw. [1]"""
+_SUSPECT_DEVIATION = 1.0
+"""Deviation above which the unit is doubted. [mm or deg]"""
+_SHORTEST = 1.0
+"""Pieces count as at least that long, or as long as the mean one: between two points that lie
+close together noise and rounding make a steep slope of no height. [mm or deg]"""
+
+
+def doubts_about_size(table: "CompensationTable", what: str) -> tuple[str, ...]:
+    """Return why the values of a table are doubted; refuse what no axis can have.
+
+    Parameters
+    ----------
+    table : CompensationTable
+        The table, or the levels at its points.
+    what : str
+        What it is, in words.
+
+    Returns
+    -------
+    tuple of str
+        A sentence for a slope of 1 % of the way or a deviation above 1 mm or 1 deg; empty if there
+        is nothing to doubt.
+
+    Raises
+    ------
+    DataError
+        If a slope reaches 10 % of the way: 100 µm/mm or 360 arcsec/deg.
+    """
+    units = table.kind.units
+    per, unit = units.deviations_per_position, f"{units.deviation}/{units.position}"
+    slope, low, high = _steepest(table)
+    where = f"from {low:.9g} to {high:.9g} {units.position}"
+    if slope >= _REFUSED_SLOPE * per:
+        raise DataError(
+            f"{what} changes by {slope:.3g} {unit} {where}: {100.0 * slope / per:.3g} % of the way,"
+            " which no axis does; nothing was written",
+            remedy=f"Check that the deviations of the run are in {units.deviation} and its targets"
+            f" in {units.position}",
+        )
+    largest = float(np.max(np.abs(table.deviation)))
+    said: list[str] = []
+    if slope >= _SUSPECT_SLOPE * per:
+        said.append(f"changes by {slope:.3g} {unit} {where}")
+    if largest > _SUSPECT_DEVIATION * per:
+        said.append(f"reaches {largest:.5g} {units.deviation}")
+    if not said:
+        return ()
+    return (f"{what} {' and '.join(said)}: check the unit of the run, few axes are that wrong",)
+
+
+def _steepest(table: "CompensationTable") -> tuple[float, float, float]:
+    """Return the steepest slope over pieces that are not short, and where it lies."""
+    position = table.position
+    if position.size < 2:
+        return 0.0, float(position[0]), float(position[0])
+    step = np.diff(position)
+    rise = np.max(np.abs(np.diff(table.deviation, axis=0)), axis=1)
+    slope = rise / np.maximum(step, min(_SHORTEST, float(np.mean(step))))
+    k = int(np.argmax(slope))
+    return float(slope[k]), float(position[k]), float(position[k + 1])
