@@ -28,8 +28,9 @@ SIPPY and the others   peers, on the first tests only; `n` is the number of test
 
 Tests of 120 s hold means over blocks, as peers get them in their best case. Peers that fail or
 pass the time allowed at a size are named with what they said; at 72 h they get their best case
-only. At the end every criterion stands as "wanted, measured: met or not met". Sections: 8h 72h
-warm joint others rates intervals time.
+only. At the end every criterion stands as "wanted, measured: met or not met"; one against a peer
+names the peer's `n` and, where that is less than the estimator's, says on how many tests it is
+shown. Sections: 8h 72h warm joint others rates intervals time.
 
     python benchmarks/identification.py [--seeds 20] [--sections 8h,time]
         [--peer-python PYTHON] [--peer-seeds 3] [--peer-limit-s 60] [--peers NAME,...]
@@ -161,14 +162,23 @@ class Run:
     peer_limit_s: float
     tables: dict[str, Rows] = field(default_factory=dict)
     verdicts: list[str] = field(default_factory=list)
+    met: int = 0
+    met_on_few: int = 0
     fits: int = 0
     unstable: int = 0
     sippy_oe_s: float | None = None
+    sippy_oe_tests: int = 0
     peers: tuple[str, ...] = tuple(PEERS)
 
-    def judge(self, what: str, wanted: str, measured: str, met: object) -> None:
-        """Keep one line of the summary."""
+    def judge(
+        self, what: str, wanted: str, measured: str, met: object, tests: int | None = None
+    ) -> None:
+        """Keep one line of the summary; `tests` is the number of a peer's tests."""
         said = "met" if met else "not met"
+        self.met += bool(met)
+        if tests is not None and tests < self.seeds:
+            said += f", shown on {tests} {'test' if tests == 1 else 'tests'} only"
+            self.met_on_few += bool(met)
         self.verdicts.append(f"{what}: wanted {wanted}, measured {measured}: {said}")
 
     def checked(self, result: ModalResult) -> ModalResult:
@@ -278,15 +288,16 @@ def peer_rows(run: Run, title: str, plan: ThermalTestPlan) -> Rows:
         if failure:
             print(f"  {name:21s} {failure}", flush=True)
         if name == "SIPPY OE" and found and title == title_of(8.0, 1.0):
-            run.sippy_oe_s = float(np.median(times))
+            run.sippy_oe_s, run.sippy_oe_tests = float(np.median(times)), len(times)
     return rows
 
 
-def rivals(rows: Rows, names: Sequence[str], reading: int) -> tuple[str, float]:
-    """Return who of some rows has the best median, and it."""
+def rivals(rows: Rows, names: Sequence[str], reading: int) -> tuple[str, float, int]:
+    """Return who of some rows has the best median, it, and the fewest tests of any of them."""
     medians = {n: float(np.median(rows[n][:, reading])) for n in names if n in rows}
     best = max(medians, key=lambda n: medians[n])
-    return best, medians[best]
+    who = f"{best}, n={len(rows[best])}"
+    return who, medians[best], min(len(rows[n]) for n in medians)
 
 
 def judged(run: Run, title: str, reading: int, behind: float, over: float) -> None:
@@ -301,9 +312,10 @@ def judged(run: Run, title: str, reading: int, behind: float, over: float) -> No
     for kind, names in (("baseline", (*BASELINES, "persistence")), ("peer", tuple(PEERS))):
         if not any(n in rows for n in names):
             continue
-        who, best = rivals(rows, names, reading)
+        who, best, tests = rivals(rows, names, reading)
         wanted = f"median above every {kind}" + (f" less {-over:g}" if over < 0 else "")
-        run.judge(what, wanted, f"{middle:.1f} against {best:.1f} ({who})", middle >= best + over)
+        measured = f"{middle:.1f} (n={len(modal_fit)}) against {best:.1f} ({who})"
+        run.judge(what, wanted, measured, middle >= best + over, tests)
 
 
 def title_of(hours: float, step_s: float, more: str = "cold") -> str:
@@ -320,10 +332,10 @@ def short_tests(run: Run) -> None:
             fits = rows["modal"][:, reading]
             low, worst = float(np.quantile(fits, 0.25)), float(np.min(fits))
             if any(n in rows for n in PEERS):
-                who, best = rivals(rows, tuple(PEERS), reading)
+                who, best, tests = rivals(rows, tuple(PEERS), reading)
                 run.judge(
                     f"{title} ({said})", "lower quartile above every peer's median",
-                    f"{low:.1f} against {best:.1f} ({who})", low > best,
+                    f"{low:.1f} (n={len(fits)}) against {best:.1f} ({who})", low > best, tests,
                 )  # fmt: skip
             run.judge(f"{title} ({said})", "worst at least 60", f"{worst:.1f}", worst >= 60)
 
@@ -548,7 +560,7 @@ def speed(run: Run) -> None:
         faster = run.sippy_oe_s / taken[8.0]
         run.judge(
             "8 h at 1 Hz", "50 times faster than SIPPY's OE of order 3",
-            f"{faster:.0f} times", faster >= 50.0,
+            f"{faster:.0f} times", faster >= 50.0, run.sippy_oe_tests,
         )  # fmt: skip
 
 
@@ -607,7 +619,8 @@ def main() -> None:
     for name in options.sections.split(","):
         sections[name](run)
     run.judge("every fit", "stable", f"{run.unstable} of {run.fits} not", run.unstable == 0)
-    print("\nSummary")
+    print(f"\nSummary: {run.met} of {len(run.verdicts)} met", end="")
+    print(f", {run.met_on_few} of them shown on fewer tests of the peers" * (run.met_on_few > 0))
     for line in run.verdicts:
         print(f"  {line}")
 

@@ -241,34 +241,23 @@ def _identified(
     arguments: argparse.Namespace, records: "Records", logs: "Sequence[ThermalLog]"
 ) -> "Identification":
     """Call the estimator that was asked for."""
-    from numpy.linalg import LinAlgError  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.errors import DataError  # noqa: PLC0415
+    from thermaxis.errors import DataError  # noqa: PLC0415  --help needs none of these
     from thermaxis.thermal import Method, identify, identify_joint  # noqa: PLC0415
 
-    where = ", ".join(log.where for log in logs[:3])
     if not arguments.candidates and not (records.highest_k > records.lowest_k).any():
         raise DataError(
             "no input ever changes",
-            where=where,
+            where=", ".join(log.where for log in logs[:3]),
             remedy="Check the sensors, or name other channels",
         )
-    try:
-        if arguments.joint is not None:
-            return identify_joint(records, arguments.output[0], *arguments.joint)
-        return identify(
-            records,
-            method=Method(arguments.method),
-            choose=bool(arguments.candidates),
-            orders=arguments.orders,
-        )
-    except LinAlgError as error:
-        raise DataError(
-            f"the rows do not determine a model ({error})",
-            where=where,
-            remedy="Check that inputs and displacement are measured values and that no input"
-            " follows another exactly",
-        ) from None
+    if arguments.joint is not None:
+        return identify_joint(records, arguments.output[0], *arguments.joint)
+    return identify(
+        records,
+        method=Method(arguments.method),
+        choose=bool(arguments.candidates),
+        orders=arguments.orders,
+    )
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:

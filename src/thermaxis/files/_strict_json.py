@@ -1,6 +1,9 @@
 """JSON files that people write by hand: one object, no key twice, no NaN, a limit of size."""
 
 import json
+import os
+import secrets
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import cast
@@ -96,22 +99,23 @@ def _as_object(name: str, text: str, remedy: str) -> Mapping[str, object]:
 
 
 def write_json_text(text: str, path: Path | str) -> None:
-    """Write the text of a JSON file.
+    """Write the text of a JSON file: beside it first, then in its place, so it is never half there.
 
     Parameters
     ----------
     text : str
         The text, ASCII.
     path : Path or str
-        The file; it is replaced if it exists.
+        The file; it is replaced if it exists. Where it is a link, what it leads to is replaced;
+        what is no regular file (a pipe) is written to.
 
     Raises
     ------
     ConfigurationError
-        If it cannot be written.
+        If it cannot be written; a file that was there before is then as it was.
     """
     try:
-        Path(path).write_text(text, encoding="ascii", newline="\n")
+        _replace_text(Path(path), text)
     except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
         reason = error.strerror if isinstance(error, OSError) else None
         raise ConfigurationError(
@@ -119,3 +123,27 @@ def write_json_text(text: str, path: Path | str) -> None:
             where=str(path),
             remedy="Choose another place, or make room and permission there",
         ) from None
+
+
+def _replace_text(path: Path, text: str) -> None:
+    path = Path(os.path.realpath(path))
+    # What is still a link leads to itself: opening it says so.
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        path.write_text(text, encoding="ascii", newline="\n")
+        return
+    mode: int | None = None
+    if path.exists():
+        # A file that may not be written is not replaced either.
+        with path.open("ab"):
+            mode = stat.S_IMODE(path.stat().st_mode)
+    beside = path.with_name(f".{secrets.token_hex(8)}.part")
+    try:
+        with beside.open("x", encoding="ascii", newline="\n") as stream:
+            stream.write(text)
+            stream.flush()
+            os.fsync(stream.fileno())
+        if mode is not None:
+            beside.chmod(mode)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)

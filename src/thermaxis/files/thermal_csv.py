@@ -375,7 +375,8 @@ def _comments(head: _Head) -> tuple[datetime | None, float, list[str]]:
 def _read_body(source: _Source, path: Path | str, head: _Head, plan: ColumnPlan) -> _Body:
     body = _Body(source.path, len(head.headings))
     texts = {index for index in (plan.time, plan.date) if index is not None}
-    parser = _Parser(source, head, body, texts)
+    kept = texts | {channel.column for channel in plan.channels}
+    parser = _Parser(source, head, body, texts, set(range(body.width)) - kept)
     number = 1
     try:
         for content in source.chunks(path):
@@ -414,6 +415,8 @@ class _Parser:
     body: _Body
     texts: set[int]
     """Columns that may hold dates."""
+    left_out: set[int]
+    """Columns that nobody asks for: whatever stands in them is not looked at."""
     decimal: str = ""
     """Decimal sign, once one was seen."""
 
@@ -469,7 +472,9 @@ class _Parser:
             self._check_cells(rows, numbers)
         part: list[FloatArray | list[str | None]] = []
         for index in range(self.body.width):
-            if typed is not None and index in self.texts:
+            if index in self.left_out:
+                part.append([])
+            elif typed is not None and index in self.texts:
                 part.append(self._times(typed[str(index)]))
             elif typed is not None:
                 part.append(_floats(typed[str(index)]))
@@ -502,7 +507,7 @@ class _Parser:
             return None
         names = [str(index) for index in range(self.body.width)]
         schema = {
-            name: pl.String() if index in self.texts else pl.Float64()
+            name: pl.String() if index in self.texts | self.left_out else pl.Float64()
             for index, name in enumerate(names)
         }
         try:
@@ -535,25 +540,26 @@ class _Parser:
         cells = [(_split(row, delimiter) or [""] * self.body.width)[index] for row in rows]
         decimal = self.decimal or "."
         result = np.full(len(cells), np.nan)
-        texts = 0
+        texts = values = 0
         wrong = -1
         for row, cell in enumerate(cells):
             word = cell.replace("\N{MINUS SIGN}", "-")
             if is_number(word, decimal=decimal):
                 result[row] = float(word.replace(",", "."))
+                values += 1
             elif cell and cell.casefold() not in MISSING_WORDS:
                 texts += 1
                 wrong = row if wrong < 0 else wrong
         if index in self.texts and texts:
             return [cell or None for cell in cells]
-        if texts and texts < len(cells) - texts:
+        if texts and texts < values:  # few words among empty cells are a column of words
             raise MeasurementFileError(
                 f"'{cells[wrong]}' is not a number",
                 path=self.body.path,
                 line=numbers[wrong],
                 column=self.head.headings[index],
                 remedy="Write digits with one kind of decimal sign, or nothing where a value is"
-                " missing",
+                " missing; a mapping may leave the column out",
             )
         if texts:
             return [cell or None for cell in cells]

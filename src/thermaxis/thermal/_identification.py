@@ -1,6 +1,7 @@
 """Identify a compensation model from records: one method for all outputs, one form of result."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import final
@@ -177,7 +178,7 @@ def identify(
     ConfigurationError
         If options do not go together.
     DataError
-        If the records do not allow a model.
+        If the records do not allow a model, or do not determine its numbers.
 
     References
     ----------
@@ -193,12 +194,37 @@ def identify(
         raise ConfigurationError(
             "the method modal has no orders", where="orders", remedy="Leave them out"
         )
-    if choose:
-        return _chosen(records, selection_options)
+    with _determined(records):
+        if choose:
+            return _chosen(records, selection_options)
+        return _identified(records, method, orders, modal_options)
+
+
+@contextmanager
+def _determined(records: Records) -> Generator[None]:
+    """Say in words where the numbers of a model cannot be solved for."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        names = dict.fromkeys(e.name for each in records.experiments.values() for e in each)
+        raise DataError(
+            f"the rows do not determine a model ({error})",
+            where=", ".join([name for name in names if name][:3]),
+            remedy="Check that inputs and displacement are measured values and that no input"
+            " follows another exactly",
+        ) from None
+
+
+def _identified(
+    records: Records,
+    method: Method,
+    orders: tuple[int, int, int] | None,
+    options: ModalOptions | None,
+) -> Identification:
     names = [definition.name for definition in records.inputs]
     if method is Method.MODAL:
         results = [
-            _from_modal(records, name, modal(e, input_names=names, options=modal_options))
+            _from_modal(records, name, modal(e, input_names=names, options=options))
             for name, e in records.experiments.items()
         ]
         rule = (
@@ -253,16 +279,17 @@ def identify_joint(
     Raises
     ------
     ConfigurationError, DataError
-        As of `joint_gains`.
+        As of `joint_gains`; also if the rows do not determine the model's numbers.
 
     References
     ----------
     Mareš and Horejš 2021, equation (8).
     """
-    found = joint_gains(records, part, diameters_mm, options=modal_options)
-    result = found.result
-    beside, static = _beside(records, found.reference)
-    fit, rmse = _free_run(records, found.reference, result.model)
+    with _determined(records):
+        found = joint_gains(records, part, diameters_mm, options=modal_options)
+        result = found.result
+        beside, static = _beside(records, found.reference)
+        fit, rmse = _free_run(records, found.reference, result.model)
     identified = IdentifiedOutput(
         name=output,
         model=result.model,

@@ -5,6 +5,7 @@ is NaN where its recorder had no row. Nothing is interpolated, so outputs that a
 seconds at a time stay what was measured.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
@@ -180,7 +181,7 @@ def merge_logs(
         shift_s = found.shift_s
         names = ", ".join(f"{x}={y}" for x, y in found.channels)
         remark = (
-            f"{b.where} was joined with a shift of {shift_s:.6g} s, found from {names} (known"
+            f"{b.where} was joined with a shift of {_as_known(found)} s, found from {names} (known"
             f" within {found.within_s:.2g} s, correlation {found.correlation:.4f})"
         )
     elif both_dated:
@@ -213,6 +214,13 @@ def join_rates(logs: Sequence[ThermalLog]) -> ThermalLog:
     for log in logs[1:]:
         joined = _joined(joined, log, _clock_offset(joined, log), "")
     return joined
+
+
+def _as_known(found: ShiftResult) -> str:
+    """Return the shift with the last decimal of how well it is known. [s]"""
+    decimals = max(0, 1 - math.floor(math.log10(found.within_s)))
+    # Plus zero: a rounded shift of minus nothing is nothing.
+    return f"{round(found.shift_s, decimals) + 0.0:.{decimals}f}"
 
 
 def _joined(a: ThermalLog, b: ThermalLog, offset_s: float, remark: str) -> ThermalLog:

@@ -23,7 +23,7 @@ class SlowNoise:
     """Ratios and speeds of the two correlated parts of the noise."""
 
     ratio: float
-    """Variance of the slow drift over that of the white noise of one reading. [1]"""
+    """Variance of the slow drift over that of the white noise of a full block's mean. [1]"""
     correlation_s: float
     """Time in which the drift's correlation falls to 1/e. [s]"""
     fast_ratio: float = 0.0
@@ -62,7 +62,8 @@ def weighted_products(
     columns : FloatArray
         Regressors and displacement at the measured blocks of one segment, (n, p).
     white_variance : FloatArray
-        Variance of the white noise of every block, as a multiple of that of one reading, (n,). [1]
+        Variance of the white noise of every block, as a multiple of that of a full block's
+        mean, (n,). [1]
     times_s : FloatArray
         Times of the blocks, (n,). [s]
     noise : SlowNoise

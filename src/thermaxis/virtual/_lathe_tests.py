@@ -9,13 +9,15 @@ for each source, then both sources in turn, the table measured for some seconds 
 import math
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.positioning import FloatArray
 from thermaxis.thermal import ThermalLog
+
+FloatArray: TypeAlias = NDArray[np.float64]
 
 STEP_S = 10.0
 """Time between rows. [s]"""

@@ -21,6 +21,7 @@ from thermaxis.errors import MeasurementFileError, ThermaxisError
 from thermaxis.files import thermal_csv
 from thermaxis.files.thermal_log import read_thermal_log
 from thermaxis.files.thermal_log_csv import format_thermal_log, write_thermal_log
+from thermaxis.files.thermal_mapping_toml import ColumnMapping, ThermalMapping
 from thermaxis.thermal._thermal_log import ThermalLog
 
 TIME_S = np.arange(50.0) * 2.0
@@ -330,6 +331,34 @@ def test_columns_of_words_are_left_out_with_a_remark(tmp_path: Path) -> None:
     log = from_text(tmp_path, "time_s,T_C,state\n0,1,idle\n1,2,run\n")
     assert list(log.columns) == ["T_C"]
     assert log.remarks == ("columns without numbers were left out: state",)
+
+
+def test_a_few_words_among_empty_cells_are_a_column_of_words(tmp_path: Path) -> None:
+    rows = [f"{k},{20 + 0.1 * k:.1f},{'door open' if k in {3, 4} else ''}" for k in range(30)]
+    for header in ("time_s,T_C,alarm", 'time_s,T_C,"alarm"'):
+        log = from_text(tmp_path, "\n".join([header, *rows]) + "\n")
+        assert list(log.columns) == ["T_C"]
+        assert any("alarm" in remark for remark in log.remarks)
+    with pytest.raises(MeasurementFileError, match="'door open' is not a number"):
+        from_text(
+            tmp_path, "\n".join(["time_s,T_C,alarm", *rows, "30,1,2", "31,1,2", "32,1,2"]) + "\n"
+        )
+
+
+@pytest.mark.parametrize("quoted", [False, True])
+def test_a_column_that_a_mapping_leaves_out_is_never_looked_at(
+    tmp_path: Path, quoted: bool
+) -> None:
+    cells = ["1", "fault 7", "3", "4,5" if quoted else "4", "5", "6"]
+    note = '"{}"' if quoted else "{}"
+    rows = [f"{k},{20 + k},{note.format(cell)}" for k, cell in enumerate(cells)]
+    text = "\n".join(["time_s,T_C,code", *rows]) + "\n"
+    with pytest.raises(MeasurementFileError, match="leave the column out"):
+        from_text(tmp_path, text)
+    mapping = ThermalMapping(columns={"code": ColumnMapping(leave_out=True)})
+    log = from_text(tmp_path, text, mapping=mapping)
+    assert log.columns["T_C"].tolist() == [20.0, 21.0, 22.0, 23.0, 24.0, 25.0]
+    assert list(log.columns) == ["T_C"]
 
 
 def test_a_last_line_that_was_cut_short_is_left_out(tmp_path: Path) -> None:

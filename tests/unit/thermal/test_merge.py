@@ -1,5 +1,7 @@
 """Two recorders joined by time."""
 
+import re
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -84,6 +86,19 @@ def test_a_shift_that_cannot_be_found_is_said_not_guessed(curve: object, words: 
     with pytest.raises(DataError, match=words):
         merge_logs(a, b)
     assert merge_logs(a, b, shift_s=0.0).rows > 2000
+
+
+def test_the_shift_is_told_with_the_decimals_to_which_it_is_known() -> None:
+    log, _ = recorders(0.0)
+    same = replace(log, name="same")
+    remarks = " ".join(merge_logs(log, same).remarks)
+    assert re.search(r" a shift of 0(\.0+)? s,", remarks), remarks
+    a, b = recorders(137.4)
+    found = find_shift(a, b)
+    said = re.search(r" a shift of (-?[0-9.]+) s,", " ".join(merge_logs(a, b).remarks))
+    assert said is not None
+    assert abs(float(said[1]) - found.shift_s) <= 0.05 * found.within_s
+    assert len(said[1]) <= len("137.4")
 
 
 def test_a_given_shift_moves_the_second_clock() -> None:
