@@ -28,10 +28,10 @@ from thermaxis.controls._control import (
     TableRequest,
     TableText,
     check_points,
-    check_size,
     comment_text,
     number_option,
     plain_number,
+    text_lines,
 )
 from thermaxis.controls._program_head import head_lines
 from thermaxis.controls._program_words import (
@@ -356,8 +356,8 @@ class Sinumerik(Control):
             If there is no table or more than one, an index or a limit is missing, a value is no
             number as the control reads it, or MAX is not MIN plus the steps.
         """
-        check_size(text, path)
-        tables, findings = _split(text, path)
+        lines, unusual = text_lines(text, path)
+        tables, findings = _split(lines, path)
         chosen = _choose(tables, options, path)
         chosen.check_indices(path)
         low, step = chosen.first_and_step(path)
@@ -367,7 +367,7 @@ class Sinumerik(Control):
         backlash = None
         if chosen.backlash is not None:
             backlash = -chosen.backlash.number(path) * per
-        findings = [*chosen.findings(kind, options, path), *findings]
+        findings = [*unusual, *chosen.findings(kind, options, path), *findings]
         table = CompensationTable(
             kind=kind,
             axis=chosen.axis,
@@ -624,12 +624,12 @@ def _last_digit(step: _Value) -> float:
     return 10.0 ** -(step.decimals or 3)
 
 
-def _split(text: str, path: str) -> tuple[list[_Section], list[str]]:
+def _split(lines: list[str], path: str) -> tuple[list[_Section], list[str]]:
     """Return the tables of a file, each from its own axis, encoder and program."""
     finished: list[_Section] = []
     current: dict[tuple[str, str], _Section] = {}
     strange: list[str] = []
-    for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
+    for number, line in enumerate(lines, start=1):
         statement = line.partition(";")[0].strip()
         if _END.fullmatch(statement):
             finished += current.values()
