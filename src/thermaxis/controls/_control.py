@@ -158,6 +158,10 @@ class ReadTable:
     """Step of the values in this very file, where it is not that of the `GridRule`, as with a
     magnification that was chosen to fit the values. [µm or arcsec]"""
 
+    def __post_init__(self) -> None:
+        """Let a terminal show what findings quote, and not obey it."""
+        object.__setattr__(self, "findings", tuple(printable(f, 400) for f in self.findings))
+
 
 class Control(ABC):
     """A machine control. Every subclass is final and stands in a file of its own."""

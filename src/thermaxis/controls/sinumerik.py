@@ -11,7 +11,7 @@ p. 6-41, NC MD 220*, says the same.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from types import MappingProxyType
@@ -71,6 +71,9 @@ _NUMBER = re.compile(
     r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:EX[+-]?[0-9]{1,3})?", re.IGNORECASE
 )
 _SCALARS = ("STEP", "MIN", "MAX", "IS_MODULO")
+_REFERENCE = re.compile(
+    r"; zero at the reference point (?P<place>-?\d{1,9}(?:\.\d{1,9})?) (?:mm|deg)"
+)
 
 
 @final
@@ -374,12 +377,22 @@ class Sinumerik(Control):
             position=low + step * np.arange(count, dtype=np.float64),
             deviation=np.stack((value, value), axis=1),
             backlash=backlash,
+            reference_position=_stated_reference(lines) if len(tables) == 1 else None,
         )
         return ReadTable(table=table, findings=tuple(findings), points_in_file=count)
 
 
 CONTROL = Sinumerik()
 """The control."""
+
+
+def _stated_reference(lines: Sequence[str]) -> float | None:
+    """Return the reference point that the head of our own file states, in a comment."""
+    for line in lines:
+        found = _REFERENCE.fullmatch(line.strip())
+        if found is not None:
+            return float(found["place"])
+    return None
 
 
 def _decimals(kind: AxisKind) -> int:
