@@ -3,6 +3,10 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("same", derandomize=True, deadline=None)  # the same cases everywhere
+settings.load_profile("same")
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -54,10 +54,12 @@ def read_table_text(path: Path | str) -> tuple[str, tuple[str, ...]]:
             remedy="Save it as plain ASCII text, as the control reads it",
         )
     findings: list[str] = []
-    if content.startswith(b"\xef\xbb\xbf"):
-        content = content[3:]
+    marked = content.startswith(b"\xef\xbb\xbf")
+    if marked:
         findings.append("the file begins with a byte order mark, which a control may not skip")
-    strange = next((k for k, byte in enumerate(content) if byte > 127), None)
+    strange = next(
+        (k for k, byte in enumerate(content) if byte > 127 and (k > 2 or not marked)), None
+    )
     if strange is not None:
         line = content.count(b"\n", 0, strange) + 1
         findings.append(f"line {line} has letters outside of ASCII, which a control may not read")

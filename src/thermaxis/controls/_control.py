@@ -5,6 +5,7 @@ hyphens for underscores, is the name on the command line. Nothing else has to be
 """
 
 import math
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,6 +26,8 @@ LARGEST_TABLE_BYTES = 5_000_000
 BYTE_ORDER_MARKS = ("\ufeff", "\xef\xbb\xbf")
 """Byte order mark at the start of a text: as one letter, or as its bytes one by one."""
 
+_END_OF_LINE = re.compile(r"\r\n|\n|\r")
+_RETURN_ALONE = re.compile(r"(?<![\r\n])\r++(?![\r\n])(?!\Z)")  # LF CR CR is Fanuc's own
 _COMMENT_CHARACTERS = frozenset(
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 -_."
 )
@@ -154,6 +157,10 @@ class ReadTable:
     resolution: float | None = None
     """Step of the values in this very file, where it is not that of the `GridRule`, as with a
     magnification that was chosen to fit the values. [µm or arcsec]"""
+
+    def __post_init__(self) -> None:
+        """Let a terminal show what findings quote, and not obey it."""
+        object.__setattr__(self, "findings", tuple(printable(f, 400) for f in self.findings))
 
 
 class Control(ABC):
@@ -435,6 +442,45 @@ def check_size(content: str | bytes, path: str) -> None:
             path=path,
             remedy="Name the file of the table alone",
         )
+
+
+def text_lines(text: str, path: str) -> tuple[list[str], list[str]]:
+    """Return the lines of a table for a control whose ends of lines are not known by a proof.
+
+    Parameters
+    ----------
+    text : str
+        Content of the file. A byte order mark at its start is left out.
+    path : str
+        Its name, for errors.
+
+    Returns
+    -------
+    lines : list of str
+        The lines; CR LF, LF and CR alone end one.
+    findings : list of str
+        The first line that CR alone ends before another one, in words.
+
+    Raises
+    ------
+    MeasurementFileError
+        If it is larger than `LARGEST_TABLE_BYTES`.
+    """
+    check_size(text, path)
+    for mark in BYTE_ORDER_MARKS:
+        text = text.removeprefix(mark)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    alone = _RETURN_ALONE.search(text)
+    if alone is None:
+        return lines, []
+    number = len(_END_OF_LINE.findall(text, 0, alone.start())) + 1
+    return lines, [
+        (
+            f"line {number} is ended by a carriage return alone, without a line feed: a control may"
+            " take it and the next for one line, or refuse the file; save it with the control's own"
+            " ends of lines"
+        )
+    ]
 
 
 def check_points(table: "CompensationTable", rule: GridRule, title: str) -> None:

@@ -8,6 +8,7 @@ section from -50 to 0 is 40, and that from 0 to 50 is 41 [V, parameter manual B-
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import ceil
 from typing import final
 
 import numpy as np
@@ -215,7 +216,7 @@ def point_values(table: CompensationTable, chosen: PointOptions, axis_number: in
     front = 1 - below if below <= 0 else 0
     back = max(0, below - sections)
     count = front + sections + back
-    _check_count(count, chosen)
+    _check_count(count, table, reference, chosen)
     correction, offset = _corrections(table, chosen)
     if chosen.modulo:
         correction = _one_turn(table, correction, step, below)
@@ -238,14 +239,23 @@ def point_values(table: CompensationTable, chosen: PointOptions, axis_number: in
     )
 
 
-def _check_count(count: int, chosen: PointOptions) -> None:
+def _check_count(
+    count: int, table: CompensationTable, reference: float, chosen: PointOptions
+) -> None:
     """Refuse too many numbers before room is made for them."""
-    if count > chosen.most:
-        raise ConfigurationError(
-            f"the table takes {count} point numbers, more than {chosen.most}",
-            where="points",
-            remedy="Ask for fewer points or a wider spacing; the reference position counts too",
-        )
+    if count <= chosen.most:
+        return
+    remedy = "Ask for fewer points or a wider spacing; the reference position counts too"
+    if chosen.most > 2 and not chosen.modulo:
+        ends = (float(table.position[0]), float(table.position[-1]), reference)
+        # on each side of the reference position a section may be begun
+        spacing = ceil((max(ends) - min(ends)) / (chosen.most - 2) / STATION) * STATION
+        remedy = f"Give --spacing {spacing:.3f} or wider: the way to the reference position counts"
+    raise ConfigurationError(
+        f"the table takes {count} point numbers, more than {chosen.most}",
+        where="points",
+        remedy=remedy,
+    )
 
 
 def _first_number(count: int, ahead: int, chosen: PointOptions, axis_number: int) -> int:

@@ -13,8 +13,9 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.controls._control import ReadTable, check_size
+from thermaxis.controls._control import ReadTable, text_lines
 from thermaxis.controls._fanuc_points import (
+    AXIS_LETTERS,
     FIRST_POINT,
     LARGEST_MAGNIFICATION,
     LARGEST_POSITION,
@@ -29,13 +30,16 @@ from thermaxis.quantities import AxisKind
 LONGEST_LINE = 10_000
 """Longest line of a parameter file that is read; 32 axes take 400. [character]"""
 
+_NAMED_BY_NUMBER = 3  # X, Y and Z are usually 1, 2 and 3; a fourth axis can be any
+
 _POINT_COMMENT = re.compile(
     r"\(POINTS FROM (?P<first>-?[0-9.]{1,12}) TO (?P<last>-?[0-9.]{1,12})"
     r" REFERENCE (?P<reference>-?[0-9.]{1,12})\)"
 )
 _AXIS_COMMENT = re.compile(r"\(AXIS (?P<axis>[A-Z][A-Z0-9_]{0,15}) ")
 _LINE = re.compile(r"N([0-9]{1,5})((?:[A-Z][^A-Z;]*)+)", re.ASCII)
-_PAIR = re.compile(r"([A-Z])([^A-Z]*)")
+# a word ends where P, or another letter with a number, follows: P1E5 and PNAN are wrong values
+_PAIR = re.compile(r"([A-Z])(.*?)(?=P|[A-DF-Z][0-9+.-]|$)", re.ASCII)
 
 
 def table_from_parameters(text: str, path: str, kind: AxisKind, chosen: PointOptions) -> ReadTable:
@@ -92,8 +96,7 @@ def _error(path: str, what: str, line: int | None, remedy: str) -> MeasurementFi
 
 def _words(text: str, path: str) -> _Words:
     """Return the words between the two ``%``."""
-    check_size(text, path)
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines, findings = text_lines(text, path)
     starts = [i for i, line in enumerate(lines) if line.strip().startswith("%")]
     if not starts or any(line.strip() for line in lines[: starts[0]]):
         raise _error(path, "the file does not begin with %", 1, "Give a Fanuc parameter file")
@@ -118,7 +121,6 @@ def _words(text: str, path: str) -> _Words:
         for content in bare.removeprefix("%").split(";"):
             if content.strip():
                 _add_words(path, number, content.strip(), values)
-    findings: list[str] = []
     if any(line.strip() for line in lines[starts[1] + 1 :]):
         findings.append(f"what follows the % of line {starts[1] + 1} is not read")
     return _Words(values, tuple(comments), tuple(findings))
@@ -196,8 +198,7 @@ class _Reading:
     def table(self) -> ReadTable:
         """Return what the control would do with it."""
         findings = list(self.words.findings)
-        if self.axis == 0:
-            findings.append("the parameters name no axis number")
+        axis_name = self._axis_name(findings)
         step = self._length(3624)
         magnification = self._whole(3623)
         if not 1 <= magnification <= LARGEST_MAGNIFICATION:
@@ -223,7 +224,7 @@ class _Reading:
         return ReadTable(
             table=CompensationTable(
                 kind=self.kind,
-                axis=self._axis_name(),
+                axis=axis_name,
                 position=position[kept],
                 deviation=deviation[kept],
                 backlash=self._backlash(findings),
@@ -401,6 +402,24 @@ class _Reading:
             findings.append("the backlash (1851) acts beside the second table: it should be 0 [M]")
         return -lost
 
-    def _axis_name(self) -> str:
+    def _axis_name(self, findings: list[str]) -> str:
+        """Return the axis by the file's comment, else by its number unless that was stated."""
+        usual = AXIS_LETTERS[self.axis - 1] if 1 <= self.axis <= _NAMED_BY_NUMBER else ""
+        if self.axis == 0:
+            findings.append("the parameters name no axis number")
+        if self.chosen.axis_number is not None:
+            usual = ""
         found = next(filter(None, map(_AXIS_COMMENT.match, self.words.comments)), None)
-        return "" if found is None else found["axis"]
+        if found is None:
+            if usual:
+                findings.append(
+                    f"axis number {self.axis} is taken for {usual}: state --set axis_number if the"
+                    " axes of the control count otherwise"
+                )
+            return usual
+        if usual and usual != found["axis"]:
+            findings.append(
+                f"the comment names axis {found['axis']}, and axis number {self.axis} is usually"
+                f" {usual}: check it, and state --set axis_number"
+            )
+        return found["axis"]

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.controls._control import check_size, plain_number
+from thermaxis.controls._control import plain_number, text_lines
 from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
 from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind
@@ -137,6 +137,8 @@ class ComText:
     """The file, for errors."""
     lines: tuple[str, ...]
     """Its lines without their ends, blank lines at the end left out."""
+    findings: tuple[str, ...] = ()
+    """What is unusual about the ends of its lines, in words."""
 
     def error(
         self, what: str, line: int | None, remedy: str, column: str | None = None
@@ -225,9 +227,10 @@ def com_text(text: str, path: str) -> ComText:
         If it is too large, empty, has tabs or a line beyond `LONGEST_LINE`.
     """
     source = ComText(path, ())
-    check_size(text, path)
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip().split("\n")
-    if lines == [""]:
+    lines, findings = text_lines(text, path)
+    while lines and not lines[-1].strip():
+        lines.pop()
+    if not lines:
         raise source.error("the file is empty", None, "Name the table's file")
     for number, line in enumerate(lines, start=1):
         if len(line) > LONGEST_LINE:
@@ -240,7 +243,7 @@ def com_text(text: str, path: str) -> ComText:
                 number,
                 "Put spaces in place of the tabs",
             )
-    return ComText(path, tuple(lines))
+    return ComText(path, tuple(lines), tuple(findings))
 
 
 def words_of(line: str) -> list[tuple[int, str]]:

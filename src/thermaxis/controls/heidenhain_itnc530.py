@@ -237,7 +237,7 @@ class HeidenhainITnc530(Control):
                 position=np.round(position, 2 * DECIMALS),
                 deviation=np.stack((deviation, deviation), axis=1),
             ),
-            findings=tuple(findings),
+            findings=(*source.findings, *findings),
         )
 
 

@@ -231,7 +231,7 @@ class HeidenhainTnc640(Control):
                 position=np.array([row[_POSITION] for row in rows]),
                 deviation=deviation,
             ),
-            findings=tuple(findings),
+            findings=(*source.findings, *findings),
         )
 
 

@@ -11,7 +11,7 @@ p. 6-41, NC MD 220*, says the same.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from types import MappingProxyType
@@ -28,10 +28,10 @@ from thermaxis.controls._control import (
     TableRequest,
     TableText,
     check_points,
-    check_size,
     comment_text,
     number_option,
     plain_number,
+    text_lines,
 )
 from thermaxis.controls._program_head import head_lines
 from thermaxis.controls._program_words import (
@@ -71,6 +71,9 @@ _NUMBER = re.compile(
     r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:EX[+-]?[0-9]{1,3})?", re.IGNORECASE
 )
 _SCALARS = ("STEP", "MIN", "MAX", "IS_MODULO")
+_REFERENCE = re.compile(
+    r"; zero at the reference point (?P<place>-?\d{1,9}(?:\.\d{1,9})?) (?:mm|deg)"
+)
 
 
 @final
@@ -356,8 +359,8 @@ class Sinumerik(Control):
             If there is no table or more than one, an index or a limit is missing, a value is no
             number as the control reads it, or MAX is not MIN plus the steps.
         """
-        check_size(text, path)
-        tables, findings = _split(text, path)
+        lines, unusual = text_lines(text, path)
+        tables, findings = _split(lines, path)
         chosen = _choose(tables, options, path)
         chosen.check_indices(path)
         low, step = chosen.first_and_step(path)
@@ -367,19 +370,29 @@ class Sinumerik(Control):
         backlash = None
         if chosen.backlash is not None:
             backlash = -chosen.backlash.number(path) * per
-        findings = [*chosen.findings(kind, options, path), *findings]
+        findings = [*unusual, *chosen.findings(kind, options, path), *findings]
         table = CompensationTable(
             kind=kind,
             axis=chosen.axis,
             position=low + step * np.arange(count, dtype=np.float64),
             deviation=np.stack((value, value), axis=1),
             backlash=backlash,
+            reference_position=_stated_reference(lines) if len(tables) == 1 else None,
         )
         return ReadTable(table=table, findings=tuple(findings), points_in_file=count)
 
 
 CONTROL = Sinumerik()
 """The control."""
+
+
+def _stated_reference(lines: Sequence[str]) -> float | None:
+    """Return the reference point that the head of our own file states, in a comment."""
+    for line in lines:
+        found = _REFERENCE.fullmatch(line.strip())
+        if found is not None:
+            return float(found["place"])
+    return None
 
 
 def _decimals(kind: AxisKind) -> int:
@@ -624,12 +637,12 @@ def _last_digit(step: _Value) -> float:
     return 10.0 ** -(step.decimals or 3)
 
 
-def _split(text: str, path: str) -> tuple[list[_Section], list[str]]:
+def _split(lines: list[str], path: str) -> tuple[list[_Section], list[str]]:
     """Return the tables of a file, each from its own axis, encoder and program."""
     finished: list[_Section] = []
     current: dict[tuple[str, str], _Section] = {}
     strange: list[str] = []
-    for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
+    for number, line in enumerate(lines, start=1):
         statement = line.partition(";")[0].strip()
         if _END.fullmatch(statement):
             finished += current.values()

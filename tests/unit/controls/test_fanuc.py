@@ -530,6 +530,11 @@ GOOD = made(simple([0.0, -2.0, -5.0], start=-50.0, step=50.0)).text
         ("N10000P3", "N10000Pn", "no line|no whole", True),
         ("N10000P3", "N10000P1.5", "no whole number", True),
         ("N10000P3", "N10000P", "no whole number", True),
+        ("N10000P3", "N10000Pnan", "'NAN' is no whole number", True),
+        ("N10000P3", "N10000P3nan", "'3NAN' is no whole number", True),
+        ("N10000P3", "N10000P1e5", "'1E5' is no whole number", True),
+        ("N10000P3", "N10000P-inf", "'-INF' is no whole number", True),
+        ("N03620A1P0", "N03620A1Pnan", "'NAN' is no whole number", True),
         ("N10000P3", "N10000P8", "beyond the 7", True),
         ("N10000P3\n", "", "point 0 .* missing", False),
         ("N10000P3", "N10001P3", "twice", True),
@@ -569,6 +574,85 @@ def test_the_wrong_axis_is_refused_and_several_are_asked_for() -> None:
     with pytest.raises(MeasurementFileError, match="axes 1, 2"):
         read(both)
     assert read(both, "axis_number=2").table.position.size == 3
+
+
+def test_the_axis_is_that_of_the_comment_or_goes_by_its_usual_number() -> None:
+    bare = "\n".join(line for line in GOOD.split("\n") if not line.startswith("("))
+    for number, axis in [(1, "X"), (2, "Y"), (3, "Z"), (4, ""), (7, "")]:
+        got = read(bare.replace("A1P", f"A{number}P"))
+        assert got.table.axis == axis
+        said = any(f"axis number {number} is taken for {axis}" in f for f in got.findings)
+        assert said == bool(axis)
+    assert read(bare, "axis_number=1").table.axis == ""
+    assert read(bare.replace("A1P", "P")).table.axis == ""
+    assert read(GOOD).table.axis == "X"
+    assert not any("axis number" in finding for finding in read(GOOD).findings)
+    moved = GOOD.replace("A1P", "A3P")
+    assert read(moved).table.axis == "X"
+    assert any("names axis X, and axis number 3 is usually Z" in f for f in read(moved).findings)
+    assert not any("usually" in f for f in read(moved, "axis_number=3").findings)
+
+
+@given(
+    st.integers(-500_000, 500_000),
+    st.integers(128, 2_000_000),
+    st.floats(0.0, 1.0),
+    st.integers(3, 128),
+)
+@settings(max_examples=200, deadline=None)
+def test_as_many_points_as_are_asked_for_are_enough_wherever_the_reference_lies(
+    first: int, span: int, share: float, points: int
+) -> None:
+    target = np.array([first, first + span]) / 1000.0
+    reference = round((first + share * span) / 1000.0, 3)
+    position = table_points(target, points=points, through=reference, decimals=3)
+    assert position.size <= points
+    assert position[0] <= target[0] + 5e-4
+    assert position[-1] >= target[-1] - 1e-3
+    step = round(float(position[1] - position[0]), 3)
+    table = simple(
+        [0.0] * position.size, start=float(position[0]), step=step, reference_position=reference
+    )
+    numbers = plain(made(table).text)
+    assert numbers[3622] - numbers[3621] + 1 <= points
+
+
+def test_128_points_through_a_reference_1_um_beside_a_round_interval_are_128() -> None:
+    target = np.array([0.0, 498.715])
+    for reference in (0.0, 24.874, 100.0, 498.715):
+        position = table_points(target, points=128, through=reference, decimals=3)
+        assert position.size <= 128
+        assert position[-1] - target[-1] < position[1] - position[0]
+
+
+@given(
+    st.integers(2, 100),
+    st.integers(1, 100_000),
+    st.integers(-400, 400),
+    st.sampled_from([8, 16, 128]),
+)
+@settings(max_examples=200, deadline=None)
+def test_the_spacing_that_is_named_for_too_many_numbers_works(
+    count: int, step: int, below: int, most: int
+) -> None:
+    target = np.array([0.0, (count - 1) * step / 1000.0])
+    reference = below * step / 1000.0
+    sets = (f"max_points={most}",)
+    start = simple([0.0] * count, start=0.0, step=step / 1000.0, reference_position=reference)
+    try:
+        made(start, *sets)
+    except ConfigurationError as error:
+        named = re.search(r"--spacing ([0-9]+\.[0-9]{3}) or wider", error.remedy or "")
+        assume(named is not None)  # more points than the control reads, wherever they lie
+        spacing = float(named[1])
+        position = table_points(target, spacing=spacing, through=reference, decimals=3)
+        wider = simple(
+            [0.0] * position.size,
+            start=float(position[0]),
+            step=spacing,
+            reference_position=reference,
+        )
+        made(wider, *sets)
 
 
 def test_an_endless_line_and_an_endless_file_are_refused() -> None:

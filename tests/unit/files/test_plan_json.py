@@ -196,7 +196,7 @@ def test_what_a_plan_needs_must_be_there_and_not_null(path: Path, key: str) -> N
         ("axis", "X G0", "no name of an axis"),
         ("axis", 7, "not a text"),
         ("axis", "X" * 300, "longer than 200"),
-        ("title", "a\nb", "no line"),
+        ("title", "a\nb", "none that prints"),
         ("cycle", "bidirectional", "none of standard, pilgrim, step"),
         ("approaches", "forward", "not a list"),
         ("approaches", ["backward", "forward"], "in this order"),
