@@ -53,6 +53,7 @@ _ARCHIVE_ERRORS = (
     NotImplementedError,  # a newer version of the format
     RuntimeError,  # a password
     ValueError,  # texts that cannot be decoded, offsets out of range
+    IndexError,  # a part without a name
 )
 
 

@@ -276,6 +276,14 @@ def test_a_text_that_is_not_there_is_an_error(tmp_path: Path) -> None:
     assert "damaged" in refused(with_shared_texts(save(tmp_path, [HEADING, *ROWS]), shared))
 
 
+def test_a_part_without_a_name_is_damage(tmp_path: Path) -> None:
+    path = save(tmp_path, [HEADING, *ROWS])
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("nameless", b"")
+    path.write_bytes(path.read_bytes().replace(b"nameless", b"\x00ameless"))
+    assert "the workbook is damaged" in refused(path)
+
+
 def test_two_parts_of_the_same_name_are_refused(tmp_path: Path) -> None:
     path = save(tmp_path, [HEADING, *ROWS])
     with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate"):
