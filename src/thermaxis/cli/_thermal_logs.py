@@ -166,11 +166,13 @@ def read_logs(
 
     from thermaxis.compensation import TrainingLog  # noqa: PLC0415
     from thermaxis.files import read_thermal_log  # noqa: PLC0415
+    from thermaxis.thermal import without_sentinels  # noqa: PLC0415
 
     found: list[ReadLog] = []
     reduce_s = None if part is not None and not part.in_seconds else sample_time_s
     for path in paths:
         log = read_thermal_log(path, mapping=mapping, sample_time_s=reduce_s)
+        log = without_sentinels(log)
         first = 0
         if part is not None:
             whole = log
@@ -369,3 +371,33 @@ def rows_of_span(logs: "Sequence[ThermalLog]", part: Span) -> tuple[int, int]:
             f"no row lies in the span: the log has {log.rows} rows", where=f"--span {part.text}"
         )
     return first, last
+
+
+def sensor_warnings(logs: "Sequence[ThermalLog]", channels: "Sequence[str]") -> tuple[str, ...]:
+    """Return what is seriously wrong with the channels of a model, before the model is blamed.
+
+    Parameters
+    ----------
+    logs : sequence of ThermalLog
+        The logs.
+    channels : sequence of str
+        Channels of the model; those that a log lacks are left out.
+
+    Returns
+    -------
+    tuple of str
+        One sentence per finding, with the log and the remedy.
+    """
+    from thermaxis.thermal import check_log  # noqa: PLC0415  --help needs none
+
+    said: list[str] = []
+    for log in logs:
+        known = {name.casefold(): name for name in log.columns}
+        names = dict.fromkeys(known[c.casefold()] for c in channels if c.casefold() in known)
+        if names:
+            said += [
+                f"{log.where}: {finding.words}. {finding.remedy}"
+                for finding in check_log(log.select(list(names)))
+                if finding.serious
+            ]
+    return tuple(said)

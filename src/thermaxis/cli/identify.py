@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from thermaxis.cli._thermal_logs import ReadLog
     from thermaxis.thermal import (
         Identification,
         InputDefinition,
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
         ThermalLog,
     )
 
+_DISPLACEMENTS = ("um", "mm", "nm", "m")
 _FEWEST_ROWS = 2
 _SHORTEST_STEP = 0.5
 
@@ -188,6 +190,7 @@ def run(arguments: argparse.Namespace) -> int:
             part=arguments.span,
             sample_time_s=arguments.sample_time,
         )
+        _check_twice(entries)
         logs = [entry.log for entry in entries]
         inputs = _inputs(arguments, logs)
         outputs: list[str] = arguments.output
@@ -205,7 +208,7 @@ def run(arguments: argparse.Namespace) -> int:
             logs,
             inputs,
             outputs,
-            sample_time_s=arguments.sample_time,
+            sample_time_s=arguments.sample_time or _common_step_s(arguments, logs, inputs),
             reference_s=arguments.reference,
         )
         progress("identifying", 0, 0)
@@ -332,6 +335,37 @@ def _step_of_values(log: "ThermalLog") -> float:
     return float(np.median(np.diff(times_s))) if times_s.size > 1 else 0.0
 
 
+def _check_twice(entries: "Sequence[ReadLog]") -> None:
+    """Refuse a log that is named twice: it would count as two experiments."""
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
+
+    seen: set[tuple[str, int, int]] = set()
+    for entry in entries:
+        key = (entry.training.sha256, entry.training.first_row, entry.training.rows)
+        if key in seen:
+            raise ConfigurationError(
+                "the same log is given twice: it would count as two experiments",
+                where=entry.training.name,
+                remedy="Give it once",
+            )
+        seen.add(key)
+
+
+def _common_step_s(
+    arguments: argparse.Namespace,
+    logs: "Sequence[ThermalLog]",
+    inputs: "Sequence[InputDefinition]",
+) -> float | None:
+    """Return the step at which every candidate has a value; None where the rows' own step does."""
+    from thermaxis.thermal import usual_step_of  # noqa: PLC0415  --help needs none
+
+    if not arguments.candidates:
+        return None
+    slowest = max(usual_step_of(log, inputs) for log in logs)
+    own = max(log.usual_step_s for log in logs)
+    return slowest if slowest > 1.5 * own else None
+
+
 def _inputs(
     arguments: argparse.Namespace, logs: "Sequence[ThermalLog]"
 ) -> "tuple[InputDefinition, ...]":
@@ -351,7 +385,11 @@ def _inputs(
         found.append(InputDefinition(written.name, logs[0].name_of(written.plus), minus))
     outputs = {name.casefold() for name in arguments.output}
     for pattern in arguments.candidates:
-        names = [n for n in logs[0].names_matching(pattern) if n.casefold() not in outputs]
+        names = [
+            n
+            for n in logs[0].names_matching(pattern)
+            if n.casefold() not in outputs and logs[0].units[n] not in _DISPLACEMENTS
+        ]
         if not names:
             raise ConfigurationError(
                 "no channel fits the pattern",

@@ -91,6 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
         read_logs,
         remarks_of,
         rows_of_span,
+        sensor_warnings,
     )
     from thermaxis.cli._verification_result import (  # noqa: PLC0415
         verification_as_json,
@@ -127,13 +128,14 @@ def run(arguments: argparse.Namespace) -> int:
             progress("report", 0, 0)
             for path in arguments.report:
                 write_verification_report(model, logs, result, path)
+    remarks = (*remarks_of(logs), *sensor_warnings(logs, model.channels))
     if arguments.json is not None:
-        content = verification_as_json(result, model_sha256(model), remarks_of(logs))
+        content = verification_as_json(result, model_sha256(model), remarks)
         write_json(content, arguments.json)
     if arguments.json != "-":
         counted = "" if arguments.span is None else f", {arguments.span.text}"
         title = f"Verification of {printable(arguments.model.name, 60)}{counted}"
-        sys.stdout.write(verification_as_text(result, title, remarks_of(logs)))
+        sys.stdout.write(verification_as_text(result, title, remarks))
         for path in arguments.report:
             sys.stdout.write(f"written: {printable(str(path))}\n")
     return 0

@@ -82,6 +82,7 @@ if TYPE_CHECKING:
         FindingKind,
         LogFinding,
         check_log,
+        without_sentinels,
     )
     from thermaxis.thermal._merge import (
         ShiftResult,
@@ -120,6 +121,7 @@ if TYPE_CHECKING:
         Records,
         compensation_model,
         records_of,
+        usual_step_of,
     )
     from thermaxis.thermal._residuals import (
         InformationCriteria,
@@ -296,7 +298,9 @@ __all__ = [
     "step_responses",
     "thermal_model_of",
     "transfer_function_of",
+    "usual_step_of",
     "verify",
+    "without_sentinels",
 ]
 
 _MODULES = {
@@ -346,6 +350,8 @@ _MODULES = {
     "FindingKind": "_log_quality",
     "LogFinding": "_log_quality",
     "check_log": "_log_quality",
+    "usual_step_of": "_records",
+    "without_sentinels": "_log_quality",
     "ShiftResult": "_merge",
     "find_shift": "_merge",
     "join_rates": "_merge",

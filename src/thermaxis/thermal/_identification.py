@@ -28,6 +28,9 @@ from thermaxis.thermal._selection import SelectionOptions, SelectionResult, sele
 from thermaxis.thermal._superposition import combine_models
 from thermaxis.thermal._thermal_model import ThermalModel, simulate_modal
 
+_MUCH_WORSE = 3.0
+"""Times as much as fixed averages leave is said. [1]"""
+
 
 class Method(StrEnum):
     """Estimators."""
@@ -335,8 +338,36 @@ def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedO
         training_rmse_um={"model": rmse, **beside},
         static_gains_um_per_k=static,
         polynomials=None,
-        warnings=result.warnings,
+        warnings=(*result.warnings, *_verdict(result.fit_percent, fit, {"model": rmse, **beside})),
     )
+
+
+def _verdict(
+    fit_percent: float, fit_from_rest_percent: float, rmse_um: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return a sentence where simple rules leave less of the training rows than the model."""
+    spread = rmse_um["model"] / max(1.0 - 0.01 * fit_from_rest_percent, 1e-9)
+    own = spread * (1.0 - 0.01 * fit_percent)
+    said: list[str] = []
+    if own >= rmse_um["static"]:
+        said.append(
+            f"the model is no better than a static regression on its own training rows"
+            f" ({own:.3g} against {rmse_um['static']:.3g} um): do not use it; check sensors, inputs"
+            " and rows first"
+        )
+    elif rmse_um["model"] >= rmse_um["static"]:
+        said.append(
+            f"run from rest the model leaves {rmse_um['model']:.3g} um of its own training rows, a"
+            f" static regression {rmse_um['static']:.3g} um: either the test began warm, or the"
+            " model is not to be used; verify it on a test that began cold"
+        )
+    elif own > _MUCH_WORSE * rmse_um["averages"]:
+        said.append(
+            f"fixed exponential averages leave far less of the training rows"
+            f" ({rmse_um['averages']:.3g} against {own:.3g} um): the model misses something that"
+            " these inputs show"
+        )
+    return tuple(said)
 
 
 def _unknown(model: ThermalModel, flags: Sequence[str] = ()) -> tuple[PartStd, ...]:
@@ -368,7 +399,7 @@ def _chosen(records: Records, options: SelectionOptions | None) -> Identificatio
                 training_rmse_um={"model": rmse, **beside},
                 static_gains_um_per_k=static,
                 polynomials=None,
-                warnings=chosen.flags,
+                warnings=(*chosen.flags, *_verdict(fit, fit, {"model": rmse, **beside})),
             )
         )
     findings = [f"candidate {f.name}: {f.reason}" for f in result.findings]

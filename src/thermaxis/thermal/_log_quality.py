@@ -5,7 +5,7 @@ knows the machine. A finding is a suspicion in words, with the rows to look at.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import combinations
 from typing import Final, TypeAlias, final
@@ -728,3 +728,41 @@ def _distance(
     rows = np.array(pair)
     correlations = a[0][np.ix_(order[rows], order)] - b[0][rows]
     return float(np.sum(correlations**2) + np.sum((a[1][order[rows]] - b[1][rows]) ** 2))
+
+
+def without_sentinels(log: ThermalLog) -> ThermalLog:
+    """Return the log without values that are no measurement: they count as missing.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        The log.
+
+    Returns
+    -------
+    ThermalLog
+        The same rows; temperatures and displacements that no sensor measures, or that stand for
+        a fault (-999, 850, ...), are NaN, and a remark says how many. A channel of which they
+        are half or more stays as it is: there the unit is wrong, or the sensor.
+    """
+    columns: dict[str, FloatArray] = {}
+    remarks: list[str] = []
+    for name, values in log.columns.items():
+        present = ~np.isnan(values)
+        columns[name] = values
+        if not bool(present.any()):
+            continue
+        wrong = _out_of_range(values[present], log.units[name])
+        count = int(np.count_nonzero(wrong))
+        if 0 < count < 0.5 * wrong.size:
+            mended = np.array(values)
+            mended[np.flatnonzero(present)[wrong]] = np.nan
+            columns[name] = mended
+            example = float(values[present][wrong][0])
+            remarks.append(
+                f"{count} values of {name} are no measurement, such as {example:g}: they count as"
+                " missing"
+            )
+    if not remarks:
+        return log
+    return replace(log, columns=columns, remarks=(*log.remarks, *remarks))

@@ -125,7 +125,7 @@ def records_of(
         experiments={output: tuple(experiments) for output, experiments in found.items()},
         inputs=tuple(inputs),
         sample_time_s=step_s,
-        input_step_s=max(_input_step_s(log, inputs) for log in logs),
+        input_step_s=max(usual_step_of(log, inputs) for log in logs),
         left_out=tuple(left_out),
         reference_c=_references(logs[0], inputs, reference_s),
         lowest_k=lowest,
@@ -165,8 +165,21 @@ def _even(log: ThermalLog, step_s: float) -> ThermalLog:
     return log.resample(step_s)
 
 
-def _input_step_s(log: ThermalLog, inputs: Sequence[InputDefinition]) -> float:
-    """Return the longest usual time between two values of a channel."""
+def usual_step_of(log: ThermalLog, inputs: Sequence[InputDefinition]) -> float:
+    """Return the longest usual time between two values of an input's channel.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        The log.
+    inputs : sequence of InputDefinition
+        The inputs.
+
+    Returns
+    -------
+    float
+        Median time from value to value of the slowest channel; 0 where there are none. [s]
+    """
     steps = [0.0]
     for definition in inputs:
         for channel in definition.channels:

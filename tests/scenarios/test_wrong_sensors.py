@@ -1,0 +1,89 @@
+"""A wrong sensor is found before a model is blamed, and a useless model says so."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermaxis.cli import main
+from thermaxis.files import read_model, write_thermal_log
+from thermaxis.thermal import ThermalLog
+from thermaxis.virtual import generate_lathe_test
+
+INPUT = ("--input", "spindle=T_spindle_C-T_column_C")
+
+
+def written(path: Path, **changed: np.ndarray) -> Path:
+    log = generate_lathe_test("spindle")
+    columns = {**log.columns, **changed}
+    write_thermal_log(ThermalLog.from_columns(columns, time_s=log.time_s), path)
+    return path
+
+
+def identified(path: Path, tmp_path: Path, *words: str) -> dict[str, object]:
+    out = tmp_path / "result.json"
+    code = main(["identify", str(path), "--output", "Z_um", *words, "--json", str(out)])
+    assert code == 0
+    return json.loads(out.read_text(encoding="ascii"))
+
+
+@pytest.mark.parametrize("sentinel", [850.0, -999.0])
+def test_readings_of_a_lost_sensor_count_as_missing(tmp_path: Path, sentinel: float) -> None:
+    spindle = np.array(generate_lathe_test("spindle").column("T_spindle_C"))
+    spindle[1000:1010] = sentinel
+    path = written(tmp_path / "log.csv", T_spindle_C=spindle)
+    result = identified(path, tmp_path, *INPUT)
+    assert result["outputs"]["Z_um"]["fit_percent"] > 99.0  # type: ignore[index]
+    assert any("count as missing" in w for w in result["warnings"])  # type: ignore[union-attr]
+    chosen = identified(path, tmp_path, "--candidates", "T_*")
+    assert chosen["outputs"]["Z_um"]["fit_percent"] > 90.0  # type: ignore[index]
+
+
+def test_a_stuck_sensor_is_named_when_a_model_is_verified(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = written(tmp_path / "good.csv")
+    model = tmp_path / "model.json"
+    identified(good, tmp_path, *INPUT, "--model", str(model))
+    assert read_model(model).channels == ("T_spindle_C", "T_column_C")
+    spindle = np.array(generate_lathe_test("spindle").column("T_spindle_C"))
+    spindle[600:] = spindle[600]
+    stuck = written(tmp_path / "stuck.csv", T_spindle_C=spindle)
+    capsys.readouterr()
+    assert main(["verify", str(model), str(stuck)]) == 0
+    assert "T_spindle_C stays at" in capsys.readouterr().out
+
+
+def test_a_model_that_is_no_better_than_a_static_regression_says_so(tmp_path: Path) -> None:
+    random = np.random.default_rng(1)
+    path = written(tmp_path / "noise.csv", T_spindle_C=22.0 + random.normal(0.0, 2.0, 5040))
+    result = identified(path, tmp_path, *INPUT)
+    said = result["outputs"]["Z_um"]["warnings"]  # type: ignore[index]
+    figures = result["outputs"]["Z_um"]["training_rmse_um"]  # type: ignore[index]
+    assert figures["model"] >= figures["static"]
+    assert any("static regression" in w and "to be used" in w for w in said)
+
+
+def test_candidates_of_a_slower_recorder_are_used_at_their_own_rate(tmp_path: Path) -> None:
+    log = generate_lathe_test("spindle")
+    slow = {}
+    for name in ("T_spindle_C", "T_column_C"):
+        slow[name] = np.where(np.arange(log.rows) % 6 == 0, log.column(name), np.nan)
+    path = written(tmp_path / "slow.csv", **slow)
+    result = identified(path, tmp_path, "--candidates", "T_s*", "--candidates", "T_c*")
+    assert result["sample_time_s"] == 60.0
+    assert result["outputs"]["Z_um"]["fit_percent"] > 90.0  # type: ignore[index]
+
+
+def test_another_probe_is_no_candidate(tmp_path: Path) -> None:
+    path = written(tmp_path / "log.csv", X_um=np.linspace(0.0, 5.0, 5040))
+    result = identified(path, tmp_path, "--candidates", "*")
+    names = [part["input"] for part in result["outputs"]["Z_um"]["parts"]]  # type: ignore[index]
+    assert "X_um" not in names
+
+
+def test_the_same_log_twice_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "log.csv")
+    assert main(["identify", str(path), str(path), "--output", "Z_um", *INPUT]) == 2
+    assert "given twice" in capsys.readouterr().err
