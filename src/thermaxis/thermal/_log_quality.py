@@ -38,6 +38,10 @@ _NOISY = 5.0
 """Noise so many times the median of the other channels of its unit is named. [1]"""
 _STUCK_ROWS = 20
 _STUCK_SHARE = 0.01
+_FEW_LARGE = 0.01
+_RUN_BLOCKS = 20
+_PEER_STEPS = 3.0
+_ONE_WAY = 0.8
 _NORMAL_MEDIAN = 1.4826
 _MOST_PAIRED = 64
 _TEMPERATURES = ("degC", "K", "degF")
@@ -425,21 +429,99 @@ def _should_have_moved(
     begin, end = int(own[run]), int(own[run + 1]) - 1
     if rest.size and float(np.quantile(rest, 0.99)) * 10.0 < lengths[run]:
         lively = float(np.mean(rest)) < 3.0  # noise changes nearly every value outside the run
-        if lively:
+        if lively and not _is_coarse(channel, begin, end):
             return True
-    if not others or not channel.spread:
+        if lively and _coarse_should_have_moved(channel, others, begin, end, rest):
+            return not _carries_on(channel, others, begin, end, rest)
+    if not others or not channel.spread or _carries_on(channel, others, begin, end, rest):
         return False
+    if not channel.resolution and np.unique(channel.values).size == 2:  # one step, seen once
+        went = [max(m) - min(m) for m in _means_within(channel, others, begin, end)]
+        return bool(went) and float(np.median(went)) > _PEER_STEPS * float(np.ptp(channel.values))
     moved: list[float] = []
     for other in others:
         inside = (other.time_s >= channel.time_s[begin]) & (other.time_s <= channel.time_s[end])
         seen = other.values[inside & ~other.suspect]
         if seen.size > 1:
-            slow = float(np.quantile(seen, 0.95) - np.quantile(seen, 0.05)) - 4.0 * other.noise
+            slow = float(np.quantile(seen, 0.95) - np.quantile(seen, 0.05))
+            # A single step of a coarse channel is no movement.
+            slow = slow - 4.0 * other.noise if slow > 1.01 * other.resolution else 0.0
             moved.append(max(slow, 0.0) / other.spread)
     if not moved:
         return False
     expected = float(np.median(moved)) * channel.spread
     return expected > max(5.0 * channel.resolution, 8.0 * channel.noise, 0.3 * channel.spread)
+
+
+def _is_coarse(channel: _Channel, begin: int, end: int) -> bool:
+    """Say whether noise moves the rounded values by a step at most, outside a run.
+
+    Such a channel flickers near the border of two steps, and rests between the borders.
+    """
+    if not channel.resolution:
+        return False
+    change = np.abs(np.diff(channel.values))
+    outside = np.concatenate((change[: max(begin - 1, 0)], change[end + 1 :]))
+    return bool(np.mean(outside > 1.5 * channel.resolution) < _FEW_LARGE) if outside.size else True
+
+
+def _coarse_should_have_moved(
+    channel: _Channel,
+    others: Sequence[_Channel],
+    begin: int,
+    end: int,
+    rest: NDArray[np.int64],
+) -> bool:
+    """Say whether channels that move as this one does moved by several of its steps in a run.
+
+    Without other channels a rest must be far longer than all others.
+    """
+    if not others:
+        return 10 * int(np.max(rest)) < end + 1 - begin
+    own = channel.values[np.r_[:begin, end + 1 : channel.values.size]]
+    first_s, last_s = channel.time_s[begin], channel.time_s[end]
+    expected: list[float] = []
+    for other in others:
+        outside = other.values[(other.time_s < first_s) | (other.time_s > last_s)]
+        for means in _means_within(channel, [other], begin, end):
+            alike = float(np.std(own)) / max(float(np.std(outside)), 1e-12) if outside.size else 1.0
+            expected.append((max(means) - min(means)) * min(alike, 1.0))
+    return bool(expected) and float(np.median(expected)) > _PEER_STEPS * channel.resolution
+
+
+def _means_within(
+    channel: _Channel, others: Sequence[_Channel], begin: int, end: int
+) -> list[list[float]]:
+    """Return means of the other channels over parts of a run, by channel."""
+    found: list[list[float]] = []
+    for other in others:
+        inside = (other.time_s >= channel.time_s[begin]) & (other.time_s <= channel.time_s[end])
+        seen = other.values[inside & ~other.suspect]
+        if seen.size >= _STUCK_ROWS:
+            found.append([float(np.mean(block)) for block in np.array_split(seen, _RUN_BLOCKS)])
+    return found
+
+
+def _carries_on(
+    channel: _Channel, others: Sequence[_Channel], begin: int, end: int, rest: NDArray[np.int64]
+) -> bool:
+    """Say whether a coarse channel goes on behind a run as if it had seen all of it.
+
+    A dead sensor that lives again shows at once what it missed. One that rests half as long
+    elsewhere, and stays within a step where the others went several steps one way, missed nothing.
+    """
+    step = max(channel.resolution, channel.change)
+    rests = rest.size and 2 * int(np.max(rest)) >= end + 1 - begin
+    behind = channel.values[end + 1 : end + 1 + max(_STUCK_ROWS, (end + 1 - begin) // 4)]
+    if not rests or behind.size < _STUCK_ROWS:
+        return False
+    if float(np.max(np.abs(behind - channel.values[end]))) > 1.5 * step:
+        return False
+    went: list[float] = []
+    for means in _means_within(channel, others, begin, end):
+        net = abs(means[-1] - means[0])
+        went.append(net if net > _ONE_WAY * (max(means) - min(means)) else 0.0)
+    return bool(went) and float(np.median(went)) > _PEER_STEPS * step
 
 
 def _find_jumps(channel: _Channel) -> list[LogFinding]:

@@ -129,6 +129,75 @@ def test_a_quantised_channel_that_is_stuck_is_told_from_one_that_is_only_coarse(
     assert (first.kind, first.channel) == (FindingKind.STUCK, "T1_C")
 
 
+def with_a_slow_channel() -> dict[str, np.ndarray]:
+    """Make a coarse channel that flickers, then rests between two steps as its machine warms."""
+    time_s = np.arange(1500) * STEP_S
+    rng = np.random.default_rng(3)
+    warm = 1.0 - np.exp(-np.maximum(time_s - 4000.0, 0.0) / 2500.0)
+    slow = 20.05 - 0.04 * (time_s > 3000.0) - 0.25 * np.maximum(time_s - 12_000.0, 0.0) / 3000.0
+    return {
+        "T_fast_C": np.round(20.0 + 8.0 * warm + rng.normal(0.0, 0.02, 1500), 1),
+        "T_slow_C": np.round(slow + rng.normal(0.0, 0.01, 1500), 1),
+    }
+
+
+def test_a_coarse_channel_that_barely_moves_is_not_called_stuck() -> None:
+    changed = with_a_slow_channel()
+    rest = changed["T_slow_C"][400:900]
+    assert np.ptp(rest) == 0.0
+    assert np.ptp(changed["T_fast_C"][400:900]) > 5.0
+    time_s = np.arange(1500) * STEP_S
+    assert {f.kind for f in found(changed, time_s)} == {FindingKind.QUANTISED}
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_channel_that_knows_two_values_only_is_stuck_where_the_others_move_by_three_steps(
+    seed: int,
+) -> None:
+    changed = {n: np.round(v) if n.startswith("T") else v for n, v in columns(seed).items()}
+    for finding in found(changed):
+        if finding.kind is FindingKind.STUCK:
+            assert finding.rows is not None
+            rows = slice(*finding.rows)
+            others = [np.ptp(changed[n][rows]) for n in GAINS if n != finding.channel]
+            assert np.median(others) >= 3.0
+    fast = np.round(20.0 + 10.0 * np.sin(np.arange(1000) / 120.0), 1)
+    frozen = np.where(np.arange(1000) < 100, 20.0, 21.0)
+    findings = found({"T1_C": fast, "T2_C": fast + 1.0, "T3_C": frozen}, np.arange(1000) * STEP_S)
+    assert (findings[0].kind, findings[0].channel) == (FindingKind.STUCK, "T3_C")
+
+
+@pytest.mark.parametrize("name", ["lathe_spindle", "lathe_table", "lathe_verification"])
+@pytest.mark.parametrize("channels", [("T_table_C",), ("T_spindle_C", "T_table_C")])
+@pytest.mark.parametrize("sample_time_s", [10.0, 30.0, 60.0])
+def test_rounded_temperatures_of_the_virtual_lathe_are_not_called_stuck(
+    name: str, channels: tuple[str, ...], sample_time_s: float
+) -> None:
+    log = read_thermal_log(Path(__file__).parents[3] / f"examples/{name}.csv")
+    log = log.select(["T_column_C", *channels])
+    kinds = {
+        f.kind for f in check_log(log if sample_time_s == 10.0 else log.resample(sample_time_s))
+    }
+    assert FindingKind.STUCK not in kinds
+
+
+@pytest.mark.parametrize("step_k", [0.1, 0.2])
+@pytest.mark.parametrize("name", ["T1_C", "T2_C", "T3_C"])
+def test_a_coarse_channel_that_froze_while_the_others_moved_by_many_steps_is_named(
+    name: str, step_k: float
+) -> None:
+    changed = {
+        n: np.round(np.round(v / step_k) * step_k, 3) if n.startswith("T") else v
+        for n, v in columns().items()
+    }
+    begin = int(np.argmax(np.abs(changed[name][600:] - changed[name][:-600])))
+    others = [np.ptp(changed[n][begin : begin + 600]) for n in GAINS if n != name]
+    assert np.median(others) > 3.0 * step_k
+    changed[name][begin : begin + 600] = changed[name][begin]
+    first = found(changed)[0]
+    assert (first.kind, first.channel) == (FindingKind.STUCK, name)
+
+
 def test_a_constant_channel_and_one_without_values_are_named_and_come_first() -> None:
     changed = columns()
     changed["T4_C"] = np.full(ROWS, 20.0)
