@@ -84,7 +84,7 @@ def find_shift(
     memory = 0.0
     for first, second in pairs:
         x, y = _on_grid(a, first, step), _on_grid(b, second, step)
-        if not (np.nanstd(x) > 0.0 and np.nanstd(y) > 0.0):
+        if not (_varies(x) and _varies(y)):
             continue
         unexplained, rows = _unexplained(x, y)
         weighted = rows * np.log(np.maximum(unexplained, 1e-12))
@@ -352,6 +352,11 @@ def _on_grid(log: ThermalLog, name: str, step: float) -> FloatArray:
     distance = np.minimum(np.abs(time_s[right] - grid), np.abs(time_s[left] - grid))
     result[distance > 3.0 * step] = np.nan
     return result
+
+
+def _varies(values: FloatArray) -> bool:
+    measured = values[~np.isnan(values)]
+    return measured.size > 0 and float(np.std(measured)) > 0.0
 
 
 def _unexplained(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
