@@ -1,14 +1,14 @@
 """What may act on a machine: the model, one cycle of it, its quality. Standard library only."""
 
-from thermaxis.compensation._cycle import (
-    CycleOutput,
+from thermaxis.compensation._limits import Limits, limit_step
+from thermaxis.compensation._model_step import (
+    ModelOutput,
     Reading,
     ThermalState,
-    cycle,
     gain_of,
     initial_state,
+    model_step,
 )
-from thermaxis.compensation._limits import Limits, limit_step
 from thermaxis.compensation._quality import Outcome, Quality
 from thermaxis.compensation._thermal_model import (
     START,
@@ -26,9 +26,9 @@ __all__ = [
     "START",
     "STATED",
     "CompensationModel",
-    "CycleOutput",
     "GainPoint",
     "Limits",
+    "ModelOutput",
     "Outcome",
     "Output",
     "Part",
@@ -38,8 +38,8 @@ __all__ = [
     "Section",
     "ThermalState",
     "TrainingLog",
-    "cycle",
     "gain_of",
     "initial_state",
     "limit_step",
+    "model_step",
 ]

@@ -15,7 +15,7 @@ FASTEST_LIMIT_UM_PER_S = 1e3
 @final
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of one output. There is no default: both must be stated.
+    """Limits of one output. Magnitude and rate have no default: they must be stated.
 
     Not protected: a limit bounds what is asked of the machine; whether the machine does what it
     is asked is shown by reading back only.
@@ -23,16 +23,27 @@ class Limits:
     Raises
     ------
     ConfigurationError
-        If a limit is not a positive number of at most 10 mm, or 1 mm/s.
+        If magnitude or rate is not a positive number of at most 10 mm, or 1 mm/s, the total is
+        smaller than the magnitude, or deadband, soft limit or trim do not lie within them.
     """
 
     largest_um: float
     """Largest magnitude of the correction. [µm]"""
     largest_rate_um_per_s: float
-    """Largest change of the correction in a second. [µm/s]"""
+    """Largest change of the correction in a second, also while it fades. [µm/s]"""
+    total_um: float = 0.0
+    """Largest magnitude of correction and trim together. Default: that of the correction. [µm]"""
+    deadband_um: float = 0.0
+    """The correction stays until the model asks for something that differs by more. Default:
+    none. [µm]"""
+    soft_um: float = 0.0
+    """Magnitude from which the operator is warned. Default: four fifths of the largest. [µm]"""
+    largest_trim_um: float = 5.0
+    """Largest trim. Default: one coarse step of the operator's screen; never more than the
+    total. [µm]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
+        """Check the numbers and fill in what follows from the magnitude."""
         for name, value, largest in (
             ("largest_um", self.largest_um, LARGEST_LIMIT_UM),
             ("largest_rate_um_per_s", self.largest_rate_um_per_s, FASTEST_LIMIT_UM_PER_S),
@@ -41,38 +52,57 @@ class Limits:
                 raise ConfigurationError(
                     f"the limit is no positive number of at most {largest:g}", where=name
                 )
+        if self.total_um == 0.0:
+            object.__setattr__(self, "total_um", self.largest_um)
+        if self.soft_um == 0.0:
+            object.__setattr__(self, "soft_um", 0.8 * self.largest_um)
+        if not self.largest_um <= self.total_um <= LARGEST_LIMIT_UM:
+            raise ConfigurationError(
+                f"the total is not from the magnitude to {LARGEST_LIMIT_UM:g}", where="total_um"
+            )
+        for name, value in (
+            ("deadband_um", self.deadband_um),
+            ("soft_um", self.soft_um),
+            ("largest_trim_um", self.largest_trim_um),
+        ):
+            if not 0.0 <= value <= self.total_um:
+                raise ConfigurationError("the limit is not from 0 to the total", where=name)
 
 
 def limit_step(limits: Limits, before_um: float, wanted_um: float, elapsed_s: float) -> float:
     """Return the correction that is allowed next.
 
-    Not protected: where the correction in force lies outside the magnitude, or is no number, the
-    step back is made at once, whatever the rate.
+    Not protected: where the correction in force lies outside the total, as after the limits were
+    narrowed, it lies outside until the rate has brought it back. Whether the machine follows is
+    shown by reading back only.
 
     Parameters
     ----------
     limits : Limits
         The limits.
     before_um : float
-        Correction in force. [µm]
+        Correction in force; counts as zero if it is no finite number. [µm]
     wanted_um : float
-        Correction that the model asks for; if it is no finite number, the one in force is kept.
-        [µm]
+        Correction that is asked for; if it is no finite number, the one in force is kept. [µm]
     elapsed_s : float
         Time since the correction in force was set; below zero or no number counts as zero. [s]
 
     Returns
     -------
     float
-        The wanted correction within the magnitude, reached as fast as the rate allows. It never
-        leaves the magnitude; where the one in force lies outside it, it comes back at once, as
-        a limit that was narrowed must hold. [µm]
+        The wanted correction within the total, reached as fast as the rate allows and never
+        faster. [µm]
     """
-    largest = limits.largest_um
-    kept = min(max(before_um, -largest), largest) if math.isfinite(before_um) else 0.0
-    if not math.isfinite(wanted_um):
-        return kept
-    goal = min(max(wanted_um, -largest), largest)
-    seconds = elapsed_s if math.isfinite(elapsed_s) and elapsed_s > 0.0 else 0.0
-    step = limits.largest_rate_um_per_s * seconds
-    return min(max(goal, kept - step), kept + step)
+    before = before_um if math.isfinite(before_um) else 0.0
+    step = limits.largest_rate_um_per_s * elapsed_s if 0.0 < elapsed_s < math.inf else 0.0
+    total = limits.total_um
+    goal = wanted_um if math.isfinite(wanted_um) else before
+    if goal > total:
+        goal = total
+    elif goal < -total:
+        goal = -total
+    if goal > before + step:
+        return before + step
+    if goal < before - step:
+        return before - step
+    return goal

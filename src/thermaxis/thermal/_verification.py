@@ -14,10 +14,10 @@ from thermaxis.compensation import (
     Outcome,
     Quality,
     Reading,
-    cycle,
     gain_of,
     initial_state,
     limit_step,
+    model_step,
 )
 from thermaxis.errors import ConfigurationError, DataError, printable
 from thermaxis.thermal._field import FloatArray
@@ -153,7 +153,7 @@ def simulate_log(
     table = np.stack(columns, axis=1).tolist()
     for time_s, row in zip(log.time_s.tolist(), table, strict=True):
         reading = Reading(time_s, dict(zip(names, row, strict=True)), diameter_mm)
-        state, output = cycle(model, state, reading)
+        state, output = model_step(model, state, reading)
         said.append(output.model_um)
         shares.append(output.contribution_um)
         waiting.append(state.time_s is None)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.compensation import CompensationModel, Reading, cycle, initial_state
+from thermaxis.compensation import CompensationModel, Reading, initial_state, model_step
 from thermaxis.files.model_json import format_model, read_model
 from thermaxis.thermal._conversion import PAPER_SPINDLE, PAPER_TABLE, PrintedTransferFunction
 from thermaxis.thermal._paper_models import paper_spindle_model, paper_table_model
@@ -32,10 +32,12 @@ def test_after_twenty_samples_the_cycle_equals_the_printed_difference_equation(
 ) -> None:
     part = model.outputs[0].parts[0]
     state = initial_state(model, {part.plus: 20.0, part.minus: 20.0})
-    state, _ = cycle(model, state, Reading(-1.0, {part.plus: 20.0, part.minus: 20.0}))
+    state, _ = model_step(model, state, Reading(-1.0, {part.plus: 20.0, part.minus: 20.0}))
     said = []
     for k in range(2000):
-        state, output = cycle(model, state, Reading(float(k), {part.plus: 21.0, part.minus: 20.0}))
+        state, output = model_step(
+            model, state, Reading(float(k), {part.plus: 21.0, part.minus: 20.0})
+        )
         said.append(output.model_um[0])
     expected = simulate_transfer_function(printed.transfer_function, np.ones(2000))
     assert np.max(np.abs(np.array(said) - expected)[20:]) < within_um

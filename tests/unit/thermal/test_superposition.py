@@ -10,8 +10,8 @@ from thermaxis.compensation import (
     Provenance,
     Reading,
     Section,
-    cycle,
     initial_state,
+    model_step,
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal._superposition import combine_models, parse_gain
@@ -26,14 +26,14 @@ TABLE = Part("table", "T_table", "T_column", -45.5, (Section(17.9, 25900.0),))
 
 
 def displacement(of: CompensationModel, diameter: float | None) -> float:
-    state, _ = cycle(
+    state, _ = model_step(
         of,
         initial_state(of),
         Reading(0.0, dict.fromkeys(("T_spindle", "T_table", "T_column"), 20.0)),
     )
     for k in range(1, 5):
         values = {"T_spindle": 20.0 + k, "T_table": 20.0 + 0.5 * k, "T_column": 20.0 + 0.1 * k}
-        state, output = cycle(of, state, Reading(600.0 * k, values, diameter))
+        state, output = model_step(of, state, Reading(600.0 * k, values, diameter))
     return output.model_um[0]
 
 

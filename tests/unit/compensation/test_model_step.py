@@ -20,8 +20,8 @@ from thermaxis.compensation import (
     Reading,
     Section,
     ThermalState,
-    cycle,
     initial_state,
+    model_step,
 )
 from thermaxis.errors import ConfigurationError
 
@@ -44,7 +44,7 @@ def run(
     state, said, outcomes = initial_state(model), [], []
     for k, t in enumerate(time_s.tolist()):
         reading = Reading(t, {name: float(values[k]) for name, values in columns.items()})
-        state, output = cycle(model, state, reading)
+        state, output = model_step(model, state, reading)
         said.append(output.model_um)
         outcomes.append(set(output.outcomes))
     return np.array(said), outcomes
@@ -128,38 +128,40 @@ def test_equation_8_superposes_the_parts_with_the_gain_by_diameter() -> None:
     points = (GainPoint(0.0, 1.0), GainPoint(1500.0, 1.6), GainPoint(3000.0, 2.2))
     table = Part("table", "t", "c", 10.0, gain_by_diameter=points, tool_gain=0.9)
     model = one_output(Part("spindle", "s", "c", 4.0), table)
-    state, _ = cycle(model, initial_state(model), Reading(0.0, {"s": 20.0, "t": 21.0, "c": 22.0}))
+    state, _ = model_step(
+        model, initial_state(model), Reading(0.0, {"s": 20.0, "t": 21.0, "c": 22.0})
+    )
     warm = {"s": 25.0, "t": 24.0, "c": 23.0}
     for diameter, gain in ((0.0, 1.0), (750.0, 1.3), (3000.0, 2.2), (None, 0.9)):
-        _, output = cycle(model, state, Reading(1.0, warm, diameter))
+        _, output = model_step(model, state, Reading(1.0, warm, diameter))
         assert output.model_um[0] == pytest.approx(4.0 * 4.0 + 10.0 * 2.0 * gain, abs=1e-12)
         assert output.contribution_um[0] == pytest.approx((16.0, 20.0 * gain), abs=1e-12)
         assert output.correction_um[0] == -output.model_um[0]
         assert Outcome.DIAMETER_HELD not in output.outcomes
-    _, output = cycle(model, state, Reading(1.0, warm, 9000.0))
+    _, output = model_step(model, state, Reading(1.0, warm, 9000.0))
     assert output.model_um[0] == pytest.approx(16.0 + 20.0 * 2.2)
     assert Outcome.DIAMETER_HELD in output.outcomes
 
 
 def test_a_failed_input_is_held_and_then_the_output_is_bad() -> None:
     model = one_output(one_part(direct_gain_um_per_k=1.0), longest_hold_s=30.0)
-    state, first = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))
+    state, first = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
     assert first.quality is Quality.GOOD
-    state, output = cycle(model, state, Reading(10.0, {"a": 21.0}))
+    state, output = model_step(model, state, Reading(10.0, {"a": 21.0}))
     good = output.model_um[0]
     for t, quality in ((20.0, Quality.HELD), (40.0, Quality.HELD), (41.0, Quality.BAD)):
-        _, output = cycle(model, state, Reading(t, {"a": math.nan}))
+        _, output = model_step(model, state, Reading(t, {"a": math.nan}))
         assert output.quality is quality
         assert output.model_um[0] >= good
 
 
 def test_before_every_channel_was_read_the_model_waits() -> None:
     model = one_output(Part("s", "a", "b", 1.0))
-    state, output = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))
+    state, output = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
     assert output.quality is Quality.BAD
     assert Outcome.WAITING in output.outcomes
     assert output.model_um == (0.0,)
-    state, output = cycle(model, state, Reading(1.0, {"b": 21.0}))
+    state, output = model_step(model, state, Reading(1.0, {"b": 21.0}))
     assert Outcome.STARTED in output.outcomes
     assert output.model_um == (0.0,)
 
@@ -168,39 +170,39 @@ def test_a_gap_or_a_clock_that_goes_backward_starts_anew_at_the_steady_state() -
     model = one_output(one_part(), longest_gap_s=600.0)
     steady = 5.0 * sum(GAINS)
     for t, why in ((-5.0, Outcome.CLOCK_BACKWARD), (700.0, Outcome.GAP)):
-        state, _ = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))
-        state, output = cycle(model, state, Reading(t, {"a": 25.0}))
+        state, _ = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
+        state, output = model_step(model, state, Reading(t, {"a": 25.0}))
         assert why in output.outcomes
         assert output.model_um[0] == pytest.approx(steady)
 
 
 def test_the_same_reading_twice_changes_nothing() -> None:
     model = one_output(one_part(direct_gain_um_per_k=1.0))
-    state, _ = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))
-    state, once = cycle(model, state, Reading(60.0, {"a": 23.0}))
-    again, twice = cycle(model, state, Reading(60.0, {"a": 23.0}))
+    state, _ = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
+    state, once = model_step(model, state, Reading(60.0, {"a": 23.0}))
+    again, twice = model_step(model, state, Reading(60.0, {"a": 23.0}))
     assert (again.sections, twice.model_um) == (state.sections, once.model_um)
 
 
 def test_a_stated_reference_starts_at_its_steady_state() -> None:
     model = one_output(one_part(), reference=STATED, reference_c={"a": 20.0})
-    _, output = cycle(model, initial_state(model), Reading(0.0, {"a": 22.0}))
+    _, output = model_step(model, initial_state(model), Reading(0.0, {"a": 22.0}))
     assert output.model_um[0] == pytest.approx(2.0 * sum(GAINS))
 
 
 def test_the_noise_of_the_first_reading_is_no_warm_machine() -> None:
     model = one_output(one_part(), longest_gap_s=1e7)
-    state, output = cycle(model, initial_state(model, {"a": 20.0}), Reading(0.0, {"a": 20.5}))
+    state, output = model_step(model, initial_state(model, {"a": 20.0}), Reading(0.0, {"a": 20.5}))
     assert output.model_um[0] == 0.0
-    _, output = cycle(model, state, Reading(1e6, {"a": 20.5}))
+    _, output = model_step(model, state, Reading(1e6, {"a": 20.5}))
     assert output.model_um[0] == pytest.approx(0.5 * sum(GAINS))
 
 
 def test_leaving_the_range_of_the_training_is_said() -> None:
     model = one_output(one_part(lowest_k=-1.0, highest_k=5.0))
-    state, output = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))
+    state, output = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
     assert Outcome.OUTSIDE_VALIDITY not in output.outcomes
-    _, output = cycle(model, state, Reading(1.0, {"a": 25.5}))
+    _, output = model_step(model, state, Reading(1.0, {"a": 25.5}))
     assert Outcome.OUTSIDE_VALIDITY in output.outcomes
 
 
@@ -227,7 +229,7 @@ def test_whatever_is_read_the_cycle_returns_finite_numbers(
     )
     state = initial_state(model)
     for time_s, values, diameter in readings:
-        state, output = cycle(model, state, Reading(time_s, values, diameter))  # type: ignore[arg-type]
+        state, output = model_step(model, state, Reading(time_s, values, diameter))  # type: ignore[arg-type]
         assert all(math.isfinite(y) for y in output.model_um)
         assert all(math.isfinite(y) for row in output.contribution_um for y in row)
         assert isinstance(state, ThermalState)
@@ -257,21 +259,21 @@ def test_a_model_that_cannot_be_is_refused(wrong) -> None:  # type: ignore[no-un
 
 def test_the_model_does_not_start_from_a_value_that_is_too_old() -> None:
     model = one_output(Part("s", "a", "b", 1.0), longest_hold_s=60.0)
-    state, _ = cycle(model, initial_state(model), Reading(0.0, {"a": 30.0}))
-    state, output = cycle(model, state, Reading(1000.0, {"b": 21.0}))
+    state, _ = model_step(model, initial_state(model), Reading(0.0, {"a": 30.0}))
+    state, output = model_step(model, state, Reading(1000.0, {"b": 21.0}))
     assert Outcome.WAITING in output.outcomes
-    state, output = cycle(model, state, Reading(1010.0, {"a": 20.0, "b": 21.0}))
+    state, output = model_step(model, state, Reading(1010.0, {"a": 20.0, "b": 21.0}))
     assert Outcome.STARTED in output.outcomes
-    _, output = cycle(model, state, Reading(1020.0, {"a": 20.0, "b": 21.0}))
+    _, output = model_step(model, state, Reading(1020.0, {"a": 20.0, "b": 21.0}))
     assert output.model_um == (0.0,)
 
 
 def test_a_new_start_after_a_gap_waits_for_every_input() -> None:
     model = one_output(one_part(), longest_gap_s=600.0)
-    state, _ = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))
-    state, output = cycle(model, state, Reading(5000.0, {}))
+    state, _ = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
+    state, output = model_step(model, state, Reading(5000.0, {}))
     assert (output.quality, output.model_um) == (Quality.BAD, (0.0,))
-    _, output = cycle(model, state, Reading(5001.0, {"a": 20.0}))
+    _, output = model_step(model, state, Reading(5001.0, {"a": 20.0}))
     assert Outcome.STARTED in output.outcomes
 
 
@@ -290,9 +292,9 @@ def test_with_a_delay_long_intervals_equal_short_ones() -> None:
 
 def test_a_clock_that_stands_still_is_said_and_takes_no_memory() -> None:
     model = one_output(one_part(delay_s=600.0))
-    state, _ = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))
+    state, _ = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
     for _ in range(50):
-        state, output = cycle(model, state, Reading(0.0, {"a": 21.0}))
+        state, output = model_step(model, state, Reading(0.0, {"a": 21.0}))
         assert Outcome.CLOCK_STILL in output.outcomes
     assert len(state.history) == 1
 
@@ -313,7 +315,7 @@ def test_a_state_of_another_model_or_of_damaged_numbers_is_survived(
 ) -> None:
     state = initial_state(maker)
     for k in range(3):
-        state, _ = cycle(maker, state, Reading(10.0 * k, {"a": 20.0 + k, "b": 20.0}))
+        state, _ = model_step(maker, state, Reading(10.0 * k, {"a": 20.0 + k, "b": 20.0}))
     damaged = (
         state,
         replace(state, time_s=wrong),
@@ -326,7 +328,7 @@ def test_a_state_of_another_model_or_of_damaged_numbers_is_survived(
     good = True
     for k in range(3, 8):
         reading = Reading(10.0 * k, {"a": 20.0 + k, "b": 20.0})
-        stored, output = cycle(user, stored, reading)
+        stored, output = model_step(user, stored, reading)
         assert all(math.isfinite(y) for y in output.model_um)
         good = output.quality is Quality.GOOD
     assert good
@@ -334,6 +336,6 @@ def test_a_state_of_another_model_or_of_damaged_numbers_is_survived(
 
 def test_a_reading_without_values_is_one_in_which_all_failed() -> None:
     model = one_output(one_part())
-    state, _ = cycle(model, initial_state(model), Reading(0.0, {"a": 20.0}))
-    _, output = cycle(model, state, Reading(1.0, None))  # type: ignore[arg-type]
+    state, _ = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
+    _, output = model_step(model, state, Reading(1.0, None))  # type: ignore[arg-type]
     assert output.quality is Quality.HELD

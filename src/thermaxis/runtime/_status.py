@@ -1,0 +1,83 @@
+"""What the loop tells the world: one frozen value per cycle."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import final
+
+from thermaxis.compensation import CycleOutput
+from thermaxis.runtime._ports import Applied, HistorianStatus, SourceSample
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """Something that a person should know, with its cause and what to do."""
+
+    key: str
+    """Short name, the same as long as the alarm stands."""
+    priority: str
+    """``critical``, ``high``, ``medium`` or ``low``."""
+    text: str
+    """What is wrong, as a sentence."""
+    cause: str
+    """Why, as far as is known."""
+    remedy: str
+    """What to do."""
+    since: datetime
+    """When it came, aware, in UTC."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RuntimeStatus:
+    """Status of the loop after a cycle."""
+
+    machine: str
+    """Name of the machine."""
+    started: datetime
+    """When the loop was started, aware, in UTC."""
+    utc: datetime
+    """Time of the cycle, aware, in UTC."""
+    number: int
+    """Number of the cycle; it moves as long as the loop lives: the heartbeat. [1]"""
+    cycle_s: float
+    """Nominal cycle. [s]"""
+    lateness_s: float
+    """How late the cycle began. [s]"""
+    overruns: int
+    """Cycles that were missed since the start. [1]"""
+    state_since: datetime
+    """Since when the compensation is in its state, aware, in UTC."""
+    enabled: bool
+    """Whether somebody has enabled it."""
+    output: CycleOutput
+    """What the cycle said."""
+    outputs: tuple[str, ...]
+    """Names of the outputs."""
+    channels: tuple[str, ...]
+    """Names of the model's channels."""
+    samples: Mapping[str, SourceSample]
+    """Everything that was read."""
+    applied: Mapping[str, Applied]
+    """What the machine says about every output."""
+    source_connected: bool
+    """Whether the values' machine was reached."""
+    sink_connected: bool
+    """Whether the offsets' machine can be written to."""
+    model_file: str
+    """File name of the model."""
+    model_sha256: str
+    """Its hash."""
+    diameter_mm: float | None
+    """Clamping diameter of the workpiece. [mm]"""
+    trim_owner: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Who set a trim, by output."""
+    trim_left_s: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Time until it expires, by output. [s]"""
+    alarms: tuple[Alarm, ...] = ()
+    """What a person should know, the gravest first."""
+    historian: HistorianStatus = HistorianStatus()
+    """How the historian fares."""
+    text: str = ""
+    """The state in a sentence."""
