@@ -1,5 +1,15 @@
 """What may act on a machine: the model, one cycle of it, its quality. Standard library only."""
 
+from thermaxis.compensation._compensation import Compensation
+from thermaxis.compensation._cycle import (
+    CycleOutput,
+    CycleReading,
+    CycleState,
+    Trim,
+    cycle,
+    cycle_state,
+    with_compensation,
+)
 from thermaxis.compensation._limits import Limits, limit_step
 from thermaxis.compensation._model_step import (
     ModelOutput,
@@ -9,7 +19,24 @@ from thermaxis.compensation._model_step import (
     initial_state,
     model_step,
 )
-from thermaxis.compensation._quality import Outcome, Quality
+from thermaxis.compensation._quality import (
+    Outcome,
+    Quality,
+    Sample,
+    SampleQuality,
+    SensorRules,
+    SensorState,
+    judge,
+)
+from thermaxis.compensation._requests import Answer, Request, RequestKind
+from thermaxis.compensation._supervisor import (
+    Memory,
+    Reason,
+    Signals,
+    SupervisorRules,
+    SupervisorState,
+    supervisor_step,
+)
 from thermaxis.compensation._thermal_model import (
     START,
     STATED,
@@ -25,9 +52,15 @@ from thermaxis.compensation._thermal_model import (
 __all__ = [
     "START",
     "STATED",
+    "Answer",
+    "Compensation",
     "CompensationModel",
+    "CycleOutput",
+    "CycleReading",
+    "CycleState",
     "GainPoint",
     "Limits",
+    "Memory",
     "ModelOutput",
     "Outcome",
     "Output",
@@ -35,11 +68,27 @@ __all__ = [
     "Provenance",
     "Quality",
     "Reading",
+    "Reason",
+    "Request",
+    "RequestKind",
+    "Sample",
+    "SampleQuality",
     "Section",
+    "SensorRules",
+    "SensorState",
+    "Signals",
+    "SupervisorRules",
+    "SupervisorState",
     "ThermalState",
     "TrainingLog",
+    "Trim",
+    "cycle",
+    "cycle_state",
     "gain_of",
     "initial_state",
+    "judge",
     "limit_step",
     "model_step",
+    "supervisor_step",
+    "with_compensation",
 ]

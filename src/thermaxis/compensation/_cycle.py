@@ -132,3 +132,24 @@ class CycleOutput(NamedTuple):
     """What was out of the ordinary in the model."""
     answers: tuple[Answer, ...]
     """Answers to the requests, in their order."""
+
+
+def cycle_state(
+    compensation: Compensation, reference_c: "dict[str, float] | None" = None
+) -> CycleState:
+    """Return the state before the first cycle: off, nothing written, nothing read."""
+    raise NotImplementedError
+
+
+def cycle(
+    compensation: Compensation, state: CycleState, reading: CycleReading
+) -> tuple[CycleState, CycleOutput]:
+    """Advance by one cycle."""
+    raise NotImplementedError
+
+
+def with_compensation(
+    new: Compensation, old: Compensation, state: CycleState
+) -> CycleState:
+    """Change the model."""
+    raise NotImplementedError

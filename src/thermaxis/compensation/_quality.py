@@ -123,3 +123,73 @@ class SensorRules:
         for name in ("step_k", "frozen_s"):
             if not 0.0 <= getattr(self, name) <= LARGEST_RULE:
                 raise ConfigurationError(f"not a number from 0 to {LARGEST_RULE:g}", where=name)
+
+
+def judge(
+    rules: SensorRules, state: SensorState, sample: Sample, time_s: float, elapsed_s: float
+) -> tuple[SampleQuality, SensorState]:
+    """Judge what was read of one sensor.
+
+    A value is believed when it is there, its status good, its age known and small, and the value
+    plausible: in its range, no further from the last believed one than its rate allows, and not
+    frozen. While nothing can be read the value may move on at its rate. A value that is refused
+    for a jump is believed again when it comes back, within three steps of where it was, or when
+    the jump is acknowledged, never by waiting alone: a swapped sensor stays refused.
+
+    Not protected: an error within these bounds is believed, such as a slow drift of the sensor, or
+    two sensors of nearly equal temperature that were swapped.
+
+    Parameters
+    ----------
+    rules : SensorRules
+        When a value is believed.
+    state : SensorState
+        What the last judgement left.
+    sample : Sample
+        What was read.
+    time_s : float
+        Time of the cycle. [s]
+    elapsed_s : float
+        Time since the last cycle, not negative. [s]
+
+    Returns
+    -------
+    quality : SampleQuality
+        ``GOOD`` or what is wrong.
+    state : SensorState
+        For the next judgement.
+    """
+    value = sample.value
+    unread = _why_unread(rules, sample)
+    if unread is not None or value is None:
+        allowance_k = min(state.allowance_k + rules.largest_rate_k_per_s * elapsed_s, LARGEST_RULE)
+        return unread or SampleQuality.MISSING, state._replace(allowance_k=allowance_k)
+    if not rules.lowest_c <= value <= rules.highest_c:
+        return SampleQuality.OUT_OF_RANGE, state
+    good_c, _, changed_s, allowance_k = state
+    moved_k = abs(value - good_c)
+    if good_c == good_c:  # noqa: PLR0124 - not NaN: there was one before
+        rate_k = rules.largest_rate_k_per_s * elapsed_s
+        if moved_k > rules.step_k + rate_k + allowance_k:
+            most_k = max(allowance_k, 3.0 * rules.step_k)
+            allowance_k = min(allowance_k + rate_k, most_k)
+            return SampleQuality.TOO_FAST, state._replace(allowance_k=allowance_k)
+        if moved_k == 0.0:
+            if rules.frozen_s > 0.0 and time_s - changed_s > rules.frozen_s:
+                return SampleQuality.FROZEN, state
+            return SampleQuality.GOOD, SensorState(value, time_s, changed_s)
+    return SampleQuality.GOOD, SensorState(value, time_s, time_s)
+
+
+def _why_unread(rules: SensorRules, sample: Sample) -> SampleQuality | None:
+    """Return why nothing was read, or None where there is a number with good status and age."""
+    value, good, age_s = sample
+    if type(value) is not float or not math.isfinite(value):
+        return SampleQuality.MISSING
+    if good is not True:
+        return SampleQuality.STATUS_BAD
+    if age_s is None:
+        return SampleQuality.NO_TIME_STAMP if rules.time_stamp_required else None
+    if type(age_s) is float and -rules.longest_age_s <= age_s <= rules.longest_age_s:
+        return None
+    return SampleQuality.OLD

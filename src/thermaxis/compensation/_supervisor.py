@@ -8,6 +8,8 @@ from thermaxis.errors import ConfigurationError
 
 LONGEST_RULE_S = 86_400.0
 """Longest time in a rule: a day. [s]"""
+MOST_SECONDS = 1e9
+"""Times are counted no further: thirty years. [s]"""
 
 
 class SupervisorState(StrEnum):
@@ -26,6 +28,10 @@ class SupervisorState(StrEnum):
     FAULT = "Fault"
     """Something is wrong that a person must look at; the correction goes to zero at the allowed
     rate and stays there until the fault is acknowledged."""
+
+
+_AT_WORK = frozenset({SupervisorState.ACTIVE, SupervisorState.HOLDING})
+_WATCHED = frozenset(set(SupervisorState) - {SupervisorState.OFF})
 
 
 class Reason(StrEnum):
@@ -93,3 +99,245 @@ class SupervisorRules:
                 )
         if self.read_back_tolerance_um <= 0.0:
             raise ConfigurationError("not a positive number", where="read_back_tolerance_um")
+
+
+class Memory(NamedTuple):
+    """What the supervisor remembers. Times are counted, so that no clock is needed to store it."""
+
+    state: SupervisorState = SupervisorState.OFF
+    """State."""
+    in_state_s: float = 0.0
+    """Time in it. [s]"""
+    enabled: bool = False
+    """Whether somebody has enabled the compensation."""
+    held: bool = False
+    """Whether an operator holds it."""
+    fault: Reason | None = None
+    """Why it is in the state Fault."""
+    running_s: float = 0.0
+    """Time for which the model has run since it started. [s]"""
+    ready_s: float = 0.0
+    """Time for which everything has been there. [s]"""
+    input_lost_s: float = 0.0
+    """Time for which an input has had no usable value. [s]"""
+    connection_lost_s: float = 0.0
+    """Time for which the connection has been lost. [s]"""
+    interlock_open_s: float = 0.0
+    """Time for which an interlock has not been met. [s]"""
+    held_s: float = 0.0
+    """Time for which an operator has held it. [s]"""
+    differs_s: float = 0.0
+    """Time for which the read-back has differed. [s]"""
+    at_limit_s: float = 0.0
+    """Time for which the model has asked for more than the magnitude. [s]"""
+
+
+class Signals(NamedTuple):
+    """What the supervisor is told in a cycle."""
+
+    inputs_usable: bool
+    """Whether every input has a usable value."""
+    model_runs: bool
+    """Whether the model runs on, and was neither waiting nor started anew."""
+    connected: bool
+    """Whether the machine can be written to."""
+    interlocks_met: bool
+    """Whether every interlock is met."""
+    read_back_agrees: bool
+    """Whether the machine reports what was written."""
+    at_limit: bool
+    """Whether the model asks for more than the magnitude of an output allows."""
+    other_compensation: bool
+    """Whether another compensation is active on an axis."""
+    offset_outside: bool
+    """Whether a correction in force lies outside its total."""
+    at_zero: bool
+    """Whether every correction in force is zero."""
+
+
+class Blockers(NamedTuple):
+    """What keeps the compensation from being active."""
+
+    reasons: tuple[Reason, ...]
+    """The reasons, the gravest first."""
+    expired: bool
+    """Whether one of them has lasted longer than it may be held."""
+
+
+def blockers_of(rules: SupervisorRules, memory: Memory) -> Blockers:
+    """Return what keeps an enabled compensation from being active.
+
+    Parameters
+    ----------
+    rules : SupervisorRules
+        The rules.
+    memory : Memory
+        Memory with the times of this cycle.
+
+    Returns
+    -------
+    Blockers
+        Reasons, and whether one has lasted for too long to be held.
+    """
+    reasons: list[Reason] = []
+    expired = False
+    if memory.connection_lost_s > 0.0:
+        reasons.append(Reason.CONNECTION_LOST)
+        expired = memory.connection_lost_s > rules.hold_connection_s
+    if memory.interlock_open_s > 0.0:
+        reasons.append(Reason.INTERLOCK_OPEN)
+        expired = expired or memory.interlock_open_s > rules.hold_interlock_s
+    if memory.input_lost_s > rules.grace_s:
+        reasons.append(Reason.INPUT_BAD)
+        expired = expired or memory.input_lost_s > rules.grace_s + rules.hold_input_s
+    if memory.running_s < rules.settle_s:
+        reasons.append(Reason.SETTLING)
+    if memory.held:
+        expired = expired or memory.held_s > rules.hold_operator_s
+        reasons.append(
+            Reason.HOLD_EXPIRED if memory.held_s > rules.hold_operator_s else Reason.OPERATOR_HOLD
+        )
+    return Blockers(tuple(reasons), expired)
+
+
+def fault_of(rules: SupervisorRules, memory: Memory, signals: Signals) -> Reason | None:
+    """Return why the compensation must go to the state Fault, or None.
+
+    Parameters
+    ----------
+    rules : SupervisorRules
+        The rules.
+    memory : Memory
+        Memory with the times of this cycle.
+    signals : Signals
+        What is so in this cycle.
+
+    Returns
+    -------
+    Reason or None
+        The gravest fault.
+    """
+    if signals.other_compensation:
+        return Reason.DOUBLE_COMPENSATION
+    if memory.differs_s > rules.read_back_s:
+        return Reason.READ_BACK_DIFFERS
+    if signals.offset_outside:
+        return Reason.OFFSET_OUTSIDE
+    if memory.at_limit_s > rules.at_limit_s:
+        return Reason.LONG_AT_LIMIT
+    return None
+
+
+def supervisor_step(
+    rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s: float
+) -> tuple[Memory, tuple[Reason, ...]]:
+    """Advance the supervisor by one cycle.
+
+    The transitions are those of the table in ``docs/theory/supervisor.md``; requests have been
+    applied to `enabled`, `held` and `fault` before.
+
+    Not protected: the supervisor believes its signals. An interlock that is wired to nothing is
+    met or not met for ever.
+
+    Parameters
+    ----------
+    rules : SupervisorRules
+        The rules.
+    memory : Memory
+        What the last cycle left.
+    signals : Signals
+        What is so in this cycle.
+    elapsed_s : float
+        Time since the last cycle, not negative. [s]
+
+    Returns
+    -------
+    memory : Memory
+        For the next cycle.
+    reasons : tuple of Reason
+        Why the compensation is not active; empty while it is.
+    """
+    memory = _counted(rules, memory, signals, elapsed_s)
+    blockers = blockers_of(rules, memory)
+    state = memory.state
+    if state is SupervisorState.FAULT:
+        return memory, (memory.fault or Reason.OFFSET_OUTSIDE,)
+    if state is not SupervisorState.OFF:
+        fault = fault_of(rules, memory, signals)
+        if fault is not None:
+            return _entered(memory, SupervisorState.FAULT, fault), (fault,)
+    wanted = _next_state(rules, memory, signals, blockers)
+    if wanted is not state:
+        memory = _entered(memory, wanted)
+    return memory, _reasons(memory, blockers)
+
+
+def _counted(
+    rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s: float
+) -> Memory:
+    """Return the memory with every time counted on, or set back to zero."""
+    ready = (
+        signals.inputs_usable
+        and signals.connected
+        and signals.interlocks_met
+        and signals.model_runs
+    )
+    # A condition that fails counts from its first cycle on, however short that was.
+    first_s = max(elapsed_s, 1e-9)
+    running = memory.running_s + elapsed_s if signals.model_runs else 0.0
+    watched = memory.state in _WATCHED and signals.connected
+    return Memory(
+        memory.state,
+        min(memory.in_state_s + elapsed_s, MOST_SECONDS),
+        memory.enabled,
+        memory.held,
+        memory.fault,
+        min(running, MOST_SECONDS),
+        min(memory.ready_s + elapsed_s, MOST_SECONDS) if ready else 0.0,
+        0.0 if signals.inputs_usable else min(memory.input_lost_s + first_s, MOST_SECONDS),
+        0.0 if signals.connected else min(memory.connection_lost_s + first_s, MOST_SECONDS),
+        0.0 if signals.interlocks_met else min(memory.interlock_open_s + first_s, MOST_SECONDS),
+        min(memory.held_s + first_s, MOST_SECONDS) if memory.held else 0.0,
+        _grown(memory.differs_s, elapsed_s, on=watched and not signals.read_back_agrees),
+        _grown(memory.at_limit_s, elapsed_s, on=memory.state in _AT_WORK and signals.at_limit),
+    )
+
+
+def _grown(seconds: float, elapsed_s: float, *, on: bool) -> float:
+    return min(seconds + elapsed_s, MOST_SECONDS) if on else 0.0
+
+
+def _next_state(
+    rules: SupervisorRules, memory: Memory, signals: Signals, blockers: Blockers
+) -> SupervisorState:
+    """Return the state of this cycle: the table of transitions, faults apart."""
+    state = memory.state
+    if not memory.enabled:
+        return SupervisorState.OFF if signals.at_zero or state is SupervisorState.OFF else (
+            SupervisorState.FADING
+        )
+    if state is SupervisorState.OFF:
+        return SupervisorState.WARMING
+    if state is SupervisorState.ACTIVE:
+        if not blockers.reasons:
+            return state
+        return SupervisorState.FADING if blockers.expired else SupervisorState.HOLDING
+    if not blockers.reasons and memory.ready_s >= rules.heal_s:
+        return SupervisorState.ACTIVE
+    if state is SupervisorState.FADING:
+        return SupervisorState.WARMING if signals.at_zero else state
+    if blockers.expired and not signals.at_zero:
+        return SupervisorState.FADING
+    return state
+
+
+def _entered(memory: Memory, state: SupervisorState, fault: Reason | None = None) -> Memory:
+    return memory._replace(state=state, in_state_s=0.0, fault=fault)
+
+
+def _reasons(memory: Memory, blockers: Blockers) -> tuple[Reason, ...]:
+    if memory.state is SupervisorState.ACTIVE:
+        return ()
+    if not memory.enabled:
+        return (Reason.DISABLED,)
+    return blockers.reasons or (Reason.HEALING,)
