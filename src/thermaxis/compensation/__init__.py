@@ -8,6 +8,7 @@ from thermaxis.compensation._cycle import (
     Trim,
     cycle,
     cycle_state,
+    shifted,
     with_compensation,
 )
 from thermaxis.compensation._limits import Limits, limit_step
@@ -89,6 +90,7 @@ __all__ = [
     "judge",
     "limit_step",
     "model_step",
+    "shifted",
     "supervisor_step",
     "with_compensation",
 ]

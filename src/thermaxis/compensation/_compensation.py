@@ -1,4 +1,4 @@
-"""What a machine is compensated with: a model, the sensors' rules, limits, the supervisor's rules."""
+"""What a machine is compensated with: a model, rules of sensors and supervisor, limits."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

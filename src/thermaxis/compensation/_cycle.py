@@ -1,4 +1,4 @@
-"""One cycle of the compensation: inputs with their quality and requests in, a limited correction out.
+"""One cycle of the compensation: inputs and requests in, a limited correction out.
 
 The only function that acts on a machine: it judges the inputs, advances the model, asks the
 supervisor and limits the correction. Standard library only, no clock, no input or output, no
@@ -6,10 +6,12 @@ exception. The exported PLC block does the same.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple, TypeVar
 
 from thermaxis.compensation._compensation import LONGEST_STEP_CYCLES, Compensation
-from thermaxis.compensation._limits import limit_step
+from thermaxis.compensation._limits import Limits, limit_step
 from thermaxis.compensation._model_step import (
     ModelOutput,
     Reading,
@@ -18,18 +20,26 @@ from thermaxis.compensation._model_step import (
     model_step,
 )
 from thermaxis.compensation._quality import (
+    LARGEST_RULE,
     Outcome,
     Quality,
     Sample,
     SampleQuality,
     SensorState,
+    judge,
 )
 from thermaxis.compensation._requests import Answer, Request, RequestKind
 from thermaxis.compensation._supervisor import (
     Memory,
     Reason,
+    Signals,
     SupervisorState,
+    supervisor_step,
 )
+from thermaxis.compensation._thermal_model import STATED
+
+LATEST_S = 1e15
+"""Latest time; seconds since 1970 are a good time. [s]"""
 
 _Floats = tuple[float, ...]
 
@@ -134,22 +144,528 @@ class CycleOutput(NamedTuple):
     """Answers to the requests, in their order."""
 
 
+_MISSING = Sample(None, good=False, age_s=None)
+_UNKNOWN_SENSOR = SensorState()
+_NO_TRIM = Trim()
+_RESTARTS = frozenset(
+    {
+        Outcome.STARTED,
+        Outcome.WAITING,
+        Outcome.GAP,
+        Outcome.CLOCK_BACKWARD,
+        Outcome.STATE_UNUSABLE,
+    }
+)
+LARGEST_DIAMETER_MM = 1e5
+"""Largest clamping diameter: a hundred metres. [mm]"""
+
+
 def cycle_state(
-    compensation: Compensation, reference_c: "dict[str, float] | None" = None
+    compensation: Compensation, reference_c: Mapping[str, float] | None = None
 ) -> CycleState:
-    """Return the state before the first cycle: off, nothing written, nothing read."""
-    raise NotImplementedError
+    """Return the state before the first cycle: off, with nothing read and nothing written.
+
+    Parameters
+    ----------
+    compensation : Compensation
+        What the machine is compensated with.
+    reference_c : mapping, optional
+        Reference by channel, as `initial_state` takes it. [degC]
+
+    Returns
+    -------
+    CycleState
+        The state.
+    """
+    channels, outputs = len(compensation.rules), len(compensation.bounds)
+    return CycleState(
+        initial_state(compensation.model, reference_c),
+        (_UNKNOWN_SENSOR,) * channels,
+        (_UNKNOWN_SENSOR,) * channels,
+        Memory(),
+        math.nan,
+        (0.0,) * outputs,
+        (0.0,) * outputs,
+        (_NO_TRIM,) * outputs,
+    )
 
 
 def cycle(
     compensation: Compensation, state: CycleState, reading: CycleReading
 ) -> tuple[CycleState, CycleOutput]:
-    """Advance by one cycle."""
-    raise NotImplementedError
+    """Advance the compensation by one cycle.
+
+    Requests are answered, every input is judged, the model is advanced, the supervisor decides,
+    and the correction goes where it is allowed to go: towards minus the weighted model plus the
+    trim while active, nowhere while it is held, towards zero while it fades; never by more than
+    the rate, never beyond the total.
+
+    Not protected: the correction is what is asked of the machine. Sign, unit and obedience of the
+    axis are the sink's and the commissioning's.
+
+    Parameters
+    ----------
+    compensation : Compensation
+        Model, rules and limits.
+    state : CycleState
+        What `cycle_state` or the last cycle returned.
+    reading : CycleReading
+        Time, samples and requests.
+
+    Returns
+    -------
+    state : CycleState
+        For the next cycle.
+    output : CycleOutput
+        What is to be written, and everything that a person should see.
+    """
+    time_s, elapsed_s = _clock(state, reading.time_s)
+    in_force = state.correction_um
+    if reading.found_um is not None:
+        in_force = _rebased(in_force, reading.found_um)
+    memory, trims, diameter_mm = state.memory, state.trims, state.diameter_mm
+    sensors, spares = state.sensors, state.spares
+    if any(trim.value_um for trim in trims):
+        trims = tuple(_aged(trim, elapsed_s) for trim in trims)
+    answers: tuple[Answer, ...] = ()
+    if reading.requests:
+        asked = _Asked(compensation, memory, trims, diameter_mm, in_force, reading)
+        answers = tuple(asked.answer(request) for request in reading.requests)
+        memory, trims, diameter_mm = asked.memory, asked.trims, asked.diameter_mm
+        if asked.acknowledged:
+            sensors = spares = (_UNKNOWN_SENSOR,) * len(sensors)
+    values, qualities, sensors, spares = _judged(
+        compensation, sensors, spares, reading, (time_s, elapsed_s)
+    )
+    thermal, model = model_step(
+        compensation.model,
+        state.thermal,
+        Reading(
+            reading.time_s, dict(zip(compensation.model.channels, values, strict=True)), diameter_mm
+        ),
+    )
+    weight = _weights(compensation, thermal, model)
+    asked_um = tuple(-w * y for w, y in zip(weight, model.model_um, strict=True))
+    bounds = compensation.bounds
+    at_limit = tuple(abs(c) > limits.largest_um for c, limits in zip(asked_um, bounds, strict=True))
+    memory, reasons = supervisor_step(
+        compensation.supervisor,
+        memory,
+        Signals(
+            None not in values and model.quality is not Quality.BAD,
+            not model.outcomes or _RESTARTS.isdisjoint(model.outcomes),
+            reading.connected is True,
+            _met(compensation, reading),
+            _agrees(compensation, in_force, reading),
+            True in at_limit,
+            reading.other_compensation is not False,
+            _outside(compensation, in_force),
+            not any(in_force),
+        ),
+        elapsed_s,
+    )
+    wanted_um = tuple(map(_wanted, bounds, asked_um, trims))
+    now = memory.state
+    if now is SupervisorState.ACTIVE:
+        goal_um = tuple(map(_goal, bounds, state.goal_um, wanted_um))
+    elif now is SupervisorState.FADING or now is SupervisorState.FAULT:
+        goal_um = (0.0,) * len(in_force)
+    else:
+        goal_um = in_force
+    longest_s = LONGEST_STEP_CYCLES * compensation.cycle_s
+    step_s = min(elapsed_s, longest_s)
+    correction_um = tuple(
+        [limit_step(*at, step_s) for at in zip(bounds, in_force, goal_um, strict=True)]
+    )
+    new = CycleState(
+        thermal, sensors, spares, memory, time_s, correction_um, goal_um, trims, diameter_mm
+    )
+    return new, CycleOutput(
+        time_s,
+        now,
+        memory.in_state_s,
+        reasons,
+        correction_um,
+        wanted_um,
+        model.model_um,
+        model.contribution_um,
+        weight,
+        tuple(trim.value_um for trim in trims),
+        _rates(in_force, correction_um, elapsed_s),
+        at_limit,
+        tuple(abs(c) > limits.soft_um for c, limits in zip(correction_um, bounds, strict=True)),
+        values,
+        qualities,
+        model.quality,
+        model.outcomes,
+        answers,
+    )
 
 
-def with_compensation(
-    new: Compensation, old: Compensation, state: CycleState
-) -> CycleState:
-    """Change the model."""
-    raise NotImplementedError
+def with_compensation(new: Compensation, old: Compensation, state: CycleState) -> CycleState:
+    """Return the state with which another model goes on, without a bump.
+
+    The correction in force stays and the new model takes over at the allowed rate once it has
+    settled. It refers to the temperatures that the old one referred to, as far as it has the same
+    channels, and starts at the steady state: the machine is warm already.
+
+    Parameters
+    ----------
+    new : Compensation
+        Model, rules and limits from now on; it has the outputs of the old one.
+    old : Compensation
+        Those of the state.
+    state : CycleState
+        State of the old one.
+
+    Returns
+    -------
+    CycleState
+        For the next cycle with the new one; of outputs that the old one lacks the correction is
+        zero.
+    """
+    channels = old.model.channels
+    references = dict(zip(channels, state.thermal.reference, strict=False))
+    if new.model.reference == STATED:
+        references = dict(new.model.reference_c)
+    known = {c: r for c, r in references.items() if r == r}  # noqa: PLR0124 - NaN is no reference
+    names = [output.name for output in old.model.outputs]
+    thermal = initial_state(new.model, known)
+    if state.thermal.time_s is not None:
+        thermal = replace(thermal, warm=True)
+    return CycleState(
+        thermal,
+        tuple(_of(channels, state.sensors, c, _UNKNOWN_SENSOR) for c in new.model.channels),
+        tuple(_of(channels, state.spares, c, _UNKNOWN_SENSOR) for c in new.model.channels),
+        state.memory._replace(running_s=0.0, ready_s=0.0),
+        state.time_s,
+        tuple(_of(names, state.correction_um, o.name, 0.0) for o in new.model.outputs),
+        tuple(_of(names, state.goal_um, o.name, 0.0) for o in new.model.outputs),
+        tuple(_of(names, state.trims, o.name, _NO_TRIM) for o in new.model.outputs),
+        state.diameter_mm,
+    )
+
+
+def shifted(state: CycleState, by_s: float) -> CycleState:
+    """Return the state on another clock, as after a restart of the computer.
+
+    Parameters
+    ----------
+    state : CycleState
+        The state.
+    by_s : float
+        What the new clock shows more than the old one at the same moment. [s]
+
+    Returns
+    -------
+    CycleState
+        The same state with every time on the new clock.
+    """
+    thermal = state.thermal
+    moved = replace(
+        thermal,
+        time_s=None if thermal.time_s is None else thermal.time_s + by_s,
+        good_s=tuple(t + by_s for t in thermal.good_s),
+        history=tuple((t + by_s, rows) for t, rows in thermal.history),
+    )
+    return state._replace(
+        thermal=moved,
+        sensors=tuple(_sensor_shifted(sensor, by_s) for sensor in state.sensors),
+        spares=tuple(_sensor_shifted(sensor, by_s) for sensor in state.spares),
+        time_s=state.time_s + by_s,
+    )
+
+
+def _sensor_shifted(sensor: SensorState, by_s: float) -> SensorState:
+    return sensor._replace(good_s=sensor.good_s + by_s, changed_s=sensor.changed_s + by_s)
+
+
+_T = TypeVar("_T")
+
+
+def _of(names: Sequence[str], values: Sequence[_T], name: str, otherwise: _T) -> _T:
+    return values[names.index(name)] if name in names else otherwise
+
+
+# ---- reading ------------------------------------------------------------------------------------
+
+
+def _clock(state: CycleState, time_s: float) -> tuple[float, float]:
+    """Return the time of the cycle and the time since the last one, never negative."""
+    before_s = state.time_s
+    if type(time_s) is not float or not abs(time_s) <= LATEST_S:
+        return before_s, 0.0
+    elapsed_s = time_s - before_s
+    return time_s, max(0.0, elapsed_s)
+
+
+def _usable(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return float(value) if abs(value) <= LARGEST_RULE else None
+
+
+def _rebased(in_force: _Floats, found_um: tuple[float | None, ...]) -> _Floats:
+    """Return the corrections in force where the machine was found elsewhere."""
+    found = [_usable(f) for f in (*found_um, *(None,) * len(in_force))]
+    return tuple(c if f is None else f for c, f in zip(in_force, found, strict=False))
+
+
+_Judged = tuple[
+    tuple[float | None, ...],
+    tuple[SampleQuality, ...],
+    tuple[SensorState, ...],
+    tuple[SensorState, ...],
+]
+
+
+def _judged(
+    compensation: Compensation,
+    sensors: tuple[SensorState, ...],
+    spares: tuple[SensorState, ...],
+    reading: CycleReading,
+    clock: tuple[float, float],
+) -> _Judged:
+    """Return value and quality of every channel, and what the judgement remembers."""
+    time_s, elapsed_s = clock
+    samples = reading.samples
+    if len(samples) != len(sensors):
+        samples = (*samples, *(_MISSING,) * len(sensors))[: len(sensors)]
+    values: list[float | None] = []
+    qualities: list[SampleQuality] = []
+    remembered: list[SensorState] = []
+    for rules, sensor, sample in zip(compensation.rules, sensors, samples, strict=True):
+        quality, remembers = judge(rules, sensor, sample, time_s, elapsed_s)
+        values.append(sample.value if quality is SampleQuality.GOOD else None)
+        qualities.append(quality)
+        remembered.append(remembers)
+    if compensation.spares:
+        spares = _with_spares(compensation, spares, reading, clock, (values, qualities))
+    return tuple(values), tuple(qualities), tuple(remembered), spares
+
+
+def _with_spares(
+    compensation: Compensation,
+    spares: tuple[SensorState, ...],
+    reading: CycleReading,
+    clock: tuple[float, float],
+    judged: tuple[list[float | None], list[SampleQuality]],
+) -> tuple[SensorState, ...]:
+    """Let spare sensors stand in, or contradict; return what their judgement remembers."""
+    values, qualities = judged
+    remembered = list(spares)
+    samples = (*reading.spares, *(None,) * len(spares))
+    for k, channel in enumerate(compensation.model.channels):
+        if channel not in compensation.spares:
+            continue
+        rules, sample = compensation.rules[k], samples[k] or _MISSING
+        quality, remembered[k] = judge(rules, spares[k], sample, *clock)
+        if quality is not SampleQuality.GOOD or sample.value is None:
+            continue
+        value = values[k]
+        if value is None:
+            values[k], qualities[k] = sample.value, SampleQuality.SPARE
+        elif abs(value - sample.value) > rules.largest_difference_k:
+            values[k], qualities[k] = None, SampleQuality.DISAGREES
+    return tuple(remembered)
+
+
+def _weights(compensation: Compensation, thermal: ThermalState, model: ModelOutput) -> _Floats:
+    """Return the weight of every output: less than 1 where an input is outside its range."""
+    if Outcome.OUTSIDE_VALIDITY not in model.outcomes:
+        return (1.0,) * len(compensation.bounds)
+    margin_k, lowest = compensation.validity_margin_k, compensation.lowest_weight
+    weights: list[float] = []
+    for ranges, inputs in zip(compensation.ranges, thermal.raw, strict=True):
+        outside_k = 0.0
+        for between, u in zip(ranges, inputs, strict=True):
+            if between is not None:
+                outside_k = max(outside_k, between[0] - u, u - between[1])
+        weights.append(max(lowest, 1.0 - outside_k / margin_k))
+    return tuple(weights)
+
+
+# ---- signals ------------------------------------------------------------------------------------
+
+
+def _met(compensation: Compensation, reading: CycleReading) -> bool:
+    wanted = len(compensation.interlocks)
+    met = reading.interlocks
+    return len(met) >= wanted and all(one is True for one in met[:wanted])
+
+
+def _agrees(compensation: Compensation, in_force: _Floats, reading: CycleReading) -> bool:
+    if reading.found_um is not None:
+        return True
+    read = reading.read_back_um
+    if read is None or len(read) != len(in_force):
+        return False
+    tolerance_um = compensation.supervisor.read_back_tolerance_um
+    for said, written in zip(read, in_force, strict=True):
+        if type(said) is not float or not abs(said - written) <= tolerance_um:
+            return False
+    return True
+
+
+def _outside(compensation: Compensation, in_force: _Floats) -> bool:
+    for limits, c in zip(compensation.bounds, in_force, strict=True):
+        if not abs(c) <= limits.total_um:
+            return True
+    return False
+
+
+# ---- requests -----------------------------------------------------------------------------------
+
+
+def _aged(trim: Trim, elapsed_s: float) -> Trim:
+    left_s = trim.left_s - elapsed_s
+    return trim._replace(left_s=left_s) if left_s > 0.0 else _NO_TRIM
+
+
+class _Asked:
+    """Answers the requests of one cycle, one after the other."""
+
+    def __init__(
+        self,
+        compensation: Compensation,
+        memory: Memory,
+        trims: tuple[Trim, ...],
+        diameter_mm: float | None,
+        in_force: _Floats,
+        reading: CycleReading,
+    ) -> None:
+        self.compensation = compensation
+        self.memory = memory
+        self.trims = trims
+        self.diameter_mm = diameter_mm
+        self.in_force = in_force
+        self.reading = reading
+        self.acknowledged = False
+        self.answers: dict[object, Callable[[Request], tuple[bool, str]]] = {
+            RequestKind.ENABLE: self._enable,
+            RequestKind.DISABLE: self._disable,
+            RequestKind.HOLD: self._hold,
+            RequestKind.RESUME: self._resume,
+            RequestKind.TRIM: self._trim,
+            RequestKind.DIAMETER: self._diameter,
+            RequestKind.ACKNOWLEDGE: self._acknowledge,
+        }
+
+    def answer(self, request: Request) -> Answer:
+        """Return the answer; what follows from it is in the fields."""
+        answer = self.answers.get(request.kind) if isinstance(request, Request) else None  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
+        if answer is None:
+            return Answer(request, accepted=False, reason="nobody here can do that")
+        return Answer(request, *answer(request))
+
+    def _enable(self, _: Request) -> tuple[bool, str]:
+        memory = self.memory
+        if memory.state is SupervisorState.FAULT:
+            return False, "it is in the state Fault: remove the cause and acknowledge first"
+        if self.reading.other_compensation is not False:
+            return False, f"{Reason.DOUBLE_COMPENSATION}: switch one off"
+        if _outside(self.compensation, self.in_force):
+            return False, f"{Reason.OFFSET_OUTSIDE}: bring it back within them first"
+        if memory.enabled:
+            return True, "it was enabled already"
+        self.memory = memory._replace(enabled=True, held=False, held_s=0.0, ready_s=0.0)
+        return True, "it is active as soon as everything is there"
+
+    def _disable(self, _: Request) -> tuple[bool, str]:
+        self.memory = self.memory._replace(enabled=False, held=False, held_s=0.0)
+        return True, "the correction fades at the allowed rate"
+
+    def _hold(self, _: Request) -> tuple[bool, str]:
+        memory = self.memory
+        if not memory.enabled or memory.state is SupervisorState.FAULT:
+            return False, "there is nothing to hold: it is not enabled, or in the state Fault"
+        if not memory.held:
+            self.memory = memory._replace(held=True, held_s=0.0)
+        longest_s = self.compensation.supervisor.hold_operator_s
+        return True, f"it is held, for at most {longest_s:g} s"
+
+    def _resume(self, _: Request) -> tuple[bool, str]:
+        self.memory = self.memory._replace(held=False, held_s=0.0)
+        return True, "the hold is ended"
+
+    def _trim(self, request: Request) -> tuple[bool, str]:
+        names = [output.name for output in self.compensation.model.outputs]
+        if request.output not in names:
+            return False, f"outputs are {', '.join(names)}"
+        if self.memory.state is SupervisorState.FAULT:
+            return False, "it is in the state Fault"
+        k = names.index(request.output)
+        value, duration_s = _usable(request.value), _usable(request.duration_s)
+        largest_um = self.compensation.bounds[k].largest_trim_um
+        longest_s = self.compensation.supervisor.longest_trim_s
+        if value is None or abs(value) > largest_um:
+            return False, f"a trim is a number from {-largest_um:g} to {largest_um:g} um"
+        if value == 0.0:
+            trim, said = _NO_TRIM, "the trim is taken back"
+        elif duration_s is None or not 0.0 < duration_s <= longest_s:
+            return False, f"a trim expires within {longest_s:g} s: state when"
+        else:
+            trim, said = Trim(value, str(request.who), duration_s), "the trim is added"
+        self.trims = (*self.trims[:k], trim, *self.trims[k + 1 :])
+        return True, said
+
+    def _diameter(self, request: Request) -> tuple[bool, str]:
+        value = None if request.value is None else _usable(request.value)
+        if request.value is not None and not (
+            value is not None and 0.0 <= value <= LARGEST_DIAMETER_MM
+        ):
+            return False, f"a diameter is a number from 0 to {LARGEST_DIAMETER_MM:g} mm"
+        self.diameter_mm = value
+        return True, "the gain follows at the allowed rate"
+
+    def _acknowledge(self, _: Request) -> tuple[bool, str]:
+        memory = self.memory
+        if memory.state is not SupervisorState.FAULT:
+            self.acknowledged = True
+            return True, "there is no fault; the present values of the sensors are accepted"
+        stands = self._still_stands(memory.fault)
+        if stands:
+            return False, stands
+        self.acknowledged = True
+        self.memory = memory._replace(
+            state=SupervisorState.FADING,
+            in_state_s=0.0,
+            enabled=False,
+            held=False,
+            fault=None,
+            differs_s=0.0,
+            at_limit_s=0.0,
+        )
+        return True, "the fault is acknowledged; it is off until it is enabled"
+
+    def _still_stands(self, fault: Reason | None) -> str:
+        reading = self.reading
+        if fault is Reason.DOUBLE_COMPENSATION and reading.other_compensation is not False:
+            return f"{fault} still: switch one off"
+        if fault is Reason.OFFSET_OUTSIDE and _outside(self.compensation, self.in_force):
+            return f"{fault} still; it comes back at the allowed rate"
+        agrees = _agrees(self.compensation, self.in_force, reading)
+        if fault is Reason.READ_BACK_DIFFERS and not (agrees and reading.connected is True):
+            return f"{fault} still: check the connection and the axis"
+        return ""
+
+
+# ---- corrections --------------------------------------------------------------------------------
+
+
+def _wanted(limits: Limits, asked_um: float, trim: Trim) -> float:
+    """Return what the correction should be: the model within its magnitude, trimmed, in total."""
+    largest, total = limits.largest_um, limits.total_um
+    c = min(max(asked_um, -largest), largest) + trim.value_um
+    return min(max(c, -total), total)
+
+
+def _goal(limits: Limits, before_um: float, wanted_um: float) -> float:
+    """Return where the correction goes: it stays until more than the deadband is wanted."""
+    return wanted_um if abs(wanted_um - before_um) > limits.deadband_um else before_um
+
+
+def _rates(before_um: _Floats, after_um: _Floats, elapsed_s: float) -> _Floats:
+    if elapsed_s <= 0.0 or before_um == after_um:
+        return (0.0,) * len(after_um)
+    return tuple((b - a) / elapsed_s for a, b in zip(before_um, after_um, strict=True))

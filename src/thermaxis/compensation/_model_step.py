@@ -63,6 +63,9 @@ class ThermalState:
     """States of the sections, by output and part. [K]"""
     history: tuple[tuple[float, tuple[_Floats, ...]], ...] = ()
     """Past readings, time and inputs, as far back as the longest delay."""
+    warm: bool = False
+    """Whether the machine is warm at the start: the first reading is then a steady state, even
+    of a model that refers to its start."""
     model: CompensationModel | None = field(default=None, repr=False, compare=False)
     """Model whose cycle made the state; a state of any other origin is checked before its use."""
 
@@ -157,7 +160,9 @@ def model_step(
     value, good_s, quality = _read(model, state, reading, time_s, outcomes)
     start = _start_reason(model, state, time_s)
     if start is not None and quality is Quality.BAD:
-        waiting = ThermalState(reference=state.reference, value=value, good_s=good_s, model=model)
+        waiting = ThermalState(
+            reference=state.reference, value=value, good_s=good_s, warm=state.warm, model=model
+        )
         return waiting, _idle(model, time_s, (*outcomes, Outcome.WAITING))
     reference = state.reference
     if any(r != r for r in reference):  # noqa: PLR0124 - NaN: takes the first value
@@ -169,10 +174,12 @@ def model_step(
         advanced = _advance(model, state, raw, time_s)
     else:
         outcomes.append(start)
-        at_reference = start is Outcome.STARTED and model.reference == START
+        at_reference = start is Outcome.STARTED and model.reference == START and not state.warm
         advanced = _steady(model, raw, time_s, at_reference=at_reference)
     filtered, sections, history = advanced
-    new = ThermalState(time_s, reference, value, good_s, filtered, raw, sections, history, model)
+    new = ThermalState(
+        time_s, reference, value, good_s, filtered, raw, sections, history, model=model
+    )
     output = _output(model, new, reading, quality, outcomes)
     if all(map(math.isfinite, output.model_um)):
         return new, output

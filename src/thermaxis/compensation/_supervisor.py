@@ -257,7 +257,7 @@ def supervisor_step(
     reasons : tuple of Reason
         Why the compensation is not active; empty while it is.
     """
-    memory = _counted(rules, memory, signals, elapsed_s)
+    memory = _counted(memory, signals, elapsed_s)
     blockers = blockers_of(rules, memory)
     state = memory.state
     if state is SupervisorState.FAULT:
@@ -272,9 +272,7 @@ def supervisor_step(
     return memory, _reasons(memory, blockers)
 
 
-def _counted(
-    rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s: float
-) -> Memory:
+def _counted(memory: Memory, signals: Signals, elapsed_s: float) -> Memory:
     """Return the memory with every time counted on, or set back to zero."""
     ready = (
         signals.inputs_usable
@@ -313,22 +311,17 @@ def _next_state(
     """Return the state of this cycle: the table of transitions, faults apart."""
     state = memory.state
     if not memory.enabled:
-        return SupervisorState.OFF if signals.at_zero or state is SupervisorState.OFF else (
-            SupervisorState.FADING
-        )
+        still = signals.at_zero or state is SupervisorState.OFF
+        return SupervisorState.OFF if still else SupervisorState.FADING
     if state is SupervisorState.OFF:
         return SupervisorState.WARMING
-    if state is SupervisorState.ACTIVE:
-        if not blockers.reasons:
-            return state
-        return SupervisorState.FADING if blockers.expired else SupervisorState.HOLDING
-    if not blockers.reasons and memory.ready_s >= rules.heal_s:
+    if not blockers.reasons and (state is SupervisorState.ACTIVE or memory.ready_s >= rules.heal_s):
         return SupervisorState.ACTIVE
     if state is SupervisorState.FADING:
         return SupervisorState.WARMING if signals.at_zero else state
-    if blockers.expired and not signals.at_zero:
+    if blockers.expired and not (signals.at_zero and state is SupervisorState.WARMING):
         return SupervisorState.FADING
-    return state
+    return SupervisorState.HOLDING if state is SupervisorState.ACTIVE else state
 
 
 def _entered(memory: Memory, state: SupervisorState, fault: Reason | None = None) -> Memory:

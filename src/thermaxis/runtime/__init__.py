@@ -1,0 +1,1 @@
+"""Run a compensation on a machine: sources, sinks, the loop, the historian."""

@@ -172,7 +172,9 @@ class EventRecord:
     """Who caused it; empty for the machine itself."""
     text: str
     """What happened, as a sentence."""
-    details: Mapping[str, str | float | bool | None] = field(default_factory=dict[str, str | float | bool | None])
+    details: Mapping[str, str | float | bool | None] = field(
+        default_factory=dict[str, str | float | bool | None]
+    )
     """Numbers and words that belong to it."""
 
 

@@ -77,7 +77,7 @@ class RuntimeStatus:
     """Time until it expires, by output. [s]"""
     alarms: tuple[Alarm, ...] = ()
     """What a person should know, the gravest first."""
-    historian: HistorianStatus = HistorianStatus()
+    historian: HistorianStatus = field(default_factory=HistorianStatus)
     """How the historian fares."""
     text: str = ""
     """The state in a sentence."""

@@ -46,9 +46,11 @@ def test_no_number_keeps_the_correction_in_force() -> None:
     assert limit_step(LIMITS, 7.0, 9.0, -1.0) == 7.0
 
 
-def test_a_limit_that_was_narrowed_holds_at_once() -> None:
-    assert limit_step(LIMITS, 80.0, 80.0, 0.0) == 50.0
-    assert limit_step(LIMITS, math.nan, 1.0, 1.0) == 0.5
+def test_a_correction_outside_a_narrowed_limit_comes_back_at_the_rate():
+    assert limit_step(LIMITS, 80.0, 80.0, 0.0) == 80.0
+    assert limit_step(LIMITS, 80.0, 80.0, 2.0) == 79.0
+    assert limit_step(LIMITS, -80.0, 0.0, 100.0) == -30.0
+    assert limit_step(LIMITS, 80.0, 90.0, 100.0) == 50.0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,381 @@
+"""The tables of ``machine.toml`` as they stand in the file; pydantic is used here and only here.
+
+Keys whose name is a field of `SensorRules`, `Limits` or `SupervisorRules` have no default here:
+what is not stated is left to that class, so that a default stands in one place.
+"""
+
+from dataclasses import fields
+from typing import Annotated, ClassVar, Literal, TypeVar, cast, final
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from thermaxis.compensation._limits import Limits
+from thermaxis.compensation._quality import SensorRules
+from thermaxis.compensation._supervisor import SupervisorRules
+from thermaxis.runtime._config_connection import ConnectionSection
+
+_Rules = TypeVar("_Rules")
+Word = Annotated[str, Field(min_length=1, max_length=1000)]
+"""A text that says something."""
+Text = Annotated[str, Field(max_length=1000)]
+"""A text that may be empty, which is the same as leaving it out."""
+_MOST_ENTRIES = 200
+
+
+class Section(BaseModel):
+    """A table: an unknown key, a wrong type, infinity and NaN are errors."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        strict=True,
+        allow_inf_nan=False,
+        hide_input_in_errors=True,
+        use_attribute_docstrings=True,
+    )
+
+    secret_keys: ClassVar[frozenset[str]] = frozenset()
+    """Keys that somebody might write a secret into; each is refused with the way to do it."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_secret_inside(cls, table: object) -> object:
+        if not isinstance(table, dict):
+            return table
+        for key in cls.secret_keys & set(cast("dict[str, object]", table)):
+            raise refused(
+                key,
+                f"the {key} itself stands in the file",
+                f"Write it into a file that only its owner can read and name that as {key}_file,"
+                f" or a variable as {key}_environment; and change the {key}",
+            )
+        return cast("object", table)
+
+    def stated(self, rules: type[_Rules]) -> dict[str, float | bool]:
+        """Return what the file states of the fields of a class of rules.
+
+        Parameters
+        ----------
+        rules : type
+            The class, a dataclass.
+
+        Returns
+        -------
+        dict
+            Values by field; what is not in the file is not in it.
+        """
+        return {
+            entry.name: getattr(self, entry.name)
+            for entry in fields(cast("type[Limits]", rules))
+            if entry.name in self.model_fields_set
+        }
+
+
+def refused(key: str, what: str, remedy: str) -> PydanticCustomError:
+    """Make the error of one key of a table.
+
+    Parameters
+    ----------
+    key : str
+        The key.
+    what : str
+        What is wrong.
+    remedy : str
+        What to do.
+
+    Returns
+    -------
+    PydanticCustomError
+        With its words in the form in which `explain` finds them.
+    """
+    return PydanticCustomError("refused", "{what}", {"key": key, "what": what, "remedy": remedy})
+
+
+@final
+class MachineSection(Section):
+    """``[machine]``: what is compensated, and with which model."""
+
+    name: Word
+    """Name of the machine, as people call it."""
+    model: Word
+    """File of the compensation model, JSON."""
+    model_folder: Text = ""
+    """The only folder from which an operator may choose another model; without it none."""
+    cycle_s: float = 1.0
+    """Time from cycle to cycle. [s]"""
+    state_file: Text = ""
+    """File in which the state is kept for a restart."""
+
+
+@final
+class SourceSection(Section):
+    """``[source]``: where the values come from."""
+
+    kind: Literal["opcua", "replay"]
+    """``opcua`` reads a server; ``replay`` plays a log."""
+    connection: Text = ""
+    """Name of the connection; opcua only."""
+    log: Text = ""
+    """File of the log; replay only."""
+    mapping: Text = ""
+    """File that says what the log's columns mean; replay only."""
+    as_fast_as_possible: bool = False
+    """Whether the log is played without waiting; replay only."""
+    may_move_a_machine: bool = False
+    """Whether a replayed log may act on a sink that is no dry run; replay only."""
+
+
+@final
+class SinkSection(Section):
+    """``[sink]``: where the corrections go."""
+
+    kind: Literal["opcua", "linuxcnc", "dry"]
+    """``opcua`` writes nodes of a server, ``linuxcnc`` pins of its HAL, ``dry`` nothing."""
+    connection: Text = ""
+    """Name of the connection; opcua only."""
+    heartbeat_node: Text = ""
+    """Node that moves with every write, so that the machine can notice a dead writer; opcua only."""
+
+
+@final
+class InputSection(Section):
+    """``[input.NAME]``: one temperature; the name is the model's channel."""
+
+    node: Text = ""
+    """Node of the sensor; needed by an opcua source."""
+    unit: Literal["degC", "K", "degF"]
+    """Unit of its value."""
+    spare_node: Text = ""
+    """Node of a second sensor at the same place, in the same unit."""
+    lowest_c: float
+    """Lowest plausible value. [degC]"""
+    highest_c: float
+    """Highest plausible value. [degC]"""
+    largest_rate_k_per_s: float | None = None
+    """Fastest plausible change. [K/s]"""
+    step_k: float | None = None
+    """Jump that is believed at any rate. [K]"""
+    longest_age_s: float | None = None
+    """Oldest value that is believed. [s]"""
+    time_stamp_required: bool | None = None
+    """Whether a value without a time stamp is refused."""
+    frozen_s: float | None = None
+    """A value that has not changed for so long is not believed; 0 switches this off. [s]"""
+    largest_difference_k: float | None = None
+    """Largest difference to the spare sensor. [K]"""
+
+
+@final
+class InterlockSection(Section):
+    """``[interlock.NAME]``: a condition that must be met for the compensation to be active."""
+
+    node: Word
+    """Node of the flag."""
+    met: bool
+    """Value of the flag at which the condition is met."""
+
+
+@final
+class OtherCompensationSection(Section):
+    """``[other_compensation]``: a flag that tells whether another compensation is active."""
+
+    node: Word
+    """Node of the flag."""
+    active: bool
+    """Value of the flag at which the other compensation is active."""
+
+
+@final
+class DiameterSection(Section):
+    """``[diameter]``: the workpiece's clamping diameter, as the control knows it."""
+
+    node: Word
+    """Node of the diameter."""
+    unit: Literal["mm", "inch"]
+    """Unit of its value."""
+
+
+@final
+class OutputSection(Section):
+    """``[output.NAME]``: one correction; the name is the model's output."""
+
+    node: Text = ""
+    """Node that the correction is written to; opcua only."""
+    read_back_node: Text = ""
+    """Node at which the machine reports what it accepted; opcua only."""
+    effective_node: Text = ""
+    """Node at which the machine reports what acts now; opcua only."""
+    joint: Annotated[int, Field(ge=0, le=15)] | None = None
+    """Number of the joint; linuxcnc only."""
+    unit: Text = ""
+    """Unit of the value that is written; needed unless the sink is dry."""
+    sign: Text = ""
+    """What a positive value does, as a sentence; needed unless the sink is dry."""
+    largest_um: float
+    """Largest magnitude of the correction. [µm]"""
+    largest_rate_um_per_s: float
+    """Fastest change of the correction. [µm/s]"""
+    total_um: float | None = None
+    """Largest magnitude of correction and trim together. [µm]"""
+    deadband_um: float | None = None
+    """The correction stays until the model asks for something that differs by more. [µm]"""
+    soft_um: float | None = None
+    """Magnitude from which the operator is warned. [µm]"""
+    largest_trim_um: float | None = None
+    """Largest trim. [µm]"""
+
+
+@final
+class SupervisorSection(Section):
+    """``[supervisor]``: how long what is tolerated."""
+
+    settle_s: float | None = None
+    """Time that the model runs with good inputs before the first correction. [s]"""
+    heal_s: float | None = None
+    """Time that everything must be there again after a loss. [s]"""
+    grace_s: float | None = None
+    """Time for which a lost input is bridged by its last value. [s]"""
+    hold_input_s: float | None = None
+    """Time for which the correction is held while an input is lost. [s]"""
+    hold_connection_s: float | None = None
+    """The same while the connection is lost. [s]"""
+    hold_interlock_s: float | None = None
+    """The same while an interlock is not met. [s]"""
+    hold_operator_s: float | None = None
+    """Time after which an operator's hold fades. [s]"""
+    at_limit_s: float | None = None
+    """Time at the magnitude's limit that is a fault. [s]"""
+    read_back_tolerance_um: float | None = None
+    """Difference of read-back and written correction that is believed. [µm]"""
+    read_back_s: float | None = None
+    """Time for which they may differ, or nothing be read back. [s]"""
+    longest_trim_s: float | None = None
+    """Longest time after which a trim expires. [s]"""
+    resume_enabled: bool = False
+    """Whether it is enabled again after a restart if it was enabled before."""
+    resume_within_s: Annotated[float, Field(ge=0.0, le=86_400.0)] = 600.0
+    """After a longer break it is not. [s]"""
+
+
+@final
+class ValiditySection(Section):
+    """``[validity]``: what follows outside the range of the model's training logs."""
+
+    margin_k: float | None = None
+    """So far outside nothing but the lowest weight is left. [K]"""
+    lowest_weight: float | None = None
+    """Weight that is left far outside. [1]"""
+
+
+@final
+class HistorianSection(Section):
+    """``[historian]``: where every cycle is recorded."""
+
+    secret_keys: ClassVar[frozenset[str]] = frozenset({"password"})
+
+    url: Text = ""
+    """Database, as a URL of SQLAlchemy."""
+    password_file: Text = ""
+    """File whose first line is the database's password; readable by its owner only."""
+    password_environment: Text = ""
+    """Environment variable that holds it."""
+    retention_days: Annotated[float, Field(ge=1.0, le=3660.0)] = 90.0
+    """Days after which a record is removed. [d]"""
+
+
+@final
+class ServerSection(Section):
+    """``[server]``: the status server, OPC UA. Without this table there is none."""
+
+    secret_keys: ClassVar[frozenset[str]] = frozenset({"password"})
+
+    address: Word = "127.0.0.1"
+    """Address at which it listens."""
+    port: Annotated[int, Field(ge=0, le=65_535)] = 4850
+    """Port; 0 takes a free one. [1]"""
+    users: Text = ""
+    """File of the users, as thermaxis user writes it."""
+    anonymous_role: Literal["none", "viewer"] = "none"
+    """What somebody without a name may do."""
+    certificate: Text = ""
+    """The server's own certificate."""
+    private_key: Text = ""
+    """Its key; readable by its owner only."""
+
+
+@final
+class MetricsSection(Section):
+    """``[metrics]``: figures for Prometheus. Without this table there are none."""
+
+    secret_keys: ClassVar[frozenset[str]] = frozenset({"token", "password"})
+
+    address: Word = "127.0.0.1"
+    """Address at which they are served."""
+    port: Annotated[int, Field(ge=0, le=65_535)] = 9180
+    """Port; 0 takes a free one. [1]"""
+    token_file: Text = ""
+    """File whose first line is the token that a reader must send; readable by its owner only."""
+    token_environment: Text = ""
+    """Environment variable that holds it."""
+    certificate: Text = ""
+    """Certificate for TLS."""
+    private_key: Text = ""
+    """Its key; readable by its owner only."""
+
+
+Named = Annotated[dict[Word, _Rules], Field(max_length=_MOST_ENTRIES)]
+"""Tables by a name that the file chooses."""
+
+
+@final
+class MachineFile(Section):
+    """The whole file."""
+
+    machine: MachineSection
+    """What is compensated, and with which model."""
+    connection: Named[ConnectionSection] = Field(default_factory=dict)
+    """OPC UA connections by name."""
+    source: SourceSection
+    """Where the values come from."""
+    sink: SinkSection
+    """Where the corrections go."""
+    input: Named[InputSection]
+    """One table for every channel of the model."""
+    interlock: Named[InterlockSection] = Field(default_factory=dict)
+    """Conditions that must be met."""
+    other_compensation: OtherCompensationSection | None = None
+    """A flag that tells whether another compensation is active."""
+    diameter: DiameterSection | None = None
+    """The workpiece's clamping diameter."""
+    output: Named[OutputSection]
+    """One table for every output of the model."""
+    supervisor: SupervisorSection = Field(default_factory=SupervisorSection)
+    """How long what is tolerated."""
+    validity: ValiditySection = Field(default_factory=ValiditySection)
+    """What follows outside the range of the training logs."""
+    historian: HistorianSection = Field(default_factory=HistorianSection)
+    """Where every cycle is recorded."""
+    server: ServerSection | None = None
+    """The status server."""
+    metrics: MetricsSection | None = None
+    """Figures for Prometheus."""
+
+
+SECTIONS: dict[str, tuple[type[BaseModel], type | None]] = {
+    "machine": (MachineSection, None),
+    "connection.NAME": (ConnectionSection, None),
+    "source": (SourceSection, None),
+    "sink": (SinkSection, None),
+    "input.NAME": (InputSection, SensorRules),
+    "interlock.NAME": (InterlockSection, None),
+    "other_compensation": (OtherCompensationSection, None),
+    "diameter": (DiameterSection, None),
+    "output.NAME": (OutputSection, Limits),
+    "supervisor": (SupervisorSection, SupervisorRules),
+    "validity": (ValiditySection, None),
+    "historian": (HistorianSection, None),
+    "server": (ServerSection, None),
+    "metrics": (MetricsSection, None),
+}
+"""Every table with its keys, and the class that has the defaults of the rest."""
