@@ -156,6 +156,12 @@ class CycleRecord:
     """What the machine said after the write."""
     lateness_s: float
     """How late the cycle began. [s]"""
+    parts: tuple[tuple[str, ...], ...] = ()
+    """Names of the model's parts, by output, as in the output's contributions."""
+    gain: tuple[tuple[float, ...], ...] = ()
+    """Gain by diameter that is in force, by output and part; it is in the contributions. [1]"""
+    diameter_mm: float | None = None
+    """Clamping diameter of the workpiece; None for the tool centre point. [mm]"""
 
 
 @final
