@@ -260,3 +260,21 @@ class RequestBox(Protocol):
     async def submit(self, request: Request) -> RequestOutcome:
         """Hand in a request and wait for its answer."""
         ...
+
+
+# ---- names by which a source is asked -----------------------------------------------------------
+
+OTHER_COMPENSATION = "other_compensation"
+"""Name of the flag that says whether another compensation is active."""
+DIAMETER = "diameter"
+"""Name of the workpiece's clamping diameter, where the machine states it. [mm]"""
+
+
+def spare_name(channel: str) -> str:
+    """Return the name of a channel's second sensor."""
+    return f"{channel}.spare"
+
+
+def interlock_name(interlock: str) -> str:
+    """Return the name under which an interlock is read."""
+    return f"interlock.{interlock}"

@@ -1,0 +1,693 @@
+"""The loop: each cycle reads, computes, writes, reads back and records; nothing waits for ever."""
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime, timedelta
+from enum import StrEnum
+from typing import Protocol, final
+
+from thermaxis.compensation import (
+    Answer,
+    Compensation,
+    CycleOutput,
+    CycleReading,
+    CycleState,
+    Memory,
+    Request,
+    RequestKind,
+    Sample,
+    SupervisorState,
+    cycle,
+    cycle_state,
+    gain_of,
+    shifted,
+    with_compensation,
+)
+from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.runtime._alarms import alarms_of
+from thermaxis.runtime._ports import (
+    DIAMETER,
+    NOT_READ,
+    OTHER_COMPENSATION,
+    Applied,
+    Clock,
+    CycleRecord,
+    EventRecord,
+    Historian,
+    RequestOutcome,
+    Sink,
+    Source,
+    SourceSample,
+    interlock_name,
+    spare_name,
+)
+from thermaxis.runtime._saved_state import SavedState, StateFile
+from thermaxis.runtime._status import Alarm, RuntimeStatus
+
+SELF_TEST = "self-test passed"
+"""Interlock that the loop adds: the start-up self-test found nothing that forbids a correction."""
+SHORTEST_WAIT_S = 0.25
+"""Time that a request to the machine is given at least, however short the cycle. [s]"""
+LONGEST_WAIT_S = 1.0
+"""Time that it is given at most. [s]"""
+SAVED_EVERY_S = 1.0
+"""The state is saved so often: what a kill may cost. [s]"""
+TESTED_EVERY_S = 30.0
+"""A self-test that failed is tried again so often. [s]"""
+ALARMS_EVERY_S = 1.0
+"""Alarms are looked for so often, and whenever the state changes. [s]"""
+_ANSWER_CYCLES = 5.0
+
+
+class AtStop(StrEnum):
+    """What becomes of the offset when the loop is ended."""
+
+    FADE = "fade"
+    """It fades to zero first, within a bounded time."""
+    LEAVE = "leave"
+    """It stays; the machine's own watchdog decides."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopSettings:
+    """What the loop needs besides the compensation."""
+
+    machine: str
+    """Name of the machine."""
+    model_file: str
+    """File name of the model."""
+    model_sha256: str
+    """Its hash."""
+    interlocks_met: Mapping[str, bool] = field(default_factory=dict[str, bool])
+    """Value that means met, by interlock."""
+    other_active: bool | None = None
+    """Value that means that another compensation is active; None where no node tells."""
+    reads_diameter: bool = False
+    """Whether the machine states the workpiece's diameter."""
+    resume_enabled: bool = True
+    """Whether a compensation that was enabled is enabled again after a restart."""
+    resume_within_s: float = 3600.0
+    """The restart must follow so soon. Default: an hour. [s]"""
+    at_stop: AtStop = AtStop.FADE
+    """What becomes of the offset when the loop is ended."""
+    stop_within_s: float = 120.0
+    """A fade at the end lasts at most so long. [s]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Borders:
+    """What ties the loop to the world."""
+
+    source: Source
+    """Where values come from."""
+    sink: Sink
+    """Where corrections go."""
+    historian: Historian
+    """Who remembers."""
+    clock: Clock
+    """Time."""
+
+
+class Models(Protocol):
+    """Where another model comes from."""
+
+    def __call__(self, name: str) -> tuple[Compensation, str]:
+        """Return the compensation with a model of the configured folder, and the file's hash.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no such model, or it does not fit the machine's channels and outputs.
+        """
+        ...
+
+
+class _Waiting:
+    """A request whose answer somebody waits for."""
+
+    def __init__(self, request: Request) -> None:
+        self.request = request
+        self.change: tuple[Compensation, str] | None = None
+        self.answer: asyncio.Future[RequestOutcome] = asyncio.get_running_loop().create_future()
+
+
+@final
+class CompensationLoop:
+    """One machine's compensation, cycle after cycle.
+
+    Parameters
+    ----------
+    compensation : Compensation
+        Model, rules and limits.
+    settings : LoopSettings
+        Names, and what happens at start and end.
+    borders : Borders
+        Source, sink, historian and clock.
+    state_file : StateFile, optional
+        Where the state is saved. Default: nowhere; every start is a cold one.
+    models : Models, optional
+        Where another model comes from. Default: nowhere.
+    self_test : callable, optional
+        Awaited after the first connection; what it returns forbids a correction, each a sentence.
+        Default: nothing is tested.
+
+    Notes
+    -----
+    Not protected: the loop is one program on one computer. When it is frozen or killed the last
+    offset stands until the machine's own watchdog takes it back; a machine without a watchdog
+    keeps it.
+    """
+
+    def __init__(
+        self,
+        compensation: Compensation,
+        settings: LoopSettings,
+        borders: Borders,
+        *,
+        state_file: StateFile | None = None,
+        models: Models | None = None,
+        self_test: Callable[[], Awaitable[Sequence[str]]] | None = None,
+    ) -> None:
+        self.settings = settings
+        self.compensation = _with_self_test(compensation) if self_test else compensation
+        self.source, self.sink = borders.source, borders.sink
+        self.historian, self.clock = borders.historian, borders.clock
+        self.status: RuntimeStatus | None = None
+        self.listeners: list[Callable[[RuntimeStatus], None]] = []
+        self._state_file, self._models, self._self_test = state_file, models, self_test
+        self._state = cycle_state(self.compensation)
+        self._waiting: list[_Waiting] = []
+        self._own_requests: list[Request] = []
+        self._applied: Mapping[str, Applied] = {}
+        self._found_known = False
+        self._forbidden: tuple[str, ...] | None = None if self_test else ()
+        self._test_task: asyncio.Task[Sequence[str]] | None = None
+        self._tested_s = float("-inf")
+        self._diameter: float | None = None
+        self._number = 0
+        self._overruns = 0
+        self._saved_s = float("-inf")
+        self._alarms: tuple[Alarm, ...] = ()
+        self._alarms_s = float("-inf")
+        self._identity = 0
+        self._resume = False
+        self._stopping = False
+        self._started = self.clock.utc()
+        self._state_since = self._started
+        self._names = tuple(output.name for output in compensation.model.outputs)
+        self._parts = _parts_of(compensation)
+        self._gain: tuple[float | None, tuple[tuple[float, ...], ...]] = (math.nan, ())
+
+    # ---- what others ask ------------------------------------------------------------------------
+
+    async def submit(self, request: Request) -> RequestOutcome:
+        """Hand in a request and wait for its answer, which the next cycle gives.
+
+        Parameters
+        ----------
+        request : Request
+            What is asked, and by whom.
+
+        Returns
+        -------
+        RequestOutcome
+            Whether it takes effect, and why not or what follows.
+        """
+        if self._stopping:
+            return RequestOutcome(accepted=False, reason="the loop is being ended")
+        self._identity += 1
+        waiting = _Waiting(replace(request, identity=self._identity))
+        if request.kind is RequestKind.MODEL:
+            refused = await self._load(waiting)
+            if refused:
+                self._tell(waiting.request, accepted=False, reason=refused)
+                return RequestOutcome(accepted=False, reason=refused)
+        self._waiting.append(waiting)
+        return await waiting.answer
+
+    async def _load(self, waiting: _Waiting) -> str:
+        """Read another model beside the cycles; return why it is refused, or nothing."""
+        if self._models is None:
+            return "no folder of models is configured"
+        try:
+            change = await asyncio.to_thread(self._models, waiting.request.text)
+        except ThermaxisError as error:
+            return str(error)
+        compensation, sha256 = change
+        names = tuple(output.name for output in compensation.model.outputs)
+        if names != self._names:
+            return f"the model gives {', '.join(names)}; the machine needs {', '.join(self._names)}"
+        if self._self_test:
+            compensation = _with_self_test(compensation)
+        waiting.change = compensation, sha256
+        return ""
+
+    # ---- life -----------------------------------------------------------------------------------
+
+    async def run(self, stop: asyncio.Event, cycles: int | None = None) -> None:
+        """Run until told to stop, then fade as configured, and leave everything closed.
+
+        Parameters
+        ----------
+        stop : asyncio.Event
+            Set when the loop is to end.
+        cycles : int, optional
+            End after so many cycles. Default: never. [1]
+        """
+        await self.historian.open(self._names, self._channels())
+        self._restore()
+        self._event("start", "", f"the loop of {self.settings.machine} started")
+        await self.source.open()
+        await self.sink.open()
+        try:
+            await self._cycles(stop, cycles)
+        finally:
+            if self._test_task is not None:
+                self._test_task.cancel()
+            self._refuse_waiting()
+            self._save(self.clock.monotonic_s(), forced=True)
+            self._event("stop", "", f"the loop of {self.settings.machine} ended")
+            await self.source.close()
+            await self.sink.close()
+            await self.historian.close(5.0)
+
+    async def _cycles(self, stop: asyncio.Event, cycles: int | None) -> None:
+        cycle_s = self.compensation.cycle_s
+        due_s = self.clock.monotonic_s()
+        last_s = float("inf")
+        while True:
+            now_s = self.clock.monotonic_s()
+            await self._cycle(now_s, max(0.0, now_s - due_s))
+            if cycles is not None and self._number >= cycles:
+                return
+            if self.source.ended:
+                return
+            if stop.is_set() and not self._stopping:
+                self._stopping = True
+                last_s = now_s + self.settings.stop_within_s
+                self._begin_stop()
+            if self._stopping and (self._at_rest() or now_s >= last_s):
+                return
+            due_s += cycle_s
+            late_s = self.clock.monotonic_s() - due_s
+            if late_s > cycle_s:
+                missed = int(late_s / cycle_s)
+                self._overruns += missed
+                due_s += missed * cycle_s
+            await self.clock.sleep_until(due_s)
+
+    def _begin_stop(self) -> None:
+        self._resume = self._state.memory.enabled
+        if self.settings.at_stop is AtStop.FADE:
+            self._own_requests.append(Request(RequestKind.DISABLE, who="the end of the loop"))
+
+    def _at_rest(self) -> bool:
+        if self.settings.at_stop is AtStop.LEAVE or not self.sink.connected:
+            return True
+        memory = self._state.memory
+        resting = memory.state is SupervisorState.OFF or not any(self._state.correction_um)
+        return resting and not memory.enabled and not self._own_requests
+
+    # ---- one cycle ------------------------------------------------------------------------------
+
+    async def _cycle(self, now_s: float, lateness_s: float) -> None:
+        self._number += 1
+        wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
+        samples = await self.source.read(wait_s)
+        found = await self.sink.found(wait_s)
+        self._watch_self_test(now_s)
+        if found is not None:
+            self._found_known = all(found.get(name) is not None for name in self._names)
+        connected = self.sink.connected and self._found_known and self._forbidden is not None
+        if not self.sink.connected:
+            self._found_known = False
+        waiting, self._waiting = self._waiting, []
+        reading = self._reading(now_s, samples, found, waiting, connected=connected)
+        before = self._state.memory
+        self._state, output = cycle(self.compensation, self._state, reading)
+        if connected:
+            correction_um = dict(zip(self._names, output.correction_um, strict=True))
+            await self.sink.write(correction_um, wait_s)
+            self._applied = await self.sink.read_back(wait_s)
+        else:
+            self._applied = {}
+        self._answer(waiting, output.answers)
+        utc = self.clock.utc()
+        self.historian.record(
+            CycleRecord(
+                self._number,
+                utc,
+                now_s,
+                samples,
+                output,
+                self._applied,
+                lateness_s,
+                self._parts,
+                self._gains(),
+                self._state.diameter_mm,
+            )
+        )
+        self._publish(now_s, utc, lateness_s, samples, output, before)
+        self._save(now_s)
+
+    def _reading(
+        self,
+        now_s: float,
+        samples: Mapping[str, SourceSample],
+        found: Mapping[str, float | None] | None,
+        waiting: Sequence[_Waiting],
+        *,
+        connected: bool,
+    ) -> CycleReading:
+        compensation, settings = self.compensation, self.settings
+        channels = compensation.model.channels
+        spares: tuple[Sample | None, ...] = ()
+        if compensation.spares:
+            spares = tuple(
+                _sample(samples, spare_name(c)) if c in compensation.spares else None
+                for c in channels
+            )
+        other = samples.get(OTHER_COMPENSATION, NOT_READ)
+        active = settings.other_active is not None and (
+            other.good and other.value is not None and (other.value != 0.0) is settings.other_active
+        )
+        read_back = None
+        if self._applied:
+            read_back = tuple(
+                applied.accepted_um if (applied := self._applied.get(name)) else None
+                for name in self._names
+            )
+        requests = [one.request for one in waiting if one.change is None]
+        requests.extend(self._own_requests)
+        self._own_requests = []
+        requests.extend(self._changed_diameter(samples))
+        for one in waiting:
+            self._change_model(one)
+        return CycleReading(
+            now_s,
+            tuple([_sample(samples, channel) for channel in channels]),
+            spares,
+            tuple([self._met(name, samples) for name in compensation.interlocks]),
+            connected,
+            read_back,
+            None if found is None else tuple(found.get(name) for name in self._names),
+            active,
+            tuple(requests),
+        )
+
+    def _met(self, interlock: str, samples: Mapping[str, SourceSample]) -> bool:
+        if interlock == SELF_TEST:
+            return self._forbidden is not None and not self._forbidden
+        sample = samples.get(interlock_name(interlock), NOT_READ)
+        if not sample.good or sample.value is None:
+            return False
+        return (sample.value != 0.0) is self.settings.interlocks_met.get(interlock, True)
+
+    def _changed_diameter(self, samples: Mapping[str, SourceSample]) -> list[Request]:
+        if not self.settings.reads_diameter:
+            return []
+        sample = samples.get(DIAMETER, NOT_READ)
+        if not sample.good or sample.value is None or sample.value == self._diameter:
+            return []
+        self._diameter = sample.value
+        return [Request(RequestKind.DIAMETER, who="the machine", value=sample.value)]
+
+    def _change_model(self, waiting: _Waiting) -> None:
+        if waiting.change is None:
+            return
+        new, sha256 = waiting.change
+        self._state = with_compensation(new, self.compensation, self._state)
+        self.compensation = new
+        self._parts = _parts_of(new)
+        self._gain = (math.nan, ())
+        self.settings = replace(self.settings, model_file=waiting.request.text, model_sha256=sha256)
+
+    def _answer(self, waiting: Sequence[_Waiting], answers: Sequence[Answer]) -> None:
+        by_identity = {answer.request.identity: answer for answer in answers}
+        for answer in answers:
+            self._tell(answer.request, accepted=answer.accepted, reason=answer.reason)
+        for one in waiting:
+            if one.change is not None:
+                outcome = RequestOutcome(
+                    accepted=True, reason="the new model takes over once it has settled"
+                )
+                self._tell(one.request, accepted=True, reason=outcome.reason)
+            else:
+                answer = by_identity[one.request.identity]
+                outcome = RequestOutcome(answer.accepted, answer.reason)
+            if not one.answer.done():
+                one.answer.set_result(outcome)
+
+    def _refuse_waiting(self) -> None:
+        for one in self._waiting:
+            if not one.answer.done():
+                one.answer.set_result(RequestOutcome(accepted=False, reason="the loop has ended"))
+        self._waiting = []
+
+    # ---- self-test ------------------------------------------------------------------------------
+
+    def _watch_self_test(self, now_s: float) -> None:
+        """Start the self-test once the machine is there, and take its findings."""
+        if self._self_test is None:
+            return
+        task = self._test_task
+        if task is not None:
+            if task.done():
+                self._test_task = None
+                self._tested_s = now_s
+                self._take_findings(tuple(task.result()))
+            return
+        again = bool(self._forbidden) and now_s - self._tested_s >= TESTED_EVERY_S
+        if self.source.connected and self.sink.connected and (self._forbidden is None or again):
+            self._test_task = asyncio.ensure_future(self._self_test())
+
+    def _take_findings(self, findings: tuple[str, ...]) -> None:
+        if findings != self._forbidden:
+            for finding in findings:
+                self._event("alarm", "", f"self-test: {finding}")
+            if not findings:
+                self._event("start", "", "the self-test passed")
+        self._forbidden = findings
+
+    # ---- telling --------------------------------------------------------------------------------
+
+    def _publish(
+        self,
+        now_s: float,
+        utc: datetime,
+        lateness_s: float,
+        samples: Mapping[str, SourceSample],
+        output: CycleOutput,
+        before: Memory,
+    ) -> None:
+        memory = self._state.memory
+        if memory.state is not before.state or self._number == 1:
+            self._state_since = utc
+            why = "; ".join(output.reasons)
+            self._event("state", "", f"{output.state}: {why}" if why else str(output.state))
+        compensation, settings, last = self.compensation, self.settings, self.status
+        status = RuntimeStatus(
+            machine=settings.machine,
+            started=self._started,
+            utc=utc,
+            number=self._number,
+            cycle_s=compensation.cycle_s,
+            lateness_s=lateness_s,
+            overruns=self._overruns,
+            state_since=self._state_since,
+            enabled=memory.enabled,
+            output=output,
+            outputs=self._names,
+            channels=compensation.model.channels,
+            samples=samples,
+            applied=self._applied,
+            source_connected=self.source.connected,
+            sink_connected=self.sink.connected,
+            model_file=settings.model_file,
+            model_sha256=settings.model_sha256,
+            diameter_mm=self._state.diameter_mm,
+            trim_owner={n: t.who for n, t in zip(self._names, self._state.trims, strict=True)},
+            trim_left_s={n: t.left_s for n, t in zip(self._names, self._state.trims, strict=True)},
+            alarms=self._alarms,
+            historian=self.historian.status,
+        )
+        if last is not None:
+            self._tell_connections(last, status)
+        if now_s - self._alarms_s >= ALARMS_EVERY_S or memory.state is not before.state:
+            self._alarms_s = now_s
+            self._alarms = alarms_of(status, compensation, self._forbidden or ())
+            self._tell_alarms(status.alarms)
+            status = replace(status, alarms=self._alarms)
+        self.status = status
+        for listener in self.listeners:
+            listener(status)
+
+    def _tell_connections(self, last: RuntimeStatus, now: RuntimeStatus) -> None:
+        for what, before, after in (
+            ("the values' machine", last.source_connected, now.source_connected),
+            ("the offsets' machine", last.sink_connected, now.sink_connected),
+        ):
+            if before is not after:
+                said = "is there" if after else "is lost"
+                self._event("connection", "", f"the connection to {what} {said}")
+
+    def _tell_alarms(self, before: Sequence[Alarm]) -> None:
+        known = {alarm.key for alarm in before}
+        for alarm in self._alarms:
+            if alarm.key not in known:
+                self._event("alarm", "", f"{alarm.priority}: {alarm.text}")
+        standing = {alarm.key for alarm in self._alarms}
+        for alarm in before:
+            if alarm.key not in standing:
+                self._event("alarm", "", f"gone: {alarm.text}")
+
+    def _tell(self, request: Request, *, accepted: bool, reason: str) -> None:
+        self.historian.event(
+            EventRecord(
+                self.clock.utc(),
+                "request",
+                request.who,
+                f"{request.kind}: {'accepted' if accepted else 'refused'}, {reason}",
+                {
+                    "kind": str(request.kind),
+                    "output": request.output,
+                    "value": request.value,
+                    "duration_s": request.duration_s,
+                    "text": request.text,
+                    "accepted": accepted,
+                },
+            )
+        )
+
+    def _event(self, kind: str, who: str, text: str) -> None:
+        self.historian.event(EventRecord(self.clock.utc(), kind, who, text))
+
+    def _gains(self) -> tuple[tuple[float, ...], ...]:
+        """Return the gain of every part at the workpiece's diameter, computed when it changes."""
+        diameter_mm = self._state.diameter_mm
+        if self._gain[0] != diameter_mm:
+            outputs = self.compensation.model.outputs
+            gains = tuple(tuple(gain_of(p, diameter_mm) for p in o.parts) for o in outputs)
+            self._gain = diameter_mm, gains
+        return self._gain[1]
+
+    def _channels(self) -> tuple[str, ...]:
+        return self.compensation.model.channels
+
+    # ---- state ----------------------------------------------------------------------------------
+
+    def _save(self, now_s: float, *, forced: bool = False) -> None:
+        if self._state_file is None or (not forced and now_s - self._saved_s < SAVED_EVERY_S):
+            return
+        self._saved_s = now_s
+        enabled = self._resume if self._stopping else self._state.memory.enabled
+        self._state_file.save(
+            SavedState(
+                self.clock.utc(),
+                now_s,
+                self.settings.model_sha256,
+                self.settings.model_file,
+                enabled,
+                self._state,
+            ),
+            self.compensation,
+        )
+
+    def _restore(self) -> None:
+        """Take up a saved state as far as its age allows, and say what was taken."""
+        if self._state_file is None:
+            return
+        saved, why = self._state_file.load(self.compensation)
+        if saved is None:
+            self._event("start", "", f"no saved state: {why}")
+            return
+        now, now_s = self.clock.utc(), self.clock.monotonic_s()
+        age_s = (now - saved.utc) / timedelta(seconds=1)
+        if age_s < 0.0:
+            self._event("start", "", "the saved state is newer than now: it is not used")
+            return
+        self._state, said = resumed(
+            saved, self.compensation, self.settings, now_s=now_s, age_s=age_s
+        )
+        self._diameter = self._state.diameter_mm
+        self._event("start", "", f"a state saved {age_s:.0f} s ago: {said}")
+
+
+def resumed(
+    saved: SavedState,
+    compensation: Compensation,
+    settings: LoopSettings,
+    *,
+    now_s: float,
+    age_s: float,
+) -> tuple[CycleState, str]:
+    """Return the state with which a loop goes on after a restart, and what it is, in words.
+
+    Parameters
+    ----------
+    saved : SavedState
+        What was saved.
+    compensation : Compensation
+        Model, rules and limits of now.
+    settings : LoopSettings
+        Whether and for how long an enabled compensation is enabled again.
+    now_s : float
+        Monotonic time. [s]
+    age_s : float
+        Time since the state was saved, not negative. [s]
+
+    Returns
+    -------
+    state : CycleState
+        The saved sections while they are younger than the model's longest gap; else its
+        references with the steady state of the first reading. A fault stays one.
+    text : str
+        What was taken up.
+    """
+    state = shifted(saved.state, now_s - age_s - saved.monotonic_s)
+    old = state.memory
+    kept = "sections and references are taken up"
+    if saved.model_sha256 != settings.model_sha256:
+        state = with_compensation(compensation, compensation, state)
+        kept = "it is of another model, the references are taken up"
+    elif age_s > compensation.model.longest_gap_s:
+        kept = "the model starts at the steady state, with the saved references"
+    enabled = saved.enabled and settings.resume_enabled and age_s <= settings.resume_within_s
+    memory = Memory(
+        state=SupervisorState.WARMING if enabled else SupervisorState.OFF,
+        enabled=enabled,
+        held=old.held and enabled,
+        held_s=old.held_s + age_s if old.held else 0.0,
+        running_s=state.memory.running_s,
+    )
+    said = f"{kept}; it is {'enabled as before' if enabled else 'off'}"
+    if old.state is SupervisorState.FAULT:
+        memory = Memory(state=SupervisorState.FAULT, enabled=old.enabled, fault=old.fault)
+        said = f"{kept}; the fault stands: {old.fault}"
+    trims = tuple(
+        trim._replace(left_s=trim.left_s - age_s) if trim.left_s > age_s else type(trim)()
+        for trim in state.trims
+    )
+    return state._replace(memory=memory, trims=trims), said
+
+
+def _with_self_test(compensation: Compensation) -> Compensation:
+    """Return the compensation with the self-test as its first interlock."""
+    if len(compensation.interlocks) and compensation.interlocks[0] == SELF_TEST:
+        return compensation
+    if SELF_TEST in compensation.interlocks:
+        raise ConfigurationError(f"an interlock is named {SELF_TEST}", where="interlock")
+    return replace(compensation, interlocks=(SELF_TEST, *compensation.interlocks))
+
+
+def _parts_of(compensation: Compensation) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(part.name for part in o.parts) for o in compensation.model.outputs)
+
+
+def _sample(samples: Mapping[str, SourceSample], name: str) -> Sample:
+    sample = samples.get(name, NOT_READ)
+    return Sample(sample.value, sample.good, sample.age_s)

@@ -1,0 +1,212 @@
+"""The state of the loop in a file, so that a restart goes on where the last run was.
+
+Two files take turns, each with a checksum: whatever moment the power fails, one of them is whole.
+"""
+
+import hashlib
+import json
+import math
+import os
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, final
+
+from thermaxis.compensation import (
+    Compensation,
+    CycleState,
+    Memory,
+    Reason,
+    SensorState,
+    SupervisorState,
+    ThermalState,
+    Trim,
+    cycle_state,
+    initial_state,
+)
+
+STATE_FORMAT = "thermaxis-loop-state"
+STATE_VERSION = 1
+LARGEST_STATE_BYTES = 64 * 1024 * 1024
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SavedState:
+    """State of the loop at one time."""
+
+    utc: datetime
+    """Time of day, aware, in UTC."""
+    monotonic_s: float
+    """Monotonic time. [s]"""
+    model_sha256: str
+    """Hash of the model in force."""
+    model_file: str
+    """Its file name."""
+    enabled: bool
+    """Whether the compensation was enabled."""
+    state: CycleState
+    """State of the cycle."""
+
+
+@final
+class StateFile:
+    """Two files that hold the state by turns.
+
+    Parameters
+    ----------
+    path : Path
+        The first file; the second has ``.other`` added.
+
+    Notes
+    -----
+    Not protected: a state belongs to one machine. Whoever copies the file to another machine
+    gives it the first one's temperatures.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._places = (path, path.with_name(f"{path.name}.other"))
+        self._turn = 0
+        self.failure = ""
+        """Why the last save failed, as a sentence; empty if it did not."""
+
+    def save(self, saved: SavedState, compensation: Compensation) -> bool:
+        """Save the state; a full disk is said in `failure` and stops nothing.
+
+        Parameters
+        ----------
+        saved : SavedState
+            The state.
+        compensation : Compensation
+            What it is the state of: gives names to its numbers.
+
+        Returns
+        -------
+        bool
+            Whether it was saved.
+        """
+        place = self._places[self._turn]
+        body = json.dumps(_to_json(saved, compensation), separators=(",", ":"))
+        digest = hashlib.sha256(body.encode()).hexdigest()
+        draft = place.with_name(f"{place.name}.new")
+        try:
+            draft.write_text(f"{digest}\n{body}\n", encoding="utf-8")
+            os.replace(draft, place)  # noqa: PTH105 - the one atomic step
+        except OSError as error:
+            self.failure = f"the state cannot be saved in {place.name}: {error.strerror}"
+            return False
+        self.failure = ""
+        self._turn = 1 - self._turn
+        return True
+
+    def load(self, compensation: Compensation) -> tuple[SavedState | None, str]:
+        """Return the younger whole state, in the shape of a compensation.
+
+        Parameters
+        ----------
+        compensation : Compensation
+            What the loop runs with now; what it does not know of is left out.
+
+        Returns
+        -------
+        saved : SavedState or None
+            The state.
+        why : str
+            Why there is none, as a sentence.
+        """
+        found: list[tuple[SavedState, int]] = []
+        why = "there is no file"
+        for turn, place in enumerate(self._places):
+            if not place.exists():
+                continue
+            try:
+                found.append((_read(place, compensation), turn))
+            except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+                why = f"{place.name} is damaged ({type(error).__name__})"
+        if not found:
+            return None, why
+        saved, turn = max(found, key=lambda one: one[0].utc)
+        self._turn = 1 - turn
+        return saved, ""
+
+
+def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
+    state = saved.state
+    thermal = {
+        name: getattr(state.thermal, name) for name in ThermalState.__slots__ if name != "model"
+    }
+    return {
+        "format": STATE_FORMAT,
+        "version": STATE_VERSION,
+        "utc": saved.utc.isoformat(),
+        "monotonic_s": saved.monotonic_s,
+        "model_sha256": saved.model_sha256,
+        "model_file": saved.model_file,
+        "enabled": saved.enabled,
+        "channels": compensation.model.channels,
+        "outputs": [output.name for output in compensation.model.outputs],
+        "state": {**state._asdict(), "thermal": thermal},
+    }
+
+
+def _read(place: Path, compensation: Compensation) -> SavedState:
+    if place.stat().st_size > LARGEST_STATE_BYTES:
+        raise ValueError(place.name)
+    digest, _, body = place.read_text(encoding="utf-8").partition("\n")
+    body = body.rstrip("\n")
+    if hashlib.sha256(body.encode()).hexdigest() != digest:
+        raise ValueError(place.name)
+    saved = json.loads(body)
+    if saved["format"] != STATE_FORMAT or saved["version"] != STATE_VERSION:
+        raise ValueError(place.name)
+    utc = datetime.fromisoformat(saved["utc"]).astimezone(UTC)
+    return SavedState(
+        utc,
+        float(saved["monotonic_s"]),
+        str(saved["model_sha256"]),
+        str(saved["model_file"]),
+        bool(saved["enabled"]),
+        _fitted(saved, compensation),
+    )
+
+
+def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
+    """Return the state in the order of the compensation's channels and outputs."""
+    raw, blank = saved["state"], cycle_state(compensation)
+    model, thermal = compensation.model, raw["thermal"]
+    names = [output.name for output in model.outputs]
+    corrections = dict(zip(saved["outputs"], raw["correction_um"], strict=True))
+    trims = dict(zip(saved["outputs"], raw["trims"], strict=True))
+    if saved["channels"] == list(model.channels) and saved["outputs"] == names:
+        restored = ThermalState(**{name: _tuples(value) for name, value in thermal.items()})
+    else:
+        references = dict(zip(saved["channels"], thermal["reference"], strict=True))
+        known = {c: r for c, r in references.items() if not math.isnan(r)}
+        restored = replace(initial_state(model, known), warm=True)
+    memory = raw["memory"]
+    state, fault = SupervisorState(memory[0]), memory[4]
+    return blank._replace(
+        thermal=restored,
+        sensors=_sensors(saved["channels"], raw["sensors"], compensation),
+        spares=_sensors(saved["channels"], raw["spares"], compensation),
+        memory=Memory(*memory)._replace(
+            state=state, fault=None if fault is None else Reason(fault)
+        ),
+        time_s=float(raw["time_s"]),
+        correction_um=tuple(float(corrections.get(name, 0.0)) for name in names),
+        goal_um=tuple(float(corrections.get(name, 0.0)) for name in names),
+        trims=tuple(Trim(*trims[name]) if name in trims else Trim() for name in names),
+        diameter_mm=raw["diameter_mm"],
+    )
+
+
+def _sensors(
+    channels: list[str], states: list[list[float]], compensation: Compensation
+) -> tuple[SensorState, ...]:
+    known = dict(zip(channels, states, strict=True))
+    return tuple(SensorState(*known.get(c, ())) for c in compensation.model.channels)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]

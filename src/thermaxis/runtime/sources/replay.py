@@ -1,0 +1,96 @@
+"""A recorded log as a source, and its clock: what the compensation would have done on that day."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Mapping
+from datetime import UTC, datetime, timedelta
+from typing import final
+
+from thermaxis.runtime._ports import NOT_READ, Source, SourceSample
+from thermaxis.thermal import ThermalLog
+
+
+@final
+class ReplayClock:
+    """The clock of a replayed log: it is as late as whoever waits wants it to be.
+
+    Parameters
+    ----------
+    start : datetime, optional
+        Time of day of the log's first row, aware. Default: the beginning of 2000.
+    """
+
+    def __init__(self, start: datetime = datetime(2000, 1, 1, tzinfo=UTC)) -> None:
+        self._start = start
+        self._now_s = 0.0
+
+    def monotonic_s(self) -> float:
+        """Return the time since the log's first row. [s]"""
+        return self._now_s
+
+    def utc(self) -> datetime:
+        """Return the time of day on the day of the log."""
+        return self._start + timedelta(seconds=self._now_s)
+
+    async def sleep_until(self, monotonic_s: float) -> None:
+        """Let that time be now."""
+        self._now_s = max(self._now_s, monotonic_s)
+
+
+@final
+class ReplaySource(Source):
+    """Values of a log, held until the next row, as if they were read at that time.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        The log.
+    names : mapping
+        What is asked for: columns of the log, each with the unit that is wanted, such as
+        ``degC``.
+    clock : ReplayClock
+        The clock that runs along the log.
+
+    Raises
+    ------
+    DataError
+        If the log lacks a column, or its unit cannot be converted.
+    """
+
+    def __init__(self, log: ThermalLog, names: Mapping[str, str], clock: ReplayClock) -> None:
+        self._clock = clock
+        first_s = float(log.time_s[0])
+        self._time_s: list[float] = [t - first_s for t in log.time_s.tolist()]
+        self._columns: dict[str, list[float]] = {
+            name: log.column(name, unit=unit).tolist() for name, unit in names.items()
+        }
+        self._row = 0
+
+    async def open(self) -> None:
+        """Begin at the first row."""
+
+    @property
+    def connected(self) -> bool:
+        """A log is always there."""
+        return True
+
+    @property
+    def ended(self) -> bool:
+        """Whether the clock has passed the last row."""
+        return self._clock.monotonic_s() >= self._time_s[-1]
+
+    async def read(self, deadline_s: float) -> Mapping[str, SourceSample]:  # noqa: ARG002 - the port's
+        """Return the row of now; a cell without a value is a value that could not be read."""
+        now_s = self._clock.monotonic_s()
+        row = max(bisect_right(self._time_s, now_s + 1e-6) - 1, 0)
+        age_s = now_s - self._time_s[row]
+        samples: dict[str, SourceSample] = {}
+        for name, column in self._columns.items():
+            value = column[row]
+            samples[name] = (
+                NOT_READ if math.isnan(value) else SourceSample(value, good=True, age_s=age_s)
+            )
+        return samples
+
+    async def close(self) -> None:
+        """End."""
