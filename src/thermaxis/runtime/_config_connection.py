@@ -31,11 +31,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from pydantic_core import PydanticCustomError
 
 from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime._connection import ConnectionSettings, Secret
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
-
-    from thermaxis.runtime._connection import ConnectionSettings, Secret
 
 Security: TypeAlias = Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"]
 """Security policies that are offered; all but none sign and encrypt."""
@@ -44,6 +43,29 @@ FILE_LIMIT_BYTES: Final = 1_000_000
 SECRET_LIMIT_BYTES: Final = 4096
 """Largest file with a password. [byte]"""
 _MOST_PROBLEMS = 8
+_NO_TABLE = ("this is not a table", "Write keys with values below [...]")
+_NO_NUMBER = ("this is not a number", "Write digits without quotation marks")
+_TYPES: Final[Mapping[str, tuple[str, str]]] = {
+    "dict_type": _NO_TABLE,
+    "model_type": _NO_TABLE,
+    "model_attributes_type": _NO_TABLE,
+    "float_type": _NO_NUMBER,
+    "float_parsing": _NO_NUMBER,
+    "finite_number": ("this is not a finite number", "Write digits"),
+    "int_type": ("this is not a whole number", "Write digits only"),
+    "int_from_float": ("this is not a whole number", "Write digits only"),
+    "string_type": ("this is not a text", "Write it in quotation marks"),
+    "bool_type": ("this is neither true nor false", "Write true or false, without quotes"),
+    "list_type": ("this is not a list", "Write [a, b]"),
+    "greater_than_equal": ("this is less than {ge}", ""),
+    "less_than_equal": ("this is more than {le}", ""),
+    "greater_than": ("this is not more than {gt}", ""),
+    "less_than": ("this is not less than {lt}", ""),
+    "string_too_short": ("this is empty or too short", ""),
+    "string_too_long": ("this is longer than {max_length} characters", ""),
+}
+"""What is wrong and what to do, by pydantic's name of the error; without the latter the remedy
+is what the key means."""
 _SCHEME = "opc.tcp"
 
 
@@ -176,7 +198,7 @@ class ConnectionSection(BaseModel):
                 "Choose a policy such as Basic256Sha256, or leave the user out",
             )
 
-    def settings(self, name: str, folder: Path, *, where: str = "") -> "ConnectionSettings":
+    def settings(self, name: str, folder: Path, *, where: str = "") -> ConnectionSettings:
         """Read the secrets and return what a session needs.
 
         Parameters
@@ -198,8 +220,6 @@ class ConnectionSection(BaseModel):
         ConfigurationError
             If a password cannot be read, a file is missing, or others can read a secret.
         """
-        from thermaxis.runtime._connection import ConnectionSettings, Secret  # noqa: PLC0415 - no file needs it before
-
         where = where or f"[connection.{name}]"
         private_key = _file(self.private_key, folder, f"{where}, private_key")
         if private_key is not None:
@@ -220,7 +240,7 @@ class ConnectionSection(BaseModel):
             retry_s=self.retry_s,
         )
 
-    def _password(self, folder: Path, where: str) -> "Secret | None":
+    def _password(self, folder: Path, where: str) -> Secret | None:
         if self.password_file or self.password_environment:
             return read_secret(
                 self.password_file, self.password_environment, folder=folder, where=where
@@ -230,7 +250,7 @@ class ConnectionSection(BaseModel):
 
 def read_secret(
     file: str, environment: str, *, folder: Path, where: str, key: str = "password"
-) -> "Secret":
+) -> Secret:
     """Read a secret from a file or an environment variable.
 
     Parameters
@@ -256,8 +276,6 @@ def read_secret(
     ConfigurationError
         If it is missing, empty, too long, no text, or readable by others.
     """
-    from thermaxis.runtime._connection import Secret  # noqa: PLC0415 - no file needs it before
-
     if not file:
         text = os.environ.get(environment, "")
         if not text:
@@ -419,9 +437,12 @@ def explain(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
     Returns
     -------
     list of Problem
-        In the order of the file's tables; never empty. Values of the file do not occur in it.
+        Table by table; never empty. Unknown keys stand first in their table, as a key that is
+        missing may be one that is misspelt. Values of the file do not occur in it.
     """
     details = error.errors(include_url=False, include_input=False)
+    tables = [detail["loc"][:-1] for detail in details]
+    details.sort(key=lambda d: (tables.index(d["loc"][:-1]), d["type"] != "extra_forbidden"))
     return [_problem(detail, model) for detail in details]
 
 
@@ -464,8 +485,11 @@ def _problem(detail: "ErrorDetails", model: type[BaseModel]) -> Problem:
         return Problem(_place(loc), f"the key {loc[-1]} is missing", _remedy_of_type(loc, model))
     if kind == "literal_error":
         return Problem(_place(loc), "this value is not known", f"Write {context['expected']}")
-    words = detail["msg"].removeprefix("Value error, ").rstrip(".")
-    return Problem(_place(loc), words[:1].lower() + words[1:], _remedy_of_type(loc, model))
+    what, remedy = _TYPES.get(kind, ("", ""))
+    if not what:
+        words = detail["msg"].removeprefix("Value error, ").rstrip(".")
+        what = words[:1].lower() + words[1:]
+    return Problem(_place(loc), what.format(**context), remedy or _remedy_of_type(loc, model))
 
 
 def _unknown_key(loc: tuple[str, ...], model: type[BaseModel]) -> Problem:
@@ -473,7 +497,8 @@ def _unknown_key(loc: tuple[str, ...], model: type[BaseModel]) -> Problem:
     known = sorted(_known_keys(loc[:-1], model))
     near = get_close_matches(key, known, n=1, cutoff=0.6)
     remedy = f"Did you mean {near[0]}" if near else f"Known are {', '.join(known)}"
-    return Problem(_place(loc[:-1]), f"'{printable(key, 60)}' is not a key here", remedy)
+    place = f"[{printable('.'.join(loc[:-1]), 120)}]" if loc[1:] else ""
+    return Problem(place, f"'{printable(key, 60)}' is not a key here", remedy)
 
 
 def _place(loc: Sequence[str]) -> str:
@@ -523,5 +548,5 @@ def _remedy_of_type(loc: Sequence[str], model: type[BaseModel]) -> str:
     for section in _sections(loc[:-1], model):
         field = section.model_fields.get(loc[-1]) if loc else None
         if field is not None and field.description:
-            return f"It means: {field.description.rstrip('.')}"
+            return f"It means: {' '.join(field.description.split()).rstrip('.')}"
     return "Correct the value"
