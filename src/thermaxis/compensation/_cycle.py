@@ -64,18 +64,21 @@ class CycleReading(NamedTuple):
     """One per channel of the model, in its order."""
     spares: tuple[Sample | None, ...] = ()
     """The second sensors, in the same order; None where there is none; may be empty."""
-    interlocks: tuple[bool, ...] = ()
-    """Whether each interlock is met, in the order of the compensation; a missing one is not."""
+    interlocks: tuple[bool | None, ...] = ()
+    """Whether each interlock is met, in the order of the compensation; None where that could not
+    be read, which counts as a lost input; a missing one is not met."""
     connected: bool = True
     """Whether the machine can be written to."""
     read_back_um: tuple[float | None, ...] | None = None
     """What the machine reports as the offset that was written in the last cycle, one per output;
-    None where nothing could be read. [µm]"""
+    None where nothing could be read. While it differs nothing moves on; once that is a fault,
+    the way to zero begins where the machine reports to be. [µm]"""
     found_um: tuple[float | None, ...] | None = None
     """Offsets found in the machine at the start and after a lost connection: the correction goes
     on from there. None where the last one written still stands. [µm]"""
-    other_compensation: bool = False
-    """Whether another compensation is active on an axis."""
+    other_compensation: bool | None = False
+    """Whether another compensation is active on an axis; None where that could not be read, which
+    counts as a lost input."""
     requests: tuple[Request, ...] = ()
     """What is asked, oldest first."""
 
@@ -248,17 +251,21 @@ def cycle(
     asked_um = tuple(-w * y for w, y in zip(weight, model.model_um, strict=True))
     bounds = compensation.bounds
     at_limit = tuple(abs(c) > limits.largest_um for c, limits in zip(asked_um, bounds, strict=True))
+    agrees = _agrees(compensation, in_force, reading)
     memory, reasons = supervisor_step(
         compensation.supervisor,
         memory,
         Signals(
-            None not in values and model.quality is not Quality.BAD,
+            None not in values
+            and model.quality is not Quality.BAD
+            and None not in reading.interlocks
+            and reading.other_compensation is not None,
             not model.outcomes or _RESTARTS.isdisjoint(model.outcomes),
             reading.connected is True,
             _met(compensation, reading),
-            _agrees(compensation, in_force, reading),
+            agrees,
             True in at_limit,
-            reading.other_compensation is not False,
+            reading.other_compensation is True,
             _outside(compensation, in_force),
             not any(in_force),
         ),
@@ -266,7 +273,12 @@ def cycle(
     )
     wanted_um = tuple(map(_wanted, bounds, asked_um, trims))
     now = memory.state
-    if now is SupervisorState.ACTIVE:
+    if now is SupervisorState.FAULT and not agrees:
+        in_force = _reported(bounds, in_force, reading)
+    frozen = not agrees and reading.connected is True and now is not SupervisorState.FAULT
+    if frozen:
+        goal_um = in_force
+    elif now is SupervisorState.ACTIVE:
         goal_um = tuple(map(_goal, bounds, state.goal_um, wanted_um))
     elif now is SupervisorState.FADING or now is SupervisorState.FAULT:
         goal_um = (0.0,) * len(in_force)
@@ -282,7 +294,7 @@ def cycle(
     )
     return new, CycleOutput(
         time_s,
-        now,
+        memory.state,
         memory.in_state_s,
         reasons,
         correction_um,
@@ -491,7 +503,7 @@ def _weights(compensation: Compensation, thermal: ThermalState, model: ModelOutp
 def _met(compensation: Compensation, reading: CycleReading) -> bool:
     wanted = len(compensation.interlocks)
     met = reading.interlocks
-    return len(met) >= wanted and all(one is True for one in met[:wanted])
+    return len(met) >= wanted and all(one is True or one is None for one in met[:wanted])
 
 
 def _agrees(compensation: Compensation, in_force: _Floats, reading: CycleReading) -> bool:
@@ -505,6 +517,17 @@ def _agrees(compensation: Compensation, in_force: _Floats, reading: CycleReading
         if type(said) is not float or not abs(said - written) <= tolerance_um:
             return False
     return True
+
+
+def _reported(bounds: tuple[Limits, ...], in_force: _Floats, reading: CycleReading) -> _Floats:
+    """Return where the machine reports to be, as far as that is within the limits."""
+    read = reading.read_back_um
+    if read is None or len(read) != len(in_force):
+        return in_force
+    return tuple(
+        said if type(said) is float and abs(said) <= limits.total_um else c
+        for said, c, limits in zip(read, in_force, bounds, strict=True)
+    )
 
 
 def _outside(compensation: Compensation, in_force: _Floats) -> bool:

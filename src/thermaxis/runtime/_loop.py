@@ -372,9 +372,9 @@ class CompensationLoop:
                 for c in channels
             )
         other = samples.get(OTHER_COMPENSATION, NOT_READ)
-        active = settings.other_active is not None and (
-            other.good and other.value is not None and (other.value != 0.0) is settings.other_active
-        )
+        active: bool | None = False
+        if settings.other_active is not None:
+            active = _flag(other, settings.other_active)
         read_back = None
         if self._applied:
             read_back = tuple(
@@ -399,13 +399,11 @@ class CompensationLoop:
             tuple(requests),
         )
 
-    def _met(self, interlock: str, samples: Mapping[str, SourceSample]) -> bool:
+    def _met(self, interlock: str, samples: Mapping[str, SourceSample]) -> bool | None:
         if interlock == SELF_TEST:
             return self._forbidden is not None and not self._forbidden
         sample = samples.get(interlock_name(interlock), NOT_READ)
-        if not sample.good or sample.value is None:
-            return False
-        return (sample.value != 0.0) is self.settings.interlocks_met.get(interlock, True)
+        return _flag(sample, self.settings.interlocks_met.get(interlock, True))
 
     def _changed_diameter(self, samples: Mapping[str, SourceSample]) -> list[Request]:
         if not self.settings.reads_diameter:
@@ -686,6 +684,13 @@ def _with_self_test(compensation: Compensation) -> Compensation:
 
 def _parts_of(compensation: Compensation) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(part.name for part in o.parts) for o in compensation.model.outputs)
+
+
+def _flag(sample: SourceSample, meaning: bool) -> bool | None:  # noqa: FBT001 - the value that means yes
+    """Return whether a flag has the value that is looked for; None where it was not read."""
+    if not sample.good or sample.value is None:
+        return None
+    return (sample.value != 0.0) is meaning
 
 
 def _sample(samples: Mapping[str, SourceSample], name: str) -> Sample:
