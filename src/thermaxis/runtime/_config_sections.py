@@ -5,7 +5,7 @@ what is not stated is left to that class, so that a default stands in one place.
 """
 
 from dataclasses import fields
-from typing import Annotated, ClassVar, Literal, TypeVar, cast, final
+from typing import Annotated, ClassVar, Literal, TypeAlias, TypeVar, cast, final
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -15,7 +15,9 @@ from thermaxis.compensation._quality import SensorRules
 from thermaxis.compensation._supervisor import SupervisorRules
 from thermaxis.runtime._config_connection import ConnectionSection
 
-_Rules = TypeVar("_Rules")
+_Table = TypeVar("_Table")
+Rules: TypeAlias = SensorRules | Limits | SupervisorRules
+"""What has fields, defaults and checks of its own."""
 Word = Annotated[str, Field(min_length=1, max_length=1000)]
 """A text that says something."""
 Text = Annotated[str, Field(max_length=1000)]
@@ -52,7 +54,9 @@ class Section(BaseModel):
             )
         return cast("object", table)
 
-    def stated(self, rules: type[_Rules]) -> dict[str, float | bool]:
+    def stated(
+        self, rules: type[SensorRules | Limits | SupervisorRules]
+    ) -> dict[str, float | bool]:
         """Return what the file states of the fields of a class of rules.
 
         Parameters
@@ -67,7 +71,7 @@ class Section(BaseModel):
         """
         return {
             entry.name: getattr(self, entry.name)
-            for entry in fields(cast("type[Limits]", rules))
+            for entry in fields(rules)
             if entry.name in self.model_fields_set
         }
 
@@ -135,7 +139,7 @@ class SinkSection(Section):
     connection: Text = ""
     """Name of the connection; opcua only."""
     heartbeat_node: Text = ""
-    """Node that moves with every write, so that the machine can notice a dead writer; opcua only."""
+    """Node that moves with every write, by which the machine notices a dead writer; opcua only."""
 
 
 @final
@@ -252,10 +256,14 @@ class SupervisorSection(Section):
     """Time for which they may differ, or nothing be read back. [s]"""
     longest_trim_s: float | None = None
     """Longest time after which a trim expires. [s]"""
-    resume_enabled: bool = False
+    resume_enabled: bool = True
     """Whether it is enabled again after a restart if it was enabled before."""
-    resume_within_s: Annotated[float, Field(ge=0.0, le=86_400.0)] = 600.0
+    resume_within_s: Annotated[float, Field(ge=0.0, le=86_400.0)] = 3600.0
     """After a longer break it is not. [s]"""
+    at_stop: Literal["fade", "leave"] = "fade"
+    """What becomes of the offset when the program is ended: ``fade`` or ``leave``."""
+    stop_within_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 120.0
+    """A fade at the end lasts at most so long. [s]"""
 
 
 @final
@@ -324,7 +332,7 @@ class MetricsSection(Section):
     """Its key; readable by its owner only."""
 
 
-Named = Annotated[dict[Word, _Rules], Field(max_length=_MOST_ENTRIES)]
+Named = Annotated[dict[Word, _Table], Field(max_length=_MOST_ENTRIES)]
 """Tables by a name that the file chooses."""
 
 
@@ -362,7 +370,7 @@ class MachineFile(Section):
     """Figures for Prometheus."""
 
 
-SECTIONS: dict[str, tuple[type[BaseModel], type | None]] = {
+SECTIONS: dict[str, tuple[type[BaseModel], type[Rules] | None]] = {
     "machine": (MachineSection, None),
     "connection.NAME": (ConnectionSection, None),
     "source": (SourceSection, None),

@@ -1,0 +1,603 @@
+"""Configuration of a machine: what is read, and that every mistake is said in words."""
+
+import re
+from dataclasses import MISSING, fields
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.unit.runtime.machine_files import TEXT, machine_file, model
+from thermaxis.compensation import Limits, SensorRules, SupervisorRules
+from thermaxis.errors import ConfigurationError
+from thermaxis.files.model_json import model_sha256, write_model
+from thermaxis.runtime._config import examine_machine, read_machine
+from thermaxis.runtime._config_connection import Problem
+from thermaxis.runtime._config_sections import SECTIONS
+from thermaxis.runtime._config_settings import MachineConfiguration
+
+
+def problems_of(path: Path) -> tuple[Problem, ...]:
+    found = examine_machine(path)
+    assert not isinstance(found, MachineConfiguration)
+    return found
+
+
+def only_problem(path: Path) -> Problem:
+    (problem,) = problems_of(path)
+    return problem
+
+
+def line_of(path: Path, text: str) -> int:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return next(number for number, line in enumerate(lines, start=1) if text in line)
+
+
+# ---- what is read -------------------------------------------------------------------------------
+
+
+def test_a_whole_configuration_becomes_a_compensation(tmp_path: Path) -> None:
+    found = read_machine(machine_file(tmp_path))
+    compensation = found.compensation
+    assert compensation.model == model()
+    assert compensation.cycle_s == 1.0
+    assert compensation.sensors["T_spindle_C"] == SensorRules(lowest_c=5.0, highest_c=90.0)
+    assert compensation.sensors["T_column_C"] == SensorRules(
+        lowest_c=5.0, highest_c=60.0, largest_rate_k_per_s=0.05
+    )
+    assert compensation.limits == {"Z_um": Limits(100.0, 0.5)}
+    assert compensation.supervisor == SupervisorRules(hold_input_s=120.0)
+    assert compensation.spares == {"T_spindle_C"}
+    assert compensation.interlocks == ("referenced", "emergency_stop")
+    assert (compensation.validity_margin_k, compensation.lowest_weight) == (4.0, 0.0)
+    assert found.model.sha256 == model_sha256(model())
+
+
+def test_paths_count_from_the_folder_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = machine_file(tmp_path)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    found = read_machine(Path("..") / path.name)
+    assert found.model.path.resolve() == tmp_path / "models" / "lathe.json"
+    assert found.model_folder is not None
+    assert found.model_folder.resolve() == tmp_path / "models"
+    assert found.state_file.resolve() == tmp_path / "machine.state.json"
+    assert Path(found.historian.url.removeprefix("sqlite:///")).resolve() == (
+        tmp_path / "history" / "lathe.db"
+    )
+
+
+def test_the_rest_of_the_program_gets_names_nodes_units_and_signs(tmp_path: Path) -> None:
+    found = read_machine(machine_file(tmp_path))
+    assert found.inputs["T_column_C"].node == "ns=2;s=T_column"
+    assert found.inputs["T_column_C"].unit == "K"
+    assert found.inputs["T_spindle_C"].spare_node == "ns=2;s=T_spindle_2"
+    assert found.interlocks["emergency_stop"].value is False
+    assert found.other_compensation is not None
+    assert found.other_compensation.value is True
+    assert found.diameter is not None
+    assert found.diameter.unit == "mm"
+    output = found.outputs["Z_um"]
+    assert (output.node, output.read_back_node) == ("ns=2;s=Z_offset", "ns=2;s=Z_accepted")
+    assert (output.unit, output.sign) == ("mm", "positive moves the tool away from the workpiece")
+    assert found.sink.heartbeat_node == "ns=2;s=Heartbeat"
+    assert found.connections["control"].url == "opc.tcp://127.0.0.1:4840/lathe"
+    assert found.historian.retention_days == 30.0
+    assert (found.server, found.metrics) == (None, None)
+
+
+def test_without_a_node_for_it_the_written_node_is_read_back(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, ('read_back_node = "ns=2;s=Z_accepted"\n', ""))
+    output = read_machine(path).outputs["Z_um"]
+    assert output.read_back_node == "ns=2;s=Z_offset"
+    assert not output.read_back_stated
+
+
+def test_a_configuration_cannot_be_changed(tmp_path: Path) -> None:
+    found = read_machine(machine_file(tmp_path))
+    with pytest.raises(AttributeError):
+        found.name = "other"  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        found.outputs["Z_um"] = found.outputs["Z_um"]  # type: ignore[index]
+
+
+def test_an_input_that_the_model_does_not_need_is_read_all_the_same(tmp_path: Path) -> None:
+    more = (
+        '\n[input.T_hall_C]\nnode = "ns=2;s=T_hall"\nunit = "degC"\nlowest_c = 0\nhighest_c = 50\n'
+    )
+    found = read_machine(machine_file(tmp_path, ("[supervisor]", more + "[supervisor]")))
+    assert set(found.inputs) == {"T_spindle_C", "T_column_C", "T_hall_C"}
+    assert set(found.compensation.sensors) == {"T_spindle_C", "T_column_C"}
+
+
+def test_no_number_of_the_rules_has_an_unlimited_default() -> None:
+    for rules in (SensorRules, Limits, SupervisorRules):
+        for entry in fields(rules):
+            if entry.init and entry.default is not MISSING:
+                assert isinstance(entry.default, bool) or 0.0 <= entry.default <= 86_400.0
+
+
+@pytest.mark.parametrize("rules", [SensorRules, Limits, SupervisorRules])
+def test_every_rule_can_be_stated_and_has_its_default_in_one_place(rules: type) -> None:
+    table = next(model for model, known in SECTIONS.values() if known is rules)
+    for entry in fields(rules):
+        key = table.model_fields[entry.name]
+        if entry.default is MISSING:
+            assert key.is_required(), f"{entry.name} must be stated"
+        else:
+            assert key.default is None, f"{entry.name} has a second default"
+
+
+# ---- mistakes -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "advice"),
+    [
+        ("highest_c = 60.0", "higest_c = 60.0", "highest_c"),
+        ("cycle_s = 1.0", "cycl_s = 1.0", "cycle_s"),
+        ("largest_um = 100.0", "largest_mm = 100.0", "largest_um"),
+        ("heartbeat_node", "heartbeet_node", "heartbeat_node"),
+        ("hold_input_s", "hold_inputs_s", "hold_input_s"),
+        ("[supervisor]", "[superviser]", "supervisor"),
+        ("retention_days", "retention_day", "retention_days"),
+    ],
+)
+def test_an_unknown_key_is_named_with_its_line_and_the_nearest_known_one(
+    tmp_path: Path, right: str, wrong: str, advice: str
+) -> None:
+    path = machine_file(tmp_path, (right, wrong))
+    problem = next(p for p in problems_of(path) if "is not a key here" in p.what)
+    assert wrong.strip("[]").split(" ")[0] in problem.what
+    assert advice in problem.remedy
+    assert f"line {line_of(path, wrong)}" in problem.place
+
+
+def test_an_unknown_key_never_shows_its_value(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, ("[sink]", '[sink]\npasword = "hunter2"'))
+    with pytest.raises(ConfigurationError) as caught:
+        read_machine(path)
+    assert "pasword" in str(caught.value)
+    assert "hunter2" not in str(caught.value)
+
+
+def test_toml_that_is_none_is_said_with_its_line(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, ('name = "vertical lathe"', 'name = "vertical lathe'))
+    with pytest.raises(ConfigurationError, match="not TOML.*line 2"):
+        read_machine(path)
+
+
+def test_a_key_that_stands_twice_is_said_with_its_line(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, ("cycle_s = 1.0", "cycle_s = 1.0\ncycle_s = 2.0"))
+    with pytest.raises(ConfigurationError, match=r"not TOML.*line 6"):
+        read_machine(path)
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"a = [" * 10_000, b"x" * 1_000_001])
+def test_a_file_that_is_no_configuration_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "machine.toml"
+    path.write_bytes(content)
+    with pytest.raises(ConfigurationError):
+        read_machine(path)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="missing.toml.*cannot be read"):
+        read_machine(tmp_path / "missing.toml")
+
+
+def test_several_mistakes_are_told_at_once(tmp_path: Path) -> None:
+    path = machine_file(
+        tmp_path,
+        ("lowest_c = 5.0\nhighest_c = 60.0", "lowest_c = 70.0\nhighest_c = 60.0"),
+        ("largest_um = 100.0", "largest_um = -1.0"),
+        ('unit = "mm"\nsign', "sign"),
+        ("hold_input_s = 120.0", "hold_input_s = 1e9"),
+    )
+    found = problems_of(path)
+    places = " ".join(problem.place for problem in found)
+    for table in ("[input.T_column_C]", "[output.Z_um]", "[supervisor]"):
+        assert table in places
+    assert len(found) == 4
+    with pytest.raises(ConfigurationError) as caught:
+        read_machine(path)
+    for piece in ("unit", "[supervisor]"):
+        assert piece in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("cycle_s = 1.0", "cycle_s = 0.01", "from 0.1 to 60 s"),
+        ("cycle_s = 1.0", 'cycle_s = "1"', "number"),
+        ("cycle_s = 1.0", "cycle_s = true", "number"),
+        ("cycle_s = 1.0", "cycle_s = nan", "finite"),
+        ("largest_um = 100.0", "largest_um = inf", "finite"),
+        ("largest_um = 100.0", "largest_um = 100000.0", "at most 10000"),
+        ("largest_um = 100.0\n", "", "largest_um is missing"),
+        ("largest_rate_um_per_s = 0.5\n", "", "largest_rate_um_per_s is missing"),
+        ("lowest_c = 5.0\nhighest_c = 90.0\n", "highest_c = 90.0\n", "lowest_c is missing"),
+        ('unit = "K"', 'unit = "C"', "not known"),
+        ('unit = "mm"\nsign', 'unit = "nm"\nsign', "'nm' is not known"),
+        ('unit = "mm"\nsign', "sign", "the key unit is missing: it has no default"),
+        (
+            'sign = "positive moves the tool away from the workpiece"\n',
+            "",
+            "the key sign is missing: it has no default",
+        ),
+        ("away from the workpiece", "up", "this sentence is not known"),
+        ('node = "ns=2;s=T_column"', 'node = "T_column"', "this is no node"),
+        ('node = "ns=2;s=T_column"', 'node = "ns=2;s=T_spindle"', "the same as that of"),
+        ('node = "ns=2;s=T_column"', 'node = "ns=2;s=Z_offset"', "the same as that of"),
+        ('node = "ns=2;s=T_column"\n', "", "node is missing"),
+        ("[input.T_column_C]", "[input.T_colunm_C]", "no table [input.T_column_C]"),
+        ("[output.Z_um]", "[output.Z_mm]", "no table [output.Z_um]"),
+        ('connection = "control"\n\n[sink]', 'connection = "contol"\n\n[sink]', "contol"),
+        ("[interlock.referenced]", '[interlock."a b"]', "other signs than letters"),
+        ("[interlock.referenced]", "[interlock.referenced]\nmeet = 1", "meet"),
+        ("met = true", "met = 1", "neither true nor false"),
+        ("models/lathe.json", "models/lath.json", "cannot be read"),
+        ('model_folder = "models"', 'model_folder = "modls"', "there is no folder"),
+        ("margin_k = 4.0", "margin_k = 0.0", "not a positive number"),
+        ("retention_days = 30", "retention_days = 0", "less than 1"),
+        ('kind = "opcua"\nconnection = "control"\nheart', 'kind = "linuxcnc"\nheart', "joint"),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused_in_words(
+    tmp_path: Path, right: str, wrong: str, said: str
+) -> None:
+    found = problems_of(machine_file(tmp_path, (right, wrong)))
+    assert any(said in problem.what for problem in found), found
+    assert all(problem.remedy for problem in found)
+    assert all(re.match(r"line \d+, \[", problem.place) for problem in found), found
+
+
+def test_a_misspelt_channel_leads_to_the_right_one(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, ("[input.T_column_C]", "[input.T_colunm_C]"))
+    assert only_problem(path).remedy == "Did you mean T_colunm_C"
+
+
+@pytest.mark.parametrize("table", ["machine", "source", "sink", "input", "output"])
+def test_a_table_that_is_needed_is_missed(tmp_path: Path, table: str) -> None:
+    parts = re.split(r"(?m)^(?=\[)", TEXT)
+    rest = "".join(part for part in parts if not re.match(rf"\[{table}[.\]]", part))
+    path = machine_file(tmp_path)
+    path.write_text(rest, encoding="utf-8")
+    assert any(problem.what == f"the key {table} is missing" for problem in problems_of(path))
+
+
+# ---- source and sink of other kinds -------------------------------------------------------------
+
+DRY = ('[sink]\nkind = "opcua"', '[sink]\nkind = "dry"')
+
+
+def replayed(folder: Path, *more: tuple[str, str]) -> Path:
+    (folder / "log.csv").write_text("time_s\n", encoding="utf-8")
+    return machine_file(
+        folder, ('[source]\nkind = "opcua"', '[source]\nkind = "replay"\nlog = "log.csv"'), *more
+    )
+
+
+def test_a_replay_reads_no_node_and_waits_for_no_interlock(tmp_path: Path) -> None:
+    found = read_machine(replayed(tmp_path, DRY))
+    assert found.source.log == tmp_path / "log.csv"
+    assert {entry.node for entry in found.inputs.values()} == {""}
+    assert found.compensation.interlocks == ()
+    assert found.compensation.spares == frozenset()
+    assert (found.other_compensation, found.diameter, dict(found.interlocks)) == (None, None, {})
+    assert dict(found.connections) == {}
+
+
+def test_a_replayed_log_moves_no_machine_unless_that_is_said(tmp_path: Path) -> None:
+    problem = only_problem(replayed(tmp_path))
+    assert "[sink], kind" in problem.place
+    assert "replayed log would move the machine" in problem.what
+    allowed = ("[sink]", "may_move_a_machine = true\n[sink]")
+    assert read_machine(replayed(tmp_path, allowed)).sink.kind == "opcua"
+
+
+def test_a_replay_needs_a_log_that_is_there(tmp_path: Path) -> None:
+    path = replayed(tmp_path, DRY, ('log = "log.csv"', 'log = "other.csv"'))
+    assert "there is no file" in only_problem(path).what
+    path = replayed(tmp_path, DRY, ('log = "log.csv"\n', ""))
+    assert only_problem(path).what == "the key log is missing"
+
+
+def test_a_dry_run_needs_no_connection_unit_or_sign(tmp_path: Path) -> None:
+    path = replayed(
+        tmp_path,
+        DRY,
+        ('unit = "mm"\nsign = "positive moves the tool away from the workpiece"\n', ""),
+        ('[connection.control]\nurl = "opc.tcp://127.0.0.1:4840/lathe"\nsecurity = "none"\n', ""),
+    )
+    assert read_machine(path).sink.kind == "dry"
+
+
+def test_linuxcnc_needs_a_joint_of_its_own_for_every_output(tmp_path: Path) -> None:
+    changes = (
+        ('kind = "opcua"\nconnection = "control"\nheartbeat_node = "ns=2;s=Heartbeat"', 'kind = "linuxcnc"'),
+        ('node = "ns=2;s=Z_offset"\nread_back_node = "ns=2;s=Z_accepted"', "joint = 2"),
+    )  # fmt: skip
+    found = read_machine(machine_file(tmp_path, *changes))
+    assert found.sink.kind == "linuxcnc"
+    assert found.outputs["Z_um"].joint == 2
+    um = ('unit = "mm"\nsign', 'unit = "um"\nsign')
+    assert "'um' is not known" in only_problem(machine_file(tmp_path, *changes, um)).what
+
+
+# ---- secrets ------------------------------------------------------------------------------------
+
+
+def encrypted(folder: Path, *lines: str) -> tuple[str, str]:
+    """Return the change to a connection that is encrypted, and write its files."""
+    for name, mode in (("own.der", 0o644), ("own.pem", 0o600), ("server.der", 0o644)):
+        (folder / name).write_bytes(b"x")
+        (folder / name).chmod(mode)
+    files = 'certificate = "own.der"\nprivate_key = "own.pem"\nserver_certificate = "server.der"'
+    return 'security = "none"', "\n".join(('security = "Basic256Sha256"', files, *lines))
+
+
+def secret_file(folder: Path, text: str = "hunter2", mode: int = 0o600) -> Path:
+    path = folder / "secret"
+    path.write_text(text + "\n", encoding="utf-8")
+    path.chmod(mode)
+    return path
+
+
+def test_a_password_is_read_from_a_file_and_never_shown(tmp_path: Path) -> None:
+    secret_file(tmp_path)
+    change = encrypted(tmp_path, 'user = "thermaxis"', 'password_file = "secret"')
+    found = read_machine(machine_file(tmp_path, change))
+    assert found.connections["control"].password.reveal() == "hunter2"
+    assert "hunter2" not in repr(found)
+    assert "hunter2" not in f"{found}"
+
+
+def test_a_password_is_read_from_the_environment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    change = encrypted(tmp_path, 'user = "thermaxis"', 'password_environment = "LATHE_PASSWORD"')
+    path = machine_file(tmp_path, change)
+    monkeypatch.delenv("LATHE_PASSWORD", raising=False)
+    assert "LATHE_PASSWORD is not set" in only_problem(path).what
+    monkeypatch.setenv("LATHE_PASSWORD", "hunter3")
+    assert read_machine(path).connections["control"].password.reveal() == "hunter3"
+
+
+@pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o620])
+def test_a_secret_that_others_can_read_is_refused(tmp_path: Path, mode: int) -> None:
+    secret_file(tmp_path, mode=mode)
+    change = encrypted(tmp_path, 'user = "thermaxis"', 'password_file = "secret"')
+    problem = only_problem(machine_file(tmp_path, change))
+    assert "by others" in problem.what
+    assert "chmod 600" in problem.remedy
+
+
+def test_a_private_key_that_others_can_read_is_refused(tmp_path: Path) -> None:
+    change = encrypted(tmp_path)
+    (tmp_path / "own.pem").chmod(0o644)
+    problem = only_problem(machine_file(tmp_path, change))
+    assert "private_key" in problem.place
+    assert "by others" in problem.what
+
+
+@pytest.mark.parametrize(
+    ("table", "key"),
+    [
+        ("[connection.control]", "password"),
+        ("[historian]", "password"),
+        ("[metrics]", "token"),
+        ("[metrics]", "password"),
+        ("[server]", "password"),
+    ],
+)
+def test_a_secret_in_the_file_itself_is_refused_with_the_way_to_do_it(
+    tmp_path: Path, table: str, key: str
+) -> None:
+    path = machine_file(tmp_path)
+    text = TEXT if table in TEXT else f"{TEXT}\n{table}\n"
+    path.write_text(text.replace(table, f'{table}\n{key} = "hunter2"'), encoding="utf-8")
+    problem = next(p for p in problems_of(path) if "itself stands in the file" in p.what)
+    assert f"{key}_file" in problem.remedy
+    assert f"line {line_of(path, 'hunter2')}" in problem.place
+    assert "hunter2" not in str(problem)
+
+
+def test_a_password_is_not_sent_over_a_plain_connection(tmp_path: Path) -> None:
+    secret_file(tmp_path)
+    plain = ('security = "none"', 'security = "none"\nuser = "a"\npassword_file = "secret"')
+    assert "never sent" in only_problem(machine_file(tmp_path, plain)).what
+
+
+# ---- historian, servers -------------------------------------------------------------------------
+
+SQLITE = 'url = "sqlite:///history/lathe.db"'
+
+
+def test_without_a_table_the_history_is_a_file_beside_the_configuration(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, (f"[historian]\n{SQLITE}\nretention_days = 30\n", ""))
+    found = read_machine(path)
+    assert found.historian.url == f"sqlite:///{tmp_path / 'machine.history.db'}"
+    assert found.historian.retention_days == 90.0
+
+
+def test_an_absolute_path_of_a_database_stays(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, (SQLITE, f'url = "sqlite:///{tmp_path}/x.db"'))
+    assert read_machine(path).historian.url == f"sqlite:///{tmp_path}/x.db"
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("sqlite://", "no file of SQLite"),
+        ("sqlite:///:memory:", "no file of SQLite"),
+        ("sqlite:///file:x?mode=memory", "no file of SQLite"),
+        ("mysql://127.0.0.1/x", "not known"),
+        ("postgresql://a:hunter2@127.0.0.1/x", "contains a password"),
+        ("postgresql://a@127.0.0.1/x?password=hunter2", "contains a password"),
+        ("postgresql://a@plant.example/x", "not encrypted for certain"),
+        ("postgresql://a@plant.example/x?sslmode=prefer", "not encrypted for certain"),
+        ("postgresql://[::1/x", "no address"),
+    ],
+)
+def test_a_database_that_forgets_or_tells_is_refused(tmp_path: Path, url: str, said: str) -> None:
+    problem = only_problem(machine_file(tmp_path, (SQLITE, f'url = "{url}"')))
+    assert said in problem.what
+    assert "hunter2" not in str(problem)
+
+
+def test_postgresql_gets_its_password_from_a_file(tmp_path: Path) -> None:
+    secret_file(tmp_path)
+    url = "postgresql+psycopg://a@plant.example/x?sslmode=verify-full"
+    path = machine_file(tmp_path, (SQLITE, f'url = "{url}"\npassword_file = "secret"'))
+    found = read_machine(path).historian
+    assert found.url == url
+    assert found.password.reveal() == "hunter2"
+
+
+def with_tables(folder: Path, text: str) -> Path:
+    path = machine_file(folder)
+    path.write_text(f"{TEXT}\n{text}\n", encoding="utf-8")
+    return path
+
+
+def test_servers_are_on_this_computer_unless_said_otherwise(tmp_path: Path) -> None:
+    found = read_machine(with_tables(tmp_path, "[server]\n[metrics]"))
+    assert found.server is not None
+    assert found.metrics is not None
+    assert found.server.address == found.metrics.address == "127.0.0.1"
+    assert found.server.anonymous_role == "none"
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0", "192.168.1.5", "::", "lathe.plant.example"])  # noqa: S104
+def test_a_server_for_other_computers_needs_users_and_certificates(
+    tmp_path: Path, address: str
+) -> None:
+    tables = f'[server]\naddress = "{address}"\n[metrics]\naddress = "{address}"'
+    said = " ".join(problem.what for problem in problems_of(with_tables(tmp_path, tables)))
+    for lacking in ("users is missing", "certificate is missing", "token_file is missing"):
+        assert lacking in said
+
+
+def test_nobody_without_a_name_looks_in_from_another_computer(tmp_path: Path) -> None:
+    encrypted(tmp_path)
+    (tmp_path / "users.toml").write_text("", encoding="utf-8")
+    tables = (
+        '[server]\naddress = "192.168.1.5"\nusers = "users.toml"\ncertificate = "own.der"\n'
+        'private_key = "own.pem"\nanonymous_role = "viewer"'
+    )
+    problem = only_problem(with_tables(tmp_path, tables))
+    assert "anonymous_role" in problem.place
+    right = tables.replace('"viewer"', '"none"')
+    assert read_machine(with_tables(tmp_path, right)).server is not None
+
+
+# ---- models that an operator chooses ------------------------------------------------------------
+
+
+def test_another_model_of_the_folder_takes_the_rules_of_the_machine(tmp_path: Path) -> None:
+    found = read_machine(machine_file(tmp_path))
+    other = model(gain=20.0)
+    write_model(other, tmp_path / "models" / "other.json")
+    compensation, sha256 = found.other_model("other.json")
+    assert compensation.model == other
+    assert sha256 == model_sha256(other)
+    assert compensation.limits == found.compensation.limits
+    assert found.models_to_choose() == ("lathe.json", "other.json")
+
+
+def test_a_model_with_fewer_channels_may_be_chosen(tmp_path: Path) -> None:
+    found = read_machine(machine_file(tmp_path))
+    write_model(model("T_spindle_C", ""), tmp_path / "models" / "one.json")
+    compensation, _ = found.other_model("one.json")
+    assert set(compensation.sensors) == {"T_spindle_C"}
+
+
+@pytest.mark.parametrize("other", [model("T_bed_C", "T_column_C"), model(output="X_um")])
+def test_a_model_that_needs_something_else_is_refused(tmp_path: Path, other) -> None:
+    found = read_machine(machine_file(tmp_path))
+    write_model(other, tmp_path / "models" / "other.json")
+    with pytest.raises(ConfigurationError):
+        found.other_model("other.json")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../outside.json",
+        "below/../../outside.json",
+        "link.json",
+        "folder_link/outside.json",
+        "..",
+        ".",
+        "",
+        "missing.json",
+        "loop.json",
+        "C:/outside.json",
+        "..\\outside.json",
+        "a\x00.json",
+        "a\n.json",
+        "ABSOLUTE",
+        "x" * 5000,
+    ],
+)
+def test_no_model_outside_of_the_folder_can_be_chosen(tmp_path: Path, name: str) -> None:
+    folder = tmp_path / "machine"
+    folder.mkdir()
+    found = read_machine(machine_file(folder))
+    outside = tmp_path / "outside.json"
+    write_model(model(), outside)
+    write_model(model(), folder / "outside.json")
+    (folder / "models" / "link.json").symlink_to(outside)
+    (folder / "models" / "folder_link").symlink_to(tmp_path)
+    (folder / "models" / "loop.json").symlink_to(folder / "models" / "loop.json")
+    (folder / "models" / "below").mkdir()
+    with pytest.raises(ConfigurationError):
+        found.other_model(str(outside) if name == "ABSOLUTE" else name)
+    assert found.models_to_choose() == ("lathe.json",)
+
+
+def test_without_a_folder_no_other_model_can_be_chosen(tmp_path: Path) -> None:
+    found = read_machine(machine_file(tmp_path, ('model_folder = "models"\n', "")))
+    assert found.models_to_choose() == ()
+    with pytest.raises(ConfigurationError, match="no other model may be chosen"):
+        found.other_model("lathe.json")
+
+
+# ---- whatever stands in the file ----------------------------------------------------------------
+
+_VALUES = st.one_of(
+    st.booleans(),
+    st.integers(-(2**40), 2**40),
+    st.floats(allow_nan=False, allow_infinity=False, width=32).map(float),
+    st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"\\'), max_size=12),
+)  # fmt: skip
+
+
+def _as_toml(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+@settings(max_examples=150, deadline=None)
+@given(place=st.integers(0, 10_000), value=_VALUES)
+def test_any_value_at_any_key_gives_a_configuration_or_a_sentence(
+    tmp_path_factory: pytest.TempPathFactory, place: int, value: object
+) -> None:
+    folder = tmp_path_factory.getbasetemp() / "any-value"
+    folder.mkdir(exist_ok=True)
+    path = machine_file(folder)
+    lines = TEXT.splitlines()
+    keys = [number for number, line in enumerate(lines) if "=" in line]
+    chosen = keys[place % len(keys)]
+    lines[chosen] = f"{lines[chosen].split('=')[0]}= {_as_toml(value)}"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    found = examine_machine(path)
+    if not isinstance(found, MachineConfiguration):
+        assert found
+        assert all(problem.what and problem.remedy for problem in found)
+        assert all(re.match(r"line \d+, \[", problem.place) for problem in found)
