@@ -1,0 +1,144 @@
+"""Values on their way to a server, in exactly the type of the node, and the names of types."""
+
+import math
+from collections.abc import Sequence
+from typing import Final, cast
+
+from asyncua import ua
+
+NOT_WRITTEN: Final = "BadRequestCancelledByClient"
+"""What is said of a value that was not sent because another one of its request could not be."""
+NOT_A_NUMBER: Final = "BadOutOfRange"
+"""What is said of a value that is not finite or does not fit the node's type."""
+WRONG_TYPE: Final = "BadTypeMismatch"
+"""What is said of a node that takes no number."""
+LARGEST_FLOAT: Final = 3.4028234663852886e38
+"""Largest number of 32 bits. [1]"""
+
+_RANGES: Final[dict[ua.VariantType | None, tuple[int, int]]] = {
+    ua.VariantType.SByte: (-(2**7), 2**7 - 1),
+    ua.VariantType.Byte: (0, 2**8 - 1),
+    ua.VariantType.Int16: (-(2**15), 2**15 - 1),
+    ua.VariantType.UInt16: (0, 2**16 - 1),
+    ua.VariantType.Int32: (-(2**31), 2**31 - 1),
+    ua.VariantType.UInt32: (0, 2**32 - 1),
+    ua.VariantType.Int64: (-(2**63), 2**63 - 1),
+    ua.VariantType.UInt64: (0, 2**64 - 1),
+}
+_NUMBERS: Final = frozenset(
+    {*_RANGES, ua.VariantType.Boolean, ua.VariantType.Float, ua.VariantType.Double}
+)
+_BEAT_LIMIT = 2**20
+_LAST_PLAIN_TYPE = 25
+
+
+def node_type(data_type: object, value: ua.DataValue) -> ua.VariantType | None:
+    """Return the exact type that a node takes.
+
+    A server refuses a Double where it keeps a Float, and an Int64 where it keeps an Int32.
+
+    Parameters
+    ----------
+    data_type : object
+        What its attribute DataType says.
+    value : ua.DataValue
+        What its attribute Value says: it decides where the data type is one of the machine's own
+        or an abstract one, such as Number.
+
+    Returns
+    -------
+    ua.VariantType or None
+        None if neither tells.
+    """
+    if isinstance(data_type, ua.NodeId) and data_type.NamespaceIndex == 0:
+        number = data_type.Identifier
+        if isinstance(number, int) and 1 <= number < _LAST_PLAIN_TYPE - 1:
+            return ua.VariantType(number)
+    variant = value.Value
+    if variant is None or variant.VariantType not in _NUMBERS:
+        return None
+    return variant.VariantType
+
+
+def number_as(value: float, kind: ua.VariantType | None) -> ua.Variant | str:
+    """Return a number in the type of a node, or the name of the status that says why not.
+
+    Parameters
+    ----------
+    value : float or bool
+        The number; on an integer type it is rounded to the nearest.
+    kind : ua.VariantType, optional
+        Type of the node.
+
+    Returns
+    -------
+    ua.Variant or str
+        What can be written, or `NOT_A_NUMBER` or `WRONG_TYPE`.
+    """
+    if not math.isfinite(value):
+        return NOT_A_NUMBER
+    if kind is ua.VariantType.Double:
+        return ua.Variant(float(value), kind)
+    if kind is ua.VariantType.Float:
+        return ua.Variant(float(value), kind) if abs(value) <= LARGEST_FLOAT else NOT_A_NUMBER
+    if kind is ua.VariantType.Boolean:
+        return ua.Variant(bool(value), kind) if value in {0, 1} else NOT_A_NUMBER
+    if kind is None or kind not in _RANGES:
+        return WRONG_TYPE
+    lowest, highest = _RANGES[kind]
+    whole = round(value)
+    return ua.Variant(whole, kind) if lowest <= whole <= highest else NOT_A_NUMBER
+
+
+def is_whole(kind: ua.VariantType | None) -> bool:
+    """Return whether a type has whole numbers only."""
+    return kind in _RANGES
+
+
+def next_beat(last: float | None, kind: ua.VariantType | None) -> int:
+    """Return the heartbeat after another one.
+
+    Parameters
+    ----------
+    last : float, optional
+        The last one, written or found; None if none is known.
+    kind : ua.VariantType, optional
+        Type of its node.
+
+    Returns
+    -------
+    int
+        0 or 1 in turn on a Boolean, otherwise one more, from 0 again at the end of the type. [1]
+    """
+    if kind is ua.VariantType.Boolean:
+        return 0 if last else 1
+    highest = _BEAT_LIMIT if kind not in _RANGES else _RANGES[kind][1]
+    if last is None or not 0 <= last < math.inf:
+        return 1
+    return int(last) + 1 if last < highest else 0
+
+
+def without_status(variant: ua.Variant) -> ua.DataValue:
+    """Return a value for a write request: PLCs refuse one that brings a status or a time stamp."""
+    return ua.DataValue(Value=variant, StatusCode=None)
+
+
+def status_name(value: ua.DataValue) -> str:
+    """Return the name of the status of a value; no status means good."""
+    return "Good" if value.StatusCode is None else value.StatusCode.name
+
+
+def plain_number(value: ua.DataValue) -> float | bool | None:
+    """Return the number of a value whatever its status; None for a text, an array or nothing."""
+    variant = value.Value
+    content = None if variant is None else cast("object", variant.Value)
+    return content if isinstance(content, bool | int | float) else None
+
+
+def texts(value: ua.DataValue) -> Sequence[str]:
+    """Return the texts of a value that is an array of them; empty for everything else."""
+    variant = value.Value
+    content = None if variant is None else cast("object", variant.Value)
+    if not isinstance(content, list | tuple):
+        return ()
+    return tuple(str(word) for word in cast("Sequence[object]", content))
