@@ -1,11 +1,11 @@
 """The tables of ``machine.toml`` as they stand in the file; pydantic is used here and only here.
 
-Keys whose name is a field of `SensorRules`, `Limits` or `SupervisorRules` have no default here:
-what is not stated is left to that class, so that a default stands in one place.
+Keys whose name is a field of a class in `Rules` have no default here: what is not stated is left
+to that class, so that a default stands in one place.
 """
 
 from dataclasses import fields
-from typing import Annotated, ClassVar, Literal, TypeAlias, TypeVar, cast, final
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias, TypeVar, cast, final
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -14,9 +14,11 @@ from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._quality import SensorRules
 from thermaxis.compensation._supervisor import SupervisorRules
 from thermaxis.runtime._config_connection import ConnectionSection
+from thermaxis.runtime.historian._settings import HistorianSettings
+from thermaxis.runtime.sinks._linuxcnc_hal import LinuxCncSettings
 
 _Table = TypeVar("_Table")
-Rules: TypeAlias = SensorRules | Limits | SupervisorRules
+Rules: TypeAlias = SensorRules | Limits | SupervisorRules | HistorianSettings | LinuxCncSettings
 """What has fields, defaults and checks of its own."""
 Word = Annotated[str, Field(min_length=1, max_length=1000)]
 """A text that says something."""
@@ -54,9 +56,7 @@ class Section(BaseModel):
             )
         return cast("object", table)
 
-    def stated(
-        self, rules: type[SensorRules | Limits | SupervisorRules]
-    ) -> dict[str, float | bool]:
+    def stated(self, rules: type[Rules]) -> dict[str, Any]:
         """Return what the file states of the fields of a class of rules.
 
         Parameters
@@ -140,6 +140,13 @@ class SinkSection(Section):
     """Name of the connection; opcua only."""
     heartbeat_node: Text = ""
     """Node that moves with every write, by which the machine notices a dead writer; opcua only."""
+    watchdog_s: float | None = None
+    """Time without a heartbeat after which the machine takes the offset back; linuxcnc only.
+    [s]"""
+    thread: Word | None = None
+    """Thread of HAL in which the motion controller runs; linuxcnc only."""
+    halcmd: Word | None = None
+    """Name or path of the program halcmd; linuxcnc only."""
 
 
 @final
@@ -228,6 +235,8 @@ class OutputSection(Section):
     """Magnitude from which the operator is warned. [µm]"""
     largest_trim_um: float | None = None
     """Largest trim. [µm]"""
+    largest_acceleration_um_per_s2: float | None = None
+    """Largest acceleration of the offset; linuxcnc only. [µm/s²]"""
 
 
 @final
@@ -288,8 +297,10 @@ class HistorianSection(Section):
     """File whose first line is the database's password; readable by its owner only."""
     password_environment: Text = ""
     """Environment variable that holds it."""
-    retention_days: Annotated[float, Field(ge=1.0, le=3660.0)] = 90.0
-    """Days after which a record is removed. [d]"""
+    retention_days: int | None = None
+    """Days with records that are kept. [d]"""
+    largest_waiting_bytes: int | None = None
+    """Memory for what cannot be stored at the moment. [byte]"""
 
 
 @final
@@ -374,7 +385,7 @@ SECTIONS: dict[str, tuple[type[BaseModel], type[Rules] | None]] = {
     "machine": (MachineSection, None),
     "connection.NAME": (ConnectionSection, None),
     "source": (SourceSection, None),
-    "sink": (SinkSection, None),
+    "sink": (SinkSection, LinuxCncSettings),
     "input.NAME": (InputSection, SensorRules),
     "interlock.NAME": (InterlockSection, None),
     "other_compensation": (OtherCompensationSection, None),
@@ -382,7 +393,7 @@ SECTIONS: dict[str, tuple[type[BaseModel], type[Rules] | None]] = {
     "output.NAME": (OutputSection, Limits),
     "supervisor": (SupervisorSection, SupervisorRules),
     "validity": (ValiditySection, None),
-    "historian": (HistorianSection, None),
+    "historian": (HistorianSection, HistorianSettings),
     "server": (ServerSection, None),
     "metrics": (MetricsSection, None),
 }

@@ -12,6 +12,8 @@ from thermaxis.compensation._quality import SensorRules
 from thermaxis.compensation._supervisor import SupervisorRules
 from thermaxis.compensation._thermal_model import CompensationModel
 from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime.historian._settings import HistorianSettings
+from thermaxis.runtime.sinks._linuxcnc_hal import LinuxCncSettings
 
 if TYPE_CHECKING:
     from thermaxis.runtime._connection import ConnectionSettings, Secret
@@ -55,7 +57,7 @@ class DiameterSettings:
 @final
 @dataclass(frozen=True, slots=True)
 class OutputSettings:
-    """Where a correction is written."""
+    """Where a correction is written; joints of LinuxCNC stand with the sink."""
 
     node: str = ""
     """Node that is written to; opcua only."""
@@ -63,8 +65,6 @@ class OutputSettings:
     """Node at which the machine reports what it accepted: the same where none is stated."""
     effective_node: str = ""
     """Node at which it reports what acts now; empty where there is none."""
-    joint: int | None = None
-    """Number of the joint; linuxcnc only."""
     unit: str = ""
     """Unit of the value in the machine; empty for a dry run."""
     sign: str = ""
@@ -101,19 +101,8 @@ class SinkSettings:
     """Name of the connection."""
     heartbeat_node: str = ""
     """Node that moves with every write; empty where there is none."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class HistorianSettings:
-    """Where cycles are recorded."""
-
-    url: str
-    """Database, without a password; the path of SQLite is absolute."""
-    password: "Secret"
-    """Its password; masked."""
-    retention_days: float
-    """Days after which a record is removed. [d]"""
+    linuxcnc: LinuxCncSettings | None = None
+    """Joints, limits and times of LinuxCNC; None for every other kind."""
 
 
 @final
@@ -269,8 +258,10 @@ class MachineConfiguration:
     """Where the workpiece's diameter is read."""
     outputs: Mapping[str, OutputSettings]
     """Where corrections are written, by name."""
+    historian_url: str
+    """Database of the cycles, without a password; the path of SQLite is absolute."""
     historian: HistorianSettings
-    """Where cycles are recorded."""
+    """How cycles are recorded; the password is masked."""
     server: ServerSettings | None
     """The status server; None: there is none."""
     metrics: MetricsSettings | None

@@ -15,7 +15,9 @@ from thermaxis.files.model_json import model_sha256, write_model
 from thermaxis.runtime._config import examine_machine, read_machine
 from thermaxis.runtime._config_connection import Problem
 from thermaxis.runtime._config_sections import SECTIONS
-from thermaxis.runtime._config_settings import MachineConfiguration
+from thermaxis.runtime._config_settings import MachineConfiguration, ServerSettings
+from thermaxis.runtime._loop import LoopSettings
+from thermaxis.runtime._status_server import check_server
 
 
 def problems_of(path: Path) -> tuple[Problem, ...]:
@@ -65,7 +67,7 @@ def test_paths_count_from_the_folder_of_the_file(
     assert found.model_folder is not None
     assert found.model_folder.resolve() == tmp_path / "models"
     assert found.state_file.resolve() == tmp_path / "machine.state.json"
-    assert Path(found.historian.url.removeprefix("sqlite:///")).resolve() == (
+    assert Path(found.historian_url.removeprefix("sqlite:///")).resolve() == (
         tmp_path / "history" / "lathe.db"
     )
 
@@ -105,9 +107,8 @@ def test_a_configuration_cannot_be_changed(tmp_path: Path) -> None:
 
 
 def test_an_input_that_the_model_does_not_need_is_read_all_the_same(tmp_path: Path) -> None:
-    more = (
-        '\n[input.T_hall_C]\nnode = "ns=2;s=T_hall"\nunit = "degC"\nlowest_c = 0\nhighest_c = 50\n'
-    )
+    more = '\n[input.T_hall_C]\nnode = "ns=2;s=T_hall"\nunit = "degC"\n'
+    more += "lowest_c = 0\nhighest_c = 50\n"
     found = read_machine(machine_file(tmp_path, ("[supervisor]", more + "[supervisor]")))
     assert set(found.inputs) == {"T_spindle_C", "T_column_C", "T_hall_C"}
     assert set(found.compensation.sensors) == {"T_spindle_C", "T_column_C"}
@@ -129,6 +130,15 @@ def test_every_rule_can_be_stated_and_has_its_default_in_one_place(rules: type) 
             assert key.is_required(), f"{entry.name} must be stated"
         else:
             assert key.default is None, f"{entry.name} has a second default"
+
+
+def test_what_is_not_stated_of_start_and_end_is_what_the_loop_takes_by_itself(
+    tmp_path: Path,
+) -> None:
+    found = read_machine(machine_file(tmp_path))
+    loop = LoopSettings(machine="", model_file="", model_sha256="")
+    for name in ("resume_enabled", "resume_within_s", "at_stop", "stop_within_s"):
+        assert getattr(found, name) == getattr(loop, name)
 
 
 # ---- mistakes -----------------------------------------------------------------------------------
@@ -166,7 +176,7 @@ def test_an_unknown_key_never_shows_its_value(tmp_path: Path) -> None:
 
 def test_toml_that_is_none_is_said_with_its_line(tmp_path: Path) -> None:
     path = machine_file(tmp_path, ('name = "vertical lathe"', 'name = "vertical lathe'))
-    with pytest.raises(ConfigurationError, match="not TOML.*line 2"):
+    with pytest.raises(ConfigurationError, match=r"not TOML.*line 2"):
         read_machine(path)
 
 
@@ -185,7 +195,7 @@ def test_a_file_that_is_no_configuration_is_refused(tmp_path: Path, content: byt
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="missing.toml.*cannot be read"):
+    with pytest.raises(ConfigurationError, match=r"missing\.toml.*cannot be read"):
         read_machine(tmp_path / "missing.toml")
 
 
@@ -229,7 +239,7 @@ def test_several_mistakes_are_told_at_once(tmp_path: Path) -> None:
             "the key sign is missing: it has no default",
         ),
         ("away from the workpiece", "up", "this sentence is not known"),
-        ('node = "ns=2;s=T_column"', 'node = "T_column"', "this is no node"),
+        ('node = "ns=2;s=T_column"', 'node = "T_column"', "is no node id"),
         ('node = "ns=2;s=T_column"', 'node = "ns=2;s=T_spindle"', "the same as that of"),
         ('node = "ns=2;s=T_column"', 'node = "ns=2;s=Z_offset"', "the same as that of"),
         ('node = "ns=2;s=T_column"\n', "", "node is missing"),
@@ -242,7 +252,7 @@ def test_several_mistakes_are_told_at_once(tmp_path: Path) -> None:
         ("models/lathe.json", "models/lath.json", "cannot be read"),
         ('model_folder = "models"', 'model_folder = "modls"', "there is no folder"),
         ("margin_k = 4.0", "margin_k = 0.0", "not a positive number"),
-        ("retention_days = 30", "retention_days = 0", "less than 1"),
+        ("retention_days = 30", "retention_days = 0", "not a number from 1 to"),
         ('kind = "opcua"\nconnection = "control"\nheart', 'kind = "linuxcnc"\nheart', "joint"),
     ],
 )
@@ -318,12 +328,17 @@ def test_a_dry_run_needs_no_connection_unit_or_sign(tmp_path: Path) -> None:
 
 def test_linuxcnc_needs_a_joint_of_its_own_for_every_output(tmp_path: Path) -> None:
     changes = (
-        ('kind = "opcua"\nconnection = "control"\nheartbeat_node = "ns=2;s=Heartbeat"', 'kind = "linuxcnc"'),
+        (
+            'kind = "opcua"\nconnection = "control"\nheartbeat_node = "ns=2;s=Heartbeat"',
+            'kind = "linuxcnc"',
+        ),
         ('node = "ns=2;s=Z_offset"\nread_back_node = "ns=2;s=Z_accepted"', "joint = 2"),
-    )  # fmt: skip
+    )
     found = read_machine(machine_file(tmp_path, *changes))
     assert found.sink.kind == "linuxcnc"
-    assert found.outputs["Z_um"].joint == 2
+    assert found.sink.linuxcnc is not None
+    assert found.sink.linuxcnc.outputs["Z_um"].joint == 2
+    assert found.sink.linuxcnc.outputs["Z_um"].limits == Limits(100.0, 0.5)
     um = ('unit = "mm"\nsign', 'unit = "um"\nsign')
     assert "'um' is not known" in only_problem(machine_file(tmp_path, *changes, um)).what
 
@@ -420,13 +435,13 @@ SQLITE = 'url = "sqlite:///history/lathe.db"'
 def test_without_a_table_the_history_is_a_file_beside_the_configuration(tmp_path: Path) -> None:
     path = machine_file(tmp_path, (f"[historian]\n{SQLITE}\nretention_days = 30\n", ""))
     found = read_machine(path)
-    assert found.historian.url == f"sqlite:///{tmp_path / 'machine.history.db'}"
+    assert found.historian_url == f"sqlite:///{tmp_path / 'machine.history.db'}"
     assert found.historian.retention_days == 90.0
 
 
 def test_an_absolute_path_of_a_database_stays(tmp_path: Path) -> None:
     path = machine_file(tmp_path, (SQLITE, f'url = "sqlite:///{tmp_path}/x.db"'))
-    assert read_machine(path).historian.url == f"sqlite:///{tmp_path}/x.db"
+    assert read_machine(path).historian_url == f"sqlite:///{tmp_path}/x.db"
 
 
 @pytest.mark.parametrize(
@@ -453,9 +468,10 @@ def test_postgresql_gets_its_password_from_a_file(tmp_path: Path) -> None:
     secret_file(tmp_path)
     url = "postgresql+psycopg://a@plant.example/x?sslmode=verify-full"
     path = machine_file(tmp_path, (SQLITE, f'url = "{url}"\npassword_file = "secret"'))
-    found = read_machine(path).historian
-    assert found.url == url
-    assert found.password.reveal() == "hunter2"
+    found = read_machine(path)
+    assert found.historian_url == url
+    assert found.historian.password == "hunter2"  # noqa: S105 - what the file says
+    assert "hunter2" not in repr(found)
 
 
 def with_tables(folder: Path, text: str) -> Path:
@@ -465,11 +481,40 @@ def with_tables(folder: Path, text: str) -> Path:
 
 
 def test_servers_are_on_this_computer_unless_said_otherwise(tmp_path: Path) -> None:
-    found = read_machine(with_tables(tmp_path, "[server]\n[metrics]"))
+    found = read_machine(with_tables(tmp_path, '[server]\nanonymous_role = "viewer"\n[metrics]'))
     assert found.server is not None
     assert found.metrics is not None
     assert found.server.address == found.metrics.address == "127.0.0.1"
-    assert found.server.anonymous_role == "none"
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1", "localhost", "::1", "10.0.0.5"])
+@pytest.mark.parametrize("role", ["none", "viewer"])
+@pytest.mark.parametrize("users", [True, False])
+@pytest.mark.parametrize("certificate", [True, False])
+def test_the_file_is_refused_exactly_where_the_server_would_refuse_to_start(
+    tmp_path: Path, address: str, role: str, users: bool, certificate: bool
+) -> None:
+    encrypted(tmp_path)
+    (tmp_path / "users.toml").write_text("", encoding="utf-8")
+    lines = ["[server]", f'address = "{address}"', f'anonymous_role = "{role}"']
+    lines += ['users = "users.toml"'] if users else []
+    lines += ['certificate = "own.der"', 'private_key = "own.pem"'] if certificate else []
+    found = examine_machine(with_tables(tmp_path, "\n".join(lines)))
+    server = ServerSettings(
+        address=address,
+        port=4850,
+        users=tmp_path / "users.toml" if users else None,
+        anonymous_role="viewer" if role == "viewer" else "none",
+        certificate=tmp_path / "own.der" if certificate else None,
+        private_key=tmp_path / "own.pem" if certificate else None,
+    )
+    try:
+        check_server(server)
+    except ConfigurationError:
+        assert not isinstance(found, MachineConfiguration)
+    else:
+        assert isinstance(found, MachineConfiguration)
+        assert found.server == server
 
 
 @pytest.mark.parametrize("address", ["0.0.0.0", "192.168.1.5", "::", "lathe.plant.example"])  # noqa: S104
@@ -573,8 +618,10 @@ _VALUES = st.one_of(
     st.booleans(),
     st.integers(-(2**40), 2**40),
     st.floats(allow_nan=False, allow_infinity=False, width=32).map(float),
-    st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"\\'), max_size=12),
-)  # fmt: skip
+    st.text(
+        st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"\\'), max_size=12
+    ),
+)
 
 
 def _as_toml(value: object) -> str:

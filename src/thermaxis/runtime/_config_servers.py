@@ -1,0 +1,240 @@
+"""The tables ``[historian]``, ``[server]`` and ``[metrics]``: what is stored, and who may look."""
+
+import ipaddress
+from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
+
+from thermaxis.runtime._config_connection import read_secret, refuse_readable
+from thermaxis.runtime._config_problems import Problems
+from thermaxis.runtime._config_sections import HistorianSection, MetricsSection, ServerSection
+from thermaxis.runtime._config_settings import MetricsSettings, ServerSettings
+from thermaxis.runtime._connection import Secret
+from thermaxis.runtime.historian._settings import HistorianSettings
+
+_FORGOTTEN_DATABASES = ("", "/", "/:memory:")
+_ENCRYPTED_MODES = ("require", "verify-ca", "verify-full")
+_POSTGRESQL = ("postgresql", "postgresql+psycopg")
+_URL_REMEDY = (
+    'Write url = "sqlite:///lathe.history.db", or "postgresql+psycopg://user@127.0.0.1/database"'
+    " with password_file"
+)
+_OWN_ADDRESS = "or take the address 127.0.0.1"
+
+
+def is_loopback(address: str) -> bool:
+    """Return whether an address can be reached from this computer only.
+
+    Parameters
+    ----------
+    address : str
+        Address or name.
+
+    Returns
+    -------
+    bool
+        False for every name but ``localhost``.
+    """
+    if address == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(address.strip("[]")).is_loopback
+    except ValueError:
+        return False
+
+
+def historian_settings(
+    section: HistorianSection, problems: Problems, default: str
+) -> tuple[str, HistorianSettings] | None:
+    """Return where cycles are recorded.
+
+    Parameters
+    ----------
+    section : HistorianSection
+        The table.
+    problems : Problems
+        Takes what is wrong.
+    default : str
+        File of the database where the table states no URL.
+
+    Returns
+    -------
+    url : str
+        The database, without a password; a file of SQLite with its whole path.
+    settings : HistorianSettings
+        The rest. None instead of both if something is wrong.
+    """
+    table = "[historian]"
+    url = section.url or f"sqlite:///{default}"
+    try:
+        parts = urlsplit(url)
+        host, password, query = parts.hostname or "", parts.password, parse_qs(parts.query)
+    except ValueError:
+        problems.add(f"{table}, url", "this is no address of a database", _URL_REMEDY)
+        return None
+    secret = _secret(
+        table, section.password_file, section.password_environment, problems, key="password"
+    )
+    if password is not None or "password" in query:
+        problems.add(
+            f"{table}, url",
+            "the address contains a password",
+            "Write it into a file that only its owner can read, name that as password_file, and"
+            " change the password",
+        )
+        return None
+    if parts.scheme == "sqlite":
+        checked = _sqlite_url(url, problems)
+        if secret:
+            problems.add(
+                f"{table}, password_file",
+                "SQLite has no password",
+                "Leave it out; who may read the file is decided by its folder's permissions",
+            )
+    elif parts.scheme in _POSTGRESQL:
+        checked = url
+        encrypted = query.get("sslmode", [""])[-1] in _ENCRYPTED_MODES
+        if host and not is_loopback(host) and not encrypted:
+            problems.add(
+                f"{table}, url",
+                "the connection to another computer is not encrypted for certain",
+                f"End the address with ?sslmode={_ENCRYPTED_MODES[-1]}",
+            )
+    else:
+        problems.add(f"{table}, url", "this database is not known", _URL_REMEDY)
+        return None
+    if checked is None or secret is None:
+        return None
+    stated = section.stated(HistorianSettings)
+    settings = problems.guarded(
+        table, lambda: HistorianSettings(password=secret.reveal(), **stated)
+    )
+    return None if settings is None else (checked, settings)
+
+
+def _sqlite_url(url: str, problems: Problems) -> str | None:
+    name = url.removeprefix("sqlite://")
+    if name in _FORGOTTEN_DATABASES or not name.startswith("/") or "?" in name:
+        problems.add("[historian], url", "this is no file of SQLite", _URL_REMEDY)
+        return None
+    return f"sqlite:///{problems.folder / name[1:]}"
+
+
+def server_settings(section: ServerSection | None, problems: Problems) -> ServerSettings | None:
+    """Return the settings of the status server.
+
+    A password is taken over an encrypted connection only, also on this computer; other computers
+    reach the server with a user's name only.
+
+    Parameters
+    ----------
+    section : ServerSection or None
+        The table, if there is one.
+    problems : Problems
+        Takes what is wrong.
+
+    Returns
+    -------
+    ServerSettings or None
+        None if there is no table.
+    """
+    if section is None:
+        return None
+    table = "[server]"
+    certificate, private_key = _key_pair(table, section.certificate, section.private_key, problems)
+    users = problems.existing(f"{table}, users", section.users)
+    outside = not is_loopback(section.address)
+    if outside and users is None:
+        problems.add(
+            table,
+            "the server can be reached from other computers, and users is missing",
+            f"Write users, certificate and private_key, {_OWN_ADDRESS}",
+        )
+    if (outside or users is not None) and certificate is None:
+        problems.add(
+            table,
+            "users have passwords, which need an encrypted connection, and certificate is missing",
+            "Make one with thermaxis certificate new, and write certificate and private_key",
+        )
+    if outside and section.anonymous_role != "none":
+        problems.add(
+            f"{table}, anonymous_role",
+            "the server can be reached from other computers by people without a name",
+            f'Write "none", {_OWN_ADDRESS}',
+        )
+    if users is None and section.anonymous_role == "none" and not outside:
+        problems.add(
+            table,
+            "nobody could connect: there are no users and no anonymous role",
+            'Write users with a certificate, or anonymous_role = "viewer"',
+        )
+    return ServerSettings(
+        section.address, section.port, users, section.anonymous_role, certificate, private_key
+    )
+
+
+def metrics_settings(section: MetricsSection | None, problems: Problems) -> MetricsSettings | None:
+    """Return the settings of the figures for Prometheus.
+
+    Parameters
+    ----------
+    section : MetricsSection or None
+        The table, if there is one.
+    problems : Problems
+        Takes what is wrong.
+
+    Returns
+    -------
+    MetricsSettings or None
+        None if there is no table, or the token cannot be read.
+    """
+    if section is None:
+        return None
+    table = "[metrics]"
+    certificate, private_key = _key_pair(table, section.certificate, section.private_key, problems)
+    token = _secret(table, section.token_file, section.token_environment, problems, key="token")
+    if token is None:
+        return None
+    outside = not is_loopback(section.address)
+    for there, key in ((bool(token), "token_file"), (certificate is not None, "certificate")):
+        if outside and not there:
+            problems.add(
+                table,
+                f"the figures can be read from other computers, and {key} is missing",
+                f"Write token_file, certificate and private_key, {_OWN_ADDRESS}",
+            )
+    return MetricsSettings(section.address, section.port, token, certificate, private_key)
+
+
+def _secret(
+    table: str, file: str, environment: str, problems: Problems, *, key: str
+) -> Secret | None:
+    """Return the secret, an empty one where none is stated, None where it cannot be read."""
+    if file and environment:
+        problems.add(
+            f"{table}, {key}_environment",
+            f"the {key} is stated twice",
+            f"Give {key}_file or {key}_environment",
+        )
+        return None
+    if not file and not environment:
+        return Secret("")
+    return problems.guarded(
+        table, lambda: read_secret(file, environment, folder=problems.folder, where=table, key=key)
+    )
+
+
+def _key_pair(
+    table: str, certificate: str, private_key: str, problems: Problems
+) -> tuple[Path | None, Path | None]:
+    if bool(certificate) != bool(private_key):
+        lacking = "private_key" if certificate else "certificate"
+        problems.add(
+            table, f"the key {lacking} is missing", "Certificate and private key go together"
+        )
+    path = problems.existing(f"{table}, certificate", certificate)
+    if not private_key:
+        return path, None
+    key = problems.folder / private_key
+    place = f"{table}, private_key"
+    problems.guarded(place, lambda: refuse_readable(key, where=place))
+    return path, key
