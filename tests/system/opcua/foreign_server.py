@@ -186,6 +186,7 @@ class ForeignServer:
     def wait_for_end(self, limit_s: float = 10.0) -> int:
         """Wait until it has ended by itself; return its exit code."""
         code = self.running.popen.wait(limit_s)
+        self.running.end()
         self._running = None
         return code
 

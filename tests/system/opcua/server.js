@@ -172,6 +172,8 @@ function sample(variable, name) {
   } else variable.setValueFromSource(double(fault === "jump" ? value + 15.0 : value));
 }
 
+let sampleAll = () => undefined;
+
 function takeFault(fault, channel) {
   if (!FAULTS.includes(fault)) throw new Error(`no such fault: ${fault}`);
   machine.fault = fault;
@@ -234,11 +236,10 @@ function addNodes(server) {
 }
 
 function addTemperatures(add) {
-  for (const name of Object.keys(TEMPERATURES)) {
-    const variable = add(name, "Double", undefined);
-    sample(variable, name);
-    setInterval(() => sample(variable, name), 1000 * settings.sampling_s);
-  }
+  const variables = Object.keys(TEMPERATURES).map((name) => [name, add(name, "Double")]);
+  sampleAll = () => variables.forEach(([name, variable]) => sample(variable, name));
+  sampleAll();
+  setInterval(() => sampleAll(), 1000 * settings.sampling_s);
 }
 
 function addOffsets(readable, writable) {
@@ -338,6 +339,8 @@ async function obey(line) {
     if (!(name in flags)) throw new Error(`no such flag: ${name}`);
     flags[name] = value;
   }
+  if (command.sample) sampleAll();
+  if (command.plc_cycle) plcCycle();
   if (command.listen) await listen();
   else say("DONE", command);
 }
