@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from asyncua import Client, ua
+from asyncua import ua
+from asyncua.client.client import Client
+from asyncua.common.node import Node
 
 from tests.system.opcua.foreign_server import NAMESPACE_URI, ForeignServer, install, missing
 
@@ -64,12 +66,16 @@ def test_a_missing_node_is_named_with_the_command_that_installs_it() -> None:
     assert missing() == ""
 
 
+async def nodes_of(client: Client, *names: str) -> list[Node]:
+    """Return the machine's nodes, by the library alone."""
+    index = await client.get_namespace_index(NAMESPACE_URI)
+    return [client.get_node(f"ns={index};s=/Plc/{name}") for name in names]
+
+
 async def values(machine: ForeignServer, *names: str) -> list[ua.DataValue]:
     """Read with the library alone, as a second way beside the project's client."""
     async with Client(machine.url) as client:
-        index = await client.get_namespace_index(NAMESPACE_URI)
-        nodes = [client.get_node(ua.NodeId(f"/Plc/{name}", index)) for name in names]
-        return await client.read_attributes(nodes)
+        return await client.read_attributes(await nodes_of(client, *names))
 
 
 def test_the_foreign_server_refuses_every_type_but_the_nodes_own(machine: ForeignServer) -> None:
@@ -81,11 +87,9 @@ def test_the_foreign_server_refuses_every_type_but_the_nodes_own(machine: Foreig
     }
 
     async def attempt() -> dict[tuple[str, ua.VariantType], str]:
-        said = {}
+        said: dict[tuple[str, ua.VariantType], str] = {}
         async with Client(machine.url) as client:
-            index = await client.get_namespace_index(NAMESPACE_URI)
-            for name in kinds:
-                node = client.get_node(ua.NodeId(f"/Plc/{name}", index))
+            for name, node in zip(kinds, await nodes_of(client, *kinds), strict=True):
                 for kind in kinds.values():
                     try:
                         await node.write_value(ua.DataValue(ua.Variant(0, kind)))
@@ -130,8 +134,7 @@ def test_the_machine_takes_an_offset_over_only_when_the_heartbeat_moves(
 ) -> None:
     async def write(name: str, value: float, kind: ua.VariantType) -> None:
         async with Client(machine.url) as client:
-            index = await client.get_namespace_index(NAMESPACE_URI)
-            node = client.get_node(ua.NodeId(f"/Plc/{name}", index))
+            (node,) = await nodes_of(client, name)
             await node.write_value(ua.DataValue(ua.Variant(value, kind)))
 
     def accepted() -> list[float]:
