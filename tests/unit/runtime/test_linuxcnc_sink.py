@@ -1,0 +1,761 @@
+"""The LinuxCNC sink beside a HAL in memory: nothing unproven is written, nothing latches unseen.
+
+The HAL is made from the very text that is written for the machine, by a reader of its own.
+"""
+
+import asyncio
+import math
+import re
+from collections.abc import Awaitable, Callable
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.linuxcnc_hal import MemoryHal
+from thermaxis.compensation import Limits
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._halcmd import (
+    HalLostError,
+    HalPipe,
+    HalRefusedError,
+    bit_of,
+    confirm_silence,
+    number_of,
+    open_pipe,
+    running_instance,
+)
+from thermaxis.runtime._sign import AWAY, TOWARDS
+from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.runtime.sinks.linuxcnc import (
+    LinuxCncOutput,
+    LinuxCncSettings,
+    LinuxCncSink,
+    hal_text,
+)
+
+BOUND_UM, RATE_UM_PER_S = 100.0, 10.0
+LIMITS = Limits(BOUND_UM, RATE_UM_PER_S)
+Z = LinuxCncOutput(2, "mm", AWAY, LIMITS)
+X = LinuxCncOutput(0, "inch", TOWARDS, LIMITS)
+SETTINGS = LinuxCncSettings(outputs={"Z_um": Z, "X_um": X})
+DEADLINE_S = 0.5
+HEARTBEAT, ARM = "thermaxis-heartbeat", "thermaxis-arm"
+
+
+def beside(
+    hal: MemoryHal,
+    act: Callable[[LinuxCncSink], Awaitable[None]],
+    settings: LinuxCncSettings = SETTINGS,
+) -> None:
+    """Open a sink beside a HAL, act in virtual time, and close it."""
+
+    async def life() -> None:
+        sink = LinuxCncSink(settings, VirtualClock(), hal.attach)
+        await sink.open()
+        try:
+            await asyncio.sleep(0.2)
+            await act(sink)
+        finally:
+            await sink.close()
+
+    run_in_virtual_time(life())
+
+
+async def write_for(
+    sink: LinuxCncSink, duration_s: float, z_um: float, x_um: float = 0.0
+) -> list[bool]:
+    """Write ten times a second, as a loop does; return what was accepted."""
+    written: list[bool] = []
+    for _ in range(round(10.0 * duration_s)):
+        await sink.found(DEADLINE_S)
+        written.append(await sink.write({"Z_um": z_um, "X_um": x_um}, DEADLINE_S))
+        await asyncio.sleep(0.1)
+    return written
+
+
+def edges(hal: MemoryHal, signal: str) -> int:
+    """Return how often a signal was set from false to true."""
+    values = [0.0, *(value for _, name, value in hal.sets if name == signal)]
+    return sum(b > a for a, b in pairwise(values))
+
+
+# ---- the way of an offset -----------------------------------------------------------------------
+
+
+def test_nothing_is_written_before_found_was_read() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        assert sink.connected
+        assert not await sink.write({"Z_um": 5.0, "X_um": 0.0}, DEADLINE_S)
+        assert hal.sets == []
+        assert await sink.found(DEADLINE_S) == {"Z_um": 0.0, "X_um": 0.0}
+        assert await sink.found(DEADLINE_S) is None
+        assert hal.sets == []
+        assert await sink.write({"Z_um": 5.0, "X_um": 0.0}, DEADLINE_S)
+
+    beside(hal, act)
+    assert edges(hal, ARM) == 1
+
+
+def test_requested_accepted_and_effective_are_three_numbers() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        assert (await sink.read_back(DEADLINE_S))["Z_um"] == (None, 0.0, 0.0)
+        await write_for(sink, 1.0, 30.0)
+        z = (await sink.read_back(DEADLINE_S))["Z_um"]
+        assert z.requested_um == 30.0
+        assert z.accepted_um == pytest.approx(30.0, rel=1e-6)
+        assert z.effective_um == pytest.approx(RATE_UM_PER_S * 1.0, abs=0.2)
+        await write_for(sink, 3.0, 30.0)
+        z = (await sink.read_back(DEADLINE_S))["Z_um"]
+        assert z.effective_um == pytest.approx(30.0, rel=1e-6)
+
+    beside(hal, act)
+
+
+@given(
+    z_um=st.floats(-BOUND_UM, BOUND_UM),
+    x_um=st.floats(-BOUND_UM, BOUND_UM),
+)
+def test_sign_and_unit_of_each_joint_are_those_of_its_sentence(z_um: float, x_um: float) -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 0.2, z_um, x_um)
+        back = await sink.read_back(DEADLINE_S)
+        assert back["Z_um"].accepted_um == pytest.approx(z_um, rel=1e-6, abs=1e-9)
+        assert back["X_um"].accepted_um == pytest.approx(x_um, rel=1e-6, abs=1e-9)
+
+    beside(hal, act)
+    assert hal.pin("thermaxis-limit-2.in") == pytest.approx(z_um / 1000.0, rel=1e-12)
+    assert hal.pin("thermaxis-limit-0.in") == pytest.approx(-x_um / 25400.0, rel=1e-12)
+
+
+def test_the_drive_is_shifted_and_the_controller_does_not_see_it() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+    hal.put("joint.2.motor-pos-cmd", -10.0)
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 4.0, 30.0)
+
+    beside(hal, act)
+    assert hal.pin("thermaxis-shift-2.out") == pytest.approx(-10.0 + 0.030, abs=1e-12)
+    assert hal.pin("joint.2.motor-pos-fb") == pytest.approx(-10.0, abs=1e-12)
+
+
+def test_every_write_moves_the_heartbeat_once() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        assert all(await write_for(sink, 2.0, 1.0))
+
+    beside(hal, act)
+    beats = [value for _, name, value in hal.sets if name == HEARTBEAT]
+    assert len(beats) == 20
+    assert all(a != b for a, b in pairwise(beats))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, None])
+def test_what_is_no_number_stops_the_heartbeat_and_the_machine_takes_the_offset_back(
+    value: float | None,
+) -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 2.0, 10.0)
+        before = list(hal.sets)
+        wanted = {"X_um": 0.0} if value is None else {"X_um": 0.0, "Z_um": value}
+        for _ in range(40):
+            assert not await sink.write(wanted, DEADLINE_S)
+            assert "Z_um" in sink.last_error
+            await asyncio.sleep(0.1)
+        assert hal.sets == before
+        assert (await sink.read_back(DEADLINE_S))["Z_um"] == (10.0, 0.0, 0.0)
+
+    beside(hal, act)
+
+
+# ---- the watchdog -------------------------------------------------------------------------------
+
+
+def test_a_writer_that_pauses_finds_the_offset_on_its_way_and_arms_once_more() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 6.0, 50.0)
+        await asyncio.sleep(4.0)
+        for _ in range(10):  # it stays tripped however often a write is tried
+            assert not await sink.write({"Z_um": 50.0, "X_um": 0.0}, DEADLINE_S)
+        assert "watchdog" in sink.last_error
+        back = (await sink.read_back(DEADLINE_S))["Z_um"]
+        assert back.accepted_um == 0.0
+        found = await sink.found(DEADLINE_S)
+        assert found is not None
+        assert found["Z_um"] == back.effective_um
+        # two seconds of patience, then the rate: 4.1 s after the last write
+        assert found["Z_um"] == pytest.approx(50.0 - RATE_UM_PER_S * 2.1, abs=0.2)
+        assert edges(hal, ARM) == 1
+        assert await sink.write({"Z_um": found["Z_um"] or 0.0, "X_um": 0.0}, DEADLINE_S)
+        assert sink.last_error == ""
+
+    beside(hal, act)
+    assert edges(hal, ARM) == 2
+
+
+def test_the_request_stands_before_the_watchdog_is_armed() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 6.0, 50.0)
+        await asyncio.sleep(10.0)
+        await sink.write({"Z_um": 50.0, "X_um": 0.0}, DEADLINE_S)
+        assert hal.pin("thermaxis-shift-2.offset") == 0.0
+        assert (await sink.found(DEADLINE_S)) == {"Z_um": 0.0, "X_um": 0.0}
+        await sink.write({"Z_um": 0.5, "X_um": 0.0}, DEADLINE_S)
+
+    beside(hal, act)
+    names = [name for _, name, _ in hal.sets]
+    last_edge = max(i for i, (_, name, value) in enumerate(hal.sets) if name == ARM and value)
+    request = max(i for i, name in enumerate(names) if name == "thermaxis-request-2")
+    assert request < last_edge
+    assert hal.sets[request][2] == pytest.approx(0.0005)
+
+
+def test_a_successor_in_time_goes_on_without_an_edge_and_a_late_one_needs_it() -> None:
+    for pause_s, wanted in ((1.0, 1), (5.0, 2)):
+        hal = MemoryHal(hal_text(SETTINGS))
+
+        async def act(sink: LinuxCncSink) -> None:
+            assert all(await write_for(sink, 1.0, 5.0))
+
+        async def lives(hal: MemoryHal = hal, pause_s: float = pause_s) -> None:
+            for _ in range(2):
+                sink = LinuxCncSink(SETTINGS, VirtualClock(), hal.attach)
+                await sink.open()
+                await asyncio.sleep(0.1)
+                await act(sink)
+                await sink.close()
+                await asyncio.sleep(pause_s)
+
+        run_in_virtual_time(lives())
+        assert edges(hal, ARM) == wanted
+
+
+def test_an_idle_sink_notices_that_the_watchdog_tripped() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 2.0, 10.0)
+        await asyncio.sleep(10.0)
+        assert await sink.found(DEADLINE_S) == {"Z_um": 0.0, "X_um": 0.0}
+
+    beside(hal, act)
+
+
+def test_a_watchdog_that_does_not_start_is_no_accepted_write() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        hal.behaviour["watchdog.process"] = lambda: None
+        assert not any(await write_for(sink, 1.0, 10.0))
+        assert "watchdog" in sink.last_error
+
+    beside(hal, act)
+
+
+@pytest.mark.parametrize(
+    "frozen_in", ["gets thermaxis-ok", "gets thermaxis-request-0", "gets thermaxis-arm"]
+)
+def test_what_a_frozen_program_comes_back_to_is_not_written_late(frozen_in: str) -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await sink.found(DEADLINE_S)
+        hal.freezes[frozen_in] = 5.0
+        assert not await sink.write({"Z_um": 10.0, "X_um": 0.0}, DEADLINE_S)
+        assert hal.freezes == {}
+        assert "time" in sink.last_error
+        assert hal.pin(ARM) == 0.0
+        assert hal.pin("thermaxis-shift-2.offset") == 0.0
+
+    beside(hal, act)
+
+
+# ---- a machine that is not there, goes, or is not as it must be ---------------------------------
+
+
+def test_a_machine_that_is_not_there_is_waited_for() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+    hal.running = False
+
+    async def act(sink: LinuxCncSink) -> None:
+        assert not sink.connected
+        assert "not running" in sink.last_error
+        assert await sink.found(DEADLINE_S) is None
+        assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
+        assert await sink.read_back(DEADLINE_S) == {"Z_um": (None, None, None), "X_um": (None,) * 3}
+        hal.running = True
+        await asyncio.sleep(SETTINGS.retry_s + 0.1)
+        assert sink.connected
+        assert await sink.found(DEADLINE_S) is not None
+
+    beside(hal, act)
+
+
+def test_after_each_return_of_the_machine_found_is_news_once() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        for _ in range(3):
+            assert all(await write_for(sink, 0.5, 1.0))
+            hal.running = False
+            assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
+            assert not sink.connected
+            back = await sink.read_back(DEADLINE_S)
+            assert back["Z_um"] == (1.0, None, None)
+            hal.running = True
+            await asyncio.sleep(1.0)
+            assert sink.connected
+            before = len(hal.sets)
+            assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
+            assert len(hal.sets) == before
+            assert await sink.found(DEADLINE_S) is not None
+            assert await sink.found(DEADLINE_S) is None
+
+    beside(hal, act)
+
+
+def test_a_machine_that_does_not_answer_costs_no_more_than_the_deadline() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        loop = asyncio.get_running_loop()
+        await write_for(sink, 0.5, 1.0)
+        hal.answers = False
+        for call in (
+            lambda: sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S),
+            lambda: sink.read_back(DEADLINE_S),
+            lambda: sink.found(DEADLINE_S),
+        ):
+            begin_s = loop.time()
+            await call()
+            assert loop.time() - begin_s <= DEADLINE_S + 1e-9
+        assert not sink.connected
+        hal.answers = True
+        await asyncio.sleep(3.0)
+        assert sink.connected
+
+    beside(hal, act)
+
+
+def test_a_servo_thread_that_stands_still_is_a_lost_connection() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 0.5, 1.0)
+        hal.thread_runs = False
+        assert not (await write_for(sink, 1.0, 2.0))[-1]
+        assert not sink.connected
+        assert "servo thread" in sink.last_error
+        await asyncio.sleep(5.0)
+        assert not sink.connected
+        hal.thread_runs = True
+        await asyncio.sleep(2.0)
+        assert sink.connected
+
+    beside(hal, act)
+
+
+def test_the_period_counter_may_begin_again() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+    hal.put("thermaxis-count.count", 2.0**32 - 300.0)
+
+    async def act(sink: LinuxCncSink) -> None:
+        assert all(await write_for(sink, 1.0, 1.0))
+        assert hal.pin("thermaxis-count.count") < 2000.0
+
+    beside(hal, act)
+
+
+def test_a_joint_that_is_not_homed_takes_no_offset() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+    hal.values["joint.2.homed"] = 0.0
+
+    async def act(sink: LinuxCncSink) -> None:
+        assert not sink.connected
+        assert "joint 2 is not homed" in sink.last_error
+        assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
+        hal.values["joint.2.homed"] = 1.0
+        await asyncio.sleep(0.6)
+        assert sink.connected
+        assert sink.last_error == ""
+        assert all(await write_for(sink, 3.0, 20.0))
+        hal.values["joint.2.homed"] = 0.0
+        before = len(hal.sets)
+        assert not any(await write_for(sink, 5.0, 20.0))
+        assert len(hal.sets) == before
+        assert hal.pin("thermaxis-shift-2.offset") == 0.0
+        hal.values["joint.2.homed"] = 1.0
+        await asyncio.sleep(0.6)
+        assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
+        assert await sink.found(DEADLINE_S) == {"Z_um": 0.0, "X_um": 0.0}
+
+    beside(hal, act)
+
+
+def test_another_program_that_sets_the_offset_is_noticed() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 0.5, 1.0)
+        hal.values["thermaxis-request-2"] = 0.05
+        assert not await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
+        assert "another program sets thermaxis-request-2" in sink.last_error
+        assert await sink.found(DEADLINE_S) is not None
+        assert await sink.write({"Z_um": 1.0, "X_um": 0.0}, DEADLINE_S)
+
+    beside(hal, act)
+
+
+def test_a_narrower_clamp_on_the_machine_shows_as_what_it_accepts() -> None:
+    hal = MemoryHal(hal_text(SETTINGS).replace("limit-2.max 0.1", "limit-2.max 0.02"))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await write_for(sink, 6.0, 50.0)
+        back = (await sink.read_back(DEADLINE_S))["Z_um"]
+        assert back.requested_um == 50.0
+        assert back.accepted_um == back.effective_um == pytest.approx(20.0, rel=1e-6)
+
+    beside(hal, act)
+
+
+WRONG = {
+    "a wider clamp": (r"(limit-2\.max) 0\.1", r"\1 0.11", "limit-2.max is 0.11"),
+    "no clamp": (r"setp \S+limit-2\.min .*\n", "", "limit-2.min is -1e+20"),
+    "an inverted clamp": (r"(limit-2\.max) 0\.1", r"\1 -0.1", "limit-2.max is -0.1"),
+    "a faster rate": (r"(limit-2\.maxv) .*", r"\1 1.0", "limit-2.maxv is 1"),
+    "no rate": (r"setp \S+limit-2\.maxv .*\n", "", "limit-2.maxv is 1e+20"),
+    "no timeout": (r"setp watchdog.timeout-0 .*\n", "", "timeout-0 is 0 s, too short"),
+    "a long timeout": (r"(watchdog.timeout-0) .*", r"\1 60", "timeout-0 is 60 s, more than 2 s"),
+    "no watchdog in the thread": (r"addf watchdog.process.*\n", "", "not run watchdog.process"),
+    "no limit in the thread": (r"addf thermaxis-limit-2 .*\n", "", "not run thermaxis-limit-2"),
+    "feedback behind the controller": (r"servo-thread -3", "servo-thread", "must run before"),
+    "a clamp before the controller": (
+        r"(addf thermaxis-limit-2 servo-thread)",
+        r"\1 1",
+        "must run behind motion-controller",
+    ),
+    "the watchdog behind the limit": (
+        r"addf watchdog.process servo-thread\n([\s\S]*update-output servo-thread\n)",
+        r"\1addf watchdog.process servo-thread\n",
+        "order in servo-thread",
+    ),
+    "a limit that nothing disables": (r" thermaxis-limit-2\.enable", "", "not connected"),
+    "an offset without its limit": (r"net thermaxis-offset-2.*\n", "", "shift-2.offset are not"),
+    "another signal for the request": (
+        r"net thermaxis-request-2 =>",
+        "net other =>",
+        "signal thermaxis-request-2 and",
+    ),
+    "a jump": (r"(loadrt watchdog)", r"\1", "load is used"),
+    "no drive": (r"", "", "shift-2.out leads nowhere"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_machine_that_is_arranged_otherwise_is_not_written_to(name: str) -> None:
+    pattern, other, fault = WRONG[name]
+    text = hal_text(SETTINGS)
+    changed = re.sub(pattern, other, text)
+    hal = MemoryHal(changed)
+    if name == "a jump":
+        hal.values["thermaxis-limit-2.load"] = 1.0
+    elif name == "no drive":
+        del hal.signal_of["thermaxis-shift-2.out"], hal.signal_of["thermaxis-shift-2.fb-in"]
+    else:
+        assert changed != text
+
+    async def act(sink: LinuxCncSink) -> None:
+        assert not any(await write_for(sink, 1.0, 1.0))
+        assert not sink.connected
+        assert fault in sink.last_error
+        assert hal.sets == []
+
+    beside(hal, act)
+
+
+@pytest.mark.parametrize("lacking", ["thermaxis-count.count", "joint.2.homed"])
+def test_a_machine_without_a_needed_pin_is_not_written_to(lacking: str) -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+    hal.hidden.add(lacking)
+
+    async def act(sink: LinuxCncSink) -> None:
+        assert not any(await write_for(sink, 1.0, 1.0))
+        assert lacking in sink.last_error
+        assert hal.sets == []
+
+    beside(hal, act)
+
+
+def test_a_set_that_is_not_confirmed_is_no_accepted_write() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    def other_value(command: str) -> None:
+        if command == "gets thermaxis-request-2" and hal.sets:
+            hal.values["thermaxis-request-2"] = 0.001
+
+    async def act(sink: LinuxCncSink) -> None:
+        await sink.found(DEADLINE_S)
+        hal.before_answer = other_value
+        assert not await sink.write({"Z_um": 5.0, "X_um": 0.0}, DEADLINE_S)
+        assert "0.005 was set and 0.001 is there" in sink.last_error
+        assert edges(hal, HEARTBEAT) == edges(hal, ARM) == 0
+
+    beside(hal, act)
+
+
+# ---- settings and text --------------------------------------------------------------------------
+
+
+def test_the_machine_gets_the_limits_of_the_configuration_in_its_unit() -> None:
+    text = hal_text(SETTINGS)
+    values = dict(re.findall(r"^setp (\S+) (\S+)$", text, re.MULTILINE))
+    assert {pin: float(value) for pin, value in values.items()} == {
+        "watchdog.timeout-0": 2.0,
+        "thermaxis-limit-2.min": pytest.approx(-0.1),
+        "thermaxis-limit-2.max": pytest.approx(0.1),
+        "thermaxis-limit-2.maxv": pytest.approx(0.01),
+        "thermaxis-limit-2.maxa": pytest.approx(0.25),
+        "thermaxis-limit-0.min": pytest.approx(-0.1 / 25.4),
+        "thermaxis-limit-0.max": pytest.approx(0.1 / 25.4),
+        "thermaxis-limit-0.maxv": pytest.approx(0.01 / 25.4),
+        "thermaxis-limit-0.maxa": pytest.approx(0.25 / 25.4),
+    }
+
+
+def test_no_name_breaks_out_of_its_comment() -> None:
+    settings = LinuxCncSettings(outputs={"Z\nloadrt x\r#um": Z})
+    text = hal_text(settings, "a\nb.hal")
+    assert text.isascii()
+    verbs = {line.split()[0] for line in text.splitlines() if line and not line.startswith("#")}
+    assert verbs == {"loadrt", "addf", "setp", "net"}
+    assert not re.search(r"^loadrt x", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("cycle_s", "watchdog_s", "wanted"), [(0.1, 0.0, 2.0), (1.0, 0.0, 2.0), (10.0, 0.0, 20.0)]
+)
+def test_the_watchdog_lets_one_late_write_pass(
+    cycle_s: float, watchdog_s: float, wanted: float
+) -> None:
+    settings = LinuxCncSettings(outputs={"Z_um": Z}, cycle_s=cycle_s, watchdog_s=watchdog_s)
+    assert settings.watchdog_s == wanted
+    assert f"setp watchdog.timeout-0 {wanted}" in hal_text(settings)
+
+
+@pytest.mark.parametrize(
+    ("make", "where"),
+    [
+        (lambda: LinuxCncOutput(-1, "mm", AWAY, LIMITS), "joint"),
+        (lambda: LinuxCncOutput(16, "mm", AWAY, LIMITS), "joint"),
+        (lambda: LinuxCncOutput(2, "um", AWAY, LIMITS), "unit"),
+        (lambda: LinuxCncOutput(2, "mm", "up", LIMITS), "sign"),
+        (lambda: LinuxCncOutput(2, "mm", AWAY, LIMITS, -1.0), "acceleration"),
+        (lambda: LinuxCncOutput(2, "mm", AWAY, LIMITS, math.inf), "acceleration"),
+        (lambda: LinuxCncOutput(2, "mm", AWAY, LIMITS, math.nan), "acceleration"),
+        (lambda: LinuxCncSettings(outputs={}), "output"),
+        (lambda: LinuxCncSettings(outputs={"Z_um": Z, "X_um": Z}), "output"),
+        (lambda: LinuxCncSettings(outputs={"Z_um": Z}, cycle_s=100.0), "cycle_s"),
+        (lambda: LinuxCncSettings(outputs={"Z_um": Z}, watchdog_s=1.0), "watchdog_s"),
+        (lambda: LinuxCncSettings(outputs={"Z_um": Z}, watchdog_s=1000.0), "watchdog_s"),
+        (lambda: LinuxCncSettings(outputs={"Z_um": Z}, watchdog_s=math.nan), "watchdog_s"),
+        (lambda: LinuxCncSettings(outputs={"Z_um": Z}, retry_s=0.0), "retry_s"),
+        (lambda: LinuxCncSettings(outputs={"Z_um": Z}, thread="a\nb"), "thread"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(make: Callable[[], object], where: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        make()
+    assert where in caught.value.where
+
+
+# ---- the pipe -----------------------------------------------------------------------------------
+
+
+class Commands:
+    """What a program would read; for each batch it may answer."""
+
+    def __init__(self, answers: asyncio.StreamReader, answer: Callable[[str], str]) -> None:
+        self.answers, self.answer = answers, answer
+        self.sizes: list[int] = []
+        self.line = 0
+        self.silent = self.ends = self.closed = False
+
+    def write(self, batch: bytes) -> None:
+        self.sizes.append(len(batch))
+        if self.ends:
+            self.answers.feed_eof()
+        if self.silent or self.ends:
+            return
+        for command in batch.decode("ascii").splitlines():
+            self.line += 1
+            if command.startswith("print "):
+                text = f"<stdin>:{self.line}: HALCMD MSG: {command.removeprefix('print ')}\n"
+            else:
+                text = self.answer(command)
+            self.answers.feed_data(text.encode("ascii"))
+
+    async def drain(self) -> None:
+        await asyncio.sleep(0)
+
+    def close(self) -> None:
+        self.closed = True
+
+    async def wait_closed(self) -> None:
+        if self.ends:
+            raise BrokenPipeError
+
+
+def on_a_pipe(
+    answer: Callable[[str], str], act: Callable[[HalPipe, Commands], Awaitable[None]]
+) -> None:
+    """Act on a pipe whose program answers by a function, in virtual time."""
+
+    async def life() -> None:
+        reader = asyncio.StreamReader()
+        commands = Commands(reader, answer)
+        pipe = HalPipe(commands, reader)  # type: ignore[arg-type]
+        await act(pipe, commands)
+        await pipe.close()
+        assert commands.closed
+
+    run_in_virtual_time(life())
+
+
+def test_lines_of_an_error_shift_no_later_answer() -> None:
+    said = {"bad": "<stdin>:1: not found\n<stdin>:1: setp failed\n", "getp a": "1\n", "quiet": ""}
+
+    async def act(pipe: HalPipe, _: Commands) -> None:
+        answers = await pipe.ask(["getp a", "bad", "quiet", "getp a"], 1.0)
+        assert answers == [
+            ("1",),
+            ("<stdin>:1: not found", "<stdin>:1: setp failed"),
+            (),
+            ("1",),
+        ]
+        assert await pipe.ask(["getp a"], 1.0) == [("1",)]
+
+    on_a_pipe(said.__getitem__, act)
+
+
+def test_many_commands_are_given_in_batches_that_a_pipe_takes_whole() -> None:
+    sizes: list[int] = []
+
+    async def act(pipe: HalPipe, commands: Commands) -> None:
+        asked = [f"show pin thermaxis-shift-15.update-{i:04d}" for i in range(300)]
+        assert await pipe.ask(asked, 1.0) == [(command,) for command in asked]
+        sizes.extend(commands.sizes)
+
+    on_a_pipe(lambda command: f"{command}\n", act)
+    assert len(sizes) > 1
+    assert max(sizes) <= 4096
+
+
+def test_a_pipe_that_was_not_answered_in_time_is_out_of_step_for_good() -> None:
+    async def act(pipe: HalPipe, commands: Commands) -> None:
+        commands.silent = True
+        with pytest.raises(HalLostError, match=r"within 0\.5 s"):
+            await pipe.ask(["getp a"], 0.5)
+        commands.silent = False
+        with pytest.raises(HalLostError, match="out of step"):
+            await pipe.ask(["getp a"], 0.5)
+
+    on_a_pipe(lambda _: "1\n", act)
+
+
+def test_a_cancelled_exchange_leaves_the_pipe_out_of_step() -> None:
+    async def act(pipe: HalPipe, commands: Commands) -> None:
+        commands.silent = True
+        task = asyncio.create_task(pipe.ask(["getp a"], 5.0))
+        await asyncio.sleep(0.1)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        with pytest.raises(HalLostError, match="out of step"):
+            await pipe.ask(["getp a"], 0.5)
+
+    on_a_pipe(lambda _: "1\n", act)
+
+
+def test_a_program_that_ends_is_said_to_have_ended_with_its_last_words() -> None:
+    async def act(pipe: HalPipe, commands: Commands) -> None:
+        commands.answers.feed_data(b"HAL: ERROR: no memory\n")
+        commands.ends = True
+        with pytest.raises(HalLostError, match="has ended: HAL: ERROR: no memory"):
+            await pipe.ask(["getp a"], 0.5)
+
+    on_a_pipe(lambda _: "1\n", act)
+
+
+def test_two_who_ask_at_once_get_their_own_answers() -> None:
+    async def act(pipe: HalPipe, _: Commands) -> None:
+        asked = [[f"getp {who}{i}" for i in range(20)] for who in "abc"]
+        answers = await asyncio.gather(*(pipe.ask(commands, 1.0) for commands in asked))
+        assert answers == [[(command,) for command in commands] for commands in asked]
+
+    on_a_pipe(lambda command: f"{command}\n", act)
+
+
+@pytest.mark.parametrize(
+    "answer", [(), ("nan",), ("inf",), ("1", "2"), ("TRUE",), ("x not found",)]
+)
+def test_only_one_finite_number_is_a_number(answer: tuple[str, ...]) -> None:
+    with pytest.raises(HalRefusedError, match="a pin"):
+        number_of(answer, "a pin")
+
+
+@pytest.mark.parametrize("answer", [(), ("1",), ("true",), ("TRUE", "TRUE")])
+def test_only_true_and_false_are_bits(answer: tuple[str, ...]) -> None:
+    with pytest.raises(HalRefusedError, match="a pin"):
+        bit_of(answer, "a pin")
+    with pytest.raises(HalRefusedError, match="a pin"):
+        confirm_silence(("said",), "a pin")
+
+
+# ---- the instance -------------------------------------------------------------------------------
+
+HEAD = "       key      shmid perms                  size  cpid  lpid nattch   uid   gid\n"
+
+
+def test_the_instance_that_runs_is_found_without_asking_it(tmp_path: Path) -> None:
+    table = tmp_path / "shm"
+    assert running_instance(table) is None
+    table.write_text("", encoding="ascii")
+    assert running_instance(table) is None
+    table.write_text(f"{HEAD}         0    77   600      16  11  12   2  1000  1000\n", "ascii")
+    assert running_instance(table) is None
+    key = int.from_bytes(b"HAL2", "big")
+    row = f"{key}    78   600 1048576  11  12   2  1000  1000\n"
+    table.write_text(HEAD + row, encoding="ascii")
+    assert running_instance(table) == (78, 1000, 11)
+
+
+def test_halcmd_is_not_started_without_a_linuxcnc_of_the_same_user(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = tmp_path / "shm"
+    with pytest.raises(HalLostError, match="not running"):
+        run_in_virtual_time(open_pipe("halcmd", table))
+    key = int.from_bytes(b"HAL2", "big")
+    table.write_text(f"{HEAD}{key} 78 600 1048576 11 12 2 1000 1000\n", encoding="ascii")
+    monkeypatch.setattr("os.geteuid", lambda: 1001)
+    with pytest.raises(HalLostError, match="as the user who starts LinuxCNC"):
+        run_in_virtual_time(open_pipe("halcmd", table))
+    monkeypatch.setattr("os.geteuid", lambda: 1000)
+    with pytest.raises(HalLostError, match="no program /nowhere/halcmd"):
+        run_in_virtual_time(open_pipe("/nowhere/halcmd", table))
