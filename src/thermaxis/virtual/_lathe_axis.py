@@ -1,0 +1,140 @@
+"""The machine's side of the offset: a clamp, a rate, and a watchdog on the writer's heartbeat.
+
+As a PLC in front of the axis' temperature compensation: what is written is clamped and reported
+as accepted; what acts moves towards it at a limited rate, and back to zero when the heartbeat
+stands still or the axis has no reference. With the drives off or in emergency stop nothing moves.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from thermaxis.errors import ConfigurationError
+
+HEARTBEAT_RANGE = 2**32
+"""The heartbeat is an UInt32. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OffsetRules:
+    """Rules of the machine for its offset.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is not positive or not finite.
+    """
+
+    largest_um: float = 400.0
+    """What is written is clamped to plus and minus this. Default: more than the lathe ever moves.
+    [µm]"""
+    rate_um_per_s: float = 2.0
+    """The offset that acts moves at most so fast. [µm/s]"""
+    watchdog_s: float | None = 2.0
+    """Without a moved heartbeat for so long the offset goes to zero; None: never. [s]"""
+    own_um_per_k: float = -9.0
+    """What the builder's own compensation adds per kelvin that the front bearing is warmer than
+    the columns, with the sign of the displacement that it takes away. [µm/K]"""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name, value in (
+            ("largest_um", self.largest_um),
+            ("rate_um_per_s", self.rate_um_per_s),
+            ("watchdog_s", 1.0 if self.watchdog_s is None else self.watchdog_s),
+        ):
+            if not (math.isfinite(value) and value > 0.0):
+                raise ConfigurationError("not a positive number", where=name)
+        if not math.isfinite(self.own_um_per_k):
+            raise ConfigurationError("not a finite number", where="own_um_per_k")
+
+
+@final
+class OffsetAxis:
+    """The offset of the Z axis.
+
+    Parameters
+    ----------
+    rules : OffsetRules
+        Rules of the machine.
+    """
+
+    def __init__(self, rules: OffsetRules) -> None:
+        self.rules = rules
+        self.written_mm = 0.0
+        self.heartbeat = 0
+        self.accepted_um = 0.0
+        self.effective_um = 0.0
+        self.own_um = 0.0
+        self._silent_s = math.inf
+
+    @property
+    def alive(self) -> bool:
+        """Whether the heartbeat has moved lately, or nobody asks."""
+        watchdog_s = self.rules.watchdog_s
+        return watchdog_s is None or self._silent_s < watchdog_s
+
+    def write_offset(self, offset_mm: float) -> bool:
+        """Take a written offset.
+
+        Parameters
+        ----------
+        offset_mm : float
+            Positive moves the tool away from the workpiece. [mm]
+
+        Returns
+        -------
+        bool
+            Whether it is a finite number; another one is not taken.
+        """
+        if not math.isfinite(offset_mm):
+            return False
+        self.written_mm = offset_mm
+        largest = self.rules.largest_um
+        self.accepted_um = max(-largest, min(largest, 1e3 * offset_mm))
+        return True
+
+    def write_heartbeat(self, heartbeat: int) -> None:
+        """Take a written heartbeat; only a changed one counts.
+
+        Parameters
+        ----------
+        heartbeat : int
+            Any number; its lower 32 bits are taken. [1]
+        """
+        if heartbeat % HEARTBEAT_RANGE != self.heartbeat:
+            self.heartbeat = heartbeat % HEARTBEAT_RANGE
+            self._silent_s = 0.0
+
+    def step(self, seconds: float, *, moves: bool, permitted: bool, own_goal_um: float) -> None:
+        """Let time go by.
+
+        Parameters
+        ----------
+        seconds : float
+            The time. [s]
+        moves : bool
+            Whether the drives are on.
+        permitted : bool
+            Whether the axis has a reference and is not looking for it.
+        own_goal_um : float
+            Where the builder's own compensation wants to be. [µm]
+        """
+        watchdog_s = self.rules.watchdog_s
+        heard_s = seconds
+        if watchdog_s is not None:
+            heard_s = min(seconds, max(0.0, watchdog_s - self._silent_s))
+        self._silent_s += seconds
+        if not moves:
+            return
+        rate = self.rules.rate_um_per_s
+        goal = self.accepted_um if permitted else 0.0
+        self.effective_um = _towards(self.effective_um, goal, rate * heard_s)
+        self.effective_um = _towards(self.effective_um, 0.0, rate * (seconds - heard_s))
+        self.own_um = _towards(self.own_um, own_goal_um, rate * seconds)
+
+
+def _towards(value: float, goal: float, most: float) -> float:
+    """Move a value towards a goal by at most so much."""
+    return goal if abs(goal - value) <= most else value + math.copysign(most, goal - value)
