@@ -1,11 +1,10 @@
 """What may act on a machine: the model, one cycle of it, its quality. Standard library only."""
 
-from thermaxis.compensation._compensation import Compensation
+from thermaxis.compensation._compensation import Compensation, Trim
 from thermaxis.compensation._cycle import (
     CycleOutput,
     CycleReading,
     CycleState,
-    Trim,
     cycle,
     cycle_state,
     shifted,

@@ -7,17 +7,21 @@ exception. The exported PLC block does the same.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
-from thermaxis.compensation._compensation import LONGEST_STEP_CYCLES, Compensation
-from thermaxis.compensation._limits import Limits, limit_step
+from thermaxis.compensation._compensation import (
+    LONGEST_STEP_CYCLES,
+    NO_TRIM,
+    Compensation,
+    Trim,
+)
+from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._model_step import (
+    LATEST_S,
     ModelOutput,
-    Reading,
     ThermalState,
+    advance,
     initial_state,
-    model_step,
 )
 from thermaxis.compensation._quality import (
     LARGEST_RULE,
@@ -36,23 +40,9 @@ from thermaxis.compensation._supervisor import (
     SupervisorState,
     supervisor_step,
 )
-from thermaxis.compensation._thermal_model import STATED
-
-LATEST_S = 1e15
-"""Latest time; seconds since 1970 are a good time. [s]"""
+from thermaxis.compensation._thermal_model import STATED, range_of
 
 _Floats = tuple[float, ...]
-
-
-class Trim(NamedTuple):
-    """A person's addition to one output."""
-
-    value_um: float = 0.0
-    """The addition. [µm]"""
-    who: str = ""
-    """Who set it."""
-    left_s: float = 0.0
-    """Time until it expires. [s]"""
 
 
 class CycleReading(NamedTuple):
@@ -113,8 +103,8 @@ class CycleOutput(NamedTuple):
     """Time of the cycle. [s]"""
     state: SupervisorState
     """State of the compensation."""
-    in_state_s: float
-    """For how long it has been in that state. [s]"""
+    since_s: float
+    """Time of the cycle in which it entered that state. [s]"""
     reasons: tuple[Reason, ...]
     """Why it is not active, the gravest first; empty while it is active."""
     correction_um: _Floats
@@ -129,12 +119,12 @@ class CycleOutput(NamedTuple):
     """Weight of the model by output; below 1 outside the range of its training logs. [1]"""
     trim_um: _Floats
     """Trims in force, by output. [µm]"""
-    rate_um_per_s: _Floats
-    """Change of the correction in this cycle. [µm/s]"""
+    before_um: _Floats
+    """What was in force before, by output. [µm]"""
+    elapsed_s: float
+    """Time since the last cycle. [s]"""
     at_limit: tuple[bool, ...]
     """Whether the model asks for more than the magnitude allows, by output."""
-    at_soft_limit: tuple[bool, ...]
-    """Whether the correction stands beyond the soft limit, by output."""
     values: tuple[float | None, ...]
     """Values that the model was given, by channel; None where there was none. [degC]"""
     qualities: tuple[SampleQuality, ...]
@@ -146,10 +136,22 @@ class CycleOutput(NamedTuple):
     answers: tuple[Answer, ...]
     """Answers to the requests, in their order."""
 
+    @property
+    def in_state_s(self) -> float:
+        """For how long it has been in its state. [s]"""
+        return max(self.time_s - self.since_s, 0.0)
+
+    @property
+    def rate_um_per_s(self) -> _Floats:
+        """Change of the correction in this cycle, by output. [µm/s]"""
+        if self.elapsed_s <= 0.0:
+            return (0.0,) * len(self.correction_um)
+        pairs = zip(self.before_um, self.correction_um)
+        return tuple((b - a) / self.elapsed_s for a, b in pairs)
+
 
 _MISSING = Sample(None, good=False, age_s=None)
 _UNKNOWN_SENSOR = SensorState()
-_NO_TRIM = Trim()
 _RESTARTS = frozenset(
     {
         Outcome.STARTED,
@@ -189,7 +191,7 @@ def cycle_state(
         math.nan,
         (0.0,) * outputs,
         (0.0,) * outputs,
-        (_NO_TRIM,) * outputs,
+        compensation.no_trims,
     )
 
 
@@ -223,89 +225,77 @@ def cycle(
         What is to be written, and everything that a person should see.
     """
     time_s, elapsed_s = _clock(state, reading.time_s)
-    in_force = state.correction_um
+    in_force, memory, trims = state.correction_um, state.memory, state.trims
     if reading.found_um is not None:
         in_force = _rebased(in_force, reading.found_um)
-    memory, trims, diameter_mm = state.memory, state.trims, state.diameter_mm
-    sensors, spares = state.sensors, state.spares
-    if any(trim.value_um for trim in trims):
-        trims = tuple(_aged(trim, elapsed_s) for trim in trims)
+    if trims is not compensation.no_trims:
+        trims = _aged(compensation, trims, elapsed_s)
+    sensors, spares, diameter_mm = state.sensors, state.spares, state.diameter_mm
     answers: tuple[Answer, ...] = ()
     if reading.requests:
         asked = _Asked(compensation, memory, trims, diameter_mm, in_force, reading)
-        answers = tuple(asked.answer(request) for request in reading.requests)
+        answers = tuple([asked.answer(request) for request in reading.requests])
         memory, trims, diameter_mm = asked.memory, asked.trims, asked.diameter_mm
         if asked.acknowledged:
             sensors = spares = (_UNKNOWN_SENSOR,) * len(sensors)
     values, qualities, sensors, spares = _judged(
         compensation, sensors, spares, reading, (time_s, elapsed_s)
     )
-    thermal, model = model_step(
-        compensation.model,
-        state.thermal,
-        Reading(
-            reading.time_s, dict(zip(compensation.model.channels, values, strict=True)), diameter_mm
-        ),
+    thermal, model = advance(compensation.model, state.thermal, reading.time_s, values, diameter_mm)
+    weights = compensation.ones if not model.outcomes else _weights(compensation, thermal, model)
+    wanted_um, at_limit = _wanted(compensation, weights, model.model_um, trims)
+    outside = _outside(compensation, in_force)
+    agrees = reading.read_back_um == in_force or _agrees(compensation, in_force, reading)
+    reasons: tuple[Reason, ...] = ()
+    calm = (
+        memory.calm
+        and qualities is compensation.all_good
+        and not model.outcomes
+        and agrees
+        and at_limit is compensation.falses
+        and not outside
+        and reading.connected is True
+        and reading.other_compensation is False
+        and reading.interlocks == compensation.met
     )
-    weight = _weights(compensation, thermal, model)
-    asked_um = tuple(-w * y for w, y in zip(weight, model.model_um, strict=True))
-    bounds = compensation.bounds
-    at_limit = tuple(abs(c) > limits.largest_um for c, limits in zip(asked_um, bounds, strict=True))
-    agrees = _agrees(compensation, in_force, reading)
-    memory, reasons = supervisor_step(
-        compensation.supervisor,
-        memory,
-        Signals(
-            None not in values
-            and model.quality is not Quality.BAD
-            and None not in reading.interlocks
-            and reading.other_compensation is not None,
-            not model.outcomes or _RESTARTS.isdisjoint(model.outcomes),
-            reading.connected is True,
-            _met(compensation, reading),
-            agrees,
-            True in at_limit,
-            reading.other_compensation is True,
-            _outside(compensation, in_force),
-            not any(in_force),
-        ),
-        elapsed_s,
-    )
-    wanted_um = tuple(map(_wanted, bounds, asked_um, trims))
+    if not calm:
+        signals = _signals(compensation, reading, values, model, agrees)
+        memory, reasons = supervisor_step(
+            compensation.supervisor,
+            memory,
+            signals._replace(
+                at_limit=True in at_limit, offset_outside=outside, at_zero=not any(in_force)
+            ),
+            time_s,
+            elapsed_s,
+        )
     now = memory.state
-    if now is SupervisorState.FAULT and not agrees:
-        in_force = _reported(bounds, in_force, reading)
-    frozen = not agrees and reading.connected is True and now is not SupervisorState.FAULT
-    if frozen:
-        goal_um = in_force
-    elif now is SupervisorState.ACTIVE:
-        goal_um = tuple(map(_goal, bounds, state.goal_um, wanted_um))
-    elif now is SupervisorState.FADING or now is SupervisorState.FAULT:
-        goal_um = (0.0,) * len(in_force)
-    else:
-        goal_um = in_force
+    if not agrees and now is SupervisorState.FAULT:
+        in_force = _reported(compensation.bounds, in_force, reading)
+    goal_um = wanted_um
+    if now is not SupervisorState.ACTIVE or (not agrees and reading.connected is True):
+        fades = now is SupervisorState.FADING and (agrees or reading.connected is not True)
+        goal_um = compensation.zeros if fades or now is SupervisorState.FAULT else in_force
     longest_s = LONGEST_STEP_CYCLES * compensation.cycle_s
-    step_s = min(elapsed_s, longest_s)
-    correction_um = tuple(
-        [limit_step(*at, step_s) for at in zip(bounds, in_force, goal_um, strict=True)]
-    )
+    step_s = min(longest_s, elapsed_s)
+    goal_um, correction_um = _limited(compensation, in_force, state.goal_um, goal_um, step_s)
     new = CycleState(
         thermal, sensors, spares, memory, time_s, correction_um, goal_um, trims, diameter_mm
     )
     return new, CycleOutput(
         time_s,
-        memory.state,
-        memory.in_state_s,
+        now,
+        memory.since_s,
         reasons,
         correction_um,
         wanted_um,
         model.model_um,
         model.contribution_um,
-        weight,
-        tuple(trim.value_um for trim in trims),
-        _rates(in_force, correction_um, elapsed_s),
+        weights,
+        compensation.zeros if trims is compensation.no_trims else _trims_um(trims),
+        in_force,
+        elapsed_s,
         at_limit,
-        tuple(abs(c) > limits.soft_um for c, limits in zip(correction_um, bounds, strict=True)),
         values,
         qualities,
         model.quality,
@@ -344,16 +334,16 @@ def with_compensation(new: Compensation, old: Compensation, state: CycleState) -
     names = [output.name for output in old.model.outputs]
     thermal = initial_state(new.model, known)
     if state.thermal.time_s is not None:
-        thermal = replace(thermal, warm=True)
+        thermal = thermal._replace(warm=True)
     return CycleState(
         thermal,
         tuple(_of(channels, state.sensors, c, _UNKNOWN_SENSOR) for c in new.model.channels),
         tuple(_of(channels, state.spares, c, _UNKNOWN_SENSOR) for c in new.model.channels),
-        state.memory._replace(running_s=0.0, ready_s=0.0),
+        state.memory._replace(running_s=0.0, ready_s=0.0, calm=False),
         state.time_s,
         tuple(_of(names, state.correction_um, o.name, 0.0) for o in new.model.outputs),
         tuple(_of(names, state.goal_um, o.name, 0.0) for o in new.model.outputs),
-        tuple(_of(names, state.trims, o.name, _NO_TRIM) for o in new.model.outputs),
+        tuple(_of(names, state.trims, o.name, NO_TRIM) for o in new.model.outputs),
         state.diameter_mm,
     )
 
@@ -374,8 +364,7 @@ def shifted(state: CycleState, by_s: float) -> CycleState:
         The same state with every time on the new clock.
     """
     thermal = state.thermal
-    moved = replace(
-        thermal,
+    moved = thermal._replace(
         time_s=None if thermal.time_s is None else thermal.time_s + by_s,
         good_s=tuple(t + by_s for t in thermal.good_s),
         history=tuple((t + by_s, rows) for t, rows in thermal.history),
@@ -384,12 +373,13 @@ def shifted(state: CycleState, by_s: float) -> CycleState:
         thermal=moved,
         sensors=tuple(_sensor_shifted(sensor, by_s) for sensor in state.sensors),
         spares=tuple(_sensor_shifted(sensor, by_s) for sensor in state.spares),
+        memory=state.memory._replace(since_s=state.memory.since_s + by_s),
         time_s=state.time_s + by_s,
     )
 
 
 def _sensor_shifted(sensor: SensorState, by_s: float) -> SensorState:
-    return sensor._replace(good_s=sensor.good_s + by_s, changed_s=sensor.changed_s + by_s)
+    return sensor._replace(changed_s=sensor.changed_s + by_s)
 
 
 _T = TypeVar("_T")
@@ -444,16 +434,22 @@ def _judged(
     if len(samples) != len(sensors):
         samples = (*samples, *(_MISSING,) * len(sensors))[: len(sensors)]
     values: list[float | None] = []
-    qualities: list[SampleQuality] = []
+    qualities: tuple[SampleQuality, ...] = compensation.all_good
     remembered: list[SensorState] = []
-    for rules, sensor, sample in zip(compensation.rules, sensors, samples, strict=True):
+    for rules, sensor, sample in zip(compensation.rules, sensors, samples):
         quality, remembers = judge(rules, sensor, sample, time_s, elapsed_s)
-        values.append(sample.value if quality is SampleQuality.GOOD else None)
-        qualities.append(quality)
         remembered.append(remembers)
+        if quality is SampleQuality.GOOD:
+            values.append(sample[0])
+        else:
+            k = len(values)
+            values.append(None)
+            qualities = (*qualities[:k], quality, *qualities[k + 1 :])
     if compensation.spares:
-        spares = _with_spares(compensation, spares, reading, clock, (values, qualities))
-    return tuple(values), tuple(qualities), tuple(remembered), spares
+        found = list(qualities)
+        spares = _with_spares(compensation, spares, reading, clock, (values, found))
+        qualities = tuple(found)
+    return tuple(values), qualities, tuple(remembered), spares
 
 
 def _with_spares(
@@ -485,14 +481,16 @@ def _with_spares(
 def _weights(compensation: Compensation, thermal: ThermalState, model: ModelOutput) -> _Floats:
     """Return the weight of every output: less than 1 where an input is outside its range."""
     if Outcome.OUTSIDE_VALIDITY not in model.outcomes:
-        return (1.0,) * len(compensation.bounds)
+        return compensation.ones
     margin_k, lowest = compensation.validity_margin_k, compensation.lowest_weight
+    layout = compensation.model.layout
     weights: list[float] = []
-    for ranges, inputs in zip(compensation.ranges, thermal.raw, strict=True):
+    for first, behind, _ in layout.spans:
         outside_k = 0.0
-        for between, u in zip(ranges, inputs, strict=True):
-            if between is not None:
-                outside_k = max(outside_k, between[0] - u, u - between[1])
+        for k in range(first, behind):
+            low, high = range_of(layout.parts[k])
+            u = thermal.raw[layout.driven[k]]
+            outside_k = max(outside_k, low - u, u - high)
         weights.append(max(lowest, 1.0 - outside_k / margin_k))
     return tuple(weights)
 
@@ -500,8 +498,34 @@ def _weights(compensation: Compensation, thermal: ThermalState, model: ModelOutp
 # ---- signals ------------------------------------------------------------------------------------
 
 
+def _signals(
+    compensation: Compensation,
+    reading: CycleReading,
+    values: tuple[float | None, ...],
+    model: ModelOutput,
+    agrees: bool,  # noqa: FBT001 - a signal
+) -> Signals:
+    """Return what the supervisor is told of inputs and machine."""
+    return Signals(
+        inputs_usable=None not in values
+        and model.quality is not Quality.BAD
+        and None not in reading.interlocks
+        and reading.other_compensation is not None,
+        model_runs=_RESTARTS.isdisjoint(model.outcomes),
+        connected=reading.connected is True,
+        interlocks_met=_met(compensation, reading),
+        read_back_agrees=agrees,
+        at_limit=False,
+        other_compensation=reading.other_compensation is True,
+        offset_outside=False,
+        at_zero=False,
+    )
+
+
 def _met(compensation: Compensation, reading: CycleReading) -> bool:
     wanted = len(compensation.interlocks)
+    if not wanted:
+        return True
     met = reading.interlocks
     return len(met) >= wanted and all(one is True or one is None for one in met[:wanted])
 
@@ -513,7 +537,7 @@ def _agrees(compensation: Compensation, in_force: _Floats, reading: CycleReading
     if read is None or len(read) != len(in_force):
         return False
     tolerance_um = compensation.supervisor.read_back_tolerance_um
-    for said, written in zip(read, in_force, strict=True):
+    for said, written in zip(read, in_force):
         if type(said) is not float or not abs(said - written) <= tolerance_um:
             return False
     return True
@@ -526,13 +550,13 @@ def _reported(bounds: tuple[Limits, ...], in_force: _Floats, reading: CycleReadi
         return in_force
     return tuple(
         said if type(said) is float and abs(said) <= limits.total_um else c
-        for said, c, limits in zip(read, in_force, bounds, strict=True)
+        for said, c, limits in zip(read, in_force, bounds)
     )
 
 
 def _outside(compensation: Compensation, in_force: _Floats) -> bool:
-    for limits, c in zip(compensation.bounds, in_force, strict=True):
-        if not abs(c) <= limits.total_um:
+    for (_, total, _, _), c in zip(compensation.rows, in_force):
+        if not -total <= c <= total:
             return True
     return False
 
@@ -540,9 +564,17 @@ def _outside(compensation: Compensation, in_force: _Floats) -> bool:
 # ---- requests -----------------------------------------------------------------------------------
 
 
-def _aged(trim: Trim, elapsed_s: float) -> Trim:
-    left_s = trim.left_s - elapsed_s
-    return trim._replace(left_s=left_s) if left_s > 0.0 else _NO_TRIM
+def _aged(
+    compensation: Compensation, trims: tuple[Trim, ...], elapsed_s: float
+) -> tuple[Trim, ...]:
+    """Return the trims that have not expired."""
+    left = tuple(
+        [
+            trim._replace(left_s=trim.left_s - elapsed_s) if trim.left_s > elapsed_s else NO_TRIM
+            for trim in trims
+        ]
+    )
+    return left if any(trim.value_um for trim in left) else compensation.no_trims
 
 
 class _Asked:
@@ -591,11 +623,11 @@ class _Asked:
             return False, f"{Reason.OFFSET_OUTSIDE}: bring it back within them first"
         if memory.enabled:
             return True, "it was enabled already"
-        self.memory = memory._replace(enabled=True, held=False, held_s=0.0, ready_s=0.0)
+        self.memory = memory._replace(calm=False, enabled=True, held=False, held_s=0.0, ready_s=0.0)
         return True, "it is active as soon as everything is there"
 
     def _disable(self, _: Request) -> tuple[bool, str]:
-        self.memory = self.memory._replace(enabled=False, held=False, held_s=0.0)
+        self.memory = self.memory._replace(calm=False, enabled=False, held=False, held_s=0.0)
         return True, "the correction fades at the allowed rate"
 
     def _hold(self, _: Request) -> tuple[bool, str]:
@@ -603,12 +635,12 @@ class _Asked:
         if not memory.enabled or memory.state is SupervisorState.FAULT:
             return False, "there is nothing to hold: it is not enabled, or in the state Fault"
         if not memory.held:
-            self.memory = memory._replace(held=True, held_s=0.0)
+            self.memory = memory._replace(calm=False, held=True, held_s=0.0)
         longest_s = self.compensation.supervisor.hold_operator_s
         return True, f"it is held, for at most {longest_s:g} s"
 
     def _resume(self, _: Request) -> tuple[bool, str]:
-        self.memory = self.memory._replace(held=False, held_s=0.0)
+        self.memory = self.memory._replace(calm=False, held=False, held_s=0.0)
         return True, "the hold is ended"
 
     def _trim(self, request: Request) -> tuple[bool, str]:
@@ -624,12 +656,14 @@ class _Asked:
         if value is None or abs(value) > largest_um:
             return False, f"a trim is a number from {-largest_um:g} to {largest_um:g} um"
         if value == 0.0:
-            trim, said = _NO_TRIM, "the trim is taken back"
+            trim, said = NO_TRIM, "the trim is taken back"
         elif duration_s is None or not 0.0 < duration_s <= longest_s:
             return False, f"a trim expires within {longest_s:g} s: state when"
         else:
             trim, said = Trim(value, str(request.who), duration_s), "the trim is added"
-        self.trims = (*self.trims[:k], trim, *self.trims[k + 1 :])
+        trims = (*self.trims[:k], trim, *self.trims[k + 1 :])
+        some = any(one is not NO_TRIM for one in trims)
+        self.trims = trims if some else self.compensation.no_trims
         return True, said
 
     def _diameter(self, request: Request) -> tuple[bool, str]:
@@ -652,7 +686,7 @@ class _Asked:
         self.acknowledged = True
         self.memory = memory._replace(
             state=SupervisorState.FADING,
-            in_state_s=0.0,
+            since_s=self.reading.time_s,
             enabled=False,
             held=False,
             fault=None,
@@ -676,19 +710,59 @@ class _Asked:
 # ---- corrections --------------------------------------------------------------------------------
 
 
-def _wanted(limits: Limits, asked_um: float, trim: Trim) -> float:
-    """Return what the correction should be: the model within its magnitude, trimmed, in total."""
-    largest, total = limits.largest_um, limits.total_um
-    c = min(max(asked_um, -largest), largest) + trim.value_um
-    return min(max(c, -total), total)
+def _wanted(
+    compensation: Compensation, weights: _Floats, model_um: _Floats, trims: tuple[Trim, ...]
+) -> tuple[_Floats, tuple[bool, ...]]:
+    """Return what the corrections should be, and whether the model asks for more than allowed.
+
+    Minus the weighted model within its magnitude, trimmed, within the total.
+    """
+    wanted_um: list[float] = []
+    at_limit = compensation.falses
+    for (largest, _, _, _), weight, y in zip(compensation.rows, weights, model_um):
+        c = -weight * y
+        if not -largest <= c <= largest:
+            c = largest if c > 0.0 else -largest
+            k = len(wanted_um)
+            at_limit = (*at_limit[:k], True, *at_limit[k + 1 :])
+        wanted_um.append(c)
+    if trims is not compensation.no_trims:
+        for k, (trim, (_, total, _, _)) in enumerate(zip(trims, compensation.rows)):
+            wanted_um[k] = min(max(wanted_um[k] + trim.value_um, -total), total)
+    return tuple(wanted_um), at_limit
 
 
-def _goal(limits: Limits, before_um: float, wanted_um: float) -> float:
-    """Return where the correction goes: it stays until more than the deadband is wanted."""
-    return wanted_um if abs(wanted_um - before_um) > limits.deadband_um else before_um
+def _limited(
+    compensation: Compensation,
+    in_force: _Floats,
+    before_um: _Floats,
+    goal_um: _Floats,
+    step_s: float,
+) -> tuple[_Floats, _Floats]:
+    """Return goals and corrections: `limit_step` for every output at once.
+
+    A goal stays until another is wanted that differs by more than the deadband; zero and the
+    correction in force are goals that no deadband keeps away.
+    """
+    goals: list[float] = []
+    corrections: list[float] = []
+    for (_, total, deadband, rate), c, before, wanted in zip(
+        compensation.rows, in_force, before_um, goal_um
+    ):
+        goal = wanted
+        if deadband and -deadband <= wanted - before <= deadband and wanted not in {0.0, c}:
+            goal = before
+        step = rate * step_s
+        after = min(total, goal)
+        after = max(after, -total)
+        if after > c + step:
+            after = c + step
+        elif after < c - step:
+            after = c - step
+        goals.append(goal)
+        corrections.append(after)
+    return tuple(goals), tuple(corrections)
 
 
-def _rates(before_um: _Floats, after_um: _Floats, elapsed_s: float) -> _Floats:
-    if elapsed_s <= 0.0 or before_um == after_um:
-        return (0.0,) * len(after_um)
-    return tuple((b - a) / elapsed_s for a, b in zip(before_um, after_um, strict=True))
+def _trims_um(trims: tuple[Trim, ...]) -> _Floats:
+    return tuple([trim.value_um for trim in trims])

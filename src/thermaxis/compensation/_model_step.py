@@ -6,21 +6,34 @@ the reference of the text that is exported to a PLC. No clock, no input or outpu
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import expm1
 from types import MappingProxyType
-from typing import final
+from typing import NamedTuple, cast, final
 
 from thermaxis.compensation._quality import Outcome, Quality
-from thermaxis.compensation._thermal_model import START, STATED, CompensationModel, GainPoint, Part
+from thermaxis.compensation._thermal_model import (
+    START,
+    STATED,
+    CompensationModel,
+    GainPoint,
+    Layout,
+    Part,
+)
 
 LARGEST_VALUE = 1e6
 """A reading of larger magnitude is no temperature and no speed: it counts as missing."""
 
+LATEST_S = 1e15
+"""Largest magnitude of a time; seconds since 1970 are a good time. [s]"""
 MOST_HISTORY = 200_000
 """Readings that a delay looks back at most; more of them shorten it. [1]"""
 _SAME_TIME_S = 1e-6
+_NO_SECTION = (0.0,)
+_COLD = False
+_NO_PACE: tuple[float, tuple[float, ...]] = (0.0, ())
 
 _Floats = tuple[float, ...]
 
@@ -43,8 +56,7 @@ class Reading:
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class ThermalState:
+class ThermalState(NamedTuple):
     """What a cycle leaves for the next one. Numbers only: it can be stored and restored."""
 
     time_s: float | None = None
@@ -55,38 +67,43 @@ class ThermalState:
     """Last good value by channel. [degC]"""
     good_s: _Floats = ()
     """Time of the last good value by channel. [s]"""
-    filtered: tuple[_Floats, ...] = ()
-    """Input of every part, by output, that acts until the next reading. [K]"""
-    raw: tuple[_Floats, ...] = ()
+    filtered: _Floats = ()
+    """Every input, in the order of the layout, as it acts until the next reading. [K]"""
+    raw: _Floats = ()
     """The same before the filter. [K]"""
-    sections: tuple[tuple[_Floats, ...], ...] = ()
-    """States of the sections, by output and part. [K]"""
-    history: tuple[tuple[float, tuple[_Floats, ...]], ...] = ()
+    sections: _Floats = ()
+    """States of the sections, in the order of the parts. [K]"""
+    history: tuple[tuple[float, _Floats], ...] = ()
     """Past readings, time and inputs, as far back as the longest delay."""
     warm: bool = False
     """Whether the machine is warm at the start: the first reading is then a steady state, even
     of a model that refers to its start."""
-    model: CompensationModel | None = field(default=None, repr=False, compare=False)
+    pace: tuple[float, _Floats] = (0.0, ())
+    """Time between the last readings [s], and alpha of every section for it: computed anew only
+    when it changes. [1]"""
+    model: CompensationModel | None = None
     """Model whose cycle made the state; a state of any other origin is checked before its use."""
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class ModelOutput:
+class ModelOutput(NamedTuple):
     """What the model says after a reading."""
 
     time_s: float
     """Time of the reading. [s]"""
     model_um: _Floats
     """Displacement by output: tool point relative to workpiece, positive away from it. [µm]"""
-    correction_um: _Floats
-    """Minus the displacement, by output. [µm]"""
     contribution_um: tuple[_Floats, ...]
     """What every part contributes, by output; the offset is not in it. [µm]"""
     quality: Quality
     """Whether it may be used."""
     outcomes: tuple[Outcome, ...]
     """What was out of the ordinary."""
+
+    @property
+    def correction_um(self) -> _Floats:
+        """Minus the displacement, by output. [µm]"""
+        return tuple([-y for y in self.model_um])
 
 
 def initial_state(
@@ -150,58 +167,100 @@ def model_step(
     ----------
     Mareš and Horejš 2021, equations (3) and (8), in parallel form.
     """
+    values: Mapping[str, object] = reading.values if isinstance(reading.values, Mapping) else {}  # pyright: ignore[reportUnnecessaryIsInstance] - whatever a source sends
+    fresh = [_value(values.get(channel)) for channel in model.channels]
+    return advance(model, state, reading.time_s, fresh, reading.diameter_mm)
+
+
+def advance(
+    model: CompensationModel,
+    state: ThermalState,
+    time_s: float,
+    fresh: Sequence[float | None],
+    diameter_mm: float | None,
+) -> tuple[ThermalState, ModelOutput]:
+    """Advance the model as `model_step` does, with the values in the order of its channels.
+
+    Parameters
+    ----------
+    model : CompensationModel
+        The model.
+    state : ThermalState
+        What `initial_state` or the last step returned.
+    time_s : float
+        Time of the reading. [s]
+    fresh : sequence of float or None
+        One finite value per channel, None where there is none. [degC]
+    diameter_mm : float or None
+        Clamping diameter of the workpiece. [mm]
+
+    Returns
+    -------
+    state : ThermalState
+        For the next step.
+    output : ModelOutput
+        What the model says.
+    """
     outcomes: list[Outcome] = []
-    if state.model is not model and not _fits(model, state):
-        outcomes.append(Outcome.STATE_UNUSABLE)
-        state = initial_state(model)
-    time_s = _number(reading.time_s)
-    if time_s is None:
-        return state, _unmoved(model, state, reading)
-    value, good_s, quality = _read(model, state, reading, time_s, outcomes)
-    start = _start_reason(model, state, time_s)
-    if start is not None and quality is Quality.BAD:
-        waiting = ThermalState(
-            reference=state.reference, value=value, good_s=good_s, warm=state.warm, model=model
-        )
-        return waiting, _idle(model, time_s, (*outcomes, Outcome.WAITING))
+    if state.model is not model:
+        if _fits(model, state):
+            state = state._replace(pace=(0.0, ()))
+        else:
+            outcomes.append(Outcome.STATE_UNUSABLE)
+            state = initial_state(model)
+    now_s = _number(time_s)
+    if now_s is None:
+        return state, _unmoved(model, state, diameter_mm)
+    value, good_s, quality = _present(model, state, fresh, now_s, outcomes)
+    start = _start_reason(model, state, now_s, outcomes)
     reference = state.reference
-    if any(r != r for r in reference):  # noqa: PLR0124 - NaN: takes the first value
-        reference = tuple(v if r != r else r for r, v in zip(reference, value, strict=True))  # noqa: PLR0124 - as above
-    raw = _inputs(model, value, reference, outcomes)
+    if start is not None:
+        if quality is Quality.BAD:
+            waiting = ThermalState(
+                reference=reference, value=value, good_s=good_s, warm=state.warm, model=model
+            )
+            return waiting, _idle(model, now_s, (*outcomes, Outcome.WAITING))
+        reference = tuple([v if r != r else r for r, v in zip(reference, value)])  # noqa: PLR0124 - NaN: takes the first value
+    raw = _inputs(model.layout, value, reference, outcomes)
     if start is None:
-        if time_s == state.time_s:
-            outcomes.append(Outcome.CLOCK_STILL)
-        advanced = _advance(model, state, raw, time_s)
+        filtered, sections, history, pace = _advanced(model, state, raw, now_s)
     else:
         outcomes.append(start)
-        at_reference = start is Outcome.STARTED and model.reference == START and not state.warm
-        advanced = _steady(model, raw, time_s, at_reference=at_reference)
-    filtered, sections, history = advanced
+        rest = start is Outcome.STARTED and model.reference == START and not state.warm
+        filtered, sections, history, pace = _steady(model.layout, raw, now_s, at_reference=rest)
     new = ThermalState(
-        time_s, reference, value, good_s, filtered, raw, sections, history, model=model
+        now_s,
+        reference,
+        value,
+        good_s,
+        filtered,
+        raw,
+        sections,
+        history,
+        _COLD,
+        pace,
+        model,
     )
-    output = _output(model, new, reading, quality, outcomes)
-    if all(map(math.isfinite, output.model_um)):
-        return new, output
-    fresh = initial_state(model)
-    return fresh, _idle(model, time_s, (Outcome.STATE_UNUSABLE,))
+    output = _output(model, new, diameter_mm, quality, outcomes)
+    total_um = sum(output.model_um)
+    if total_um - total_um != 0.0:  # not zero for NaN and infinite alone
+        return initial_state(model), _idle(model, now_s, (Outcome.STATE_UNUSABLE,))
+    return new, output
 
 
 def _fits(model: CompensationModel, state: ThermalState) -> bool:
     """Whether a state of unknown origin has the shape of the model; numbers are judged later."""
-    channels = len(model.channels)
+    channels, layout = len(model.channels), model.layout
     if len(state.reference) != channels:
         return False
     if state.time_s is None:
         return {len(state.value), len(state.good_s)} <= {0, channels}
     if len(state.value) != channels or len(state.good_s) != channels or not state.history:
         return False
-    parts = [len(output.parts) for output in model.outputs]
-    inputs = [state.filtered, state.raw, *(rows for _, rows in state.history)]
-    if any([len(row) for row in rows] != parts for rows in inputs):
+    inputs = [state.filtered, state.raw, *(row for _, row in state.history)]
+    if any(len(row) != len(layout.wires) for row in inputs):
         return False
-    lags = [[len(part.sections) for part in output.parts] for output in model.outputs]
-    if [[len(x) for x in rows] for rows in state.sections] != lags:
+    if len(state.sections) != len(layout.taus_s):
         return False
     times = [time_s for time_s, _ in state.history]
     return all(a < b for a, b in pairwise(times))
@@ -213,38 +272,48 @@ def _fits(model: CompensationModel, state: ThermalState) -> bool:
 def _number(value: object) -> float | None:
     """Return a usable number, or None: NaN, infinite, huge, or no number at all."""
     if type(value) is float:
-        return value if -LARGEST_VALUE <= value <= LARGEST_VALUE else _large_time(value)
+        return value if -LATEST_S <= value <= LATEST_S else None
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    if abs(value) > 1e15:
-        return None
-    return float(value)
+    return float(value) if abs(value) <= LATEST_S else None
 
 
-def _large_time(value: float) -> float | None:
-    return value if abs(value) <= 1e15 else None  # seconds since 1970 are a good time
+def _value(value: object) -> float | None:
+    """Return a usable temperature or speed, or None."""
+    number = _number(value)
+    return number if number is not None and abs(number) <= LARGEST_VALUE else None
 
 
-def _read(
+def _present(
     model: CompensationModel,
     state: ThermalState,
-    reading: Reading,
+    fresh: Sequence[float | None],
+    time_s: float,
+    outcomes: list[Outcome],
+) -> tuple[_Floats, _Floats, Quality]:
+    """Return the value of every channel, when each was last good, and what that is worth."""
+    if None in fresh:
+        return _held(model, state, fresh, time_s, outcomes)
+    value = cast("_Floats", tuple(fresh))
+    return value, (time_s,) * len(value), Quality.GOOD
+
+
+def _held(
+    model: CompensationModel,
+    state: ThermalState,
+    fresh: Sequence[float | None],
     time_s: float,
     outcomes: list[Outcome],
 ) -> tuple[_Floats, _Floats, Quality]:
     """Return the value of every channel, held where it fails, and when each was last good."""
-    values: Mapping[str, object] = reading.values if isinstance(reading.values, Mapping) else {}  # pyright: ignore[reportUnnecessaryIsInstance] - whatever a source sends
-    channels = model.channels
-    fresh = [_number(values.get(c)) for c in channels]
-    if None not in fresh and all(abs(v) <= LARGEST_VALUE for v in fresh if v is not None):
-        return tuple(v for v in fresh if v is not None), (time_s,) * len(channels), Quality.GOOD
-    last = state.value or (math.nan,) * len(channels)
-    last_s = state.good_s or (math.nan,) * len(channels)
+    channels = len(model.channels)
+    last = state.value or (math.nan,) * channels
+    last_s = state.good_s or (math.nan,) * channels
     value: list[float] = []
     good_s: list[float] = []
     failed = False
     for k, v in enumerate(fresh):
-        if v is not None and abs(v) <= LARGEST_VALUE:
+        if v is not None:
             value.append(v)
             good_s.append(time_s)
         else:
@@ -255,111 +324,102 @@ def _read(
     return tuple(value), tuple(good_s), Quality.BAD if failed else Quality.HELD
 
 
-def _inputs(
-    model: CompensationModel, value: _Floats, reference: _Floats, outcomes: list[Outcome]
-) -> tuple[_Floats, ...]:
-    """Return the relative input of every part, by output."""
-    relative = {c: v - r for c, v, r in zip(model.channels, value, reference, strict=True)}
-    outside = False
-    inputs: list[_Floats] = []
-    for output in model.outputs:
-        row: list[float] = []
-        for part in output.parts:
-            u = relative[part.plus]
-            if part.minus:
-                u -= relative[part.minus]
-            row.append(u)
-            if part.lowest_k is not None and part.highest_k is not None:
-                outside = outside or not part.lowest_k <= u <= part.highest_k
-        inputs.append(tuple(row))
-    if outside:
-        outcomes.append(Outcome.OUTSIDE_VALIDITY)
-    return tuple(inputs)
+def _inputs(layout: Layout, value: _Floats, reference: _Floats, outcomes: list[Outcome]) -> _Floats:
+    """Return every input relative to its reference."""
+    relative = [v - r for v, r in zip(value, reference)]
+    raw = tuple([relative[p] if m < 0 else relative[p] - relative[m] for p, m in layout.wires])
+    for u, (lowest, highest) in zip(raw, layout.ranges):
+        if not lowest <= u <= highest:
+            outcomes.append(Outcome.OUTSIDE_VALIDITY)
+            break
+    return raw
 
 
 # ---- sections -----------------------------------------------------------------------------------
 
 
-def _start_reason(model: CompensationModel, state: ThermalState, time_s: float) -> Outcome | None:
+def _start_reason(
+    model: CompensationModel, state: ThermalState, time_s: float, outcomes: list[Outcome]
+) -> Outcome | None:
     if state.time_s is None:
         return Outcome.STARTED
     elapsed_s = time_s - state.time_s
+    if 0.0 < elapsed_s <= model.longest_gap_s:
+        return None
     if elapsed_s < 0.0:
         return Outcome.CLOCK_BACKWARD
-    return Outcome.GAP if elapsed_s > model.longest_gap_s else None
+    if elapsed_s > model.longest_gap_s:
+        return Outcome.GAP
+    if elapsed_s == 0.0:
+        outcomes.append(Outcome.CLOCK_STILL)
+    return None
 
 
-_Advanced = tuple[
-    tuple[_Floats, ...],
-    tuple[tuple[_Floats, ...], ...],
-    tuple[tuple[float, tuple[_Floats, ...]], ...],
-]
+_Row = tuple[float, _Floats]
+_Pace = tuple[float, _Floats]
+_Advanced = tuple[_Floats, _Floats, tuple[_Row, ...], _Pace]
 
 
-def _steady(
-    model: CompensationModel, raw: tuple[_Floats, ...], time_s: float, *, at_reference: bool
-) -> _Advanced:
+def _steady(layout: Layout, raw: _Floats, time_s: float, *, at_reference: bool) -> _Advanced:
     """Return the steady state of the inputs; at the reference every section is at rest.
 
     A model that refers to its start knows the start better from the reference, a mean over some
     time, than from the noise of one reading.
     """
-    sections = tuple(
-        tuple(
-            (0.0 if at_reference else u,) * len(part.sections)
-            for part, u in zip(output.parts, row, strict=True)
-        )
-        for output, row in zip(model.outputs, raw, strict=True)
-    )
-    return raw, sections, ((time_s, raw),)
+    sections = tuple([0.0 if at_reference else raw[k] for k in layout.drives])
+    return raw, sections, ((time_s, raw),), (0.0, ())
 
 
-def _advance(
-    model: CompensationModel, state: ThermalState, raw: tuple[_Floats, ...], time_s: float
+def _advanced(
+    model: CompensationModel, state: ThermalState, raw: _Floats, time_s: float
 ) -> _Advanced:
     """Return filtered inputs, sections and history at the time of the reading."""
     before_s = state.time_s if state.time_s is not None else time_s
     elapsed_s = time_s - before_s
+    layout, acting = model.layout, state.filtered
     filtered = raw
     if model.input_filter_s > 0.0:
-        alpha = -math.expm1(-elapsed_s / model.input_filter_s)
-        filtered = tuple(
-            tuple(f + alpha * (u - f) for f, u in zip(f_row, u_row, strict=True))
-            for f_row, u_row in zip(state.filtered, state.raw, strict=True)
+        alpha = -expm1(-elapsed_s / model.input_filter_s)
+        filtered = tuple([f + alpha * (u - f) for f, u in zip(acting, state.raw)])
+    pace = state.pace
+    if pace[0] != elapsed_s or not pace[1]:
+        pace = elapsed_s, tuple([-expm1(-elapsed_s / tau_s) for tau_s in layout.taus_s])
+    if layout.delayed:
+        return (*_advanced_with_delays(layout, state, filtered, time_s, before_s), pace)
+    sections = tuple(
+        [x + alpha * (acting[k] - x) for x, alpha, k in zip(state.sections, pace[1], layout.drives)]
+    )
+    return filtered, sections, ((time_s, filtered),), pace
+
+
+def _advanced_with_delays(
+    layout: Layout, state: ThermalState, filtered: _Floats, time_s: float, before_s: float
+) -> tuple[_Floats, _Floats, tuple[_Row, ...]]:
+    """Advance every section with what has arrived behind its part's delay."""
+    history, elapsed_s = state.history, time_s - before_s
+    sections: list[float] = []
+    for i, x in enumerate(state.sections):
+        delay_s, tau_s, k = (
+            layout.parts[layout.owners[i]].delay_s,
+            layout.taus_s[i],
+            layout.drives[i],
         )
-    history, longest_s = state.history, _longest_delay(model)
-    sections: list[tuple[_Floats, ...]] = []
-    acting = state.filtered
-    for o, output in enumerate(model.outputs):
-        rows: list[_Floats] = []
-        for p, part in enumerate(output.parts):
-            x = state.sections[o][p]
-            if part.delay_s > 0.0:
-                pieces = _pieces(history, before_s - part.delay_s, time_s - part.delay_s, o, p)
-            else:
-                pieces = ((acting[o][p], elapsed_s),)
-            for u, seconds in pieces:
-                x = tuple(
-                    v - math.expm1(-seconds / section.time_constant_s) * (u - v)
-                    for v, section in zip(x, part.sections, strict=True)
-                )
-            rows.append(x)
-        sections.append(tuple(rows))
-    if longest_s > 0.0:
-        if history[-1][0] == time_s:
-            history = history[:-1]
-        history = _kept((*history, (time_s, filtered)), time_s - longest_s)
-    else:
-        history = ((time_s, filtered),)
+        if delay_s > 0.0:
+            pieces = _pieces(history, before_s - delay_s, time_s - delay_s, k)
+        else:
+            pieces = [(state.filtered[k], elapsed_s)]
+        after = x
+        for u, seconds in pieces:
+            after += -expm1(-seconds / tau_s) * (u - after)
+        sections.append(after)
+    if history[-1][0] == time_s:
+        history = history[:-1]
+    history = _kept((*history, (time_s, filtered)), time_s - layout.longest_delay_s)
     return filtered, tuple(sections), history
 
 
 def _pieces(
-    history: tuple[tuple[float, tuple[_Floats, ...]], ...],
-    first_s: float,
-    last_s: float,
-    o: int,
-    p: int,
+    history: tuple[_Row, ...], first_s: float, last_s: float, wire: int
 ) -> list[tuple[float, float]]:
     """Return the input that was held over a past stretch of time, as (value, seconds)."""
     begin = max(bisect_right(history, first_s + _SAME_TIME_S, key=_time_of) - 1, 0)
@@ -369,20 +429,14 @@ def _pieces(
         later = k + 1 < len(history)
         until_s = min(history[k + 1][0], last_s) if later else last_s
         if until_s > at_s:
-            pieces.append((history[k][1][o][p], until_s - at_s))
+            pieces.append((history[k][1][wire], until_s - at_s))
             at_s = until_s
         if later and history[k + 1][0] >= last_s:
             break
     return pieces
 
 
-def _longest_delay(model: CompensationModel) -> float:
-    return max(part.delay_s for output in model.outputs for part in output.parts)
-
-
-def _kept(
-    history: tuple[tuple[float, tuple[_Floats, ...]], ...], oldest_s: float
-) -> tuple[tuple[float, tuple[_Floats, ...]], ...]:
+def _kept(history: tuple[_Row, ...], oldest_s: float) -> tuple[_Row, ...]:
     """Return the history without what no delay reaches any more."""
     first = 0
     while first + 2 < len(history) and history[first + 1][0] <= oldest_s - _SAME_TIME_S:
@@ -390,16 +444,14 @@ def _kept(
     return history[max(first, len(history) - MOST_HISTORY) :]
 
 
-def _time_of(entry: tuple[float, tuple[_Floats, ...]]) -> float:
+def _time_of(entry: _Row) -> float:
     return entry[0]
 
 
-def _delayed(
-    history: tuple[tuple[float, tuple[_Floats, ...]], ...], time_s: float, o: int, p: int
-) -> float:
+def _delayed(history: tuple[_Row, ...], time_s: float, wire: int) -> float:
     """Return the input that was held at a time; before the first reading its first value."""
     later = bisect_right(history, time_s + _SAME_TIME_S, key=_time_of)
-    return history[max(later - 1, 0)][1][o][p]
+    return history[max(later - 1, 0)][1][wire]
 
 
 # ---- output -------------------------------------------------------------------------------------
@@ -454,49 +506,58 @@ def _part_gain(part: Part, diameter_mm: float | None, outcomes: list[Outcome]) -
 def _output(
     model: CompensationModel,
     state: ThermalState,
-    reading: Reading,
+    diameter_mm: float | None,
     quality: Quality,
     outcomes: list[Outcome],
 ) -> ModelOutput:
-    time_s = state.time_s if state.time_s is not None else 0.0
-    diameter = None if reading.diameter_mm is None else _number(reading.diameter_mm)
-    if reading.diameter_mm is not None and diameter is None:
-        outcomes.append(Outcome.DIAMETER_UNKNOWN)
+    layout, time_s, inputs = model.layout, state.time_s or 0.0, state.filtered
+    x = state.sections or _NO_SECTION
+    said = [d * inputs[k] + gain * x[i] for d, k, gain, i in layout.first_terms]
+    for k in layout.delayed:
+        d, wire, gain, i = layout.first_terms[k]
+        u = _delayed(state.history, time_s - layout.parts[k].delay_s, wire)
+        said[k] = d * u + gain * x[i]
+    for k, gain, i in layout.further_terms:
+        said[k] += gain * x[i]
+    if layout.gained:
+        _multiply(layout, said, diameter_mm, outcomes)
     model_um: list[float] = []
     contribution_um: list[_Floats] = []
-    for o, output in enumerate(model.outputs):
-        row: list[float] = []
-        for p, part in enumerate(output.parts):
-            u = state.filtered[o][p]
-            if part.delay_s > 0.0:
-                u = _delayed(state.history, time_s - part.delay_s, o, p)
-            y = part.direct_gain_um_per_k * u
-            for x, section in zip(state.sections[o][p], part.sections, strict=True):
-                y += section.gain_um_per_k * x
-            if part.gain_by_diameter:
-                y *= _part_gain(part, diameter, outcomes)
-            row.append(y)
+    for first, behind, offset_um in layout.spans:
+        row = said[first:behind]
         contribution_um.append(tuple(row))
-        model_um.append(output.offset_um + sum(row))
+        model_um.append(offset_um + sum(row))
     return ModelOutput(
         time_s,
         tuple(model_um),
-        tuple(-y for y in model_um),
         tuple(contribution_um),
         quality,
         tuple(outcomes),
     )
 
 
-def _unmoved(model: CompensationModel, state: ThermalState, reading: Reading) -> ModelOutput:
+def _multiply(
+    layout: Layout, said: list[float], diameter_mm: float | None, outcomes: list[Outcome]
+) -> None:
+    """Multiply the parts that have a gain by diameter with it."""
+    diameter = None if diameter_mm is None else _number(diameter_mm)
+    if diameter_mm is not None and diameter is None:
+        outcomes.append(Outcome.DIAMETER_UNKNOWN)
+    for k in layout.gained:
+        said[k] *= _part_gain(layout.parts[k], diameter, outcomes)
+
+
+def _unmoved(
+    model: CompensationModel, state: ThermalState, diameter_mm: float | None
+) -> ModelOutput:
     """Return the last output again, as bad: a reading without a time says nothing."""
     if state.time_s is None or not math.isfinite(state.time_s):
         return _idle(model, 0.0, (Outcome.CLOCK_UNUSABLE,))
-    return _output(model, state, reading, Quality.BAD, [Outcome.CLOCK_UNUSABLE])
+    return _output(model, state, diameter_mm, Quality.BAD, [Outcome.CLOCK_UNUSABLE])
 
 
 def _idle(model: CompensationModel, when_s: float, why: tuple[Outcome, ...]) -> ModelOutput:
     """Return the output of a cycle in which the model could say nothing."""
     nothing = (0.0,) * len(model.outputs)
     parts = tuple((0.0,) * len(output.parts) for output in model.outputs)
-    return ModelOutput(when_s, nothing, nothing, parts, Quality.BAD, why)
+    return ModelOutput(when_s, nothing, parts, Quality.BAD, why)

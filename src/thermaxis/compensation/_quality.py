@@ -70,8 +70,6 @@ class SensorState(NamedTuple):
 
     good_c: float = math.nan
     """Last value that was accepted; NaN before the first. [degC]"""
-    good_s: float = math.nan
-    """Time of it. [s]"""
     changed_s: float = math.nan
     """Time of the last change of the value. [s]"""
     allowance_k: float = 0.0
@@ -159,26 +157,37 @@ def judge(
     state : SensorState
         For the next judgement.
     """
-    value = sample.value
-    unread = _why_unread(rules, sample)
-    if unread is not None or value is None:
-        allowance_k = min(state.allowance_k + rules.largest_rate_k_per_s * elapsed_s, LARGEST_RULE)
-        return unread or SampleQuality.MISSING, state._replace(allowance_k=allowance_k)
+    value, good, age_s = sample
+    longest_s = rules.longest_age_s
+    if (
+        type(value) is not float
+        or good is not True
+        or type(age_s) is not float
+        or not -longest_s <= age_s <= longest_s
+    ):
+        unread = _why_unread(rules, sample)
+        if unread is not None or value is None:
+            rate_k = rules.largest_rate_k_per_s * elapsed_s
+            allowance_k = min(state.allowance_k + rate_k, LARGEST_RULE)
+            return unread or SampleQuality.MISSING, state._replace(allowance_k=allowance_k)
     if not rules.lowest_c <= value <= rules.highest_c:
-        return SampleQuality.OUT_OF_RANGE, state
-    good_c, _, changed_s, allowance_k = state
-    moved_k = abs(value - good_c)
-    if good_c == good_c:  # noqa: PLR0124 - not NaN: there was one before
-        rate_k = rules.largest_rate_k_per_s * elapsed_s
-        if moved_k > rules.step_k + rate_k + allowance_k:
-            most_k = max(allowance_k, 3.0 * rules.step_k)
-            allowance_k = min(allowance_k + rate_k, most_k)
-            return SampleQuality.TOO_FAST, state._replace(allowance_k=allowance_k)
-        if moved_k == 0.0:
-            if rules.frozen_s > 0.0 and time_s - changed_s > rules.frozen_s:
-                return SampleQuality.FROZEN, state
-            return SampleQuality.GOOD, SensorState(value, time_s, changed_s)
-    return SampleQuality.GOOD, SensorState(value, time_s, time_s)
+        return (
+            SampleQuality.OUT_OF_RANGE if math.isfinite(value) else SampleQuality.MISSING
+        ), state
+    good_c, changed_s, allowance_k = state
+    moved_k = value - good_c
+    if moved_k == 0.0:
+        if 0.0 < rules.frozen_s < time_s - changed_s:
+            return SampleQuality.FROZEN, state
+        return SampleQuality.GOOD, state if allowance_k == 0.0 else SensorState(value, changed_s)
+    rate_k = rules.largest_rate_k_per_s * elapsed_s
+    if not -rules.step_k <= moved_k <= rules.step_k and (
+        abs(moved_k) > rules.step_k + rate_k + allowance_k
+    ):
+        most_k = max(allowance_k, 3.0 * rules.step_k)
+        allowance_k = min(allowance_k + rate_k, most_k)
+        return SampleQuality.TOO_FAST, state._replace(allowance_k=allowance_k)
+    return SampleQuality.GOOD, SensorState(value, time_s)
 
 
 def _why_unread(rules: SensorRules, sample: Sample) -> SampleQuality | None:

@@ -1,6 +1,7 @@
 """The supervisor: when the machine is compensated, and what follows when something fails."""
 
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import NamedTuple, final
 
@@ -88,10 +89,14 @@ class SupervisorRules:
     cycles. [s]"""
     longest_trim_s: float = 28_800.0
     """Longest time after which a trim expires. Default: a shift. [s]"""
+    calm: tuple[object, ...] = field(init=False, repr=False, compare=False)
+    """What the memory holds behind state and time while nothing is out of the ordinary."""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         for entry in fields(self):
+            if not entry.init:
+                continue
             value = getattr(self, entry.name)
             if not 0.0 <= value <= LONGEST_RULE_S:
                 raise ConfigurationError(
@@ -99,15 +104,17 @@ class SupervisorRules:
                 )
         if self.read_back_tolerance_um <= 0.0:
             raise ConfigurationError("not a positive number", where="read_back_tolerance_um")
+        calm = (True, False, None, self.settle_s, self.heal_s, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        object.__setattr__(self, "calm", calm)
 
 
 class Memory(NamedTuple):
-    """What the supervisor remembers. Times are counted, so that no clock is needed to store it."""
+    """What the supervisor remembers. Durations are counted, no further than the rules ask for."""
 
     state: SupervisorState = SupervisorState.OFF
     """State."""
-    in_state_s: float = 0.0
-    """Time in it. [s]"""
+    since_s: float = math.nan
+    """Time of the cycle in which it was entered; NaN before the first. [s]"""
     enabled: bool = False
     """Whether somebody has enabled the compensation."""
     held: bool = False
@@ -115,9 +122,9 @@ class Memory(NamedTuple):
     fault: Reason | None = None
     """Why it is in the state Fault."""
     running_s: float = 0.0
-    """Time for which the model has run since it started. [s]"""
+    """Time for which the model has run since it started, at most what it takes to settle. [s]"""
     ready_s: float = 0.0
-    """Time for which everything has been there. [s]"""
+    """Time for which everything has been there, at most what it takes to heal. [s]"""
     input_lost_s: float = 0.0
     """Time for which an input has had no usable value. [s]"""
     connection_lost_s: float = 0.0
@@ -130,6 +137,9 @@ class Memory(NamedTuple):
     """Time for which the read-back has differed. [s]"""
     at_limit_s: float = 0.0
     """Time for which the model has asked for more than the magnitude. [s]"""
+    calm: bool = False
+    """Whether it is active and nothing is counted: then a cycle in which everything is well
+    leaves the memory as it is."""
 
 
 class Signals(NamedTuple):
@@ -229,7 +239,7 @@ def fault_of(rules: SupervisorRules, memory: Memory, signals: Signals) -> Reason
 
 
 def supervisor_step(
-    rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s: float
+    rules: SupervisorRules, memory: Memory, signals: Signals, time_s: float, elapsed_s: float
 ) -> tuple[Memory, tuple[Reason, ...]]:
     """Advance the supervisor by one cycle.
 
@@ -247,6 +257,8 @@ def supervisor_step(
         What the last cycle left.
     signals : Signals
         What is so in this cycle.
+    time_s : float
+        Time of the cycle. [s]
     elapsed_s : float
         Time since the last cycle, not negative. [s]
 
@@ -257,7 +269,9 @@ def supervisor_step(
     reasons : tuple of Reason
         Why the compensation is not active; empty while it is.
     """
-    memory = _counted(memory, signals, elapsed_s)
+    memory = _counted(rules, memory, signals, elapsed_s)
+    if memory.since_s != memory.since_s:
+        memory = memory._replace(since_s=time_s)
     blockers = blockers_of(rules, memory)
     state = memory.state
     if state is SupervisorState.FAULT:
@@ -265,15 +279,16 @@ def supervisor_step(
     if state is not SupervisorState.OFF:
         fault = fault_of(rules, memory, signals)
         if fault is not None:
-            return _entered(memory, SupervisorState.FAULT, fault), (fault,)
+            return _entered(memory, SupervisorState.FAULT, time_s, fault), (fault,)
     wanted = _next_state(rules, memory, signals, blockers)
     if wanted is not state:
-        memory = _entered(memory, wanted)
+        memory = _entered(memory, wanted, time_s)
+    memory = memory._replace(calm=memory[2:-1] == rules.calm and wanted is SupervisorState.ACTIVE)
     return memory, _reasons(memory, blockers)
 
 
-def _counted(memory: Memory, signals: Signals, elapsed_s: float) -> Memory:
-    """Return the memory with every time counted on, or set back to zero."""
+def _counted(rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s: float) -> Memory:
+    """Return the memory with every duration counted on, or set back to zero."""
     ready = (
         signals.inputs_usable
         and signals.connected
@@ -282,20 +297,19 @@ def _counted(memory: Memory, signals: Signals, elapsed_s: float) -> Memory:
     )
     # A condition that fails counts from its first cycle on, however short that was.
     first_s = max(elapsed_s, 1e-9)
-    running = memory.running_s + elapsed_s if signals.model_runs else 0.0
     watched = memory.state in _WATCHED and signals.connected
     return Memory(
         memory.state,
-        min(memory.in_state_s + elapsed_s, MOST_SECONDS),
+        memory.since_s,
         memory.enabled,
         memory.held,
         memory.fault,
-        min(running, MOST_SECONDS),
-        min(memory.ready_s + elapsed_s, MOST_SECONDS) if ready else 0.0,
-        0.0 if signals.inputs_usable else min(memory.input_lost_s + first_s, MOST_SECONDS),
-        0.0 if signals.connected else min(memory.connection_lost_s + first_s, MOST_SECONDS),
-        0.0 if signals.interlocks_met else min(memory.interlock_open_s + first_s, MOST_SECONDS),
-        min(memory.held_s + first_s, MOST_SECONDS) if memory.held else 0.0,
+        min(memory.running_s + elapsed_s, rules.settle_s) if signals.model_runs else 0.0,
+        min(memory.ready_s + elapsed_s, rules.heal_s) if ready else 0.0,
+        _grown(memory.input_lost_s, first_s, on=not signals.inputs_usable),
+        _grown(memory.connection_lost_s, first_s, on=not signals.connected),
+        _grown(memory.interlock_open_s, first_s, on=not signals.interlocks_met),
+        _grown(memory.held_s, first_s, on=memory.held),
         _grown(memory.differs_s, elapsed_s, on=watched and not signals.read_back_agrees),
         _grown(memory.at_limit_s, elapsed_s, on=memory.state in _AT_WORK and signals.at_limit),
     )
@@ -324,8 +338,10 @@ def _next_state(
     return SupervisorState.HOLDING if state is SupervisorState.ACTIVE else state
 
 
-def _entered(memory: Memory, state: SupervisorState, fault: Reason | None = None) -> Memory:
-    return memory._replace(state=state, in_state_s=0.0, fault=fault)
+def _entered(
+    memory: Memory, state: SupervisorState, time_s: float, fault: Reason | None = None
+) -> Memory:
+    return memory._replace(state=state, since_s=time_s, fault=fault, calm=False)
 
 
 def _reasons(memory: Memory, blockers: Blockers) -> tuple[Reason, ...]:

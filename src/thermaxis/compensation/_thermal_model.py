@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from types import MappingProxyType
-from typing import final
+from typing import NamedTuple, final
 
 from thermaxis.errors import ConfigurationError
 
@@ -196,6 +196,112 @@ class TrainingLog:
     """First of them, from 0. [1]"""
 
 
+@final
+class Layout(NamedTuple):
+    """A model as flat rows: parts in the order of the outputs, sections in that of the parts.
+
+    An input is a channel, or the difference of two; parts that share it are driven by one number.
+    """
+
+    parts: tuple[Part, ...]
+    """Every part."""
+    wires: tuple[tuple[int, int], ...]
+    """By input: number of its channel, and of the one that is subtracted, -1 for none."""
+    ranges: tuple[tuple[float, float], ...]
+    """By input: where no part leaves the range of its training logs. [K]"""
+    driven: tuple[int, ...]
+    """By part: number of its input."""
+    taus_s: tuple[float, ...]
+    """By section: time constant. [s]"""
+    drives: tuple[int, ...]
+    """By section: number of its input."""
+    owners: tuple[int, ...]
+    """By section: number of its part."""
+    first_terms: tuple[tuple[float, int, float, int], ...]
+    """By part: direct gain, input, gain of the first section, its number; a part without a
+    section has a gain of zero there. [µm/K]"""
+    further_terms: tuple[tuple[int, float, int], ...]
+    """By further section: number of its part, gain, its own number. [µm/K]"""
+    spans: tuple[tuple[int, int, float], ...]
+    """By output: first part, part behind the last, and offset. [µm]"""
+    gained: tuple[int, ...]
+    """Numbers of the parts with a gain by diameter."""
+    delayed: tuple[int, ...]
+    """Numbers of the parts with a delay."""
+    longest_delay_s: float
+    """Longest delay. [s]"""
+
+
+def _layout_of(outputs: tuple[Output, ...], channels: tuple[str, ...]) -> Layout:
+    parts = tuple(part for output in outputs for part in output.parts)
+    number = {channel: k for k, channel in enumerate(channels)}
+    wires: dict[tuple[int, int], list[Part]] = {}
+    for part in parts:
+        wires.setdefault(_wire_of(part, number), []).append(part)
+    numbers = {wire: k for k, wire in enumerate(wires)}
+    driven = tuple(numbers[_wire_of(part, number)] for part in parts)
+    owners = tuple(k for k, part in enumerate(parts) for _ in part.sections)
+    gains = [section.gain_um_per_k for part in parts for section in part.sections]
+    first: list[tuple[float, int, float, int]] = []
+    for k, part in enumerate(parts):
+        own = owners.index(k) if part.sections else 0
+        gain = gains[own] if part.sections else 0.0
+        first.append((part.direct_gain_um_per_k, driven[k], gain, own))
+    return Layout(
+        parts=parts,
+        wires=tuple(wires),
+        ranges=tuple(_range_of(sharing) for sharing in wires.values()),
+        driven=driven,
+        taus_s=tuple(s.time_constant_s for part in parts for s in part.sections),
+        drives=tuple(driven[k] for k in owners),
+        owners=owners,
+        first_terms=tuple(first),
+        further_terms=tuple(
+            (k, gains[i], i) for i, k in enumerate(owners) if i and owners[i - 1] == k
+        ),
+        spans=_spans_of(outputs),
+        gained=tuple(k for k, part in enumerate(parts) if part.gain_by_diameter),
+        delayed=tuple(k for k, part in enumerate(parts) if part.delay_s > 0.0),
+        longest_delay_s=max(part.delay_s for part in parts),
+    )
+
+
+def _spans_of(outputs: tuple[Output, ...]) -> tuple[tuple[int, int, float], ...]:
+    spans: list[tuple[int, int, float]] = []
+    first = 0
+    for output in outputs:
+        spans.append((first, first + len(output.parts), output.offset_um))
+        first += len(output.parts)
+    return tuple(spans)
+
+
+def _wire_of(part: Part, number: Mapping[str, int]) -> tuple[int, int]:
+    return number[part.plus], number[part.minus] if part.minus else -1
+
+
+def range_of(part: Part) -> tuple[float, float]:
+    """Return the range of a part's input in the training logs.
+
+    Parameters
+    ----------
+    part : Part
+        The part.
+
+    Returns
+    -------
+    tuple of float
+        Lowest and highest value; without bounds where they are not known. [K]
+    """
+    if part.lowest_k is None or part.highest_k is None:
+        return -math.inf, math.inf
+    return part.lowest_k, part.highest_k
+
+
+def _range_of(parts: list[Part]) -> tuple[float, float]:
+    ranges = [range_of(part) for part in parts]
+    return max(low for low, _ in ranges), min(high for _, high in ranges)
+
+
 def _no_mapping() -> Mapping[str, float]:
     return MappingProxyType({})
 
@@ -262,6 +368,8 @@ class CompensationModel:
     """What its user must know, in words."""
     channels: tuple[str, ...] = field(init=False)
     """Every channel that it needs, in the order of first use."""
+    layout: "Layout" = field(init=False, repr=False, compare=False)
+    """The same model as flat rows of numbers, for the cycle."""
 
     def __post_init__(self) -> None:
         """Check the model and collect its channels."""
@@ -280,6 +388,7 @@ class CompensationModel:
                 if part.minus:
                     used[part.minus] = None
         object.__setattr__(self, "channels", tuple(used))
+        object.__setattr__(self, "layout", _layout_of(self.outputs, tuple(used)))
         object.__setattr__(self, "reference_c", MappingProxyType(dict(self.reference_c)))
         for channel, value in self.reference_c.items():
             _require(_within(value, 1e6), "the reference is out of range", f"channel {channel}")

@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, final
@@ -134,7 +134,7 @@ class StateFile:
 def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
     state = saved.state
     thermal = {
-        name: getattr(state.thermal, name) for name in ThermalState.__slots__ if name != "model"
+        name: value for name, value in state.thermal._asdict().items() if name != "model"
     }
     return {
         "format": STATE_FORMAT,
@@ -183,7 +183,7 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
     else:
         references = dict(zip(saved["channels"], thermal["reference"], strict=True))
         known = {c: r for c, r in references.items() if not math.isnan(r)}
-        restored = replace(initial_state(model, known), warm=True)
+        restored = initial_state(model, known)._replace(warm=True)
     memory = raw["memory"]
     state, fault = SupervisorState(memory[0]), memory[4]
     return blank._replace(

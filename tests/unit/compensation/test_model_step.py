@@ -1,7 +1,6 @@
 """The cycle equals a vectorised simulation, and nothing that is read can stop it."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -318,13 +317,13 @@ def test_a_state_of_another_model_or_of_damaged_numbers_is_survived(
         state, _ = model_step(maker, state, Reading(10.0 * k, {"a": 20.0 + k, "b": 20.0}))
     damaged = (
         state,
-        replace(state, time_s=wrong),
-        replace(state, sections=tuple(tuple((wrong,) * len(x) for x in r) for r in state.sections)),
-        replace(state, filtered=tuple((wrong,) * len(row) for row in state.filtered)),
-        replace(state, history=()),
+        state._replace(time_s=wrong),
+        state._replace(sections=(wrong,) * len(state.sections)),
+        state._replace(filtered=(wrong,) * len(state.filtered)),
+        state._replace(history=()),
         ThermalState(),
     )[place]
-    stored = replace(damaged, model=None)
+    stored = damaged._replace(model=None)
     good = True
     for k in range(3, 8):
         reading = Reading(10.0 * k, {"a": 20.0 + k, "b": 20.0})
