@@ -1,0 +1,522 @@
+"""Who may ask the loop for something: users, roles, and passwords that nobody can read back.
+
+A file of users is TOML, written by ``thermaxis user`` and readable by its owner only::
+
+    [[user]]
+    name = "novak"
+    role = "operator"
+    hash = "$argon2id$v=19$m=19456,t=2,p=1$..."
+
+It is read again when it changes. While it cannot be read nobody is known: the safe side.
+"""
+
+import asyncio
+import contextlib
+import os
+import stat
+import sys
+import threading
+import tomllib
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import NamedTuple, Protocol, cast, final
+
+from argon2 import PasswordHasher, Type, extract_parameters
+from argon2.exceptions import InvalidHashError, VerificationError
+
+from thermaxis.errors import ConfigurationError, ThermaxisError, printable
+
+LONGEST_NAME = 64
+"""Longest name of a user. [1]"""
+LONGEST_PASSWORD = 1024
+"""Longest password, in bytes of UTF-8. [byte]"""
+SHORTEST_PASSWORD = 8
+"""Shortest password that is accepted for a new user. Origin: NIST SP 800-63B, 5.1.1.1. [1]"""
+MOST_USERS = 1000
+"""Largest number of users in a file. [1]"""
+LARGEST_FILE_BYTES = 1_000_000
+"""Largest file of users. [byte]"""
+
+HASH_MEMORY_KIB = 19_456
+"""Memory of one hash. Origin: OWASP's first choice for argon2id; the 64 MiB of RFC 9106 would take
+a third of what the whole loop may use. [KiB]"""
+HASH_PASSES = 2
+"""Passes over that memory. Origin: as above. [1]"""
+_LARGEST_MEMORY_KIB = 262_144
+_MOST_PASSES = 20
+_NAME_SIGNS = frozenset("-_.@ ")
+
+FAILURES_BY_NAME = 5
+"""Failures after which a name is refused for a while, whatever the password. [1]"""
+REFUSED_S = 60.0
+"""For how long. [s]"""
+FAILURES_IN_ALL = 30
+"""Failures of all names within the same time after which everybody new is refused until some of
+them are older: more than a shop forgets, far fewer than a guesser needs. [1]"""
+_MOST_NAMES = 256
+_MOST_WAITING = 8
+
+
+class Role(StrEnum):
+    """What a user may do; every role may do what the ones before it may."""
+
+    NONE = "none"
+    """Nothing, not even look."""
+    VIEWER = "viewer"
+    """Look."""
+    OPERATOR = "operator"
+    """Enable, disable, hold, resume, trim, state a diameter, acknowledge."""
+    ENGINEER = "engineer"
+    """Choose another model as well."""
+
+    def at_least(self, other: "Role") -> bool:
+        """Return whether this role may do what another may."""
+        return _ORDER.index(self) >= _ORDER.index(other)
+
+
+_ORDER = (Role.NONE, Role.VIEWER, Role.OPERATOR, Role.ENGINEER)
+
+
+class Ticker(Protocol):
+    """A clock that only goes forward."""
+
+    def monotonic_s(self) -> float:
+        """Return its time. [s]"""
+        ...
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class User:
+    """One entry of a file of users."""
+
+    name: str
+    """Name that is given at log-in."""
+    role: Role
+    """What the user may do."""
+    hash: str
+    """The password's argon2id hash, with its salt and parameters."""
+
+    def __repr__(self) -> str:
+        """Return name and role; a hash belongs in no log."""
+        return f"User({self.name!r}, {self.role})"
+
+
+class Identity(NamedTuple):
+    """Who has logged in, and with which password: a changed one ends what the old one allowed."""
+
+    name: str
+    """Name of the user; empty for somebody without one."""
+    hash: str = ""
+    """Hash that the password was checked against."""
+
+
+ANONYMOUS = Identity("")
+"""Somebody without a name."""
+
+
+def hash_password(password: str) -> str:
+    """Return the argon2id hash of a password, with a salt of its own.
+
+    Parameters
+    ----------
+    password : str
+        The password.
+
+    Returns
+    -------
+    str
+        The hash in the usual text form, which names its parameters.
+
+    Raises
+    ------
+    ConfigurationError
+        If the password is shorter than 8 characters or longer than 1024 bytes.
+
+    References
+    ----------
+    RFC 9106 (argon2); OWASP Password Storage Cheat Sheet (parameters).
+    """
+    if len(password) < SHORTEST_PASSWORD:
+        raise ConfigurationError(
+            f"the password has fewer than {SHORTEST_PASSWORD} characters",
+            where="password",
+            remedy="Take several words",
+        )
+    if len(password.encode()) > LONGEST_PASSWORD:
+        raise ConfigurationError("the password is too long", where="password")
+    return _hasher().hash(password)
+
+
+def _hasher() -> PasswordHasher:
+    return PasswordHasher(
+        time_cost=HASH_PASSES, memory_cost=HASH_MEMORY_KIB, parallelism=1, type=Type.ID
+    )
+
+
+def check_name(name: str) -> str:
+    """Return the name of a user if it may stand in the file, in logs and on a screen.
+
+    Parameters
+    ----------
+    name : str
+        The name.
+
+    Returns
+    -------
+    str
+        The same.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is empty or too long, has other characters than letters, digits, space and
+        ``- _ . @``, or begins or ends with a space.
+    """
+    fits = 0 < len(name) <= LONGEST_NAME and name == name.strip()
+    if not (fits and all(sign.isalnum() or sign in _NAME_SIGNS for sign in name)):
+        raise ConfigurationError(
+            f"{printable(name, 80)!r} is no name for a user",
+            where="name",
+            remedy=f"Take at most {LONGEST_NAME} letters, digits, spaces and - _ . @",
+        )
+    return name
+
+
+def read_users(path: Path | str) -> tuple[User, ...]:
+    """Read a file of users.
+
+    Parameters
+    ----------
+    path : path or str
+        The file.
+
+    Returns
+    -------
+    tuple of User
+        The users in the order of the file.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read, others than its owner may read or write it, it is no TOML, a
+        key is unknown or missing, a name stands twice, or a hash is no argon2id hash.
+    """
+    where = str(path)
+    content = _read_private(Path(path))
+    try:
+        tables = cast("dict[str, object]", tomllib.loads(content.decode("utf-8")))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigurationError(
+            f"this is no TOML: {error}", where=where, remedy="Write it with thermaxis user add"
+        ) from None
+    entries = tables.pop("user", [])
+    if tables or not isinstance(entries, list):
+        odd = ", ".join(printable(key, 40) for key in tables) or "user"
+        raise ConfigurationError(
+            f"unknown key {odd}", where=where, remedy="Each user is one table [[user]]"
+        )
+    rows = cast("list[object]", entries)
+    if len(rows) > MOST_USERS:
+        raise ConfigurationError(f"more than {MOST_USERS} users", where=where)
+    users = tuple(_user(row, f"{where}, user {i}") for i, row in enumerate(rows, 1))
+    names = [user.name for user in users]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ConfigurationError(f"user {twice} stands twice", where=where)
+    return users
+
+
+def _read_private(path: Path) -> bytes:
+    """Return the content of a file that only its owner may read or write."""
+    try:
+        with path.open("rb") as stream:
+            mode = os.fstat(stream.fileno()).st_mode
+            content = stream.read(LARGEST_FILE_BYTES + 1)
+    except OSError as error:
+        raise ConfigurationError(
+            f"the file of users cannot be read: {error.strerror or error}", where=str(path)
+        ) from None
+    if os.name == "posix" and mode & (stat.S_IRWXG | stat.S_IRWXO):
+        raise ConfigurationError(
+            "others than its owner may read or write the file of users",
+            where=str(path),
+            remedy="Say chmod 600, and choose new passwords if it was so for long",
+        )
+    if len(content) > LARGEST_FILE_BYTES:
+        raise ConfigurationError("the file of users is too large", where=str(path))
+    return content
+
+
+def _user(row: object, where: str) -> User:
+    if not isinstance(row, dict):
+        raise ConfigurationError("a user is no table", where=where)
+    entry = cast("dict[str, object]", row)
+    texts = {key: value for key, value in entry.items() if isinstance(value, str)}
+    if set(texts) != {"name", "role", "hash"} or len(entry) != len(texts):
+        raise ConfigurationError("a user has name, role and hash, each a text", where=where)
+    roles = [role.value for role in _ORDER if role is not Role.NONE]
+    if texts["role"] not in roles:
+        raise ConfigurationError(
+            f"there is no role {printable(texts['role'], 40)}",
+            where=where,
+            remedy=f"Take one of {', '.join(roles)}",
+        )
+    return User(check_name(texts["name"]), Role(texts["role"]), _checked_hash(texts["hash"], where))
+
+
+def _checked_hash(text: str, where: str) -> str:
+    """Return a hash if checking a password against it takes reasonable time and memory."""
+    try:
+        found = extract_parameters(text)
+    except InvalidHashError:
+        found = None
+    if (
+        found is None
+        or found.type is not Type.ID
+        or found.memory_cost > _LARGEST_MEMORY_KIB
+        or found.time_cost > _MOST_PASSES
+        or found.parallelism > _MOST_PASSES
+    ):
+        raise ConfigurationError(
+            "the hash is no argon2id hash of reasonable cost",
+            where=where,
+            remedy="Write it with thermaxis user add",
+        )
+    return text
+
+
+def write_users(users: Sequence[User], path: Path | str) -> None:
+    """Write a file of users beside the old one and put it in its place.
+
+    Parameters
+    ----------
+    users : sequence of User
+        All users.
+    path : path or str
+        The file; it becomes readable by its owner only.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; the old file stands then.
+    """
+    target = Path(path)
+    text = "".join(
+        f'[[user]]\nname = "{check_name(u.name)}"\nrole = "{u.role}"\nhash = "{u.hash}"\n\n'
+        for u in users
+    )
+    beside = target.with_name(f".{target.name}.{os.getpid()}.new")
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+    with os.fdopen(os.open(beside, flags, 0o600), "wb") as stream:
+        stream.write(text.encode())
+        stream.flush()
+        os.fsync(stream.fileno())
+    try:
+        beside.replace(target)
+    except OSError:
+        beside.unlink(missing_ok=True)
+        raise
+
+
+@final
+class Failures:
+    """Counts failed log-ins, by name and in all, and says who is refused for them.
+
+    A name is refused whether it exists or not, so that a refusal tells nothing about it. At most
+    `FAILURES_IN_ALL` failures are counted in a minute, so the names that are remembered suffice.
+
+    Not protected: whoever may reach the server can keep a known name from logging in by failing
+    on purpose. Sessions that are logged in are not touched.
+    """
+
+    def __init__(self) -> None:
+        self._in_all: deque[float] = deque()
+        self._by_name: dict[str, list[float]] = {}
+
+    def refused(self, name: str, now_s: float) -> bool:
+        """Return whether a log-in is refused without a look at its password.
+
+        Parameters
+        ----------
+        name : str
+            Name that was given.
+        now_s : float
+            Time. [s]
+        """
+        while self._in_all and self._in_all[0] <= now_s - REFUSED_S:
+            self._in_all.popleft()
+        if len(self._in_all) >= FAILURES_IN_ALL:
+            return True
+        times = self._by_name.get(name, ())
+        return len([t for t in times if t > now_s - REFUSED_S]) >= FAILURES_BY_NAME
+
+    def failed(self, name: str, now_s: float) -> None:
+        """Count a failure.
+
+        Parameters
+        ----------
+        name : str
+            Name that was given.
+        now_s : float
+            Time. [s]
+        """
+        self._in_all.append(now_s)
+        times = self._by_name.pop(name, [])
+        self._by_name[name] = [*times[-FAILURES_BY_NAME:], now_s]
+        if len(self._by_name) > _MOST_NAMES:
+            del self._by_name[next(iter(self._by_name))]
+
+    def succeeded(self, name: str, then_s: float) -> None:
+        """Forget the failures of a name, and what was counted for its log-in in advance.
+
+        Parameters
+        ----------
+        name : str
+            Name that has logged in.
+        then_s : float
+            Time at which its log-in was counted. [s]
+        """
+        self._by_name.pop(name, None)
+        with contextlib.suppress(ValueError):
+            self._in_all.remove(then_s)
+
+
+@final
+class Users:
+    """The users of a file: who somebody is, and what they may do now.
+
+    Passwords are checked in a thread of its own, one after the other, at a lower priority where
+    the system knows one: argon2 is slow by design and must not delay the loop. A name that does
+    not exist takes the same time as one that does.
+
+    Not protected: whoever may write the file may do everything.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    clock : Ticker
+        Time for the failures.
+    tell : callable, optional
+        Takes the name of every log-in whose password was looked at, and whether it was right.
+        Default: nobody is told.
+    """
+
+    def __init__(
+        self, path: Path, clock: Ticker, tell: Callable[[str, bool], None] | None = None
+    ) -> None:
+        self._path = path
+        self._clock = clock
+        self._tell = tell
+        self._failures = Failures()
+        self._users: Mapping[str, User] = {}
+        self._stamp: object = None
+        self._problem = "the file of users was not read yet"
+        self._reading = threading.Lock()
+        self._thread = ThreadPoolExecutor(1, "thermaxis-users", _step_back)
+        self._waiting = 0
+        self._nobody = _hasher().hash(os.urandom(16).hex())
+
+    @property
+    def problem(self) -> str:
+        """Why nobody is known, as a sentence; empty while the file is good."""
+        return self._problem
+
+    def _read_again(self) -> None:
+        """Read the file if it is another one than before."""
+        with self._reading:
+            try:
+                found = self._path.stat()
+                stamp: object = (found.st_mtime_ns, found.st_size, found.st_ino, found.st_mode)
+            except OSError:
+                stamp = None
+            if stamp is not None and stamp == self._stamp:
+                return
+            try:
+                users = read_users(self._path)
+            except ThermaxisError as error:
+                self._users, self._problem = {}, str(error)
+            else:
+                self._users, self._problem = {user.name: user for user in users}, ""
+            self._stamp = stamp
+
+    async def open(self) -> None:
+        """Read the file; a bad one is told by `problem` and read again when it changes."""
+        await asyncio.to_thread(self._read_again)
+
+    async def close(self) -> None:
+        """End the thread; a password that is being checked is waited for."""
+        await asyncio.to_thread(self._thread.shutdown, wait=True, cancel_futures=True)
+
+    async def identify(self, name: str, password: str) -> Identity | None:
+        """Return who logs in, or None for a wrong name or password, or too many failures.
+
+        Parameters
+        ----------
+        name : str
+            Name that was given.
+        password : str
+            Password that was given; it is kept nowhere.
+
+        Returns
+        -------
+        Identity or None
+            Who it is.
+        """
+        now_s = self._clock.monotonic_s()
+        name = name[: LONGEST_NAME + 1]
+        if self._failures.refused(name, now_s) or self._waiting >= _MOST_WAITING:
+            return None
+        # counted before the password is looked at: many log-ins at once are no way around
+        self._failures.failed(name, now_s)
+        self._waiting += 1
+        try:
+            loop = asyncio.get_running_loop()
+            found = await loop.run_in_executor(self._thread, self._checked, name, password)
+        finally:
+            self._waiting -= 1
+        if found is not None:
+            self._failures.succeeded(name, now_s)
+        if self._tell is not None:
+            self._tell(name, found is not None)
+        return found
+
+    def _checked(self, name: str, password: str) -> Identity | None:
+        self._read_again()
+        user = self._users.get(name)
+        against = self._nobody if user is None else user.hash
+        fits = len(name) <= LONGEST_NAME and len(password.encode()) <= LONGEST_PASSWORD
+        right = False
+        with contextlib.suppress(VerificationError, InvalidHashError):
+            right = PasswordHasher().verify(against, password if fits else "")
+        return Identity(user.name, user.hash) if user is not None and right and fits else None
+
+    async def role_now(self, identity: Identity) -> Role:
+        """Return what somebody who has logged in may do now.
+
+        Parameters
+        ----------
+        identity : Identity
+            Who it is.
+
+        Returns
+        -------
+        Role
+            The role in the present file; none for a user who is no longer there or has another
+            password now.
+        """
+        await asyncio.to_thread(self._read_again)  # never behind a password that is being checked
+        user = self._users.get(identity.name)
+        return Role.NONE if user is None or user.hash != identity.hash else user.role
+
+
+def _step_back() -> None:
+    """Let the thread give way to the loop, where the system knows priorities of threads."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), 10)
