@@ -1,0 +1,221 @@
+"""Alarms: each with cause and remedy, the gravest first, and none for what is only a state."""
+
+from dataclasses import replace
+from datetime import timedelta
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.status_server_parts import NOW, alarm, compensation, output, status
+from thermaxis.compensation import (
+    Compensation,
+    Outcome,
+    Provenance,
+    Reason,
+    SampleQuality,
+    SupervisorState,
+)
+from thermaxis.runtime._alarms import PRIORITIES, alarms_of
+from thermaxis.runtime._ports import HistorianStatus, SourceSample
+from thermaxis.runtime._status import Alarm, RuntimeStatus
+
+
+def found(told: RuntimeStatus, of: Compensation | None = None, *forbidden: str) -> dict[str, Alarm]:
+    return {a.key: a for a in alarms_of(told, of or compensation(*told.outputs), forbidden)}
+
+
+def with_output(**changes: Any) -> RuntimeStatus:
+    return status(output=output(**changes))
+
+
+def test_an_undisturbed_machine_has_no_alarm() -> None:
+    assert alarms_of(status(), compensation()) == ()
+
+
+@pytest.mark.parametrize("state", list(SupervisorState))
+def test_a_state_alone_is_no_alarm(state: SupervisorState) -> None:
+    reasons = () if state is SupervisorState.ACTIVE else (Reason.INTERLOCK_OPEN,)
+    assert found(with_output(state=state, reasons=reasons)) == {}
+
+
+@pytest.mark.parametrize(
+    ("reason", "priority"),
+    [
+        (Reason.READ_BACK_DIFFERS, "critical"),
+        (Reason.LONG_AT_LIMIT, "critical"),
+        (Reason.OFFSET_OUTSIDE, "critical"),
+        (Reason.DOUBLE_COMPENSATION, "high"),
+    ],
+)
+def test_a_fault_says_that_it_waits_to_be_acknowledged(reason: Reason, priority: str) -> None:
+    (one,) = found(with_output(state=SupervisorState.FAULT, reasons=(reason,))).values()
+    assert one.priority == priority
+    assert one.text[:-1].lower() == reason.value
+    assert "acknowledge" in one.remedy
+
+
+@pytest.mark.parametrize(
+    "quality", [q for q in SampleQuality if q not in {SampleQuality.GOOD, SampleQuality.SPARE}]
+)
+def test_a_bad_sensor_is_named_with_what_it_acts_on_and_how_long_is_held(
+    quality: SampleQuality,
+) -> None:
+    told = with_output(qualities=(quality, SampleQuality.GOOD), values=(None, 22.0))
+    (one,) = found(told).values()
+    assert (one.key, one.priority) == ("sensor T_spindle_C", "high")
+    assert one.text == f"Sensor T_spindle_C: {quality.value}."
+    assert "Z_um is held for 5 min" in one.remedy
+    assert one.cause
+
+
+def test_a_spare_sensor_that_stands_in_is_told_before_it_is_the_only_one() -> None:
+    told = with_output(qualities=(SampleQuality.SPARE, SampleQuality.GOOD))
+    (one,) = found(told).values()
+    assert (one.key, one.priority) == ("sensor T_spindle_C", "medium")
+
+
+def test_what_was_read_of_a_bad_sensor_is_shown_without_control_characters() -> None:
+    told = with_output(qualities=(SampleQuality.STATUS_BAD, SampleQuality.GOOD))
+    samples = {"T_spindle_C": SourceSample(850.04, good=False, status="Bad\x1b[2J" * 100)}
+    (one,) = found(replace(told, samples=samples)).values()
+    assert "850.0 was read" in one.cause
+    assert one.cause.isprintable()
+    assert len(one.cause) <= 300
+
+
+def test_a_lost_source_is_one_alarm_and_not_one_for_every_sensor() -> None:
+    bad = (SampleQuality.MISSING, SampleQuality.MISSING)
+    told = replace(with_output(qualities=bad, values=(None, None)), source_connected=False)
+    assert [(a.key, a.priority) for a in found(told).values()] == [("source lost", "high")]
+
+
+def test_a_machine_that_is_switched_off_at_night_alarms_nobody_loudly() -> None:
+    off = status(source_connected=False, sink_connected=False, enabled=False)
+    assert {a.priority for a in found(off).values()} == {"low"}
+    on = status(source_connected=False, sink_connected=False)
+    assert found(on)["sink lost"].priority == "critical"
+
+
+def test_limit_and_soft_limit_are_one_alarm_that_becomes_graver() -> None:
+    soft = with_output(correction_um=(-40.1,), wanted_um=(-40.1,))
+    assert found(soft)["soft limit Z_um"].priority == "medium"
+    hard = with_output(correction_um=(-50.0,), wanted_um=(-50.0,), at_limit=(True,))
+    assert {k: a.priority for k, a in found(hard).items()} == {"limit Z_um": "critical"}
+    assert "50.0 µm" in found(hard)["limit Z_um"].text
+    assert found(with_output(correction_um=(40.0,), wanted_um=(40.0,))) == {}
+
+
+def test_a_weight_below_one_is_told_in_percent() -> None:
+    assert "40 %" in found(with_output(weight=(0.4,)))["validity Z_um"].text
+
+
+def test_a_correction_is_behind_when_the_rate_needs_longer_than_five_minutes() -> None:
+    # 0.5 µm/s for 300 s are 150 µm; an ordinary start from zero is no alarm
+    of = compensation()
+    wide = replace(
+        of, limits={"Z_um": replace(of.limits["Z_um"], largest_um=400.0, total_um=400.0)}
+    )
+    behind = with_output(correction_um=(0.0,), wanted_um=(150.1,))
+    assert found(behind, wide)["behind Z_um"].priority == "medium"
+    assert found(with_output(correction_um=(0.0,), wanted_um=(149.9,)), wide) == {}
+    fading = replace(behind, output=behind.output._replace(state=SupervisorState.FADING))
+    assert found(fading, wide) == {}
+
+
+def test_a_trim_is_told_before_it_expires() -> None:
+    told = replace(with_output(trim_um=(3.0,)), trim_left_s={"Z_um": 299.0})
+    assert "+3.0 µm, expires in 5 min" in found(told)["trim Z_um"].text
+    assert found(replace(told, trim_left_s={"Z_um": 300.0})) == {}
+    assert found(status(trim_left_s={"Z_um": 0.0})) == {}
+
+
+@pytest.mark.parametrize("outcome", [Outcome.DIAMETER_HELD, Outcome.DIAMETER_UNKNOWN])
+def test_a_diameter_that_does_not_fit_is_told_while_it_matters(outcome: Outcome) -> None:
+    told = with_output(outcomes=(outcome,))
+    assert found(told)["diameter"].priority == "low"
+    assert found(replace(told, enabled=False)) == {}
+
+
+def test_a_historian_that_does_not_store_is_told_and_a_loss_stays() -> None:
+    failing = status(historian=HistorianStatus(False, 120, 0, "the disk is full"))
+    assert "120 records" in found(failing)["historian"].cause
+    lost = status(historian=HistorianStatus(True, 0, 17))
+    assert found(lost)["history lost"].text.startswith("17 records")
+
+
+@pytest.mark.parametrize(("date", "told"), [("2029-04-30", True), ("2029-05-02", False)])
+def test_a_model_older_than_a_year_is_told(date: str, told: bool) -> None:
+    of = compensation()
+    aged = replace(of, model=replace(of.model, provenance=Provenance(date=date)))
+    assert ("model old" in found(status(), aged)) is told
+
+
+@pytest.mark.parametrize("date", ["", "last spring", "2029-13-40", "0000-00-00", "2029"])
+def test_a_date_that_is_none_is_no_alarm(date: str) -> None:
+    of = compensation()
+    aged = replace(of, model=replace(of.model, provenance=Provenance(date=date)))
+    assert found(status(), aged) == {}
+
+
+def test_every_finding_of_the_self_test_is_an_alarm_of_its_own() -> None:
+    told = found(status(), None, "the node Z is read only", "the clock differs by an hour")
+    assert [a.text for a in told.values()] == [
+        "The node Z is read only.",
+        "The clock differs by an hour.",
+    ]
+
+
+def test_an_expired_hold_and_a_late_cycle_are_told() -> None:
+    held = with_output(state=SupervisorState.FADING, reasons=(Reason.HOLD_EXPIRED,))
+    assert found(held)["hold expired"].priority == "medium"
+    assert found(status(lateness_s=1.5))["late"].text == "A cycle came 1.5 s late."
+
+
+def test_an_alarm_keeps_the_time_at_which_it_came() -> None:
+    came = NOW - timedelta(hours=2)
+    standing = alarm(key="validity Z_um", since=came)
+    told = replace(with_output(weight=(0.4,), correction_um=(-45.0,)), alarms=(standing,))
+    times = {key: one.since for key, one in found(told).items()}
+    assert times == {"validity Z_um": came, "soft limit Z_um": NOW}
+
+
+@given(
+    st.lists(st.sampled_from(list(SampleQuality)), min_size=2, max_size=2),
+    st.lists(st.sampled_from(list(Reason)), max_size=3),
+    st.sampled_from(list(SupervisorState)),
+    st.tuples(st.booleans(), st.booleans(), st.booleans(), st.booleans()),
+    st.floats(allow_nan=True),
+    st.floats(allow_nan=True),
+)
+def test_every_alarm_has_all_its_words_and_the_gravest_come_first(
+    qualities: list[SampleQuality],
+    reasons: list[Reason],
+    state: SupervisorState,
+    flags: tuple[bool, bool, bool, bool],
+    correction_um: float,
+    weight: float,
+) -> None:
+    told = replace(
+        with_output(
+            qualities=tuple(qualities),
+            reasons=tuple(reasons),
+            state=state,
+            at_limit=(flags[0],),
+            correction_um=(correction_um,),
+            weight=(weight,),
+        ),
+        source_connected=flags[1],
+        sink_connected=flags[2],
+        enabled=flags[3],
+    )
+    alarms = alarms_of(told, compensation(), ("something is wrong",))
+    ranks = [PRIORITIES.index(a.priority) for a in alarms]
+    assert ranks == sorted(ranks)
+    assert len({a.key for a in alarms}) == len(alarms)
+    for one in alarms:
+        assert one.text.endswith(".")
+        assert one.cause.endswith(".")
+        assert one.remedy.endswith(".")
+        assert f"{one.text}{one.cause}{one.remedy}".isprintable()
