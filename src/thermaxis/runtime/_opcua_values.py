@@ -25,6 +25,8 @@ _RANGES: Final[dict[ua.VariantType | None, tuple[int, int]]] = {
     ua.VariantType.Int64: (-(2**63), 2**63 - 1),
     ua.VariantType.UInt64: (0, 2**64 - 1),
 }
+WHOLE_TYPES: Final = frozenset(kind.name for kind in _RANGES if kind is not None)
+"""Names of the types that have whole numbers only."""
 _NUMBERS: Final = frozenset(
     {*_RANGES, ua.VariantType.Boolean, ua.VariantType.Float, ua.VariantType.Double}
 )
@@ -90,29 +92,25 @@ def number_as(value: float, kind: ua.VariantType | None) -> ua.Variant | str:
     return ua.Variant(whole, kind) if lowest <= whole <= highest else NOT_A_NUMBER
 
 
-def is_whole(kind: ua.VariantType | None) -> bool:
-    """Return whether a type has whole numbers only."""
-    return kind in _RANGES
-
-
-def next_beat(last: float | None, kind: ua.VariantType | None) -> int:
+def next_beat(last: float | None, kind: str) -> int:
     """Return the heartbeat after another one.
 
     Parameters
     ----------
     last : float, optional
         The last one, written or found; None if none is known.
-    kind : ua.VariantType, optional
-        Type of its node.
+    kind : str
+        Name of its node's type.
 
     Returns
     -------
     int
-        0 or 1 in turn on a Boolean, otherwise one more, from 0 again at the end of the type. [1]
+        0 or 1 in turn on a ``Boolean``, otherwise one more, from 0 again at the end of the type.
+        It always differs from the last one. [1]
     """
-    if kind is ua.VariantType.Boolean:
+    if kind == "Boolean":
         return 0 if last else 1
-    highest = _BEAT_LIMIT if kind not in _RANGES else _RANGES[kind][1]
+    highest = _RANGES[ua.VariantType[kind]][1] if kind in WHOLE_TYPES else _BEAT_LIMIT
     if last is None or not 0 <= last < math.inf:
         return 1
     return int(last) + 1 if last < highest else 0

@@ -1,0 +1,678 @@
+"""One OPC UA connection that comes back by itself, with a new client each time.
+
+A client that lost its server is never used again: some of them hang for ever (measured for this
+project; FreeOpcUa/opcua-asyncio issue 1660). Every request ends within its time. What is known of
+a server, its namespaces and the types of its nodes, is known anew after each connection.
+"""
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Coroutine, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any, Final, NamedTuple, TypeVar, cast, final
+
+from asyncua import ua
+from asyncua.client.client import Client
+from asyncua.crypto.security_policies import (
+    SecurityPolicy,
+    SecurityPolicyAes128Sha256RsaOaep,
+    SecurityPolicyAes256Sha256RsaPss,
+    SecurityPolicyBasic256Sha256,
+)
+from asyncua.crypto.uacrypto import CertProperties
+from asyncua.ua.attribute_ids import AttributeIds
+from asyncua.ua.object_ids import ObjectIds
+from asyncua.ua.status_codes import StatusCodes
+
+from thermaxis.runtime._certificates import certificate_of, check_own_pair, private_key_of
+from thermaxis.runtime._connection import ConnectionSettings
+from thermaxis.runtime._opcua_failures import FAILURES, LASTING, explain
+from thermaxis.runtime._opcua_nodes import node_id, parse_node
+from thermaxis.runtime._opcua_values import (
+    NOT_WRITTEN,
+    node_type,
+    number_as,
+    plain_number,
+    status_name,
+    texts,
+    without_status,
+)
+from thermaxis.runtime._ports import Clock
+
+T = TypeVar("T")
+
+SESSION_TIMEOUT_MS: Final = 10_000.0
+"""How long a server is asked to keep the session of a client that is silent. Short, because a
+control has five or ten sessions, and a killed program leaves one. [ms]"""
+IDLE_S: Final = 3.0
+"""A connection that nobody uses is tried so often: it keeps the session, and finds a server that
+is frozen. [s]"""
+CLOCK_SLACK_S: Final = 2.0
+"""A server's clock that seems to go back by more than this was set back. Above the second in
+which some servers step the time that they tell. [s]"""
+CLOCK_DRIFT: Final = 1e-3
+"""How fast two clocks may part without being noticed. [s/s]"""
+
+_POLICIES: Final[Mapping[str, type[SecurityPolicy]]] = {
+    "Basic256Sha256": SecurityPolicyBasic256Sha256,
+    "Aes128Sha256RsaOaep": SecurityPolicyAes128Sha256RsaOaep,
+    "Aes256Sha256RsaPss": SecurityPolicyAes256Sha256RsaPss,
+}
+_NEVER_S = 1e9
+_CONNECT_REQUESTS = 4.0
+_NO_TIME = datetime(1602, 1, 1, tzinfo=UTC)
+_NAMESPACES = ua.NodeId(ua.Int32(ObjectIds.Server_NamespaceArray))
+_SERVER_TIME = ua.NodeId(ua.Int32(ObjectIds.Server_ServerStatus_CurrentTime))
+_UNKNOWN_NODE = ua.DataValue(StatusCode=ua.StatusCode(ua.UInt32(StatusCodes.BadNodeIdUnknown)))
+_CURRENT_WRITE = 2
+_DESCRIBED = (
+    AttributeIds.NodeClass,
+    AttributeIds.DataType,
+    AttributeIds.AccessLevel,
+    AttributeIds.UserAccessLevel,
+    AttributeIds.Value,
+)
+
+
+@final
+class _NoPasswords(logging.Filter):
+    """Keeps the request that logs in, which may hold a password, out of every log."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        arguments = record.args if isinstance(record.args, tuple) else ()
+        return not any(isinstance(word, ua.ActivateSessionRequest) for word in arguments)
+
+
+_no_passwords = _NoPasswords()
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class NodeDescription:
+    """What a server says of one node."""
+
+    node: str
+    """The node, as it was asked for."""
+    exists: bool
+    """Whether the server knows it."""
+    status: str
+    """Status of its value, such as ``Good`` or ``BadNodeIdUnknown``."""
+    data_type: str
+    """Exact type, such as ``Double`` or ``Int32``; empty if it is no plain one."""
+    readable: bool
+    """Whether its value could be read."""
+    writable: bool
+    """Whether the server lets this user write it, as far as it says."""
+    value: float | bool | None
+    """Its number; None where it has none."""
+    age_s: float | None
+    """Time since the value was stamped; None where there is no time stamp. [s]"""
+
+
+class _Reading(NamedTuple):
+    """A read request that was made ready once for a connection."""
+
+    parameters: ua.ReadParameters
+    known: tuple[int, ...]
+    total: int
+
+
+@final
+class _Link:
+    """One connection, from its beginning to its loss."""
+
+    def __init__(self, client: Client) -> None:
+        self.client = client
+        self.lost = asyncio.Event()
+        self.error: BaseException | None = None
+        self.namespaces: Sequence[str] = ()
+        self.server_ahead_s: float | None = None
+        self.seen_s = 0.0
+        self.used_s = 0.0
+        self.readings: dict[tuple[str, ...], _Reading] = {}
+        self.types: dict[str, ua.VariantType | None] = {}
+        self.ids: dict[str, ua.NodeId | None] = {}
+        self.under_way: set[asyncio.Task[Any]] = set()
+        self.writing: asyncio.Task[Any] | None = None
+
+    def lose(self, error: BaseException) -> None:
+        """Give the connection up."""
+        if not self.lost.is_set():
+            self.error = error
+            self.lost.set()
+
+    def id_of(self, node: str) -> ua.NodeId | None:
+        """Return the id of a node on this server; None if it has no such namespace."""
+        if node not in self.ids:
+            self.ids[node] = node_id(parse_node(node), self.namespaces)
+        return self.ids[node]
+
+    def reading(self, nodes: Sequence[str]) -> _Reading:
+        """Return the read request for nodes; the last one it asks for is the server's time."""
+        key = tuple(nodes)
+        found = self.readings.get(key)
+        if found is None:
+            ids = [self.id_of(node) for node in nodes]
+            known = tuple(i for i, one in enumerate(ids) if one is not None)
+            asked = [one for one in ids if one is not None]
+            found = _Reading(_read_values([*asked, _SERVER_TIME]), known, len(ids))
+            self.readings[key] = found
+        return found
+
+    def see_time(self, value: ua.DataValue, sent_s: float, now_s: float) -> None:
+        """Learn from the time that the server tells how far its clock is ahead of the own one.
+
+        Some servers step it once a second, so that the most it was ahead counts; the two clocks
+        may part slowly, and a large step means that the clock was set.
+        """
+        variant = value.Value
+        seen = None if variant is None else _aware(variant.Value)
+        if seen is None:
+            return
+        ahead_s = seen.timestamp() - 0.5 * (sent_s + now_s)
+        before_s = self.server_ahead_s
+        if before_s is not None and 0.0 <= before_s - ahead_s <= CLOCK_SLACK_S:
+            ahead_s = max(ahead_s, before_s - CLOCK_DRIFT * (now_s - self.seen_s))
+        self.server_ahead_s, self.seen_s = ahead_s, now_s
+
+
+def _read_values(nodes: Sequence[ua.NodeId]) -> ua.ReadParameters:
+    return _read_attributes([(node, AttributeIds.Value) for node in nodes])
+
+
+def _read_attributes(asked: Sequence[tuple[ua.NodeId, AttributeIds]]) -> ua.ReadParameters:
+    return ua.ReadParameters(
+        TimestampsToReturn=ua.TimestampsToReturn.Both,
+        NodesToRead=[
+            ua.ReadValueId(NodeId=node, AttributeId=attribute) for node, attribute in asked
+        ],
+    )
+
+
+def _aware(stamp: object) -> datetime | None:
+    """Return a time stamp, aware; None for none, or for the zero that stands for none."""
+    if not isinstance(stamp, datetime):
+        return None
+    aware = stamp if stamp.tzinfo is not None else stamp.replace(tzinfo=UTC)
+    return aware if aware > _NO_TIME else None
+
+
+@final
+class OpcUaSession:
+    """A connection that source and sink share; it is made again by itself, without an end.
+
+    Parameters
+    ----------
+    settings : ConnectionSettings
+        The connection.
+    clock : Clock
+        Time.
+
+    Notes
+    -----
+    Not protected: a server that is frozen after it took a request may still obey it later, even
+    when the connection was given up meanwhile. One write at most is on its way at any time.
+    """
+
+    def __init__(self, settings: ConnectionSettings, clock: Clock) -> None:
+        self.settings = settings
+        self._clock = clock
+        self._link: _Link | None = None
+        self._generation = 0
+        self._last_error = ""
+        self._users = 0
+        self._task: asyncio.Task[None] | None = None
+
+    @property
+    def connected(self) -> bool:
+        """Whether the server can be asked."""
+        return self._link is not None
+
+    @property
+    def generation(self) -> int:
+        """Number of the connection; it grows by one with each that succeeds. [1]"""
+        return self._generation
+
+    @property
+    def last_error(self) -> str:
+        """Why it is not connected, in words, with a remedy; empty while all is well."""
+        return self._last_error
+
+    @property
+    def clock_difference_s(self) -> float | None:
+        """The server's clock minus the own time of day; None while it is not known. [s]"""
+        ahead_s = None if self._link is None else self._link.server_ahead_s
+        if ahead_s is None:
+            return None
+        return ahead_s + self._clock.monotonic_s() - self._clock.utc().timestamp()
+
+    def age_s(self, value: ua.DataValue) -> float | None:
+        """Return the time since a value was stamped, by the clock of the server.
+
+        Parameters
+        ----------
+        value : ua.DataValue
+            What `read` returned.
+
+        Returns
+        -------
+        float or None
+            Not negative; None where there is no time stamp, one from the future, or the server
+            does not tell its time. [s]
+        """
+        stamp = _aware(value.SourceTimestamp)
+        ahead_s = None if self._link is None else self._link.server_ahead_s
+        if stamp is None or ahead_s is None:
+            return None
+        age_s = self._clock.monotonic_s() + ahead_s - stamp.timestamp()
+        return max(0.0, age_s) if age_s > -CLOCK_SLACK_S else None
+
+    # ---- life -----------------------------------------------------------------------------------
+
+    async def open(self) -> None:
+        """Begin to connect; a server that is not there is waited for. Each open wants a close.
+
+        Raises
+        ------
+        ConfigurationError
+            If the own certificate or key, or the stored certificate of the server, cannot be
+            used, or others can read the key.
+        """
+        if self.settings.encrypted:
+            self._read_certificates()
+        self._users += 1
+        if self._task is None:
+            self._task = asyncio.create_task(self._keep_connected(), name=self.settings.name)
+
+    async def close(self) -> None:
+        """End for one user; with the last one the connection ends, and nothing runs on."""
+        self._users = max(0, self._users - 1)
+        if self._users or self._task is None:
+            return
+        task, self._task = self._task, None
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+
+    async def _keep_connected(self) -> None:
+        while True:
+            began_s = self._clock.monotonic_s()
+            try:
+                link = await self._connect()
+            except FAILURES as error:
+                self._last_error = explain(error, self.settings)
+            else:
+                await self._use(link)
+            await self._clock.sleep_until(began_s + self.settings.retry_s)
+
+    async def _use(self, link: _Link) -> None:
+        """Offer a connection until it is lost."""
+        self._generation += 1
+        self._last_error = ""
+        self._link = link
+        try:
+            while not link.lost.is_set():
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(IDLE_S):
+                        await link.lost.wait()
+                if self._clock.monotonic_s() - link.used_s >= IDLE_S:
+                    await self._look(link)
+            self._last_error = explain(link.error or ConnectionError(), self.settings)
+        finally:
+            if self._link is link:
+                self._link = None
+            for task in link.under_way:
+                task.cancel()
+            if not link.lost.is_set():
+                await self._take_leave(link.client)
+            await _discard(link.client)
+
+    async def _take_leave(self, client: Client) -> None:
+        """Give the session back, so that the server need not wait until it expires."""
+        with contextlib.suppress(*FAILURES):
+            async with asyncio.timeout(self.settings.timeout_s):
+                await client.disconnect()
+
+    async def _connect(self) -> _Link:
+        client = self._new_client()
+        link = _Link(client)
+        connected = False
+        try:
+            async with asyncio.timeout(_CONNECT_REQUESTS * self.settings.timeout_s):
+                if self.settings.encrypted:
+                    await self._secure(client)
+                await client.connect()
+                await self._look_around(link)
+            connected = True
+        finally:
+            if not connected:
+                await _discard(client)
+        return link
+
+    def _new_client(self) -> Client:
+        logging.getLogger("asyncua.client.ua_client.UASocketProtocol").addFilter(_no_passwords)
+        client = Client(
+            self.settings.full_url,
+            timeout=self.settings.timeout_s,
+            watchdog_intervall=_NEVER_S,  # it reads a node that not every user may read
+        )
+        client.name = client.description = "thermaxis"
+        client.application_uri = self.settings.application_uri
+        client.session_timeout = int(SESSION_TIMEOUT_MS)
+        return client
+
+    def _read_certificates(self) -> tuple[bytes, bytes, bytes]:
+        settings = self.settings
+        if not (settings.certificate and settings.private_key and settings.server_certificate):
+            raise ValueError("the settings let nobody encrypt without certificates")
+        own = certificate_of(settings.certificate)
+        key = private_key_of(settings.private_key)
+        check_own_pair(own, key, settings.application_uri, where=str(settings.certificate))
+        return own.der, key.pem, certificate_of(settings.server_certificate).der
+
+    async def _secure(self, client: Client) -> None:
+        own, key, server = self._read_certificates()
+        await client.set_security(
+            _POLICIES[self.settings.security],
+            certificate=CertProperties(own, "der"),
+            private_key=CertProperties(key, "pem"),
+            server_certificate=CertProperties(server, "der"),
+            mode=ua.MessageSecurityMode.SignAndEncrypt,
+        )
+        if self.settings.user:
+            client.set_user(self.settings.user)
+            client.set_password(self.settings.password.reveal())
+
+    async def _look_around(self, link: _Link) -> None:
+        """Learn the namespaces and the clock of a server that was just reached."""
+
+        async def lost(error: Exception) -> None:
+            link.lose(error)
+
+        link.client.connection_lost_callback = lost
+        sent_s = self._clock.monotonic_s()
+        found = await link.client.uaclient.session.read(_read_values([_NAMESPACES, _SERVER_TIME]))
+        now_s = self._clock.monotonic_s()
+        _expect(found, 2)
+        link.namespaces = texts(found[0])
+        link.see_time(found[1], sent_s, now_s)
+        link.used_s = now_s
+
+    async def _look(self, link: _Link) -> None:
+        """Ask for the time: the session stays alive, and a server that is frozen is found."""
+        await self._read(link, link.reading(()), self.settings.timeout_s + 1.0)
+
+    # ---- requests -------------------------------------------------------------------------------
+
+    async def read(self, nodes: Sequence[str], deadline_s: float) -> list[ua.DataValue] | None:
+        """Read the values of nodes with one request.
+
+        Parameters
+        ----------
+        nodes : sequence of str
+            The nodes, such as ``ns=2;s=Name``.
+        deadline_s : float
+            Longest time. [s]
+
+        Returns
+        -------
+        list of ua.DataValue or None
+            One per node, with status and both time stamps; None if there is no connection or no
+            answer in time.
+
+        Raises
+        ------
+        ConfigurationError
+            If one of them is no node id.
+        """
+        link = self._current()
+        return None if link is None else await self._read(link, link.reading(nodes), deadline_s)
+
+    async def _read(
+        self, link: _Link, reading: _Reading, deadline_s: float
+    ) -> list[ua.DataValue] | None:
+        sent_s = self._clock.monotonic_s()
+        request = link.client.uaclient.session.read(reading.parameters)
+        found = await self._ask(link, request, deadline_s, len(reading.known) + 1)
+        if found is None:
+            return None
+        link.see_time(found.pop(), sent_s, self._clock.monotonic_s())
+        if len(found) == reading.total:
+            return found
+        values = [_UNKNOWN_NODE] * reading.total
+        for index, value in zip(reading.known, found, strict=True):
+            values[index] = value
+        return values
+
+    async def write(
+        self, values: Sequence[tuple[str, float]], deadline_s: float
+    ) -> list[str] | None:
+        """Write numbers to nodes with one request, each in exactly the node's type.
+
+        Nothing at all is sent when one of them cannot be: it is no finite number, or its node
+        does not take it.
+
+        Parameters
+        ----------
+        values : sequence of (str, float)
+            Nodes and numbers; bool counts as a number.
+        deadline_s : float
+            Longest time. [s]
+
+        Returns
+        -------
+        list of str or None
+            Names of the status codes, one per node, ``Good`` where it was accepted; None if there
+            is no connection, no answer in time, or an earlier write has not been answered yet.
+
+        Raises
+        ------
+        ConfigurationError
+            If one of them is no node id.
+        """
+        link = self._current()
+        if link is None or link.writing is not None:
+            return None
+        end_s = self._clock.monotonic_s() + deadline_s
+        if not await self._learn_types(link, [node for node, _ in values], deadline_s):
+            return None
+        ready = [number_as(value, link.types[node]) for node, value in values]
+        if any(isinstance(one, str) for one in ready):
+            return [one if isinstance(one, str) else NOT_WRITTEN for one in ready]
+        if link.writing is not None:
+            return None
+        parameters = ua.WriteParameters(
+            NodesToWrite=[
+                ua.WriteValue(
+                    NodeId=cast("ua.NodeId", link.ids[node]),
+                    AttributeId=AttributeIds.Value,
+                    Value=without_status(cast("ua.Variant", one)),
+                )
+                for (node, _), one in zip(values, ready, strict=True)
+            ]
+        )
+        request = link.client.uaclient.session.write(parameters)
+        left_s = end_s - self._clock.monotonic_s()
+        found = await self._ask(link, request, left_s, len(ready), writes=True)
+        return None if found is None else [code.name for code in found]
+
+    async def types(self, nodes: Sequence[str], deadline_s: float) -> dict[str, str] | None:
+        """Return the exact types of nodes, read once per connection.
+
+        Parameters
+        ----------
+        nodes : sequence of str
+            The nodes.
+        deadline_s : float
+            Longest time. [s]
+
+        Returns
+        -------
+        dict or None
+            Names such as ``Double`` by node, empty where the server does not say; None if there
+            is no connection or no answer in time.
+        """
+        link = self._current()
+        if link is None or not await self._learn_types(link, nodes, deadline_s):
+            return None
+        found = {node: link.types[node] for node in nodes}
+        return {node: "" if kind is None else kind.name for node, kind in found.items()}
+
+    async def _learn_types(self, link: _Link, nodes: Sequence[str], deadline_s: float) -> bool:
+        missing = [node for node in nodes if node not in link.types]
+        if not missing:
+            return True
+        known = [(node, one) for node in missing if (one := link.id_of(node)) is not None]
+        for node in missing:
+            if link.ids[node] is None:
+                link.types[node] = None
+        asked = [
+            (one, attribute)
+            for _, one in known
+            for attribute in (AttributeIds.DataType, AttributeIds.Value)
+        ]
+        if not asked:
+            return True
+        request = link.client.uaclient.session.read(_read_attributes(asked))
+        found = await self._ask(link, request, deadline_s, len(asked))
+        if found is None:
+            return False
+        for (node, _), kind, value in zip(known, found[::2], found[1::2], strict=True):
+            link.types[node] = node_type(_content(kind), value)
+        return True
+
+    async def describe(self, node: str, deadline_s: float) -> NodeDescription | None:
+        """Return what the server says of a node, for a self-test.
+
+        Parameters
+        ----------
+        node : str
+            The node.
+        deadline_s : float
+            Longest time. [s]
+
+        Returns
+        -------
+        NodeDescription or None
+            None if there is no connection or no answer in time.
+
+        Raises
+        ------
+        ConfigurationError
+            If it is no node id.
+        """
+        link = self._current()
+        if link is None:
+            return None
+        one = link.id_of(node)
+        if one is None:
+            return _no_such_node(node, "BadNodeIdUnknown")
+        request = link.client.uaclient.session.read(
+            _read_attributes([(one, attribute) for attribute in _DESCRIBED])
+        )
+        found = await self._ask(link, request, deadline_s, len(_DESCRIBED))
+        if found is None:
+            return None
+        node_class, data_type, access, user_access, value = found
+        if not _is_good(node_class):
+            return _no_such_node(node, status_name(node_class))
+        kind = node_type(_content(data_type), value)
+        level = _content(user_access if _is_good(user_access) else access)
+        return NodeDescription(
+            node=node,
+            exists=True,
+            status=status_name(value),
+            data_type="" if kind is None else kind.name,
+            readable=_is_good(value),
+            writable=isinstance(level, int) and bool(level & _CURRENT_WRITE),
+            value=plain_number(value) if _is_good(value) else None,
+            age_s=self.age_s(value),
+        )
+
+    def _current(self) -> _Link | None:
+        """Return the connection; a task that ended by a mistake in the program says so."""
+        if self._task is not None and self._task.done():
+            self._task.result()
+        link = self._link
+        return None if link is None or link.lost.is_set() else link
+
+    async def _ask(
+        self,
+        link: _Link,
+        request: Coroutine[Any, Any, list[T]],
+        deadline_s: float,
+        count: int,
+        *,
+        writes: bool = False,
+    ) -> list[T] | None:
+        """Wait for an answer within a time; the request itself ends within the connection's.
+
+        An answer that comes after the deadline is thrown away, never taken for a fresh one. One
+        that does not come within the connection's own time costs the connection.
+        """
+        link.used_s = self._clock.monotonic_s()
+        task = asyncio.create_task(request)
+        link.under_way.add(task)
+        if writes:
+            link.writing = task
+        task.add_done_callback(lambda done: self._answered(link, done))
+        try:
+            await asyncio.wait((task,), timeout=max(0.0, deadline_s))
+        except asyncio.CancelledError:
+            task.cancel()
+            raise
+        if not task.done() or task.cancelled() or task.exception() is not None:
+            return None
+        found = task.result()
+        if len(found) != count:
+            link.lose(ValueError("the answer has another length than the question"))
+            return None
+        return found
+
+    def _answered(self, link: _Link, task: "asyncio.Task[Any]") -> None:
+        link.under_way.discard(task)
+        if link.writing is task:
+            link.writing = None
+        error = None if task.cancelled() else task.exception()
+        if error is None:
+            return
+        if isinstance(error, ua.UaStatusCodeError) and error.code in LASTING:
+            self._last_error = explain(error, self.settings)
+            return
+        link.lose(error)
+
+
+def _expect(found: Sequence[object], count: int) -> None:
+    if len(found) != count:
+        raise ValueError("the answer has another length than the question")
+
+
+def _is_good(value: ua.DataValue) -> bool:
+    return value.StatusCode is None or value.StatusCode.is_good()
+
+
+def _content(value: ua.DataValue) -> object:
+    return None if value.Value is None else cast("object", value.Value.Value)
+
+
+def _no_such_node(node: str, status: str) -> NodeDescription:
+    return NodeDescription(
+        node=node,
+        exists=False,
+        status=status,
+        data_type="",
+        readable=False,
+        writable=False,
+        value=None,
+        age_s=None,
+    )
+
+
+async def _discard(client: Client) -> None:
+    """End a client that is of no use any more: its socket at once, its tasks, no more requests."""
+    client.disconnect_socket()
+    with contextlib.suppress(*FAILURES):
+        await client.close_session()
+    await asyncio.sleep(0)

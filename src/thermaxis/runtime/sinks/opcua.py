@@ -1,0 +1,263 @@
+"""Offsets of a machine that is an OPC UA server."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final, final
+
+from asyncua import ua
+
+from thermaxis.runtime._opcua_nodes import parse_node
+from thermaxis.runtime._opcua_session import OpcUaSession
+from thermaxis.runtime._opcua_values import WHOLE_TYPES, next_beat, plain_number
+from thermaxis.runtime._ports import Applied, Sink
+from thermaxis.runtime._sign import offset_factor
+
+HEARTBEAT = "heartbeat"
+"""What the heartbeat's node is called among the refused ones."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpcUaOutput:
+    """Where one offset goes.
+
+    Raises
+    ------
+    ConfigurationError
+        If a node is none, or unit or sign are not known.
+    """
+
+    node: str
+    """The node that is written."""
+    unit: str
+    """Unit of the machine's offset, a key of `OFFSET_UNITS`."""
+    sign: str
+    """What a positive offset means, one of the two sentences of `SIGNS`."""
+    read_back_node: str = ""
+    """The node that tells what was accepted; empty: the one that is written."""
+    effective_node: str = ""
+    """The node that tells what acts now; empty: none tells."""
+
+    def __post_init__(self) -> None:
+        """Check nodes, unit and sign."""
+        for node in (self.node, self.read_back_node, self.effective_node):
+            if node:
+                parse_node(node)
+        offset_factor(self.unit, self.sign)
+
+
+@final
+class OpcUaSink(Sink):
+    """Writes all offsets and the heartbeat with one request per cycle.
+
+    Parameters
+    ----------
+    session : OpcUaSession
+        The connection.
+    outputs : mapping of str to OpcUaOutput
+        Where each offset goes, by the output's name.
+    heartbeat_node : str, optional
+        A truth value or number that moves with every write. Default: none.
+
+    Notes
+    -----
+    Not protected: one request is not atomic. Of several offsets one may be accepted and another
+    refused; `refused` says which, and the machine should take offsets over only when the
+    heartbeat moved. Without a heartbeat that the machine watches, the last offset stays when this
+    program dies. A write that the machine answers too late may still take effect.
+    """
+
+    def __init__(
+        self,
+        session: OpcUaSession,
+        outputs: Mapping[str, OpcUaOutput],
+        heartbeat_node: str | None = None,
+    ) -> None:
+        self.session = session
+        self._outputs = dict(outputs)
+        self._factors = {
+            name: offset_factor(output.unit, output.sign) for name, output in outputs.items()
+        }
+        self._heartbeat_node = heartbeat_node or ""
+        if self._heartbeat_node:
+            parse_node(self._heartbeat_node)
+        self._asked = tuple(_asked(self._outputs))
+        self._found_in = 0
+        self._beat: float | None = None
+        self._beat_type = ""
+        self._requested: dict[str, float] = {}
+        self.refused: Mapping[str, str] = {}
+        """Names of the status codes of what the last write could not set, by output."""
+        self.last_error = ""
+        """Why the last request failed, in words; empty if it did not."""
+
+    async def open(self) -> None:
+        """Begin to connect."""
+        self._found_in = 0
+        await self.session.open()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the server can be written to."""
+        return self.session.connected
+
+    async def found(self, deadline_s: float) -> Mapping[str, float | None] | None:
+        """Return the offsets that stand in the machine, once per connection.
+
+        They are what acts now where a node tells, otherwise what was accepted. As long as one of
+        them cannot be read there is no news, and nothing is written.
+        """
+        generation = self.session.generation
+        if not self.session.connected or self._found_in == generation:
+            return None
+        if not await self._learn(deadline_s):
+            return None
+        found = await self._read_offsets(deadline_s)
+        if found is None or self.session.generation != generation:
+            return None
+        offsets = {
+            name: applied.effective_um
+            if self._outputs[name].effective_node
+            else applied.accepted_um
+            for name, applied in found.items()
+        }
+        unknown = [name for name, offset in offsets.items() if offset is None]
+        if unknown:
+            self.last_error = (
+                f"the offset of {', '.join(unknown)} cannot be read, so that nothing is written."
+                " Look at the nodes and the rights of the user."
+            )
+            return None
+        self.last_error = ""
+        self._found_in = generation
+        self._requested = {}
+        return offsets
+
+    async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
+        """Write offsets and a moved heartbeat; return whether all were accepted."""
+        if not self.session.connected or self._found_in != self.session.generation:
+            self.last_error = "nothing is written before the offsets in the machine were read"
+            return False
+        unusable = [
+            name
+            for name, value in correction_um.items()
+            if name not in self._outputs or not math.isfinite(value)
+        ]
+        if unusable or not correction_um:
+            self.last_error = f"there is no finite correction for {', '.join(unusable) or 'any'}"
+            return False
+        values = [
+            (self._outputs[name].node, value * self._factors[name])
+            for name, value in correction_um.items()
+        ]
+        names = [*correction_um]
+        if self._heartbeat_node:
+            self._beat = float(next_beat(self._beat, self._beat_type))
+            values.append((self._heartbeat_node, self._beat))
+            names.append(HEARTBEAT)
+        codes = await self.session.write(values, deadline_s)
+        if codes is None:
+            self.last_error = self.session.last_error or "the machine did not answer in time"
+            return False
+        self.refused = {
+            name: code for name, code in zip(names, codes, strict=True) if code != "Good"
+        }
+        self._requested.update(
+            {name: um for name, um in correction_um.items() if name not in self.refused}
+        )
+        self.last_error = _words_of(self.refused)
+        return not self.refused
+
+    async def read_back(self, deadline_s: float) -> Mapping[str, Applied]:
+        """Return what the machine says about every output."""
+        found = None
+        if self.session.connected:
+            found = await self._read_offsets(deadline_s)
+        if found is None:
+            return {name: Applied(self._requested.get(name), None) for name in self._outputs}
+        return found
+
+    async def close(self) -> None:
+        """End the connection, unless a source still uses it."""
+        self._found_in = 0
+        await self.session.close()
+
+    async def _learn(self, deadline_s: float) -> bool:
+        """Learn where the heartbeat stands and of which type it is, and whether offsets fit."""
+        nodes = [output.node for output in self._outputs.values()]
+        if self._heartbeat_node:
+            nodes.append(self._heartbeat_node)
+        kinds = await self.session.types(nodes, deadline_s)
+        if kinds is None:
+            return False
+        coarse = [
+            name
+            for name, output in self._outputs.items()
+            if kinds[output.node] in WHOLE_TYPES and abs(self._factors[name]) < 1.0
+        ]
+        if coarse:
+            self.last_error = (
+                f"the machine counts the offset of {', '.join(coarse)} in whole units that are"
+                " coarser than a micrometre, so that nothing is written. Correct the unit."
+            )
+            return False
+        if self._heartbeat_node:
+            self._beat_type = kinds[self._heartbeat_node]
+            beats = await self.session.read((self._heartbeat_node,), deadline_s)
+            if beats is None:
+                return False
+            self._beat = plain_number(beats[0])
+        return True
+
+    async def _read_offsets(self, deadline_s: float) -> dict[str, Applied] | None:
+        found = await self.session.read(self._asked, deadline_s)
+        if found is None:
+            return None
+        values = iter(found)
+        result: dict[str, Applied] = {}
+        for name, output in self._outputs.items():
+            factor = self._factors[name]
+            accepted_um = _offset_um(next(values), factor)
+            effective_um = _offset_um(next(values), factor) if output.effective_node else None
+            result[name] = Applied(self._requested.get(name), accepted_um, effective_um)
+        return result
+
+
+def _asked(outputs: Mapping[str, OpcUaOutput]) -> Iterator[str]:
+    for output in outputs.values():
+        yield output.read_back_node or output.node
+        if output.effective_node:
+            yield output.effective_node
+
+
+def _offset_um(value: ua.DataValue, factor: float) -> float | None:
+    """Return an offset of the machine as a correction; None where its status is not good. [µm]"""
+    if value.StatusCode is not None and not value.StatusCode.is_good():
+        return None
+    raw = plain_number(value)
+    if raw is None or isinstance(raw, bool):
+        return None
+    try:
+        offset_um = float(raw) / factor
+    except OverflowError:
+        return None
+    return offset_um if math.isfinite(offset_um) else None
+
+
+_REMEDIES: Final = {
+    "BadUserAccessDenied": "Give the user the right to write it",
+    "BadNotWritable": "Make the node writable on the machine",
+    "BadNodeIdUnknown": "Correct the node",
+    "BadTypeMismatch": "Name a node that holds a number",
+    "BadOutOfRange": "Look at its range on the machine, and at the unit",
+}
+
+
+def _words_of(refused: Mapping[str, str]) -> str:
+    """Say what was refused, and what to do about the first."""
+    if not refused:
+        return ""
+    shown = ", ".join(f"{name} ({code})" for name, code in refused.items())
+    code = next(iter(refused.values()))
+    return f"the machine refused {shown}. {_REMEDIES.get(code, 'Look at the node')}."
