@@ -158,13 +158,15 @@ def _hasher() -> PasswordHasher:
     )
 
 
-def check_name(name: str) -> str:
+def check_name(name: str, where: str = "name") -> str:
     """Return the name of a user if it may stand in the file, in logs and on a screen.
 
     Parameters
     ----------
     name : str
         The name.
+    where : str
+        The place, for the error.
 
     Returns
     -------
@@ -181,7 +183,7 @@ def check_name(name: str) -> str:
     if not (fits and all(sign.isalnum() or sign in _NAME_SIGNS for sign in name)):
         raise ConfigurationError(
             f"{printable(name, 80)!r} is no name for a user",
-            where="name",
+            where=where,
             remedy=f"Take at most {LONGEST_NAME} letters, digits, spaces and - _ . @",
         )
     return name
@@ -266,14 +268,15 @@ def _user(row: object, where: str) -> User:
             where=where,
             remedy=f"Take one of {', '.join(roles)}",
         )
-    return User(check_name(texts["name"]), Role(texts["role"]), _checked_hash(texts["hash"], where))
+    name = check_name(texts["name"], where)
+    return User(name, Role(texts["role"]), _checked_hash(texts["hash"], where))
 
 
 def _checked_hash(text: str, where: str) -> str:
     """Return a hash if checking a password against it takes reasonable time and memory."""
     try:
         found = extract_parameters(text)
-    except InvalidHashError:
+    except ValueError:
         found = None
     if (
         found is None
@@ -305,22 +308,32 @@ def write_users(users: Sequence[User], path: Path | str) -> None:
     OSError
         If it cannot be written; the old file stands then.
     """
-    target = Path(path)
+    target = Path(path).resolve()
     text = "".join(
         f'[[user]]\nname = "{check_name(u.name)}"\nrole = "{u.role}"\nhash = "{u.hash}"\n\n'
         for u in users
     )
     beside = target.with_name(f".{target.name}.{os.getpid()}.new")
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
-    with os.fdopen(os.open(beside, flags, 0o600), "wb") as stream:
-        stream.write(text.encode())
-        stream.flush()
-        os.fsync(stream.fileno())
     try:
+        with os.fdopen(os.open(beside, flags, 0o600), "wb") as stream:
+            stream.write(text.encode())
+            stream.flush()
+            os.fsync(stream.fileno())
+            _keep_owner(target, stream.fileno())
         beside.replace(target)
     except OSError:
         beside.unlink(missing_ok=True)
         raise
+
+
+def _keep_owner(old: Path, new: int) -> None:
+    """Give a new file the old one's owner, where an administrator writes a service's file."""
+    if os.name != "posix" or not old.exists():
+        return
+    found = old.stat()
+    with contextlib.suppress(PermissionError):
+        os.fchown(new, found.st_uid, found.st_gid)
 
 
 @final

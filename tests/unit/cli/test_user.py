@@ -1,0 +1,134 @@
+"""``thermaxis user``: users are added, changed, removed and listed, and no password is shown."""
+
+import argparse
+import getpass
+import io
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from argon2 import PasswordHasher
+
+from thermaxis.cli import user as command
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._users import Role, read_users
+
+SECRET = "correct horse battery"  # noqa: S105 - of users that exist in tests only
+
+
+def run(*words: str | Path) -> int:
+    parser = argparse.ArgumentParser(allow_abbrev=False)
+    command.add_arguments(parser)
+    return command.run(parser.parse_args([str(word) for word in words]))
+
+
+@pytest.fixture
+def piped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{SECRET}\nsecond line\n"))
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def typed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What a person types; the list is emptied from its front."""
+    answers: list[str] = []
+    monkeypatch.setattr(sys, "stdin", Terminal())
+    monkeypatch.setattr(getpass, "getpass", lambda _: answers.pop(0))
+    return answers
+
+
+@pytest.mark.usefixtures("piped")
+def test_a_user_is_added_with_a_password_from_a_pipe(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "users.toml"
+    assert run("add", path, "novak", "--role", "operator", "--stdin") == 0
+    (user,) = read_users(path)
+    assert (user.name, user.role) == ("novak", Role.OPERATOR)
+    assert PasswordHasher().verify(user.hash, SECRET)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    said = capsys.readouterr()
+    assert said.out == f"novak (operator) added to {path}.\n"
+    assert SECRET not in said.out + said.err + path.read_text(encoding="utf-8")
+
+
+def test_a_password_is_asked_for_twice(tmp_path: Path, typed: list[str]) -> None:
+    path = tmp_path / "users.toml"
+    typed += [SECRET, SECRET]
+    assert run("add", path, "novak", "--role", "viewer") == 0
+    assert typed == []
+    typed += [SECRET, SECRET + "!"]
+    with pytest.raises(ConfigurationError, match="the two passwords differ"):
+        run("add", path, "dvorak", "--role", "viewer")
+    assert [user.name for user in read_users(path)] == ["novak"]
+
+
+def test_a_user_keeps_the_place_when_role_and_password_change(
+    tmp_path: Path, typed: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "users.toml"
+    for name in ("novak", "dvorak"):
+        typed += [SECRET, SECRET]
+        run("add", path, name, "--role", "viewer")
+    typed += ["another password", "another password"]
+    capsys.readouterr()
+    assert run("add", path, "novak", "--role", "engineer") == 0
+    assert capsys.readouterr().out == f"novak (engineer) changed in {path}.\n"
+    novak, dvorak = read_users(path)
+    assert (novak.name, novak.role, dvorak.name) == ("novak", Role.ENGINEER, "dvorak")
+    assert PasswordHasher().verify(novak.hash, "another password")
+    assert run("list", path) == 0
+    assert capsys.readouterr().out == "novak   engineer\ndvorak  viewer\n"
+    assert run("remove", path, "novak") == 0
+    assert [user.name for user in read_users(path)] == ["dvorak"]
+    assert run("remove", path, "dvorak") == 0
+    capsys.readouterr()
+    assert run("list", path) == 0
+    assert capsys.readouterr().out == "There are no users.\n"
+
+
+def test_somebody_who_is_not_there_cannot_be_removed(tmp_path: Path, typed: list[str]) -> None:
+    path = tmp_path / "users.toml"
+    typed += [SECRET, SECRET]
+    run("add", path, "novak", "--role", "viewer")
+    with pytest.raises(ConfigurationError, match="there is no user dvorak"):
+        run("remove", path, "dvorak")
+
+
+@pytest.mark.usefixtures("piped")
+def test_a_pipe_is_never_taken_for_a_person(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="no terminal"):
+        run("add", tmp_path / "users.toml", "novak", "--role", "viewer")
+
+
+def test_a_short_password_is_refused_and_no_file_appears(tmp_path: Path, typed: list[str]) -> None:
+    typed += ["1234567", "1234567"]
+    with pytest.raises(ConfigurationError, match="fewer than 8 characters"):
+        run("add", tmp_path / "users.toml", "novak", "--role", "viewer")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("piped")
+def test_a_file_that_others_may_read_is_not_added_to(tmp_path: Path) -> None:
+    path = tmp_path / "users.toml"
+    path.write_text("", encoding="utf-8")
+    path.chmod(0o644)
+    with pytest.raises(ConfigurationError, match="others than its owner"):
+        run("add", path, "novak", "--role", "viewer", "--stdin")
+
+
+def test_the_help_imports_nothing_heavy() -> None:
+    code = (
+        "import argparse, sys; from thermaxis.cli import user;"
+        "user.add_arguments(argparse.ArgumentParser());"
+        "heavy = ('argon2', 'asyncua', 'numpy', 'thermaxis.runtime');"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"
