@@ -54,6 +54,12 @@ class Operator:
             self.manual()
             command.home(-1)
             self.wait("home", lambda: all(status.homed[: status.joints]))
+        elif verb == "off":
+            command.state(linuxcnc.STATE_OFF)
+            self.wait("machine off", lambda: status.task_state != linuxcnc.STATE_ON)
+        elif verb == "on":
+            command.state(linuxcnc.STATE_ON)
+            self.wait("machine on", lambda: status.task_state == linuxcnc.STATE_ON)
         elif verb == "unhome":
             self.manual()
             command.unhome(int(order["joint"]))

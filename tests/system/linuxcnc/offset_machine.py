@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,17 +39,17 @@ PINS = (
     "joint.2.f-error",
     "thermaxis-shift-0.offset",
     "watchdog.enable-in",
-    "joint.2.pos-cmd",
+    "watchdog.input-0",
     "joint.1.f-error",
 )
-KINDS = "ffffbfffbff"
+KINDS = "ffffbfffbbf"
 HEAD = """\
 loadrt [KINS]KINEMATICS
 loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS
 loadrt sampler depth=16000 cfg={kinds}
 addf motion-command-handler servo-thread
 addf motion-controller servo-thread
-{source}
+source thermal.hal
 addf sampler.0 servo-thread
 net enable iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in
 net prepared iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
@@ -73,7 +73,7 @@ class OffsetTrace:
     following_error: np.ndarray
     offset_0: np.ndarray
     armed: np.ndarray
-    position: np.ndarray
+    heartbeat: np.ndarray
     following_error_1: np.ndarray
     """That of joint 1, which takes no offset."""
 
@@ -107,11 +107,13 @@ class OffsetMachine:
         if np.any(np.diff(rows[:, 0]) != 1.0):
             raise RuntimeError("servo periods are missing in the trace: the machine is overloaded")
         columns = list(rows.T)
-        columns[6], columns[10] = columns[6] != 0.0, columns[10] != 0.0
+        for i, kind in enumerate(KINDS, start=2):
+            if kind == "b":
+                columns[i] = columns[i] != 0.0
         return OffsetTrace(*columns)
 
 
-def wait_for(reached: object, limit_s: float, what: str) -> None:
+def wait_for(reached: Callable[[], bool], limit_s: float, what: str) -> None:
     """Wait for a condition in real time."""
     deadline = time.monotonic() + limit_s
     while not reached():
@@ -120,11 +122,18 @@ def wait_for(reached: object, limit_s: float, what: str) -> None:
         time.sleep(0.01)
 
 
-def main_hal(*, source: str = "source thermal.hal") -> str:
-    """Return the machine's HAL file, with the part that thermaxis writes in its place."""
-    lines = [HEAD.format(kinds=KINDS, source=source)]
+def main_hal(*, shifted: Sequence[int] = SHIFTED, too_late: bool = False) -> str:
+    """Return the machine's HAL file, with the part that thermaxis writes in its place.
+
+    Two mistakes can be made: a joint's own pins stay in its lines, or the part comes too late.
+    """
+    head = HEAD.format(kinds=KINDS)
+    if too_late:
+        source, sampler = head.splitlines()[5:7]
+        head = head.replace(f"{source}\n{sampler}\n", f"{sampler}\n{source}\n")
+    lines = [head]
     for joint in range(len(AXES)):
-        if joint in SHIFTED:
+        if joint in shifted:
             shift = f"thermaxis-shift-{joint}"
             lines.append(f"net motor-{joint} {shift}.out => {shift}.fb-in\n")
         else:
@@ -139,10 +148,10 @@ def main_hal(*, source: str = "source thermal.hal") -> str:
         ("thermaxis-feedback-2", 5),
         ("thermaxis-offset-0", 7),
         ("thermaxis-arm", 8),
+        ("thermaxis-heartbeat", 9),
     ]
     lines += [f"net {signal} => sampler.0.pin.{pin}\n" for signal, pin in watched]
     lines.append("net following-2 joint.2.f-error => sampler.0.pin.6\n")
-    lines.append("net position-2 joint.2.pos-cmd => sampler.0.pin.9\n")
     lines.append("net following-1 joint.1.f-error => sampler.0.pin.10\n")
     lines.append(f"loadusr -Wn offset-recorder {OWN_PYTHON} offset_recorder.py {KINDS}\n")
     return "".join(lines)

@@ -6,6 +6,7 @@ The HAL is made from the very text that is written for the machine, by a reader 
 import asyncio
 import math
 import re
+import tomllib
 from collections.abc import Awaitable, Callable
 from itertools import pairwise
 from pathlib import Path
@@ -759,3 +760,22 @@ def test_halcmd_is_not_started_without_a_linuxcnc_of_the_same_user(
     monkeypatch.setattr("os.geteuid", lambda: 1000)
     with pytest.raises(HalLostError, match="no program /nowhere/halcmd"):
         run_in_virtual_time(open_pipe("/nowhere/halcmd", table))
+
+
+# ---- the how-to ---------------------------------------------------------------------------------
+
+
+def test_the_how_to_shows_the_file_that_its_configuration_makes(root: Path) -> None:
+    page = (root / "docs" / "how-to" / "compensate-linuxcnc.md").read_text(encoding="utf-8")
+    (stated,) = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (shown,) = re.findall(r"^```hal\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    outputs = {
+        name: LinuxCncOutput(
+            table["joint"],
+            table["unit"],
+            table["sign"],
+            Limits(table["largest_um"], table["largest_rate_um_per_s"]),
+        )
+        for name, table in tomllib.loads(stated)["output"].items()
+    }
+    assert shown == hal_text(LinuxCncSettings(outputs=outputs))

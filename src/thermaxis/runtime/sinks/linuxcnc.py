@@ -102,7 +102,7 @@ class LinuxCncSink(Sink):
     ) -> None:
         self.settings = settings
         self.last_error = ""
-        """Why it is not connected, or the last write was refused; empty if nothing is wrong."""
+        """Why it is not connected or a write was refused, in words; empty if nothing is wrong."""
         self._clock = clock
         self._open_hal = open_hal if open_hal is not None else self._start_halcmd
         self._outputs = tuple(settings.outputs.items())
@@ -384,7 +384,7 @@ class LinuxCncSink(Sink):
         return _Seen(
             round(number_of(answers[0], COUNT)),
             bit_of(answers[1], OK),
-            tuple(o.joint for o, there in zip(outputs, homed, strict=True) if not there),
+            tuple(sorted(o.joint for o, there in zip(outputs, homed, strict=True) if not there)),
             tuple(number_of(answers[3 + 2 * i], o.request) for i, o in enumerate(outputs)),
         )
 

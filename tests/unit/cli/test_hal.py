@@ -1,0 +1,70 @@
+"""``thermaxis hal`` writes what the running machine is compared with."""
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from tests.unit.runtime.machine_files import machine_file
+from thermaxis.cli import hal
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime.sinks.linuxcnc import hal_text
+
+OPC_UA_SINK = """\
+[sink]
+kind = "opcua"
+connection = "control"
+heartbeat_node = "ns=2;s=Heartbeat"
+"""
+OPC_UA_OUTPUT = """\
+node = "ns=2;s=Z_offset"
+read_back_node = "ns=2;s=Z_accepted"
+"""
+TO_LINUXCNC = (
+    (OPC_UA_SINK, '[sink]\nkind = "linuxcnc"\n'),
+    (OPC_UA_OUTPUT, "joint = 2\n"),
+)
+
+
+def run(*words: str) -> int:
+    parser = argparse.ArgumentParser()
+    hal.add_arguments(parser)
+    return hal.run(parser.parse_args(words))
+
+
+def test_the_file_has_the_limits_of_the_configuration(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, output = machine_file(tmp_path, *TO_LINUXCNC), tmp_path / "z.hal"
+    assert run(str(path), "-o", str(output)) == 0
+    text = output.read_text(encoding="ascii")
+    assert "source z.hal\n" in text
+    assert "setp thermaxis-limit-2.max 0.1\n" in text
+    assert "setp thermaxis-limit-2.maxv 0.0005\n" in text
+    said = capsys.readouterr().out
+    assert "Z_um: joint 2, at most 100 µm and 0.5 µm/s; positive moves the tool away" in said
+    assert "without a write for 2 s" in said
+
+
+def test_without_a_file_the_lines_go_to_standard_output(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = machine_file(tmp_path, *TO_LINUXCNC)
+    assert run(str(path)) == 0
+    settings = read_machine(path).sink.linuxcnc
+    assert settings is not None
+    assert capsys.readouterr().out == hal_text(settings)
+
+
+def test_a_configuration_with_another_sink_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="the sink is not LinuxCNC"):
+        run(str(machine_file(tmp_path)))
+
+
+def test_the_configuration_is_not_overwritten(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, *TO_LINUXCNC)
+    before = path.read_bytes()
+    with pytest.raises(ConfigurationError, match="overwrite"):
+        run(str(path), "-o", str(path))
+    assert path.read_bytes() == before
