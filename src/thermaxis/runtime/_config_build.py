@@ -228,7 +228,9 @@ class _Build:
                 self.problems.add(
                     f"[input.{name}]", "the key node is missing", "Name the node of the sensor"
                 )
-            inputs[name] = InputSettings(section.node, section.unit, section.spare_node)
+            inputs[name] = InputSettings(
+                section.node, section.unit, section.spare_node, section.scale
+            )
         return inputs
 
     def _interlocks(self) -> dict[str, FlagSettings]:
@@ -245,7 +247,7 @@ class _Build:
         section = self.sections.diameter
         if section is None or self.replayed:
             return None
-        return DiameterSettings(section.node, section.unit)
+        return DiameterSettings(section.node, section.unit, section.scale)
 
     def _outputs(self) -> dict[str, OutputSettings]:
         kind = self.sections.sink.kind

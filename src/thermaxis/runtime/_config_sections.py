@@ -24,6 +24,8 @@ Word = Annotated[str, Field(min_length=1, max_length=1000)]
 """A text that says something."""
 Text = Annotated[str, Field(max_length=1000)]
 """A text that may be empty, which is the same as leaving it out."""
+Scale = Annotated[float, Field(gt=0.0, le=1e6)]
+"""A positive factor."""
 _MOST_ENTRIES = 200
 
 
@@ -156,9 +158,11 @@ class InputSection(Section):
     node: Text = ""
     """Node of the sensor; needed by an opcua source."""
     unit: Literal["degC", "K", "degF"]
-    """Unit of its value."""
+    """Unit of its value, after the scale."""
+    scale: Scale = 1.0
+    """What the number is multiplied by first; 0.1 where a PLC counts tenths. [1]"""
     spare_node: Text = ""
-    """Node of a second sensor at the same place, in the same unit."""
+    """Node of a second sensor at the same place, in the same unit and scale."""
     lowest_c: float
     """Lowest plausible value. [degC]"""
     highest_c: float
@@ -204,7 +208,9 @@ class DiameterSection(Section):
     node: Word
     """Node of the diameter."""
     unit: Literal["mm", "inch"]
-    """Unit of its value."""
+    """Unit of its value, after the scale."""
+    scale: Scale = 1.0
+    """What the number is multiplied by first. [1]"""
 
 
 @final

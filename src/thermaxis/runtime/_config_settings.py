@@ -27,9 +27,11 @@ class InputSettings:
     node: str
     """Node of the sensor; empty where a log is replayed."""
     unit: Literal["degC", "K", "degF"]
-    """Unit of its value."""
+    """Unit of its value, after the scale."""
     spare_node: str = ""
     """Node of the second sensor; empty where there is none."""
+    scale: float = 1.0
+    """What the number is multiplied by first. [1]"""
 
 
 @final
@@ -51,7 +53,9 @@ class DiameterSettings:
     node: str
     """Its node."""
     unit: Literal["mm", "inch"]
-    """Unit of its value."""
+    """Unit of its value, after the scale."""
+    scale: float = 1.0
+    """What the number is multiplied by first. [1]"""
 
 
 @final
