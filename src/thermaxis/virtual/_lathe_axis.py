@@ -32,7 +32,8 @@ class OffsetRules:
     rate_um_per_s: float = 2.0
     """The offset that acts moves at most so fast. [µm/s]"""
     watchdog_s: float | None = 2.0
-    """Without a moved heartbeat for so long the offset goes to zero; None: never. [s]"""
+    """Without a moved heartbeat for so long the offset goes to zero; None: never. A machine that
+    is served faster than real time counts this time in real seconds. [s]"""
     own_um_per_k: float = -9.0
     """What the builder's own compensation adds per kelvin that the front bearing is warmer than
     the columns, with the sign of the displacement that it takes away. [µm/K]"""
@@ -62,6 +63,7 @@ class OffsetAxis:
 
     def __init__(self, rules: OffsetRules) -> None:
         self.rules = rules
+        self.speed = 1.0
         self.written_mm = 0.0
         self.heartbeat = 0
         self.accepted_um = 0.0
@@ -72,8 +74,13 @@ class OffsetAxis:
     @property
     def alive(self) -> bool:
         """Whether the heartbeat has moved lately, or nobody asks."""
+        return self.rules.watchdog_s is None or self._silent_s < self._watchdog_s
+
+    @property
+    def _watchdog_s(self) -> float:
+        """Return the watchdog's time in the machine's seconds. [s]"""
         watchdog_s = self.rules.watchdog_s
-        return watchdog_s is None or self._silent_s < watchdog_s
+        return math.inf if watchdog_s is None else watchdog_s * self.speed
 
     def write_offset(self, offset_mm: float) -> bool:
         """Take a written offset.
@@ -121,10 +128,9 @@ class OffsetAxis:
         own_goal_um : float
             Where the builder's own compensation wants to be. [µm]
         """
-        watchdog_s = self.rules.watchdog_s
         heard_s = seconds
-        if watchdog_s is not None:
-            heard_s = min(seconds, max(0.0, watchdog_s - self._silent_s))
+        if self.rules.watchdog_s is not None:
+            heard_s = min(seconds, max(0.0, self._watchdog_s - self._silent_s))
         self._silent_s += seconds
         if not moves:
             return

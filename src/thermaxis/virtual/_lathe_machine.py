@@ -160,11 +160,11 @@ class VirtualLathe:
             raise ConfigurationError(f"a step of {seconds:g} s is not possible", where="step")
         target_s = self._time_s + seconds
         while True:
-            if self._time_s >= self._segment_end_s - _SAME_S:
-                self._begin_segment()
             stop_s = min(target_s, self._segment_end_s)
             self._advance(stop_s - self._time_s)
             self._time_s = stop_s
+            if stop_s >= self._segment_end_s - _SAME_S:
+                self._begin_segment()
             if stop_s >= target_s:
                 return
 

@@ -208,9 +208,9 @@ class LathePhysics:
     """Height of the table's bearing. [m]"""
     bed_m: float = 1.0
     """Height of the bed over which its upper side is warmer than its foot. [m]"""
-    reach_m: float = 2.3
+    reach_m: float = 2.2
     """From the table's centre to the columns. [m]"""
-    cone_radius_m: float = 1.2
+    cone_radius_m: float = 1.45
     """Radius of the ring on which the table lies: it leans as the arched bed does there. [m]"""
 
     @property
