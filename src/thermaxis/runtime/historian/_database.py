@@ -1,0 +1,259 @@
+"""Addresses of databases, and connections to them: SQLite by default, PostgreSQL by URL."""
+
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import sqlalchemy as sa
+from sqlalchemy import event
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError
+
+from thermaxis.errors import ConfigurationError
+
+URL_REMEDY = (
+    "Write sqlite:///lathe.history.db, or postgresql+psycopg://user@host/database with the password"
+    " apart from it"
+)
+"""How a URL is written, for errors."""
+_SQLITE = "sqlite"
+_POSTGRESQL = "postgresql"
+_LOOPBACK: Final = frozenset({"localhost", "127.0.0.1", "::1"})
+_ENCRYPTED: Final = frozenset({"require", "verify-ca", "verify-full"})
+_BUSY_S = 5.0
+
+
+def parse_url(url: str, password: str = "") -> URL:
+    """Return the address of a database.
+
+    Parameters
+    ----------
+    url : str
+        ``sqlite:///file`` (four slashes for an absolute path) or ``postgresql+psycopg://...``.
+    password : str
+        Password, where the URL has none.
+
+    Returns
+    -------
+    sqlalchemy.engine.URL
+        The address. Elsewhere than on this computer PostgreSQL is asked for encryption.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is no such address, names no file, or allows a connection to another computer
+        without encryption.
+    """
+    try:
+        parsed = make_url(url)
+    except (ArgumentError, ValueError) as error:
+        raise ConfigurationError(
+            "this is no URL of a database", where="historian url", remedy=URL_REMEDY
+        ) from error
+    kind = parsed.get_backend_name()
+    if kind == _SQLITE:
+        if not parsed.database or parsed.database == ":memory:" or parsed.query:
+            raise ConfigurationError(
+                "the URL names no file", where="historian url", remedy=URL_REMEDY
+            )
+        return parsed
+    if kind != _POSTGRESQL or parsed.drivername not in {_POSTGRESQL, f"{_POSTGRESQL}+psycopg"}:
+        raise ConfigurationError(
+            f"the history is not kept in databases of the kind {parsed.drivername}",
+            where="historian url",
+            remedy=URL_REMEDY,
+        )
+    parsed = parsed.set(drivername=f"{_POSTGRESQL}+psycopg")
+    if password:
+        parsed = parsed.set(password=password)
+    return parsed if _is_near(parsed) else _encrypted(parsed)
+
+
+def _is_near(url: URL) -> bool:
+    """Return whether a URL of PostgreSQL can only mean this computer."""
+    hosts = [url.host] if url.host else []
+    for key in ("host", "hostaddr"):
+        value = url.query.get(key, ())
+        hosts += [value] if isinstance(value, str) else list(value)
+    listed = [part for host in hosts for part in host.split(",")]
+    names = [part if "::" in part else part.partition(":")[0] for part in listed]
+    return all(name in _LOOPBACK or name.startswith("/") for name in names)
+
+
+def _encrypted(url: URL) -> URL:
+    mode = url.query.get("sslmode")
+    if mode is None:
+        return url.update_query_dict({"sslmode": "require"})
+    if mode not in _ENCRYPTED:
+        raise ConfigurationError(
+            f"sslmode {mode} allows a connection to another computer without encryption",
+            where="historian url",
+            remedy="Write sslmode=verify-full with sslrootcert, or leave sslmode out",
+        )
+    return url
+
+
+def absolute_url(url: str, folder: Path) -> str:
+    """Return a URL whose file, if it is SQLite's and relative, is taken from a folder.
+
+    Parameters
+    ----------
+    url : str
+        The URL.
+    folder : Path
+        The folder, such as that of the configuration.
+
+    Returns
+    -------
+    str
+        The URL.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is no URL of a database.
+    """
+    parsed = parse_url(url)
+    if parsed.get_backend_name() != _SQLITE:
+        return url
+    path = (folder / str(parsed.database)).resolve()
+    return parsed.set(database=str(path)).render_as_string(hide_password=False)
+
+
+def sqlite_path(url: URL) -> Path | None:
+    """Return the file of a database, None where it is no SQLite.
+
+    Parameters
+    ----------
+    url : sqlalchemy.engine.URL
+        The address.
+
+    Returns
+    -------
+    Path or None
+        The file.
+    """
+    return Path(str(url.database)) if url.get_backend_name() == _SQLITE else None
+
+
+def shown_url(url: URL) -> str:
+    """Return an address without its password.
+
+    Parameters
+    ----------
+    url : sqlalchemy.engine.URL
+        The address.
+
+    Returns
+    -------
+    str
+        The address for people.
+    """
+    path = sqlite_path(url)
+    return str(path) if path is not None else url.render_as_string(hide_password=True)
+
+
+def writing_engine(url: URL) -> sa.Engine:
+    """Return an engine for the one writer of a database. Nothing is opened yet.
+
+    SQLite: write-ahead log, and every commit is on the disk before it counts (synchronous FULL):
+    with NORMAL a loss of power would take everything since the last checkpoint, minutes, not the
+    last second. A commit a second costs a disk nothing.
+
+    Parameters
+    ----------
+    url : sqlalchemy.engine.URL
+        The address.
+
+    Returns
+    -------
+    sqlalchemy.Engine
+        The engine; each connection of it is one of the database.
+    """
+    path = sqlite_path(url)
+    if path is None:
+        return sa.create_engine(url, poolclass=sa.NullPool, connect_args=_postgresql_arguments())
+
+    def connect() -> sqlite3.Connection:
+        connection = sqlite3.connect(
+            path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False
+        )
+        for pragma in ("journal_mode=WAL", "synchronous=FULL", "journal_size_limit=16777216"):
+            connection.execute(f"PRAGMA {pragma}").close()
+        return connection
+
+    return _sqlite_engine(connect, begin="BEGIN IMMEDIATE")
+
+
+def reading_engine(url: URL) -> sa.Engine:
+    """Return an engine that cannot write.
+
+    Parameters
+    ----------
+    url : sqlalchemy.engine.URL
+        The address.
+
+    Returns
+    -------
+    sqlalchemy.Engine
+        The engine.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no such file.
+    """
+    path = sqlite_path(url)
+    if path is None:
+        arguments = _postgresql_arguments()
+        arguments["options"] = f"{arguments['options']} -c default_transaction_read_only=on"
+        return sa.create_engine(url, poolclass=sa.NullPool, connect_args=arguments)
+    if not path.is_file():
+        raise ConfigurationError(
+            "there is no such file", where=str(path), remedy="Check the name and the folder"
+        )
+    # A folder that cannot be written to has no place for the log's index; a file without a log
+    # needs none.
+    alone = not path.with_name(path.name + "-wal").exists()
+
+    def connect() -> sqlite3.Connection:
+        address = f"{path.resolve().as_uri()}?mode=ro"
+        connection = sqlite3.connect(
+            address, uri=True, timeout=_BUSY_S, isolation_level=None, check_same_thread=False
+        )
+        try:
+            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        except sqlite3.OperationalError:
+            connection.close()
+            if not alone:
+                raise
+            return sqlite3.connect(
+                f"{address}&immutable=1", uri=True, isolation_level=None, check_same_thread=False
+            )
+        return connection
+
+    return _sqlite_engine(connect, begin="BEGIN")
+
+
+def _sqlite_engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
+    engine = sa.create_engine("sqlite://", creator=connect, poolclass=sa.NullPool)
+
+    def begun(connection: sa.Connection) -> None:
+        connection.exec_driver_sql(begin)
+
+    event.listen(engine, "begin", begun)
+    return engine
+
+
+def _postgresql_arguments() -> dict[str, str | int]:
+    """Let no call of the database's library wait for ever."""
+    return {
+        "connect_timeout": 5,
+        "keepalives_idle": 5,
+        "keepalives_interval": 2,
+        "keepalives_count": 3,
+        "tcp_user_timeout": 10_000,
+        "application_name": "thermaxis",
+        "options": "-c statement_timeout=30000 -c lock_timeout=5000",
+    }

@@ -1,0 +1,182 @@
+"""Whether SQLite's file is sound, and what becomes of one that is not."""
+
+import os
+import sqlite3
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple, final
+
+from thermaxis.errors import ConfigurationError
+
+_MAGIC = b"SQLite format 3\0"
+_STEPS = 100_000
+_DAMAGE = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+
+
+class Soundness(NamedTuple):
+    """Result of a check."""
+
+    sound: bool
+    """Whether nothing wrong was found."""
+    complete: bool
+    """Whether the whole file was looked at."""
+    text: str
+    """What is wrong, or why it is not complete; empty otherwise."""
+
+
+def is_damage(error: BaseException | None) -> bool:
+    """Return whether an error of SQLite says that the file is damaged.
+
+    Parameters
+    ----------
+    error : BaseException or None
+        The error of the database's library.
+
+    Returns
+    -------
+    bool
+        True for a malformed file and one that is no database.
+    """
+    code = getattr(error, "sqlite_errorcode", None)
+    return isinstance(error, sqlite3.Error) and code is not None and code & 0xFF in _DAMAGE
+
+
+def check_file(path: Path, longest_s: float) -> Soundness:
+    """Look through SQLite's file.
+
+    Parameters
+    ----------
+    path : Path
+        The file. One that is not there or empty is sound.
+    longest_s : float
+        Time after which the check is broken off. [s]
+
+    Returns
+    -------
+    Soundness
+        What was found.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file is a text: somebody named the wrong file.
+    sqlite3.Error
+        If the file cannot be opened or read at all.
+    """
+    if not path.exists() or path.stat().st_size == 0:
+        return Soundness(sound=True, complete=True, text="")
+    _refuse_text(path)
+    deadline_s = time.monotonic() + longest_s
+    connection = sqlite3.connect(path, timeout=5.0, isolation_level=None)
+    try:
+        connection.set_progress_handler(lambda: int(time.monotonic() > deadline_s), _STEPS)
+        lines = [str(row[0]) for row in connection.execute("PRAGMA quick_check(3)")]
+    except sqlite3.Error as error:
+        if is_damage(error):
+            return Soundness(sound=False, complete=True, text=str(error))
+        if error.sqlite_errorcode == sqlite3.SQLITE_INTERRUPT:
+            return Soundness(
+                sound=True,
+                complete=False,
+                text=f"the check was broken off after {longest_s:g} s: the file is large",
+            )
+        raise
+    finally:
+        connection.close()
+    sound = lines == ["ok"]
+    return Soundness(sound, complete=True, text="" if sound else "; ".join(lines)[:300])
+
+
+def _refuse_text(path: Path) -> None:
+    with path.open("rb") as stream:
+        start = stream.read(4096)
+    if start.startswith(_MAGIC) or b"\0" in start:
+        return
+    try:
+        start.decode("utf-8")
+    except UnicodeDecodeError:
+        return
+    raise ConfigurationError(
+        "this is a text, no database: it is left as it is",
+        where=str(path),
+        remedy="Name the file of the history in the URL",
+    )
+
+
+def put_aside(path: Path, utc: datetime) -> Path:
+    """Rename a damaged file, with its log, so that a new one can be begun.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    utc : datetime
+        The time, for the name.
+
+    Returns
+    -------
+    Path
+        Its new name: ``NAME.damaged-20261103T060000Z``, with a number behind it if need be.
+
+    Raises
+    ------
+    OSError
+        If it cannot be renamed.
+    """
+    stem = f"{path.name}.damaged-{utc:%Y%m%dT%H%M%SZ}"
+    target = path.with_name(stem)
+    number = 1
+    while target.exists():
+        number += 1
+        target = path.with_name(f"{stem}-{number}")
+    for suffix in ("-wal", ""):
+        part = path.with_name(path.name + suffix)
+        if part.exists():
+            part.rename(target.with_name(target.name + suffix))
+    path.with_name(path.name + "-shm").unlink(missing_ok=True)
+    return target
+
+
+@final
+class WriterLock:
+    """Keeps a second program from writing to the same file; gone with the program that holds it.
+
+    Not protected: on systems without ``fcntl``, and on network drives that do not pass locks on.
+
+    Parameters
+    ----------
+    path : Path
+        The database; the lock is an empty file beside it, ``NAME.lock``, which stays.
+
+    Raises
+    ------
+    ConfigurationError
+        If another program holds it.
+    OSError
+        If the file cannot be made.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._descriptor = os.open(
+            path.with_name(path.name + ".lock"), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644
+        )
+        try:
+            import fcntl  # noqa: PLC0415 - not on every system
+        except ImportError:
+            return
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self.release()
+            raise ConfigurationError(
+                "another program writes to this history",
+                where=str(path),
+                remedy="Give each machine a history of its own, or end the other program",
+            ) from error
+
+    def release(self) -> None:
+        """Let others write."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1

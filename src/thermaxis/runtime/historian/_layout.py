@@ -1,0 +1,160 @@
+"""What a stored row consists of: the names and lengths of everything in a record of a cycle."""
+
+import json
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, cast, final
+
+from thermaxis.errors import DataError
+
+SCALARS = ("time_s", "since_s", "elapsed_s")
+"""Fields of a cycle's output that are one number."""
+BY_OUTPUT = ("correction_um", "wanted_um", "model_um", "weight", "trim_um", "before_um")
+"""Fields that have a number for every output."""
+FLAGS = ("at_limit",)
+"""Fields that have a flag for every output."""
+OF_RECORD = ("monotonic_s", "lateness_s", "diameter_mm")
+"""Numbers of the record besides its output; every row begins with them, then with `SCALARS`."""
+
+
+class SeriesColumn(NamedTuple):
+    """One number of every row, by the name that users know it by."""
+
+    name: str
+    """Name, such as ``T_spindle_C``, ``Z_um.correction``, ``Z_um.part.spindle``."""
+    unit: str
+    """Unit; empty where the name of a channel says it."""
+    place: int
+    """Which of the row's numbers. [1]"""
+    good: int | None = None
+    """Which of the row's flags says whether the value is good; None where it always is. [1]"""
+
+
+@final
+@dataclass(frozen=True)
+class Layout:
+    """Names and lengths of everything in a record, in the order of its row."""
+
+    samples: tuple[str, ...]
+    """Names of what was read."""
+    applied: tuple[str, ...]
+    """Names of the outputs about which the machine said something."""
+    outputs: tuple[str, ...]
+    """Names of the outputs."""
+    channels: tuple[str, ...]
+    """Names of the model's channels."""
+    parts: tuple[tuple[str, ...], ...]
+    """Names of the parts, by output."""
+    lengths: tuple[int, ...]
+    """How many numbers each quantity by output has."""
+    contribution: tuple[int, ...]
+    """How many contributions each output has."""
+    gain: tuple[int, ...]
+    """How many gains each output has."""
+    values: int
+    """How many values the model was given."""
+    qualities: int
+    """How many of them were judged."""
+    flag_lengths: tuple[int, ...]
+    """How many flags each field of flags has."""
+    scalars: tuple[str, ...] = SCALARS
+    """Names of the single numbers."""
+    by_output: tuple[str, ...] = BY_OUTPUT
+    """Names of the quantities by output."""
+    flags: tuple[str, ...] = FLAGS
+    """Names of the fields of flags."""
+
+    @cached_property
+    def counts(self) -> tuple[int, int, int, int]:
+        """Numbers, times, words and flags of a row. [1]"""
+        numbers = len(OF_RECORD) + len(self.scalars) + sum(self.lengths)
+        numbers += sum(self.contribution) + sum(self.gain) + self.values
+        numbers += 2 * len(self.samples) + 3 * len(self.applied)
+        words = 4 + self.qualities + len(self.samples)
+        flags = len(self.samples) + sum(self.flag_lengths)
+        return numbers, 2 + len(self.samples), words, flags
+
+    @cached_property
+    def row(self) -> struct.Struct:
+        """The row as bytes."""
+        numbers, times, words, flags = self.counts
+        return struct.Struct(f"<{numbers}d{times}q{words}I{flags}B")
+
+    @cached_property
+    def series(self) -> tuple[SeriesColumn, ...]:
+        """The numbers that have a name, each name once."""
+        found = [*_named_by_output(self), *_named_by_part(self), *_named_samples(self)]
+        taken: dict[str, SeriesColumn] = {}
+        for column in found:
+            name = column.name
+            while name in taken:
+                name += "'"
+            taken[name] = column._replace(name=name)
+        return tuple(taken.values())
+
+    def as_text(self) -> str:
+        """Return the layout as JSON."""
+        return json.dumps(asdict(self), separators=(",", ":"))
+
+    @staticmethod
+    def from_text(text: str) -> "Layout":
+        """Return the layout that JSON describes.
+
+        Raises
+        ------
+        DataError
+            If the text is no layout.
+        """
+        try:
+            table = cast("dict[str, object]", json.loads(text))
+            fields = cast("dict[str, Any]", {name: _tuples(v) for name, v in table.items()})
+            return Layout(**fields)
+        except (ValueError, TypeError) as error:
+            raise DataError("a stored layout is damaged", remedy="Restore the database") from error
+
+
+def _tuples(value: object) -> object:
+    return tuple(map(_tuples, cast("list[object]", value))) if isinstance(value, list) else value
+
+
+def _name(names: Sequence[str], index: int) -> str:
+    return names[index] if index < len(names) else str(index + 1)
+
+
+def _named_by_output(layout: Layout) -> Iterator[SeriesColumn]:
+    for name, unit in (("lateness_s", "s"), ("diameter_mm", "mm")):
+        yield SeriesColumn(name, unit, OF_RECORD.index(name))
+    index = len(OF_RECORD) + len(layout.scalars)
+    for field, length in zip(layout.by_output, layout.lengths, strict=True):
+        quantity = field.removesuffix("_um")
+        unit = "1" if quantity == field else "um"
+        for o in range(length):
+            yield SeriesColumn(f"{_name(layout.outputs, o)}.{quantity}", unit, index)
+            index += 1
+
+
+def _named_by_part(layout: Layout) -> Iterator[SeriesColumn]:
+    index = len(OF_RECORD) + len(layout.scalars) + sum(layout.lengths)
+    for quantity, unit, counts in (
+        ("part", "um", layout.contribution),
+        ("gain", "1", layout.gain),
+    ):
+        for o, count in enumerate(counts):
+            parts = layout.parts[o] if o < len(layout.parts) else ()
+            for p in range(count):
+                name = f"{_name(layout.outputs, o)}.{quantity}.{_name(parts, p)}"
+                yield SeriesColumn(name, unit, index)
+                index += 1
+
+
+def _named_samples(layout: Layout) -> Iterator[SeriesColumn]:
+    index = layout.counts[0] - 3 * len(layout.applied) - 2 * len(layout.samples)
+    for k, name in enumerate(layout.samples):
+        yield SeriesColumn(name, "", index + k, good=k)
+    index += 2 * len(layout.samples)
+    for quantity in ("requested", "accepted", "effective"):
+        for name in layout.applied:
+            yield SeriesColumn(f"{name}.{quantity}", "um", index)
+            index += 1

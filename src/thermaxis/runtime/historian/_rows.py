@@ -1,0 +1,515 @@
+"""Cycles as rows of bytes: what is stored of every cycle, exactly.
+
+A row has the numbers of a cycle as float64, its times as int64, its words as numbers of a list
+and its flags as bytes, all little-endian, in the order of its `Layout`. Layouts and words are
+numbered within one *run* of the historian, so that a row can be made before any database is there.
+A block is many rows of one layout, one behind the other, deflated: a sixth of their size.
+
+None and NaN are two values: None is a NaN with bits of its own.
+"""
+
+import json
+import struct
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import UTC, datetime, timedelta
+from itertools import chain, starmap
+from operator import attrgetter
+from typing import Any, Generic, NamedTuple, TypeVar, cast, final
+
+from thermaxis.compensation._cycle import CycleOutput
+from thermaxis.compensation._quality import Outcome, Quality, SampleQuality
+from thermaxis.compensation._requests import Answer, Request, RequestKind
+from thermaxis.compensation._supervisor import Reason, SupervisorState
+from thermaxis.errors import DataError
+from thermaxis.runtime._ports import Applied, CycleRecord, SourceSample
+from thermaxis.runtime.historian._layout import BY_OUTPUT, FLAGS, OF_RECORD, SCALARS, Layout
+
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+"""Times are stored as microseconds since then."""
+MOST_WORDS = 20_000
+"""Words that one run keeps; what a source invents beyond them is called `FURTHER_WORD`. [1]"""
+FURTHER_WORD = "(one of too many words)"
+"""What a status is called that came after all places for words were taken."""
+LONGEST_WORD = 400
+"""Longest word that is kept; a longer one is cut. [character]"""
+MOST_LAYOUTS = 1000
+"""Layouts that one run keeps: a change of the model makes one. [1]"""
+UNPACKABLE = (struct.error, TypeError, ValueError, OverflowError, AttributeError)
+"""What `RowPacker.pack` raises for a record that is not what its fields promise."""
+
+NONE_BITS = 0x7FF8_6E6F_6E65_0000
+"""Bits of the float64 that stands for None."""
+NO_TIME = -(2**63)
+"""What stands for a time that is not there. [µs]"""
+_NONE: float = struct.unpack("<d", struct.pack("<Q", NONE_BITS))[0]
+_NONE_BYTES = struct.pack("<Q", NONE_BITS)
+_MICROSECOND = timedelta(microseconds=1)
+_SEPARATOR = "|"
+_LEVEL = 6
+_scalars_of = cast("Callable[[CycleOutput], tuple[float, ...]]", attrgetter(*SCALARS))
+_vectors_of = cast("Callable[[CycleOutput], tuple[Sequence[float], ...]]", attrgetter(*BY_OUTPUT))
+
+
+def to_us(moment: datetime) -> int:
+    """Return an aware time as microseconds since 1970.
+
+    Parameters
+    ----------
+    moment : datetime
+        The time, aware.
+
+    Returns
+    -------
+    int
+        Microseconds, exactly. [µs]
+    """
+    return (moment - EPOCH) // _MICROSECOND
+
+
+def from_us(time_us: int) -> datetime:
+    """Return microseconds since 1970 as an aware time in UTC.
+
+    Parameters
+    ----------
+    time_us : int
+        Microseconds. [µs]
+
+    Returns
+    -------
+    datetime
+        The time.
+    """
+    return EPOCH + timedelta(microseconds=time_us)
+
+
+def storable(text: str, limit: int) -> str:
+    """Return a text that every database takes.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    limit : int
+        Longest result. [character]
+
+    Returns
+    -------
+    str
+        The text; characters that some database refuses (zero, halves of a pair) as escapes.
+    """
+    text = text[:limit]
+    if "\0" in text:
+        text = text.replace("\0", "\\x00")
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")[:limit]
+
+
+class PackedCycle(NamedTuple):
+    """A cycle as it is stored."""
+
+    layout: int
+    """Number of its layout. [1]"""
+    utc_us: int
+    """Time of day. [µs]"""
+    row: bytes
+    """The row."""
+    text: str | None
+    """Answers to requests as JSON; None where there are none."""
+
+
+@final
+class RowPacker:
+    """Makes rows of records, and keeps the words and layouts of one run.
+
+    One thread packs; others may read `words` and `layouts`, which are only ever appended to.
+
+    """
+
+    def __init__(self) -> None:
+        self.outputs: tuple[str, ...] = ()
+        """Names of the outputs; to be set before the first record."""
+        self.channels: tuple[str, ...] = ()
+        """Names of the model's channels, likewise."""
+        self.words: list[str] = [FURTHER_WORD]
+        """Words by their number."""
+        self.layouts: list[Layout] = []
+        """Layouts by their number."""
+        self._word_codes: dict[str, int] = {}
+        self._layout_codes: dict[tuple[object, ...], tuple[int, struct.Struct]] = {}
+
+    def pack(self, record: CycleRecord) -> PackedCycle:
+        """Return a record as a row.
+
+        Parameters
+        ----------
+        record : CycleRecord
+            The record.
+
+        Returns
+        -------
+        PackedCycle
+            The row; `record_of` gives the record back.
+
+        Raises
+        ------
+        struct.error, TypeError, ValueError, OverflowError, AttributeError
+            If a value is not what its field promises (`UNPACKABLE`).
+        """
+        output = record.output
+        samples = record.samples.values()
+        applied = record.applied.values()
+        vectors = _vectors_of(output)
+        flags = tuple([getattr(output, name) for name in FLAGS])
+        code, row = self._layout_of(record, vectors, flags)
+        word = self._word
+        utc_us = (record.utc - EPOCH) // _MICROSECOND
+        numbers: list[float | None] = [
+            record.monotonic_s,
+            record.lateness_s,
+            record.diameter_mm,
+            *_scalars_of(output),
+            *chain.from_iterable(vectors),
+            *chain.from_iterable(output.contribution_um),
+            *chain.from_iterable(record.gain),
+            *output.values,
+            *[s.value for s in samples],
+            *[s.age_s for s in samples],
+            *[a.requested_um for a in applied],
+            *[a.accepted_um for a in applied],
+            *[a.effective_um for a in applied],
+        ]
+        times = [
+            NO_TIME if s.source_time is None else (s.source_time - EPOCH) // _MICROSECOND
+            for s in samples
+        ]
+        packed = row.pack(
+            *[_NONE if v is None else v for v in numbers],
+            record.number,
+            utc_us,
+            *times,
+            word(output.state.value),
+            word(output.quality.value),
+            word(_SEPARATOR.join([r.name for r in output.reasons])),
+            word(_SEPARATOR.join([o.name for o in output.outcomes])),
+            *[word(q.name) for q in output.qualities],
+            *[word(s.status) for s in samples],
+            *[bool(s.good) for s in samples],
+            *map(bool, chain.from_iterable(flags)),
+        )
+        text = answers_as_text(output.answers) if output.answers else None
+        return PackedCycle(code, utc_us, packed, text)
+
+    def _word(self, text: str) -> int:
+        code = self._word_codes.get(text)
+        if code is not None:
+            return code
+        if len(self.words) >= MOST_WORDS:
+            return 0
+        self.words.append(storable(text, LONGEST_WORD))
+        code = len(self.words) - 1
+        if len(text) <= LONGEST_WORD:
+            self._word_codes[text] = code
+        return code
+
+    def _layout_of(
+        self,
+        record: CycleRecord,
+        vectors: tuple[Sequence[float], ...],
+        flags: tuple[Sequence[bool], ...],
+    ) -> tuple[int, struct.Struct]:
+        output = record.output
+        sizes = (
+            tuple(map(len, vectors)),
+            tuple(map(len, output.contribution_um)),
+            tuple(map(len, record.gain)),
+            len(output.values),
+            len(output.qualities),
+            tuple(map(len, flags)),
+        )
+        key = (*record.samples, None, *record.applied, record.parts, sizes)
+        known = self._layout_codes.get(key)
+        if known is None:
+            if len(self.layouts) >= MOST_LAYOUTS:
+                raise ValueError("too many layouts")
+            names = (tuple(record.samples), tuple(record.applied), self.outputs, self.channels)
+            layout = Layout(*names, record.parts, *sizes)
+            self.layouts.append(layout)
+            known = (len(self.layouts) - 1, layout.row)
+            self._layout_codes[key] = known
+        return known
+
+
+# ---- back ---------------------------------------------------------------------------------------
+
+
+def record_of(
+    layout: Layout, words: Mapping[int, str], row: bytes, text: str | None
+) -> CycleRecord:
+    """Return the record that a row was made of.
+
+    Parameters
+    ----------
+    layout : Layout
+        The row's layout.
+    words : mapping
+        The run's words by their number.
+    row : bytes
+        The row.
+    text : str or None
+        The answers that were stored with it.
+
+    Returns
+    -------
+    CycleRecord
+        The record; times are in UTC.
+
+    Raises
+    ------
+    DataError
+        If the row does not fit its layout, or has a word that this program does not know.
+    """
+    try:
+        return _record_of(layout, words, row, text)
+    except (struct.error, KeyError, ValueError, OverflowError) as error:
+        raise DataError(
+            f"a stored cycle cannot be read ({printable_cause(error)})",
+            remedy="Use the version of the program that wrote it, or a newer one",
+        ) from error
+
+
+def printable_cause(error: BaseException) -> str:
+    """Return the kind of an error with its first line, for a message.
+
+    Parameters
+    ----------
+    error : BaseException
+        The error.
+
+    Returns
+    -------
+    str
+        Such as ``KeyError 'FURTHER'``.
+    """
+    first = str(error).strip().partition("\n")[0]
+    return f"{type(error).__name__} {first}".strip()[:300]
+
+
+def _record_of(
+    layout: Layout, words: Mapping[int, str], row: bytes, text: str | None
+) -> CycleRecord:
+    found = layout.row.unpack(row)
+    numbers_end, times, codes, _ = layout.counts
+    words_end = numbers_end + times + codes
+    numbers = _Taker(_with_none(found[:numbers_end], row))
+    ints = cast("tuple[int, ...]", found[numbers_end : numbers_end + times])
+    named = _Taker([words[code] for code in found[numbers_end + times : words_end]])
+    flags = _Taker([bool(flag) for flag in found[words_end:]])
+    monotonic_s, lateness_s, diameter_mm = numbers(len(OF_RECORD))
+    state, quality, reasons, outcomes = named(4)
+    fields: dict[str, object] = dict(zip(layout.scalars, numbers(len(layout.scalars)), strict=True))
+    for name, length in zip(layout.by_output, layout.lengths, strict=True):
+        fields[name] = numbers(length)
+    fields |= {
+        "state": SupervisorState(state),
+        "quality": Quality(quality),
+        "reasons": tuple(Reason[name] for name in _split(reasons)),
+        "outcomes": tuple(Outcome[name] for name in _split(outcomes)),
+        "contribution_um": tuple(numbers(count) for count in layout.contribution),
+        "answers": () if text is None else answers_of_text(text),
+    }
+    gain = tuple(cast("tuple[float, ...]", numbers(count)) for count in layout.gain)
+    fields["values"] = numbers(layout.values)
+    fields["qualities"] = tuple(SampleQuality[name] for name in named(layout.qualities))
+    samples = _samples_of(layout, numbers, named, flags, ints[2:])
+    for name, length in zip(layout.flags, layout.flag_lengths, strict=True):
+        fields[name] = flags(length)
+    said = [numbers(len(layout.applied)) for _ in range(3)]
+    return CycleRecord(
+        number=ints[0],
+        utc=from_us(ints[1]),
+        monotonic_s=cast("float", monotonic_s),
+        samples=samples,
+        output=CycleOutput(**cast("dict[str, Any]", fields)),
+        applied={
+            name: Applied(*numbers) for name, *numbers in zip(layout.applied, *said, strict=True)
+        },
+        lateness_s=cast("float", lateness_s),
+        parts=layout.parts,
+        gain=gain,
+        diameter_mm=diameter_mm,
+    )
+
+
+def _samples_of(
+    layout: Layout,
+    numbers: "_Taker[float | None]",
+    named: "_Taker[str]",
+    flags: "_Taker[bool]",
+    times_us: Sequence[int],
+) -> dict[str, SourceSample]:
+    count = len(layout.samples)
+    value, age_s = numbers(count), numbers(count)
+    times = [None if us == NO_TIME else from_us(us) for us in times_us]
+    columns = zip(value, flags(count), named(count), age_s, times, strict=True)
+    return dict(zip(layout.samples, starmap(SourceSample, columns), strict=True))
+
+
+_T = TypeVar("_T")
+
+
+class _Taker(Generic[_T]):
+    """Gives things away, one piece after the other."""
+
+    def __init__(self, things: Sequence[_T]) -> None:
+        self._things = tuple(things)
+        self._next = 0
+
+    def __call__(self, count: int) -> tuple[_T, ...]:
+        first = self._next
+        self._next += count
+        return self._things[first : self._next]
+
+
+def _with_none(numbers: tuple[float, ...], row: bytes) -> Sequence[float | None]:
+    """Put None where its bits stand; they are compared as bytes because NaN equals nothing."""
+    if _NONE_BYTES not in row:
+        return numbers
+    return [
+        None if v != v and row[8 * k : 8 * k + 8] == _NONE_BYTES else v  # noqa: PLR0124 - NaN
+        for k, v in enumerate(numbers)
+    ]
+
+
+def _split(text: str) -> list[str]:
+    return text.split(_SEPARATOR) if text else []
+
+
+def answers_as_text(answers: Sequence[Answer]) -> str:
+    """Return answers as JSON.
+
+    Parameters
+    ----------
+    answers : sequence of Answer
+        The answers, with their requests.
+
+    Returns
+    -------
+    str
+        A list, one entry for each; numbers that are not finite as Python's JSON writes them.
+    """
+    return json.dumps(
+        [
+            {
+                "kind": a.request.kind.value,
+                "who": a.request.who,
+                "output": a.request.output,
+                "value": a.request.value,
+                "duration_s": a.request.duration_s,
+                "text": a.request.text,
+                "identity": a.request.identity,
+                "accepted": a.accepted,
+                "reason": a.reason,
+            }
+            for a in answers
+        ]
+    )
+
+
+def answers_of_text(text: str) -> tuple[Answer, ...]:
+    """Return the answers that `answers_as_text` wrote.
+
+    Parameters
+    ----------
+    text : str
+        The JSON.
+
+    Returns
+    -------
+    tuple of Answer
+        The answers.
+
+    Raises
+    ------
+    ValueError, KeyError
+        If the text is something else.
+    """
+    found: list[Answer] = []
+    for entry in json.loads(text):
+        accepted, reason = entry.pop("accepted"), entry.pop("reason")
+        kind = RequestKind(entry.pop("kind"))
+        found.append(Answer(Request(kind=kind, **entry), accepted, reason))
+    return tuple(found)
+
+
+def pack_block(rows: Sequence[bytes]) -> bytes:
+    """Return rows of one layout as a block.
+
+    Byte planes and differences from row to row were tried before deflating: they gain 2 %.
+
+    Parameters
+    ----------
+    rows : sequence of bytes
+        The rows.
+
+    Returns
+    -------
+    bytes
+        The block; `unpack_block` gives the rows back.
+    """
+    return zlib.compress(b"".join(rows), _LEVEL)
+
+
+def unpack_block(block: bytes, layout: Layout, count: int) -> bytes:
+    """Return the rows of a block, one behind the other.
+
+    Parameters
+    ----------
+    block : bytes
+        The block.
+    layout : Layout
+        Its layout.
+    count : int
+        Number of rows. [1]
+
+    Returns
+    -------
+    bytes
+        The rows.
+
+    Raises
+    ------
+    DataError
+        If the block is damaged.
+    """
+    size = layout.row.size * count
+    inflater = zlib.decompressobj()
+    try:
+        data = inflater.decompress(block, size + 1)  # one more, so that the check sum is reached
+    except zlib.error:
+        data = b""
+    if not inflater.eof or len(data) != size:
+        raise DataError(
+            "a block of the history is damaged",
+            remedy="Check the database with thermaxis history check",
+        )
+    return data
+
+
+def rows_of(layout: Layout, data: bytes) -> Iterator[bytes]:
+    """Cut the bytes of many rows into rows.
+
+    Parameters
+    ----------
+    layout : Layout
+        Their layout.
+    data : bytes
+        The rows, one behind the other.
+
+    Yields
+    ------
+    bytes
+        A row.
+    """
+    size = layout.row.size
+    for first in range(0, len(data), size):
+        yield data[first : first + size]

@@ -1,0 +1,48 @@
+"""What the historian is told: where to, for how long, how much it may keep in memory."""
+
+from dataclasses import dataclass, field
+from typing import final
+
+from thermaxis.errors import ConfigurationError
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HistorianSettings:
+    """Settings of a historian; all have safe defaults.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is out of its range.
+    """
+
+    retention_days: int = 90
+    """Days with records that are kept. Days on which nothing was recorded do not count, so that a
+    clock that is wrong for once deletes nothing. Default: a quarter. [d]"""
+    password: str = field(default="", repr=False)
+    """Password of the database's user; empty where none is needed."""
+    largest_waiting_bytes: int = 32_000_000
+    """Memory for what cannot be stored at the moment; then the oldest cycles are lost. Default:
+    nine hours at one second with four outputs. [byte]"""
+    batch_s: float = 0.4
+    """Time for which records are gathered before they are written. Default: with the write itself
+    less than a second passes from a cycle to the disk. [s]"""
+    retry_s: float = 2.0
+    """Time between attempts to reach a lost database. Default: two seconds. [s]"""
+    check_s: float = 20.0
+    """Longest integrity check at the start; records wait meanwhile. Default: some gigabytes of a
+    solid-state disk. [s]"""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        _require(self.retention_days, 1, 36_500, "retention_days")
+        _require(self.largest_waiting_bytes, 100_000, 10**12, "largest_waiting_bytes")
+        _require(self.batch_s, 0.0, 10.0, "batch_s")
+        _require(self.retry_s, 0.01, 3600.0, "retry_s")
+        _require(self.check_s, 0.0, 86_400.0, "check_s")
+
+
+def _require(value: float, lowest: float, highest: float, where: str) -> None:
+    if not lowest <= value <= highest:
+        raise ConfigurationError(f"not a number from {lowest:g} to {highest:g}", where=where)
