@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, final
 
 from thermaxis import __version__
 from thermaxis.runtime._ports import Clock
-from thermaxis.runtime._record_config import RecordSettings
+from thermaxis.runtime._record_config import ChannelSettings, RecordSettings
 from thermaxis.runtime._recorder_clock import LogClock, as_text, moment_of
 from thermaxis.runtime._recorder_files import Entry, Heads, RecordingFiles, Stored, mark
 from thermaxis.runtime._recorder_rows import NO_ANSWER, NOT_ASKED, Cells, ChannelReader
@@ -35,6 +35,8 @@ LATE_SHARE: Final = 0.1
 """A row that is later than this share of the shortest period gets its own time. [1]"""
 UNCHANGED_WARNING: Final = 20
 """So many readings with one source time stamp in a row are told. [1]"""
+TRY_AGAIN_S: Final = 2.0
+"""Time between the two readings of a trial. [s]"""
 _LONGEST_SLEEP_S = 10.0
 _POLL_S = 0.05
 _LAST_ANSWERS_S = 1.0
@@ -179,6 +181,98 @@ def files_of(settings: RecordSettings, folder: Path) -> RecordingFiles:
     )
 
 
+class TriedChannel(NamedTuple):
+    """What a node said when it was tried."""
+
+    settings: ChannelSettings
+    """The channel."""
+    value: str
+    """Value as it would be recorded; empty if it would not be."""
+    status: str
+    """Name of its status."""
+    remark: str
+    """What is out of the ordinary; empty if nothing is."""
+
+    @property
+    def recorded(self) -> bool:
+        """Whether there is a value."""
+        return bool(self.value)
+
+
+async def try_once(
+    settings: RecordSettings, sessions: Mapping[str, NodeReader], clock: Clock
+) -> tuple[TriedChannel, ...]:
+    """Read every node twice, to see what it says and whether its source time stamp moves.
+
+    Parameters
+    ----------
+    settings : RecordSettings
+        What shall be recorded.
+    sessions : mapping of str to NodeReader
+        The connections by name, opened.
+    clock : Clock
+        Monotonic time and time of day.
+
+    Returns
+    -------
+    tuple of TriedChannel
+        In the order of the channels.
+    """
+    channels = tuple(ChannelReader(channel) for channel in settings.channels)
+    await _connections(sessions, clock)
+    first = await _read_all(settings, sessions, channels, clock)
+    await clock.sleep_until(clock.monotonic_s() + TRY_AGAIN_S)
+    second = await _read_all(settings, sessions, channels, clock)
+    tried: list[TriedChannel] = []
+    for channel, one, two in zip(channels, first, second, strict=True):
+        remark = two.remark
+        if channel.unchanged:
+            remark = f"source time stamp stood still for {TRY_AGAIN_S:g} s"
+        elif channel.unstamped:
+            remark = "no source time stamp"
+        tried.append(TriedChannel(channel.settings, two.value or one.value, two.status, remark))
+    return tuple(tried)
+
+
+async def _read_all(
+    settings: RecordSettings,
+    sessions: Mapping[str, NodeReader],
+    channels: Sequence[ChannelReader],
+    clock: Clock,
+) -> list[Cells]:
+    found = [NOT_ASKED] * len(channels)
+    for group in _groups_of(settings):
+        answers = await sessions[group.connection].read(group.nodes, group.deadline_s)
+        _fill(found, group, channels, answers, clock.monotonic_s() * 1000.0)
+    return found
+
+
+async def _connections(sessions: Mapping[str, NodeReader], clock: Clock) -> None:
+    """Wait for the connections, so that the first reading has values."""
+    end_s = clock.monotonic_s() + CONNECT_WITHIN_S
+    while not all(session.connected for session in sessions.values()):
+        now_s = clock.monotonic_s()
+        if now_s >= end_s:
+            return
+        await clock.sleep_until(now_s + _POLL_S)
+
+
+def _fill(
+    cells: list[Cells],
+    group: "_Group",
+    channels: Sequence[ChannelReader],
+    answers: "Sequence[ua.DataValue] | None",
+    log_ms: float,
+) -> None:
+    """Put the answers to one request into their columns."""
+    for place, column in enumerate(group.columns):
+        channel = channels[column]
+        if answers is None or len(answers) != len(group.nodes):
+            cells[column] = channel.no_answer()
+        else:
+            cells[column] = channel.read(answers[place], log_ms)
+
+
 def _ignore(_text: str) -> None:
     pass
 
@@ -267,7 +361,7 @@ class Recorder:
     # Reading ---------------------------------------------------------------------------------
 
     async def _read_regularly(self, duration_s: float | None, tasks: asyncio.TaskGroup) -> None:
-        await self._connections()
+        await _connections(self._sessions, self._clock)
         tick_ms = self._begin()
         end_s = math.inf if duration_s is None else self._time.monotonic_of(tick_ms) + duration_s
         while self._time.monotonic_of(tick_ms) < end_s - 1e-3:
@@ -280,15 +374,6 @@ class Recorder:
             self._ask([group for group in due if not group.busy], row_ms, tasks)
             tick_ms = min(group.due_ms for group in self._groups)
         await self._until_monotonic(end_s)
-
-    async def _connections(self) -> None:
-        """Wait for the connections, so that the first row has values."""
-        end_s = self._clock.monotonic_s() + CONNECT_WITHIN_S
-        while not all(session.connected for session in self._sessions.values()):
-            now_s = self._clock.monotonic_s()
-            if now_s >= end_s:
-                return
-            await self._clock.sleep_until(now_s + _POLL_S)
 
     def _begin(self) -> int:
         """Let all channels be due at the next full period of the fastest one. [ms since 1970]"""
@@ -337,14 +422,9 @@ class Recorder:
 
     async def _answer(self, group: "_Group", row: _Row) -> None:
         answers = await self._sessions[group.connection].read(group.nodes, group.deadline_s)
-        whole = answers is not None and len(answers) == len(group.nodes)
-        for place, column in enumerate(group.columns):
-            channel = self._channels[column]
-            if answers is None or not whole:
-                row.cells[column] = channel.no_answer()
-            else:
-                row.cells[column] = channel.read(answers[place], row.log_ms)
-            self._warn_of(channel)
+        _fill(row.cells, group, self._channels, answers, row.log_ms)
+        for column in group.columns:
+            self._warn_of(self._channels[column])
         group.busy = False
         row.open -= 1
         while self._rows and self._rows[0].open == 0:
@@ -396,10 +476,11 @@ class Recorder:
     # Writing ---------------------------------------------------------------------------------
 
     async def _write_regularly(self) -> None:
-        next_s = self._clock.monotonic_s() + WRITE_EVERY_S
+        written_s = -math.inf
         while True:
-            await self._clock.sleep_until(next_s)
-            next_s = max(next_s, self._clock.monotonic_s() - WRITE_EVERY_S) + WRITE_EVERY_S
+            await self._queue.arrived.wait()
+            await self._clock.sleep_until(written_s + WRITE_EVERY_S)
+            written_s = self._clock.monotonic_s()
             async with self._writing:
                 await self._write()
 
@@ -467,6 +548,8 @@ class _Queue:
         self._loss: Loss | None = None
         self._taken_loss: Loss | None = None
         self._lost_rows = 0
+        self.arrived = asyncio.Event()
+        """Whether something waits."""
 
     @property
     def lost_rows(self) -> int:
@@ -476,12 +559,14 @@ class _Queue:
     def add(self, entry: Entry) -> None:
         self._entries.append(entry)
         self._size += entry.size
+        self.arrived.set()
         self._give_way()
 
     def take(self) -> list[Entry]:
         """Return everything, with what was lost before; `keep` must follow."""
         taken = list(self._entries)
         self._entries.clear()
+        self.arrived.clear()
         self._taken_size, self._size = self._size, 0
         self._taken_loss, self._loss = self._loss, None
         if self._taken_loss is not None and taken:
@@ -496,6 +581,8 @@ class _Queue:
             self._loss = _joined(self._taken_loss, self._loss)
         self._taken_loss, self._taken_size = None, 0
         rows = sum(entry.is_row for entry in rest)
+        if rest:
+            self.arrived.set()
         self._entries.extendleft(reversed(rest))
         self._size += sum(entry.size for entry in rest)
         self._give_way()

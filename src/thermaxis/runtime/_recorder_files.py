@@ -295,6 +295,9 @@ class RecordingFiles:
         return pair
 
     def _is_full(self, pair: _Pair, entry: Entry) -> bool:
+        """Return whether a row belongs into other files; what happened never begins one."""
+        if not entry.is_row:
+            return False
         sizes = (pair.log.size + len(entry.log), pair.sources.size + len(entry.sources))
         too_large = max(sizes) > self._largest_bytes and pair.last_row_ms is not None
         return too_large or not self._belongs(pair, entry)
@@ -441,10 +444,10 @@ class RecordingFiles:
         last_ms = pair.last_row_ms
         for entry in entries[begin:]:
             largest = max(pair.log.size + len(log), pair.sources.size + len(sources)) + entry.size
+            other = entry.is_row and not self._belongs(pair, entry)
+            large = entry.is_row and largest > self._largest_bytes
             if count and (
-                not self._belongs(pair, entry)
-                or largest > self._largest_bytes
-                or len(log) + len(sources) + entry.size > self._chunk_bytes
+                other or large or len(log) + len(sources) + entry.size > self._chunk_bytes
             ):
                 break
             if entry.is_row:

@@ -96,6 +96,7 @@ class Recording:
     start: datetime = START
     sessions: dict[str, SimulatedSession] = field(default_factory=dict)
     told: list[str] = field(default_factory=list)
+    ended: datetime = START
 
     def run(
         self,
@@ -123,7 +124,9 @@ class Recording:
             recording = tasks.create_task(recorder.run(duration_s, self.stop))
             if meanwhile is not None:
                 tasks.create_task(meanwhile(self))
-        return recording.result()
+            summary = await recording
+            self.ended = self.clock.utc()
+        return summary
 
 
 def lines_of(path: Path) -> list[str]:

@@ -1,0 +1,434 @@
+"""The recorder in virtual time: rates, lost connections, full disks, clocks that jump."""
+
+import asyncio
+import errno
+import os
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from asyncua import ua
+
+from tests.unit.runtime.recording import (
+    START,
+    Recording,
+    SimulatedSession,
+    at,
+    channel,
+    good,
+    marks_of,
+    moving,
+    rows_of,
+    settings,
+)
+from thermaxis.files import read_thermal_log
+from thermaxis.runtime import _recorder_files
+from thermaxis.runtime._recorder import RecordSummary, try_once
+from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+
+NAME = "lathe-2026-11-21.csv"
+
+
+@pytest.fixture(autouse=True)
+def _quick_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hours in seconds: nobody waits for the disk itself."""
+    monkeypatch.setattr(_recorder_files.os, "fsync", lambda _descriptor: None)
+
+
+def column(path: Path, index: int) -> list[str]:
+    return [cells[index] for cells in rows_of(path)]
+
+
+def test_each_channel_is_read_at_its_rate_and_slower_ones_leave_empty_cells(
+    tmp_path: Path,
+) -> None:
+    recording = Recording(settings(channel("T_a_C"), channel("T_b_C", 5000)), tmp_path)
+    summary = recording.run(60.0)
+    assert column(tmp_path / NAME, 0) == [at(k) for k in range(60)]
+    assert column(tmp_path / NAME, 1) == [str(43200 + k) for k in range(60)]
+    assert column(tmp_path / NAME, 2) == [str(43200 + k) if k % 5 == 0 else "" for k in range(60)]
+    assert (summary.rows, summary.lost, summary.error) == (60, 0, "")
+    assert [c.recorded for c in summary.channels] == [60, 12]
+
+
+def test_channels_of_one_rate_are_read_with_one_request(tmp_path: Path) -> None:
+    channels = [channel("T_a_C"), channel("T_b_C"), channel("T_c_C", 2000)]
+    recording = Recording(settings(*channels), tmp_path)
+    recording.run(4.0)
+    fast, slow = ("ns=2;s=T_a_C", "ns=2;s=T_b_C"), ("ns=2;s=T_c_C",)
+    assert [nodes for _, nodes in recording.sessions["control"].asked] == [
+        fast, slow, fast, fast, slow, fast,
+    ]  # fmt: skip
+
+
+def test_readings_begin_at_full_periods_of_the_day_so_that_logs_of_two_recorders_meet(
+    tmp_path: Path,
+) -> None:
+    start = START + timedelta(seconds=0.337)
+    recording = Recording(
+        settings(channel("T_a_C", 200), channel("T_b_C", 10_000)), tmp_path, start
+    )
+    recording.run(20.0)
+    assert column(tmp_path / NAME, 0) == [at(0.4 + 0.2 * k) for k in range(100)]
+    slow = [time for time, _, value in rows_of(tmp_path / NAME) if value]
+    assert slow == [at(0.4), at(10), at(20)]
+
+
+def test_a_recording_lasts_as_long_as_it_was_told(tmp_path: Path) -> None:
+    recording = Recording(settings(channel("T_a_C", 5000)), tmp_path)
+    summary = recording.run(8 * 3600.0)
+    assert summary.rows == 8 * 720
+    assert recording.ended == START + timedelta(hours=8)
+    log = read_thermal_log(tmp_path / NAME)
+    assert (log.rows, log.duration_s, log.start) == (5760, 28_795.0, START)
+    assert log.units == {"T_a_C": "degC"}
+    assert log.remarks == ()
+
+
+def test_the_recorder_waits_for_its_connections_before_the_first_row(tmp_path: Path) -> None:
+    async def connect(recording: Recording) -> None:
+        recording.sessions["control"].connected = False
+        await asyncio.sleep(2.3)
+        recording.sessions["control"].connected = True
+
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    recording.run(3.0, connect)
+    assert rows_of(tmp_path / NAME) == [[at(3 + k), str(43203 + k)] for k in range(3)]
+
+
+def test_a_connection_that_is_lost_leaves_empty_cells_with_their_reason(tmp_path: Path) -> None:
+    async def lose(recording: Recording) -> None:
+        session = recording.sessions["control"]
+        await asyncio.sleep(2.5)
+        session.connected = False
+        await asyncio.sleep(3.0)
+        session.connected, session.generation = True, 2
+
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    summary = recording.run(8.0, lose)
+    assert column(tmp_path / NAME, 1) == ["43200", "43201", "43202", "", "", "", "43206", "43207"]
+    status = column(tmp_path / "sources" / NAME, 1)
+    assert status == [*["Good"] * 3, *["BadNoCommunication"] * 3, *["Good"] * 2]
+    assert marks_of(tmp_path / NAME)[1:4] == [
+        "connection control is there; its clock is 0.250 s ahead of this one",
+        "connection control is not there: the cable is out",
+        "connection control is there; its clock is 0.250 s ahead of this one",
+    ]
+    assert summary.channels[0].not_good == {"BadNoCommunication": 3}
+
+
+def test_a_slow_connection_delays_no_other_one(tmp_path: Path) -> None:
+    async def slow(recording: Recording) -> None:
+        recording.sessions["slow"].delay_s = 0.9
+
+    both = settings(channel("T_a_C", 200), channel("T_b_C", 200, connection="slow"))
+    recording = Recording(both, tmp_path)
+    recording.run(4.0, slow)
+    fast = [moment for moment, _ in recording.sessions["control"].asked]
+    assert fast == [START + timedelta(seconds=0.2 * k) for k in range(20)]
+    assert column(tmp_path / NAME, 0) == [at(0.2 * k) for k in range(20)]
+    assert all(column(tmp_path / NAME, 1))
+    slow_rows = [time for time, _, value in rows_of(tmp_path / NAME) if value]
+    assert slow_rows == [at(k) for k in range(4)]
+
+
+def test_an_answer_that_comes_too_late_is_no_reading(tmp_path: Path) -> None:
+    async def slow(recording: Recording) -> None:
+        await asyncio.sleep(0.5)
+        recording.sessions["control"].delay_s = 30.0
+
+    recording = Recording(settings(channel("T_a_C", 2000)), tmp_path)
+    summary = recording.run(6.0, slow)
+    assert column(tmp_path / NAME, 1) == ["43200", "", ""]
+    assert summary.channels[0].not_good == {"BadNoCommunication": 2}
+
+
+def test_a_source_that_is_frozen_is_left_out_and_told(tmp_path: Path) -> None:
+    def freezing(node: str, now: datetime) -> ua.DataValue:
+        return moving(node, min(now, START + timedelta(seconds=10)))
+
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    recording.run(60.0, answer=freezing)
+    assert column(tmp_path / NAME, 1) == [*(str(43200 + k) for k in range(11)), *[""] * 49]
+    assert column(tmp_path / "sources" / NAME, 3) == [*[""] * 11, *["unchanged"] * 49]
+    assert len([text for text in recording.told if "one source time stamp" in text]) == 1
+
+
+def test_bad_values_are_told_once_with_their_status(tmp_path: Path) -> None:
+    def broken(node: str, now: datetime) -> ua.DataValue:
+        return good(0.0, now, "BadSensorFailure" if now.second % 2 else "Good")
+
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    recording.run(6.0, answer=broken)
+    assert column(tmp_path / NAME, 1) == ["0", "", "0", "", "0", ""]
+    assert column(tmp_path / "sources" / NAME, 3) == ["", "sent 0"] * 3
+    assert [t for t in recording.told if "BadSensorFailure" in t] == [
+        "T_a_C: BadSensorFailure; its cells stay empty while it is so"
+    ]
+
+
+def test_a_recording_ends_at_once_when_it_is_told_to(tmp_path: Path) -> None:
+    async def stop(recording: Recording) -> None:
+        await asyncio.sleep(10.5)
+        recording.stop.set()
+
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    summary = recording.run(None, stop)
+    assert summary.rows == 11
+    assert recording.ended == START + timedelta(seconds=10.5)
+    assert marks_of(tmp_path / NAME)[-1] == "ended"
+
+
+def test_a_request_without_an_answer_does_not_keep_a_recording_from_ending(tmp_path: Path) -> None:
+    async def stop(recording: Recording) -> None:
+        recording.sessions["slow"].delay_s = 1e9
+        await asyncio.sleep(10.5)
+        recording.stop.set()
+
+    both = settings(channel("T_a_C"), channel("T_b_C", connection="slow"))
+    recording = Recording(both, tmp_path)
+    summary = recording.run(None, stop)
+    assert recording.ended <= START + timedelta(seconds=11.5)
+    assert summary.rows == 11
+
+
+# Clocks --------------------------------------------------------------------------------------
+
+
+def setting(at_s: float, by_s: float) -> Callable[[Recording], object]:
+    async def set_clock(recording: Recording) -> None:
+        await asyncio.sleep(at_s)
+        recording.clock.change_time_of_day(by_s)
+
+    return set_clock
+
+
+@pytest.mark.parametrize("by_s", [-3600.0, -86_400.0 * 400])
+def test_a_clock_that_is_set_back_changes_no_time_of_the_log_and_is_marked(
+    tmp_path: Path, by_s: float
+) -> None:
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    recording.run(20.0, setting(9.5, by_s))
+    assert column(tmp_path / NAME, 0) == [at(k) for k in range(20)]
+    marks = [m for m in marks_of(tmp_path / NAME) if m.startswith("clock")]
+    assert marks[1:] == []
+    assert marks[0] == (
+        f"clock: the time of day was set back by {-by_s:.3f} s; times of the log go on and are"
+        f" {-by_s:.3f} s ahead of it"
+    )
+    assert len(list(tmp_path.glob("*.csv"))) == 1
+
+
+def test_a_clock_that_is_set_forward_makes_a_gap_that_a_reader_sees(tmp_path: Path) -> None:
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    recording.run(20.0, setting(9.5, 7200.0))
+    found = column(tmp_path / NAME, 0)
+    assert found[:11] == [at(k) for k in range(11)]  # the eleventh is the marker without a value
+    assert found[11:] == [at(7200 + k) for k in range(10, 20)]
+    assert rows_of(tmp_path / NAME)[10] == [at(10), ""]
+    assert any("jumped forward by 7200.000 s" in m for m in marks_of(tmp_path / NAME))
+    log = read_thermal_log(tmp_path / NAME)
+    assert max(log.time_s[1:] - log.time_s[:-1]) == pytest.approx(7200.0)
+
+
+def test_a_clock_that_is_set_over_midnight_begins_a_file_and_overwrites_none(
+    tmp_path: Path,
+) -> None:
+    async def there_and_back(recording: Recording) -> None:
+        for by_s in (86_400.0, -86_400.0, 86_400.0, -86_400.0):
+            await asyncio.sleep(10.0)
+            recording.clock.change_time_of_day(by_s)
+
+    recording = Recording(settings(channel("T_a_C")), tmp_path, START + timedelta(seconds=0.5))
+    recording.run(50.0, there_and_back)
+    first, second = tmp_path / NAME, tmp_path / "lathe-2026-11-22.csv"
+    assert sorted(tmp_path.glob("*.csv")) == [first, second]
+    times = column(first, 0) + column(second, 0)
+    assert times == sorted(set(times))
+    assert len([cells for p in (first, second) for cells in rows_of(p) if cells[1]]) == 50
+
+
+def test_after_a_restart_under_a_clock_that_was_set_back_another_file_is_written(
+    tmp_path: Path,
+) -> None:
+    Recording(settings(channel("T_a_C")), tmp_path).run(10.0)
+    before = (tmp_path / NAME).read_bytes()
+    earlier = START - timedelta(hours=2)
+    Recording(settings(channel("T_a_C")), tmp_path, earlier).run(5.0)
+    assert (tmp_path / NAME).read_bytes() == before
+    assert column(tmp_path / "lathe-2026-11-21-2.csv", 0) == [at(k, earlier) for k in range(5)]
+
+
+def test_a_computer_that_stalls_misses_readings_and_invents_none(tmp_path: Path) -> None:
+    def stall(recording: Recording) -> None:
+        # The loop's time goes on without anybody being called, as when a program is stopped.
+        asyncio.get_running_loop()._jumping.now_s += 7.35
+
+    async def stop(recording: Recording) -> None:
+        await asyncio.sleep(5.2)
+        stall(recording)
+
+    recording = Recording(settings(channel("T_a_C"), channel("T_b_C", 5000)), tmp_path)
+    recording.run(20.0, stop)
+    found = [(cells[0], cells[1]) for cells in rows_of(tmp_path / NAME) if cells[1]]
+    assert [time for time, _ in found] == [
+        *(at(k) for k in range(6)),
+        at(12.55),  # late, and said with its own time
+        *(at(k) for k in range(13, 20)),
+    ]
+    assert [float(value) for _, value in found][6] == pytest.approx(43212.55)
+    slow = [cells[0] for cells in rows_of(tmp_path / NAME) if cells[2]]
+    assert slow == [at(0), at(5), at(12.55), at(15)]
+
+
+# Restarts and disks --------------------------------------------------------------------------
+
+
+def test_a_recording_goes_on_after_a_restart_and_the_gap_is_seen(tmp_path: Path) -> None:
+    Recording(settings(channel("T_a_C")), tmp_path).run(10.0)
+    Recording(settings(channel("T_a_C")), tmp_path, START + timedelta(hours=1)).run(10.0)
+    log = read_thermal_log(tmp_path / NAME)
+    assert log.rows == 21
+    assert log.time_s[10] == 10.0
+    assert log.time_s[11] == 3600.0
+    assert str(log.columns["T_a_C"][10]) == "nan"
+    assert any(m.startswith("gap: no row since") for m in marks_of(tmp_path / NAME))
+
+
+class FullDisk:
+    """A disk that refuses everything while it is full."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.full = False
+        self._write = os.write
+        monkeypatch.setattr(_recorder_files.os, "write", self.write)
+
+    def write(self, descriptor: int, content: bytes | memoryview) -> int:
+        if self.full:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return self._write(descriptor, content)
+
+    def between(self, first_s: float, last_s: float) -> Callable[[Recording], object]:
+        async def fill(recording: Recording) -> None:
+            await asyncio.sleep(first_s)
+            self.full = True
+            await asyncio.sleep(last_s - first_s)
+            self.full = False
+
+        return fill
+
+
+def test_rows_wait_in_memory_while_the_disk_is_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = FullDisk(monkeypatch)
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    summary = recording.run(3600.0, disk.between(10.5, 3000.5))
+    assert (summary.rows, summary.lost) == (3600, 0)
+    assert column(tmp_path / NAME, 1) == [str(43200 + k) for k in range(3600)]
+    assert [t for t in recording.told if "rows" in t] == [
+        "rows cannot be written (No space left on device): they are kept in memory",
+        "rows are written again",
+    ]
+
+
+def test_what_memory_cannot_hold_is_lost_from_the_oldest_on_and_stated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = FullDisk(monkeypatch)
+    recording = Recording(settings(channel("T_a_C"), memory_bytes=10_000), tmp_path)
+    summary = recording.run(3600.0, disk.between(10.5, 3000.5))
+    values = [cells[1] for cells in rows_of(tmp_path / NAME) if cells[1]]
+    assert len(values) == summary.rows
+    assert summary.rows + summary.lost == 3600
+    assert 2700 < summary.lost < 2990
+    first_left = 11 + summary.lost  # rows 0 to 10 were written before
+    assert values == [str(43200 + k) for k in (*range(11), *range(first_left, 3600))]
+    marks = [m for m in marks_of(tmp_path / NAME) if m.startswith("lost")]
+    assert marks[1:] == []
+    assert marks[0] == (
+        f"lost: {summary.lost} rows from {at(11)} to {at(first_left - 1)} could not be written and"
+        " no longer be kept in memory"
+    )
+
+
+def test_a_disk_that_stays_full_to_the_end_is_said_with_what_is_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = FullDisk(monkeypatch)
+    recording = Recording(settings(channel("T_a_C")), tmp_path)
+    summary = recording.run(60.0, disk.between(30.5, 1000.0))
+    assert summary.error == "No space left on device"
+    assert summary.rows == 31
+    assert summary.lost == 29
+    assert (tmp_path / NAME).read_bytes().endswith(b"\n")
+
+
+def test_at_most_a_second_of_rows_is_not_in_the_file(tmp_path: Path) -> None:
+    missing: list[float] = []
+
+    async def look(recording: Recording) -> None:
+        for _ in range(50):
+            await asyncio.sleep(0.37)
+            path = tmp_path / NAME
+            written = [at(-1), *(column(path, 0) if path.exists() else [])][-1]
+            last = datetime.fromisoformat(written)
+            missing.append((recording.clock.utc() - last).total_seconds())
+
+    recording = Recording(settings(channel("T_a_C", 100)), tmp_path)
+    recording.run(20.0, look)
+    assert max(missing[3:]) <= 1.2
+
+
+def test_30_days_are_30_files_and_old_ones_are_deleted(tmp_path: Path) -> None:
+    few = settings(channel("T_a_C", 1_800_000), keep_days=10)
+    summary = Recording(few, tmp_path, datetime(2026, 11, 21, tzinfo=UTC)).run(30 * 86_400.0)
+    assert summary.rows == 30 * 48
+    assert len(summary.files) == 30
+    left = sorted(p.name for p in tmp_path.glob("*.csv"))
+    assert left[0] == "lathe-2026-12-10.csv"
+    assert left[-1] == "lathe-2026-12-20.csv"
+    assert sorted(p.name for p in (tmp_path / "sources").iterdir()) == left
+
+
+# Trying --------------------------------------------------------------------------------------
+
+
+def test_a_trial_says_what_would_be_recorded_and_whose_time_stamp_stands_still() -> None:
+    def mixed(node: str, now: datetime) -> ua.DataValue:
+        if node.endswith("dead"):
+            return good(0.0, now, "BadSensorFailure")
+        if node.endswith("still"):
+            return good(3.0, START)
+        if node.endswith("bare"):
+            return good(4.0, None)
+        return moving(node, now)
+
+    async def tried() -> list[tuple[str, str, str, str]]:
+        clock = VirtualClock(START)
+        names = ("moving", "dead", "still", "bare")
+        found = await try_once(
+            settings(*(channel(name, unit="") for name in names)),
+            {"control": SimulatedSession(clock, mixed)},
+            clock,
+        )
+        return [(t.settings.name, t.value, t.status, t.remark) for t in found]
+
+    assert run_in_virtual_time(tried()) == [
+        ("moving", "43202", "Good", ""),
+        ("dead", "", "BadSensorFailure", "sent 0"),
+        ("still", "3", "Good", "source time stamp stood still for 2 s"),
+        ("bare", "4", "Good", "no source time stamp"),
+    ]
+
+
+def test_a_recording_of_nothing_but_losses_still_adds_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = FullDisk(monkeypatch)
+    disk.full = True
+    recording = Recording(settings(channel("T_a_C"), memory_bytes=1000), tmp_path)
+    summary: RecordSummary = recording.run(100.0)
+    assert (summary.rows, summary.lost) == (0, 100)
+    assert list(tmp_path.rglob("*.csv")) == []

@@ -1,0 +1,419 @@
+"""Files of a recording: whole lines, no overwritten file, on full disks and after a kill."""
+
+import ctypes
+import errno
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from datetime import UTC, date, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.recording import START, at, channel, lines_of, marks_of, rows_of, settings
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import _recorder_files
+from thermaxis.runtime._record_config import RecordSettings
+from thermaxis.runtime._recorder import files_of
+from thermaxis.runtime._recorder_clock import as_text
+from thermaxis.runtime._recorder_files import Entry, RecordingFiles, mark, sole_writer
+
+NAME = "lathe-2026-11-21.csv"
+
+
+def ms(seconds: float, start: datetime = START) -> float:
+    return (start + timedelta(seconds=seconds)).timestamp() * 1000.0
+
+
+def row(seconds: float, value: float = 1.0, start: datetime = START) -> Entry:
+    time_text = as_text(ms(seconds, start))
+    return Entry(
+        ms(seconds, start),
+        f"{time_text},{value:g}\n".encode(),
+        f"{time_text},Good,{time_text},\n".encode(),
+    )
+
+
+def recording(folder: Path, **more: object) -> RecordingFiles:
+    return files_of(one_channel(**more), folder)
+
+
+def one_channel(**more: object) -> RecordSettings:
+    return settings(channel("T_a_C"), **more)
+
+
+def times(path: Path) -> list[str]:
+    return [cells[0] for cells in rows_of(path)]
+
+
+def test_rows_of_a_day_are_in_one_file_and_those_of_the_next_in_another(tmp_path: Path) -> None:
+    files = recording(tmp_path)
+    start = datetime(2026, 11, 21, 23, 59, 58, tzinfo=UTC)
+    stored = files.store([row(k, start=start) for k in range(5)])
+    files.close()
+    assert stored == (5, "")
+    assert times(tmp_path / NAME) == [at(k, start) for k in range(2)]
+    assert times(tmp_path / "lathe-2026-11-22.csv") == [at(k, start) for k in range(2, 5)]
+    assert files.take_finished() == [tmp_path / NAME, tmp_path / "lathe-2026-11-22.csv"]
+    assert sorted(p.name for p in (tmp_path / "sources").iterdir()) == [
+        NAME,
+        "lathe-2026-11-22.csv",
+    ]
+
+
+def test_several_days_share_a_file_where_that_is_wanted(tmp_path: Path) -> None:
+    files = recording(tmp_path, days_per_file=2)
+    files.store([row(k * 3600.0) for k in range(49)])
+    files.close()
+    again = recording(tmp_path, days_per_file=2)  # on the second day of the second file
+    again.store([row(49 * 3600.0)])
+    again.close()
+    assert [p.name for p in files.written] == [NAME, "lathe-2026-11-23.csv"]
+    assert again.written == files.written[1:]
+
+
+def test_a_file_that_is_large_enough_is_followed_by_another(tmp_path: Path) -> None:
+    files = recording(tmp_path, largest_bytes=3000)
+    files.store([row(k) for k in range(200)])
+    files.close()
+    paths = files.written
+    assert [p.name for p in paths[:3]] == [NAME, "lathe-2026-11-21-2.csv", "lathe-2026-11-21-3.csv"]
+    assert [t for p in paths for t in times(p)] == [at(k) for k in range(200)]
+    for path in paths:
+        assert (tmp_path / "sources" / path.name).stat().st_size <= 3000
+
+
+def test_a_recording_goes_on_in_the_file_of_the_day_and_marks_the_gap(tmp_path: Path) -> None:
+    first = recording(tmp_path)
+    first.store([row(k) for k in range(3)])
+    first.close()
+    second = recording(tmp_path)
+    second.store([mark(ms(100), "began"), row(100), row(101)])
+    second.close()
+    assert second.written == [tmp_path / NAME]
+    assert rows_of(tmp_path / NAME) == [
+        *([at(k), "1"] for k in range(3)),
+        [at(3), ""],
+        [at(100), "1"],
+        [at(101), "1"],
+    ]
+    assert f"gap: no row since {at(2)}, 98.000 s before" in marks_of(tmp_path / NAME)
+    assert rows_of(tmp_path / "sources" / NAME)[3] == [at(3), "", "", ""]
+
+
+def test_a_pause_within_the_usual_step_is_no_gap(tmp_path: Path) -> None:
+    files = recording(tmp_path)
+    files.store([row(0), row(2.5), row(5.0)])
+    files.close()
+    assert len(rows_of(tmp_path / NAME)) == 3
+    assert marks_of(tmp_path / NAME) == []
+
+
+def test_another_set_of_channels_begins_another_file(tmp_path: Path) -> None:
+    recording(tmp_path).store([row(0)])
+    other = files_of(settings(channel("T_b_C")), tmp_path)
+    other.store([row(10)])
+    assert other.written == [tmp_path / "lathe-2026-11-21-2.csv"]
+    assert times(tmp_path / NAME) == [at(0)]
+
+
+def test_a_recording_that_would_go_back_in_time_begins_another_file(tmp_path: Path) -> None:
+    recording(tmp_path).store([row(3600)])
+    later = recording(tmp_path)
+    later.store([row(0), row(1)])
+    assert times(tmp_path / NAME) == [at(3600)]
+    assert times(tmp_path / "lathe-2026-11-21-2.csv") == [at(0), at(1)]
+
+
+@pytest.mark.parametrize("where", ["", "sources"])
+def test_a_file_of_somebody_else_is_never_touched(tmp_path: Path, where: str) -> None:
+    (tmp_path / where).mkdir(exist_ok=True)
+    foreign = tmp_path / where / NAME
+    foreign.write_text("mine\n")
+    files = recording(tmp_path)
+    files.store([row(0)])
+    files.close()
+    assert foreign.read_text() == "mine\n"
+    assert files.written == [tmp_path / "lathe-2026-11-21-2.csv"]
+
+
+def test_the_number_of_a_file_that_only_its_parquet_has_is_not_used_again(tmp_path: Path) -> None:
+    (tmp_path / "lathe-2026-11-21-4.parquet").write_bytes(b"")
+    files = recording(tmp_path)
+    files.store([row(0)])
+    assert files.written == [tmp_path / "lathe-2026-11-21-5.csv"]
+
+
+def test_a_file_that_was_moved_away_while_it_is_written_is_begun_anew(tmp_path: Path) -> None:
+    files = recording(tmp_path)
+    files.store([row(0)])
+    (tmp_path / NAME).rename(tmp_path / "taken.csv")
+    assert files.store([row(1)]) == (1, "")
+    files.close()
+    assert times(tmp_path / "taken.csv") == [at(0)]
+    assert times(tmp_path / "lathe-2026-11-21-2.csv") == [at(1)]
+
+
+@pytest.mark.parametrize(
+    "torn",
+    [
+        b"2026-11-21T12:0",
+        b"2026-11-21T12:00:03.000Z,1",
+        b"\x00" * 4096,
+        b"x\n",
+        b"1,2,3\n",
+        b"\n\n",
+    ],
+)
+def test_a_torn_end_is_cut_off_and_said(tmp_path: Path, torn: bytes) -> None:
+    recording(tmp_path).store([row(k) for k in range(3)])
+    with (tmp_path / NAME).open("ab") as stream:
+        stream.write(torn)
+    with (tmp_path / "sources" / NAME).open("ab") as stream:
+        stream.write(b"2026-11-21T12:00:03.000Z,Go")
+    files = recording(tmp_path)
+    files.store([row(3)])
+    files.close()
+    assert times(tmp_path / NAME) == [at(k) for k in range(4)]
+    assert marks_of(tmp_path / NAME) == [
+        f"repaired: {len(torn)} bytes of a torn last line are gone"
+    ]
+    assert rows_of(tmp_path / "sources" / NAME)[-1] == [at(3), "Good", at(3), ""]
+
+
+@given(keep=st.integers(0, 400))
+def test_wherever_a_log_is_torn_rows_that_were_whole_stay_and_all_lines_are_whole(
+    tmp_path_factory: pytest.TempPathFactory, keep: int
+) -> None:
+    folder = tmp_path_factory.mktemp("torn")
+    recording(folder).store([row(k) for k in range(8)])
+    whole = (folder / NAME).read_bytes()
+    (folder / NAME).write_bytes(whole[:keep])
+    files = recording(folder)
+    files.store([row(20)])
+    files.close()
+    found = [time for path in files.written for time in times(path)]
+    head = whole.index(b"time,T_a_C\n") + len(b"time,T_a_C\n")
+    kept = whole[head:keep].count(b"\n") if keep >= head else 0
+    expected = [at(k) for k in range(kept)]
+    gap = [at(kept)] if kept else []
+    assert found == [*expected, *gap, at(20)]
+    for path in files.written:
+        assert path.read_bytes().endswith(b"\n")
+        if path.name != NAME:
+            assert (folder / NAME).read_bytes() == whole[:keep]
+
+
+def test_only_one_recording_of_a_name_may_write_into_a_folder(tmp_path: Path) -> None:
+    with sole_writer(tmp_path, "lathe"):
+        with sole_writer(tmp_path, "mill"):
+            pass
+        with (
+            pytest.raises(ConfigurationError, match="another recording"),
+            sole_writer(tmp_path, "lathe"),
+        ):
+            pass
+    with sole_writer(tmp_path, "lathe"):
+        pass
+
+
+def test_a_folder_that_cannot_be_made_is_said_in_words(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with (
+        pytest.raises(ConfigurationError, match="cannot be written"),
+        sole_writer(tmp_path / "file" / "x", "a"),
+    ):
+        pass
+
+
+def test_old_files_are_deleted_and_those_of_others_stay(tmp_path: Path) -> None:
+    files = recording(tmp_path)
+    files.store([row(86400.0 * k) for k in range(5)])
+    (tmp_path / "lathe-notes.csv").write_text("mine")
+    (tmp_path / "lathe-2026-11-20.txt").write_text("mine")
+    gone = files.delete_before(date(2026, 11, 24))
+    files.close()
+    assert len(gone) == 6
+    left = sorted(p.name for p in tmp_path.iterdir() if p.is_file())
+    assert left == [
+        "lathe-2026-11-20.txt",
+        "lathe-2026-11-24.csv",
+        "lathe-2026-11-25.csv",
+        "lathe-notes.csv",
+    ]
+
+
+# Full disks --------------------------------------------------------------------------------------
+
+
+class Disk:
+    """Lets `os.write` fail as a disk with so many bytes left does."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, error: int = errno.ENOSPC) -> None:
+        self.left = 10**9
+        self.error = error
+        self._write, self._cut = os.write, os.ftruncate
+        monkeypatch.setattr(_recorder_files.os, "write", self.write)
+        monkeypatch.setattr(_recorder_files.os, "ftruncate", self.cut)
+
+    def cut(self, descriptor: int, size: int) -> None:
+        self.left += os.fstat(descriptor).st_size - size
+        self._cut(descriptor, size)
+
+    def write(self, descriptor: int, content: bytes | memoryview) -> int:
+        if self.left <= 0:
+            raise OSError(self.error, os.strerror(self.error))
+        count = self._write(descriptor, content[: self.left])
+        self.left -= count
+        return count
+
+
+@given(room=st.lists(st.integers(0, 700), min_size=1, max_size=12))
+def test_whatever_room_a_disk_has_every_line_is_whole_and_every_row_is_there_once(
+    tmp_path_factory: pytest.TempPathFactory, room: list[int]
+) -> None:
+    folder = tmp_path_factory.mktemp("disk")
+    with pytest.MonkeyPatch.context() as patch:
+        disk = Disk(patch)
+        files = recording(folder)
+        waiting: list[Entry] = []
+        for k, bytes_left in enumerate([*room, 10**9]):
+            disk.left = bytes_left
+            waiting += [row(2 * k), row(2 * k + 1)]
+            stored = files.store(waiting)
+            waiting = waiting[stored.entries :]
+            assert bool(stored.error) == bool(waiting)
+            for path in [p for p in folder.rglob("*.csv") if p.stat().st_size]:
+                assert path.read_bytes().endswith(b"\n")
+        files.close()
+    assert waiting == []
+    assert len(set(files.written)) == 1
+    assert times(files.written[0]) == [at(k) for k in range(2 * len(room) + 2)]
+    assert times(folder / "sources" / NAME) == times(files.written[0])
+    assert len(list(folder.rglob("*.csv"))) == 2
+
+
+def test_rows_that_fit_are_written_before_a_disk_is_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = recording(tmp_path)
+    files.store([row(0)])
+    disk = Disk(monkeypatch)
+    disk.left = 5000
+    stored = files.store([row(k) for k in range(1, 1000)])
+    assert stored.error == os.strerror(errno.ENOSPC)
+    assert len(times(tmp_path / NAME)) == stored.entries + 1
+    assert stored.entries * row(1).size > 4000
+
+
+def test_a_largest_file_size_of_the_disk_begins_another_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = recording(tmp_path)
+    files.store([row(0)])
+    disk = Disk(monkeypatch, errno.EFBIG)
+    disk.left = 0
+    assert files.store([row(1)]).error
+    disk.left = 10**9
+    assert files.store([row(1), row(2)]) == (2, "")
+    files.close()
+    assert times(tmp_path / NAME) == [at(0)]
+    assert times(tmp_path / "lathe-2026-11-21-2.csv") == [at(1), at(2)]
+
+
+def test_a_limit_that_no_file_may_pass_leaves_no_empty_files(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    files = recording(tmp_path)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
+        for _ in range(5):
+            assert files.store([row(0)]).error == os.strerror(errno.EFBIG)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list(tmp_path.rglob("*.csv")) == []
+    assert files.store([row(0)]) == (1, "")
+    assert files.written == [tmp_path / NAME]
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """Return a folder on a disk of 64 kB of its own."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    system = ctypes.CDLL(None, use_errno=True)
+    where = os.fsencode(folder)
+    if os.geteuid() != 0 or system.mount(b"tmpfs", where, b"tmpfs", 0, b"size=64k") != 0:
+        pytest.skip("only root can make a disk; the limit of file sizes is tested everywhere")
+    yield folder
+    assert system.umount(where) == 0
+
+
+def test_a_disk_that_is_really_full_is_tried_again_until_it_has_room(small_disk: Path) -> None:
+    ballast = small_disk / "ballast"
+    ballast.write_bytes(b"x" * 20_000)
+    files = recording(small_disk / "logs")
+    entries = [row(k) for k in range(2000)]
+    stored = files.store(entries)
+    assert stored.error == os.strerror(errno.ENOSPC)
+    assert 0 < stored.entries < 2000
+    assert files.store(entries[stored.entries :]).error
+    log = small_disk / "logs" / NAME
+    assert len(times(log)) >= stored.entries
+    assert log.read_bytes().endswith(b"\n")
+    done = len(times(log))
+    ballast.unlink()
+    more = files.store(entries[done : done + 100])
+    assert more == (100, "")
+    files.close()
+    assert times(log) == [at(k) for k in range(done + 100)]
+    assert times(small_disk / "logs" / "sources" / NAME) == times(log)
+
+
+@pytest.mark.system
+def test_a_killed_writer_leaves_every_row_that_it_had_stored(tmp_path: Path) -> None:
+    program = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from tests.unit.runtime.test_recorder_files import recording, row\n"
+        "files = recording(Path(sys.argv[1]))\n"
+        "for k in range(10**5):\n"
+        "    files.store([row(k)])\n"
+        "    print(k, flush=True)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    ) as writer:
+        assert writer.stdout is not None
+        writer.stdout.readline()
+        time.sleep(0.1)
+        writer.kill()
+        told = [int(line) for line in writer.stdout if line.endswith("\n")]
+    files = recording(tmp_path)
+    files.store([row(200_000.0)])
+    files.close()
+    found = [t for path in sorted(tmp_path.glob("*.csv")) for t in times(path)]
+    assert len(told) > 20
+    assert found[: told[-1] + 1] == [at(k) for k in range(told[-1] + 1)]
+    assert found[-1] == at(200_000.0)
+
+
+def test_a_line_about_what_happened_is_one_line_of_plain_letters() -> None:
+    entry = mark(ms(0), "connection gone: \n evil\r\x1b[2J 23°C")
+    assert entry.log == b"# 2026-11-21T12:00:00.000Z connection gone: ? evil??[2J 23?C\n"
+    assert not entry.is_row
+
+
+def test_lines_of_a_log_begin_with_what_is_recorded(tmp_path: Path) -> None:
+    files = recording(tmp_path)
+    files.store([row(0)])
+    assert lines_of(tmp_path / NAME)[:4] == [
+        "# thermaxis record 1: lathe",
+        "# connection control: opc.tcp://127.0.0.1:4840, security none",
+        "# channel T_a_C: ns=2;s=T_a_C of control, unit degC, every 1 s",
+        "time,T_a_C",
+    ]

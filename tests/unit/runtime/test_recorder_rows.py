@@ -1,0 +1,130 @@
+"""Cells of a log: values that were measured, and nothing else."""
+
+import math
+import struct
+from datetime import UTC, datetime, timedelta
+from decimal import Decimal
+
+import pytest
+from asyncua import ua
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.recording import channel, good
+from thermaxis.runtime._recorder_rows import Cells, ChannelReader
+
+NOON = datetime(2026, 11, 21, 12, 0, 0, 123456, tzinfo=UTC)
+STAMP = "2026-11-21T12:00:00.123Z"
+
+
+def read(answer: ua.DataValue, **more: float) -> Cells:
+    return ChannelReader(channel("T_a_C", **more)).read(answer, 0.0)
+
+
+def test_a_good_value_is_recorded_with_its_source_time() -> None:
+    assert read(good(22.5, NOON)) == Cells("22.5", "Good", STAMP, "")
+
+
+@pytest.mark.parametrize("status", ["BadSensorFailure", "UncertainSensorNotAccurate"])
+def test_a_value_that_is_not_good_is_left_out_and_kept_beside(status: str) -> None:
+    assert read(good(0.0, NOON, status)) == Cells("", status, STAMP, "sent 0")
+
+
+@pytest.mark.parametrize(
+    ("value", "remark"),
+    [
+        (math.nan, "no number; sent nan"),
+        (math.inf, "no number; sent inf"),
+        ("22,5\n# x", "no number; sent 22_5___x"),
+        ([1.0, 2.0], "no number; sent _1_0__2_0_"),
+        (None, "no value"),
+    ],
+)
+def test_what_is_no_number_is_left_out_whatever_its_status(value: object, remark: str) -> None:
+    assert read(good(value, NOON)) == Cells("", "Good", STAMP, remark)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (True, "1"),
+        (False, "0"),
+        (7, "7"),
+        (-0.5, "-0.5"),
+        (1e-7, "1e-07"),
+        (2**60, "1152921504606846976"),
+    ],
+)
+def test_switches_and_whole_numbers_are_numbers(value: object, text: str) -> None:
+    cells = read(good(value, NOON))
+    assert float(cells.value) == float(text)
+
+
+@given(st.floats(width=32, allow_nan=False, allow_infinity=False))
+def test_a_number_of_32_bits_is_written_as_the_decimal_that_was_meant(number: float) -> None:
+    answer = ua.DataValue(Value=ua.Variant(number, ua.VariantType.Float))
+    text = read(answer).value
+    back = struct.unpack("f", struct.pack("f", float(text)))[0]
+    assert back == number
+    assert len(Decimal(text).normalize().as_tuple().digits) <= 9
+
+
+def test_22_3_degrees_of_32_bits_are_22_3() -> None:
+    single = struct.unpack("f", struct.pack("f", 22.3))[0]
+    answer = ua.DataValue(Value=ua.Variant(single, ua.VariantType.Float))
+    assert read(answer).value == "22.3"
+
+
+def test_tenths_become_degrees_without_digits_that_nobody_measured() -> None:
+    assert [read(good(n, NOON), factor=0.1).value for n in (3, 223, 221, 219)] == [
+        "0.3",
+        "22.3",
+        "22.1",
+        "21.9",
+    ]
+    assert read(good(295.15, NOON), offset=-273.15).value == "22"
+
+
+def test_the_same_source_time_again_is_no_new_measurement() -> None:
+    reader = ChannelReader(channel("T_a_C"))
+    assert reader.read(good(22.5, NOON), 0.0).value == "22.5"
+    for k in range(1, 4):
+        again = reader.read(good(22.5, NOON), 1000.0 * k)
+        assert again == Cells("", "Good", STAMP, "unchanged")
+    assert reader.read(good(22.5, NOON + timedelta(seconds=9)), 4000.0).value == "22.5"
+    assert (reader.asked, reader.recorded, reader.unchanged) == (5, 2, 3)
+
+
+def test_an_unchanged_value_may_count_again_for_as_long_as_it_is_allowed() -> None:
+    reader = ChannelReader(channel("T_a_C", repeat_unchanged_s=2.0))
+    found = [reader.read(good(22.5, NOON), 1000.0 * k) for k in range(5)]
+    assert [cells.value for cells in found] == ["22.5", "22.5", "22.5", "", ""]
+    assert [cells.remark for cells in found] == ["", *["unchanged"] * 4]
+
+
+def test_a_value_that_moves_under_one_source_time_was_measured_anew() -> None:
+    reader = ChannelReader(channel("T_a_C"))
+    reader.read(good(22.5, NOON), 0.0)
+    moved = reader.read(good(22.6, NOON), 1000.0)
+    assert moved == Cells("22.6", "Good", STAMP, "source time unchanged")
+
+
+@pytest.mark.parametrize("stamp", [None, datetime(1601, 1, 1), datetime(1970, 1, 1)])  # noqa: DTZ001 - as servers send it
+def test_without_a_source_time_every_good_value_is_recorded(stamp: datetime | None) -> None:
+    reader = ChannelReader(channel("T_a_C"))
+    for k in range(3):
+        assert reader.read(good(22.5, stamp), 1000.0 * k) == Cells("22.5", "Good", "", "")
+    assert reader.unstamped == 3
+
+
+def test_no_answer_is_an_empty_cell_with_its_reason() -> None:
+    reader = ChannelReader(channel("T_a_C"))
+    assert reader.no_answer() == Cells("", "BadNoCommunication", "", "")
+    assert reader.not_good == {"BadNoCommunication": 1}
+
+
+def test_a_status_that_nobody_has_heard_of_is_recorded_all_the_same() -> None:
+    answer = ua.DataValue(Value=ua.Variant(1.0), StatusCode=ua.StatusCode(0x80AB0400))
+    cells = read(answer)
+    assert cells.value == ""
+    assert cells.status.startswith("Bad")
