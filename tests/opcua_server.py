@@ -55,7 +55,7 @@ class Machine:
     ) -> None:
         """Set what a node tells, with any status and age."""
         now = datetime.now(UTC)
-        variant = ua.Variant(value, kind) if kind is not None else ua.Variant(value)
+        variant = ua.Variant(value, kind if kind is not None else KINDS[name][1])
         aspace = self.server.iserver.aspace
         found = aspace[self.node_id(name)].attributes[ua.AttributeIds.Value]
         found.value = ua.DataValue(
@@ -64,6 +64,10 @@ class Machine:
             SourceTimestamp=now - timedelta(seconds=age_s) if stamped else None,
             ServerTimestamp=now,
         )
+
+    @staticmethod
+    def kind(name: str) -> ua.VariantType:
+        return KINDS[name][1]
 
     def value(self, name: str) -> object:
         aspace = self.server.iserver.aspace
