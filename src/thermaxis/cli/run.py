@@ -1,0 +1,191 @@
+"""``thermaxis run``: compensate a machine, cycle after cycle, until told to end."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable
+
+    from thermaxis.cli._machine_parts import MachineParts
+    from thermaxis.runtime._config_settings import MachineConfiguration
+    from thermaxis.runtime._loop import CompensationLoop
+    from thermaxis.runtime._status import RuntimeStatus
+
+_DESCRIPTION = """\
+Each cycle: read every input with status and time stamp, compute the limited correction, write it,
+read it back, record it. A machine that is not there is waited for. The compensation is off until
+somebody enables it; it is ended by Ctrl+C or SIGTERM, and fades out first. A second signal ends it
+at once.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    add = parser.add_argument
+    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
+    add("--enable", action="store_true", help="enable it at the start, as an operator would")
+    add("--diameter", type=float, metavar="MM", help="clamping diameter of the workpiece, in mm")
+    add("--cycles", type=int, metavar="N", help="end after so many cycles (default: when told)")
+    add("--quiet", action="store_true", help="print errors only, not every change")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the loop.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0 when it was told to end, or the log was at its end.
+
+    Raises
+    ------
+    ConfigurationError
+        If the configuration is wrong, or another program runs the machine.
+    """
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+    from thermaxis.runtime._config import read_machine  # noqa: PLC0415
+    from thermaxis.runtime._sole_runner import sole_runner  # noqa: PLC0415
+
+    if arguments.cycles is not None and arguments.cycles < 1:
+        raise ConfigurationError("at least one cycle is needed", where="--cycles")
+    configuration = read_machine(arguments.configuration)
+    with sole_runner(configuration.state_file, configuration.name):
+        asyncio.run(_run(configuration, arguments))
+    return 0
+
+
+async def _run(configuration: "MachineConfiguration", arguments: argparse.Namespace) -> None:
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.cli._machine_parts import (  # noqa: PLC0415
+        build_parts,
+        build_status_server,
+        loop_settings,
+    )
+    from thermaxis.runtime._loop import Borders, CompensationLoop  # noqa: PLC0415
+    from thermaxis.runtime._ports import SystemClock  # noqa: PLC0415
+    from thermaxis.runtime._saved_state import StateFile  # noqa: PLC0415
+
+    clock = SystemClock()
+    parts = build_parts(configuration, clock)
+    replays = configuration.source.kind == "replay"
+    loop = CompensationLoop(
+        configuration.compensation,
+        loop_settings(configuration),
+        Borders(parts.source, parts.sink, parts.historian, parts.clock),
+        state_file=None if replays else StateFile(configuration.state_file),
+        models=configuration.other_model,
+        self_test=None if replays else _self_test(configuration, parts),
+    )
+    if not arguments.quiet:
+        loop.listeners.append(_Teller().tell)
+    server = build_status_server(
+        configuration,
+        loop,
+        clock,
+        compensation=lambda: loop.compensation,
+        audit=parts.historian.event,
+    )
+    if server is not None:
+        await server.open()
+        loop.listeners.append(server.publish)
+        _say(f"status server: {server.url}", quiet=arguments.quiet)
+    stop = asyncio.Event()
+    running = asyncio.ensure_future(loop.run(stop, arguments.cycles))
+    _end_by_signal(stop, running)
+    asking = asyncio.ensure_future(_ask_first(loop, arguments))
+    try:
+        await running
+    except asyncio.CancelledError:
+        _say("ended at once: the last offset stands in the machine", quiet=False)
+    finally:
+        asking.cancel()
+        if server is not None:
+            await server.close()
+
+
+def _self_test(
+    configuration: "MachineConfiguration", parts: "MachineParts"
+) -> "Callable[[], asyncio.Future[tuple[str, ...]]]":
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.runtime._self_test import reasons_against, self_test  # noqa: PLC0415
+
+    async def reasons() -> tuple[str, ...]:
+        return reasons_against(await self_test(parts, configuration))
+
+    return lambda: asyncio.ensure_future(reasons())
+
+
+async def _ask_first(loop: "CompensationLoop", arguments: argparse.Namespace) -> None:
+    """Ask what the command line asks for, as soon as the loop answers."""
+    from thermaxis.compensation import Request, RequestKind  # noqa: PLC0415
+
+    requests: list[Request] = []
+    if arguments.diameter is not None:
+        requests.append(Request(RequestKind.DIAMETER, "the command line", value=arguments.diameter))
+    if arguments.enable:
+        requests.append(Request(RequestKind.ENABLE, "the command line"))
+    for request in requests:
+        answer = await loop.submit(request)
+        if not answer.accepted:
+            sys.stderr.write(f"thermaxis: {request.kind} was refused: {answer.reason}\n")
+
+
+def _end_by_signal(stop: "asyncio.Event", running: "asyncio.Future[None]") -> None:
+    import asyncio  # noqa: PLC0415  --help needs none of these
+    import signal  # noqa: PLC0415
+
+    def end() -> None:
+        if stop.is_set():
+            running.cancel()
+        else:
+            _say("it is being ended: the correction fades first", quiet=False)
+            stop.set()
+
+    loop = asyncio.get_running_loop()
+    for wanted in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(wanted, end)
+
+
+def _say(text: str, *, quiet: bool) -> None:
+    if not quiet:
+        sys.stdout.write(f"{text}\n")
+        sys.stdout.flush()
+
+
+class _Teller:
+    """Prints a line when the state or its reasons change."""
+
+    def __init__(self) -> None:
+        self.last: tuple[object, ...] = ()
+
+    def tell(self, status: "RuntimeStatus") -> None:
+        output = status.output
+        now = (output.state, output.reasons)
+        if now != self.last:
+            self.last = now
+            corrections = ", ".join(
+                f"{name} {value:+.1f}"
+                for name, value in zip(status.outputs, output.correction_um, strict=True)
+            )
+            why = f" ({'; '.join(output.reasons)})" if output.reasons else ""
+            at = f"{status.utc:%Y-%m-%dT%H:%M:%SZ}"
+            _say(f"{at} {output.state}{why}; correction: {corrections}", quiet=False)

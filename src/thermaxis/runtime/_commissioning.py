@@ -1,0 +1,240 @@
+"""Prove sign and size of an offset on the machine: out and back by a small step.
+
+The step goes out and comes back at the allowed rate, with the heartbeat moved in every cycle as the
+loop does it. What the tool point did is measured by somebody or something else: a dial gauge that
+a person reads, or a probe that the control shows.
+"""
+
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import final
+
+from thermaxis.compensation import Limits, limit_step
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.runtime._ports import Clock, Sink
+
+DEFAULT_STEP_UM = 10.0
+"""Size of the step: seen by any dial gauge, and smaller than a finishing allowance. [µm]"""
+SMALLEST_STEP_UM = 1.0
+"""Smallest step that proves anything. [µm]"""
+SETTLE_S = 3.0
+"""Time for which the offset stands before it is measured. [s]"""
+SIZE_TOLERANCE = 0.25
+"""Share by which the measured step may differ: gauge, friction and drift, no wrong unit. [1]"""
+_WAIT_S = 1.0
+_SAME_UM = 0.05
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommissioningPlan:
+    """What is done to one output.
+
+    Raises
+    ------
+    ConfigurationError
+        If the step is no number from 1 µm to the magnitude's limit, or the cycle is not positive.
+    """
+
+    output: str
+    """Name of the output."""
+    limits: Limits
+    """Its limits: the step keeps to them."""
+    step_um: float = DEFAULT_STEP_UM
+    """Size of the step; positive moves the tool away from the workpiece. [µm]"""
+    cycle_s: float = 0.5
+    """Time from write to write. [s]"""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        if not SMALLEST_STEP_UM <= abs(self.step_um) <= self.limits.largest_um:
+            raise ConfigurationError(
+                f"the step of {self.step_um:g} um is not from {SMALLEST_STEP_UM:g} um to the "
+                f"limit of {self.limits.largest_um:g} um",
+                where=self.output,
+            )
+        if not 0.05 <= self.cycle_s <= 60.0:
+            raise ConfigurationError("the cycle is not from 0.05 to 60 s", where="cycle_s")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StepProof:
+    """What a step showed."""
+
+    output: str
+    """Name of the output."""
+    asked_um: float
+    """Step that was asked for; positive moves the tool away from the workpiece. [µm]"""
+    found_um: float
+    """Offset that stood in the machine before, and stands there again. [µm]"""
+    accepted_um: float | None
+    """What the machine reported as set while the step stood. [µm]"""
+    effective_um: float | None
+    """What it reported as acting; None where it does not say. [µm]"""
+    out_um: float
+    """Displacement that was measured from before to the step. [µm]"""
+    back_um: float
+    """Displacement that was left after the way back. [µm]"""
+    passed: bool
+    """Whether sign and size are proven."""
+    verdict: str
+    """What follows, as a sentence."""
+
+
+Measure = Callable[[str], Awaitable[float]]
+"""Returns the tool point's displacement [µm], positive away from the workpiece; gets a sentence
+that says what stands now."""
+
+
+async def prove_step(
+    sink: Sink, clock: Clock, plan: CommissioningPlan, measure: Measure
+) -> StepProof:
+    """Move the offset out and back, and say what the tool point did.
+
+    Whatever happens on the way, the offset is brought back to where it was found, at the allowed
+    rate.
+
+    Not protected: nothing else moves the axis meanwhile, only because somebody sees to it. The
+    machine must stand still, and nothing may touch the workpiece.
+
+    Parameters
+    ----------
+    sink : Sink
+        The machine; open and connected.
+    clock : Clock
+        Time.
+    plan : CommissioningPlan
+        Output, limits and step.
+    measure : callable
+        Measures the displacement.
+
+    Returns
+    -------
+    StepProof
+        Numbers and verdict.
+
+    Raises
+    ------
+    DataError
+        If the machine is not there, does not take the offset, or the offset found plus the step
+        lies outside the limits.
+    """
+    found = await sink.found(_WAIT_S)
+    found_um = None if found is None else found.get(plan.output)
+    if found_um is None:
+        raise DataError(
+            "the offset in the machine cannot be read",
+            where=plan.output,
+            remedy="Run thermaxis check",
+        )
+    goal_um = found_um + plan.step_um
+    if abs(goal_um) > plan.limits.total_um or abs(found_um) > plan.limits.total_um:
+        raise DataError(
+            f"the offset found, {found_um:.1f} um, and the step lie outside of the limits",
+            where=plan.output,
+            remedy="Bring the offset to zero on the machine, or step the other way",
+        )
+    mover = _Mover(sink, clock, plan, found_um)
+    try:
+        await mover.stand(SETTLE_S)
+        before_um = await mover.measured(measure, "the offset stands as it was found")
+        await mover.go_to(goal_um)
+        await mover.stand(SETTLE_S)
+        applied = (await sink.read_back(_WAIT_S)).get(plan.output)
+        out_um = await mover.measured(measure, f"the offset stands {plan.step_um:+g} um further")
+    finally:
+        await mover.go_to(found_um)
+    await mover.stand(SETTLE_S)
+    after_um = await mover.measured(measure, "the offset stands again as it was found")
+    accepted = None if applied is None else applied.accepted_um
+    effective = None if applied is None else applied.effective_um
+    moved_um, left_um = out_um - before_um, after_um - before_um
+    passed, verdict = judge_step(plan.step_um, moved_um, left_um)
+    return StepProof(
+        plan.output, plan.step_um, found_um, accepted, effective, moved_um, left_um, passed, verdict
+    )
+
+
+def judge_step(asked_um: float, moved_um: float, left_um: float) -> tuple[bool, str]:
+    """Return whether a step proves sign and size, and what follows from it.
+
+    Parameters
+    ----------
+    asked_um : float
+        Step that was asked for. [µm]
+    moved_um : float
+        Displacement that was measured. [µm]
+    left_um : float
+        Displacement that was left after the way back. [µm]
+
+    Returns
+    -------
+    passed : bool
+        Whether both are proven.
+    verdict : str
+        What follows, as a sentence.
+    """
+    ratio = moved_um / asked_um
+    if abs(ratio) < SIZE_TOLERANCE:
+        return False, (
+            f"the tool point moved by {moved_um:.1f} um instead of {asked_um:+.1f} um: the offset"
+            " does not act, or only after a release on the control"
+        )
+    if ratio < 0.0:
+        return False, (
+            f"the tool point moved the other way, by {moved_um:.1f} um: state the other sentence"
+            " for the sign of this output"
+        )
+    if abs(ratio - 1.0) > SIZE_TOLERANCE:
+        return False, (
+            f"the tool point moved by {moved_um:.1f} um instead of {asked_um:+.1f} um, which is"
+            f" {ratio:.3g} times as much: the unit of this output is wrong"
+        )
+    if abs(left_um) > SIZE_TOLERANCE * abs(asked_um):
+        return False, (
+            f"the way back left {left_um:.1f} um: friction, drift, or something else moves the axis"
+        )
+    return True, f"sign and size are right: {moved_um:.1f} um for {asked_um:+.1f} um"
+
+
+class _Mover:
+    """Moves one offset at its rate, heartbeat included."""
+
+    def __init__(self, sink: Sink, clock: Clock, plan: CommissioningPlan, found_um: float) -> None:
+        self.sink, self.clock, self.plan = sink, clock, plan
+        self.now_um = found_um
+
+    async def go_to(self, goal_um: float) -> None:
+        while self.now_um != goal_um:
+            wanted_um = limit_step(self.plan.limits, self.now_um, goal_um, self.plan.cycle_s)
+            await self._write(wanted_um)
+
+    async def stand(self, seconds: float) -> None:
+        """Keep the offset for a time, with the heartbeat moving."""
+        until_s = self.clock.monotonic_s() + seconds
+        while self.clock.monotonic_s() < until_s:
+            await self._write(self.now_um)
+
+    async def measured(self, measure: Measure, sentence: str) -> float:
+        """Measure while the heartbeat keeps moving."""
+        import asyncio  # noqa: PLC0415 - only here
+
+        task = asyncio.ensure_future(measure(sentence))
+        try:
+            while not task.done():
+                await self._write(self.now_um)
+        finally:
+            task.cancel()
+        return task.result()
+
+    async def _write(self, wanted_um: float) -> None:
+        begin_s = self.clock.monotonic_s()
+        if not await self.sink.write({self.plan.output: wanted_um}, _WAIT_S):
+            raise DataError(
+                f"the machine did not take an offset of {wanted_um:.2f} um",
+                where=self.plan.output,
+                remedy="Look at the control; the offset stands where it was last accepted",
+            )
+        self.now_um = wanted_um
+        await self.clock.sleep_until(begin_s + self.plan.cycle_s)
