@@ -198,8 +198,11 @@ class StatusServer:
     @property
     def url(self) -> str:
         """Its address, as a client states it."""
+        return self._url(self.port)
+
+    def _url(self, port: int) -> str:
         host = self._settings.address
-        return f"opc.tcp://{f'[{host}]' if ':' in host else host}:{self.port}/{PATH}"
+        return f"opc.tcp://{f'[{host}]' if ':' in host else host}:{port}/{PATH}"
 
     async def open(self) -> None:
         """Begin to listen.
@@ -219,7 +222,7 @@ class StatusServer:
         server = GuardedServer(None if users is None else users.identify, anonymous=anonymous)
         await server.init()
         await self._secure(server, anonymous=anonymous)
-        server.set_endpoint(self.url)
+        server.set_endpoint(self._url(settings.port))
         server.set_server_name("thermaxis")
         tree = Tree(server, await server.register_namespace(NAMESPACE), self._read)
         await tree.add_leaves(tuple(self._leaves.values()))

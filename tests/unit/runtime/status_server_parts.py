@@ -70,7 +70,7 @@ class HandClock:
     async def move(self, by_s: float) -> None:
         """Move on, and let everything happen that is due."""
         self.now_s += by_s
-        for _ in range(100):
+        for _ in range(600):
             due = [f for at_s, f in self._sleepers if at_s <= self.now_s and not f.done()]
             self._sleepers = [(at_s, f) for at_s, f in self._sleepers if at_s > self.now_s]
             for future in due:
