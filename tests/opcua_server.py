@@ -13,8 +13,8 @@ from datetime import UTC, datetime, timedelta
 from typing import final
 
 from asyncua import Server, ua
-from asyncua.server.user_managers import UserManager
 from asyncua.crypto.permission_rules import User, UserRole
+from asyncua.server.user_managers import UserManager
 
 NAMESPACE = "urn:test:machine"
 GOOD = ua.StatusCodes.Good
