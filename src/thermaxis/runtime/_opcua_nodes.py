@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import unquote
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, printable
 
 if TYPE_CHECKING:
     from asyncua import ua
@@ -85,7 +85,8 @@ def _identifier(rest: str, text: str) -> int | str | bytes | uuid.UUID:
 
 
 def _no_node(text: str) -> ConfigurationError:
-    return ConfigurationError(f"'{text}' is no node id", where="node", remedy=_REMEDY)
+    shown = printable(text, 80)
+    return ConfigurationError(f"'{shown}' is no node id", where="node", remedy=_REMEDY)
 
 
 def node_id(node: NodeText, namespaces: Sequence[str]) -> "ua.NodeId | None":
