@@ -101,6 +101,8 @@ class Line(NamedTuple):
     """Monotonic time of this computer, the same as Python's. [s]"""
     accepted_um: Mapping[str, float]
     """Offsets of the machine by axis, in its own sign; empty in a line of the watchdog. [µm]"""
+    effective_um: Mapping[str, float]
+    """What acts on the tool at that time. [µm]"""
     heartbeat: int | None
     """Heartbeat by which they were accepted. [1]"""
     writes: int | None
@@ -163,8 +165,16 @@ class ForeignServer:
         self._take_ready(self._running.wait_for("READY", START_S))
 
     def prepare(self) -> None:
-        """Prepare a successor that does not listen yet, so that the next return takes no time."""
+        """Begin to prepare a successor, so that the next return takes no time.
+
+        Call it in the main thread: the kernel ends the server with the thread that started it.
+        """
         self._standby = self._launch(standby=True)
+
+    def wait_for_successor(self) -> None:
+        """Wait until the successor needs only be told to listen."""
+        if self._standby is None:
+            raise RuntimeError("no successor was prepared")
         self._standby.wait_for("STANDBY", START_S)
 
     def listen(self) -> None:
@@ -357,11 +367,15 @@ class _Process:
 
 def _line(row: str) -> Line:
     read = json.loads(row)
-    accepted = {axis: float(value) for axis, value in read.get("accepted_um", {}).items()}
+
+    def offsets(key: str) -> dict[str, float]:
+        return {axis: float(value) for axis, value in read.get(key, {}).items()}
+
     return Line(
         kind=read["kind"],
         monotonic_s=read["monotonic_s"],
-        accepted_um=accepted,
+        accepted_um=offsets("accepted_um"),
+        effective_um=offsets("effective_um"),
         heartbeat=read.get("heartbeat"),
         writes=read.get("writes"),
         met=read.get("met"),

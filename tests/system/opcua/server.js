@@ -31,14 +31,14 @@ const settings = {
   sessions: 10,
   connections: 10,
   token_life_s: 600,
-  life_s: 120, // hard end
+  life_s: 900, // hard end
   standby: false, // prepare everything, listen when told to
   names_before: 0, // foreign namespaces registered before the machine's own
   origin_s: null, // monotonic time at which the temperatures began to rise
   sampling_s: 0.1,
   resolution_k: 0.1,
   plc_s: 0.02,
-  watchdog_s: 2.0,
+  watchdog_s: 2.0, // null: it has none
   machine_rate_um_per_s: 20.0,
   range_um: 500.0, // a larger offset is answered with BadOutOfRange
   offset_at_start: "kept", // "kept" as the record says, or a number [um]
@@ -125,19 +125,27 @@ function offsetsAtStart() {
 // ---- the machine --------------------------------------------------------------------------------
 
 function plcCycle() {
-  const moved = machine.heartbeat !== machine.seen;
+  const moved = machine.heartbeat !== machine.seen && machine.fault !== "deaf";
   machine.seen = machine.heartbeat;
-  if (moved && machine.fault !== "deaf") {
+  if (moved) {
     if (machine.moved_s === null) record("watchdog", { met: true });
     machine.moved_s = now_s();
     machine.accepted_um = { ...machine.written_um };
-    const { heartbeat, writes } = machine;
-    record("accepted", { accepted_um: shown(machine.accepted_um), heartbeat, writes });
   }
-  if (machine.moved_s !== null && now_s() - machine.moved_s > settings.watchdog_s) {
+  const limit_s = settings.watchdog_s ?? Infinity;
+  if (machine.moved_s !== null && now_s() - machine.moved_s > limit_s) {
     machine.moved_s = null;
-    record("watchdog", { met: false });
+    record("watchdog", { met: false, effective_um: shown(machine.effective_um) });
   }
+  follow();
+  if (moved) {
+    const { heartbeat, writes } = machine;
+    const [accepted_um, effective_um] = [shown(machine.accepted_um), shown(machine.effective_um)];
+    record("accepted", { accepted_um, effective_um, heartbeat, writes });
+  }
+}
+
+function follow() {
   const step = settings.machine_rate_um_per_s * settings.plc_s;
   for (const name of Object.keys(OFFSETS)) {
     const goal = machine.moved_s === null ? 0.0 : machine.accepted_um[name];
@@ -372,7 +380,10 @@ async function main() {
   const namespace = addNodes(server);
   listen = async () => {
     await server.start();
-    record("start", { pid: process.pid, accepted_um: shown(machine.accepted_um) });
+    const [accepted_um, effective_um] = [shown(machine.accepted_um), shown(machine.effective_um)];
+    record("start", { pid: process.pid, accepted_um, effective_um });
+    // a PLC outlives its server: an offset that was kept acts until the watchdog has run out
+    if (Object.values(machine.accepted_um).some((value) => value !== 0)) machine.moved_s = now_s();
     setInterval(plcCycle, 1000 * settings.plc_s);
     say("READY", {
       endpoint: server.getEndpointUrl(),
