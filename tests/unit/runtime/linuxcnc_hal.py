@@ -9,9 +9,17 @@ import math
 from collections.abc import Callable, Sequence
 
 from thermaxis.runtime._halcmd import HalLostError
+from thermaxis.runtime._virtual_time import VirtualTimeLoop
 
 PERIOD_S = 0.001
 MOTION = ("motion-command-handler", "motion-controller")
+
+
+def freeze(duration_s: float) -> None:
+    """Let time go on while the whole program stands, as SIGSTOP does."""
+    loop = asyncio.get_running_loop()
+    assert isinstance(loop, VirtualTimeLoop)
+    loop._jumping.now_s += duration_s
 
 
 class MemoryHal:
@@ -228,7 +236,7 @@ class MemoryHalcmd:
                 raise HalLostError("halcmd has ended", where="LinuxCNC")
             self.hal.run_until(asyncio.get_running_loop().time())
             answers.append(self.hal.answer(command))
-            await asyncio.sleep(self.hal.freezes.pop(command, 0.0))  # as long as SIGSTOP lasts
+            freeze(self.hal.freezes.pop(command, 0.0))
         return answers
 
     async def close(self) -> None:

@@ -12,10 +12,10 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.unit.runtime.linuxcnc_hal import MemoryHal
+from tests.unit.runtime.linuxcnc_hal import PERIOD_S, MemoryHal, freeze
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._halcmd import (
@@ -464,6 +464,7 @@ WRONG = {
         "signal thermaxis-request-2 and",
     ),
     "a jump": (r"(loadrt watchdog)", r"\1", "load is used"),
+    "a jump by a signal": (r"(loadrt watchdog)", r"\1", "load is used"),
     "no drive": (r"", "", "shift-2.out leads nowhere"),
 }
 
@@ -476,6 +477,8 @@ def test_a_machine_that_is_arranged_otherwise_is_not_written_to(name: str) -> No
     hal = MemoryHal(changed)
     if name == "a jump":
         hal.values["thermaxis-limit-2.load"] = 1.0
+    elif name == "a jump by a signal":
+        hal.signal_of["thermaxis-limit-2.load"] = "thermaxis-ok"
     elif name == "no drive":
         del hal.signal_of["thermaxis-shift-2.out"], hal.signal_of["thermaxis-shift-2.fb-in"]
     else:
@@ -518,6 +521,95 @@ def test_a_set_that_is_not_confirmed_is_no_accepted_write() -> None:
         assert edges(hal, HEARTBEAT) == edges(hal, ARM) == 0
 
     beside(hal, act)
+
+
+@pytest.mark.parametrize("signal", [HEARTBEAT, ARM])
+def test_a_bit_that_is_not_confirmed_is_no_accepted_write(signal: str) -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    def other_value(command: str) -> None:
+        if command == f"gets {signal}":
+            hal.values[signal] = 1.0 - hal.values[signal]
+
+    async def act(sink: LinuxCncSink) -> None:
+        await sink.found(DEADLINE_S)
+        hal.before_answer = other_value
+        assert not await sink.write({"Z_um": 5.0, "X_um": 0.0}, DEADLINE_S)
+        assert signal in sink.last_error
+
+    beside(hal, act)
+
+
+def test_a_refused_set_is_no_accepted_write_though_the_value_stands_there_already() -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+
+    async def act(sink: LinuxCncSink) -> None:
+        await sink.found(DEADLINE_S)
+        hal.source_of["thermaxis-request-2"] = "another.out"
+        assert not await sink.write({"Z_um": 0.0, "X_um": 0.0}, DEADLINE_S)
+        assert "already has writer" in sink.last_error
+
+    beside(hal, act)
+
+
+EVENTS = st.one_of(
+    st.tuples(st.just("write"), st.floats(allow_nan=True, allow_infinity=True)),
+    st.tuples(st.just("write"), st.floats(-BOUND_UM, BOUND_UM)),
+    st.tuples(st.just("pause"), st.floats(0.0, 6.0)),
+    st.tuples(st.just("freeze"), st.floats(0.0, 6.0)),
+    st.tuples(st.sampled_from(("gone", "unhomed", "still", "mute")), st.floats(0.0, 2.0)),
+    st.tuples(st.sampled_from(("found", "foreign", "read")), st.just(0.0)),
+)
+
+
+@settings(max_examples=30)
+@given(st.lists(EVENTS, max_size=25))
+def test_whatever_happens_the_bounds_hold_and_arming_follows_found(
+    events: list[tuple[str, float]],
+) -> None:
+    hal = MemoryHal(hal_text(SETTINGS))
+    offsets = [0.0]
+    update = hal.behaviour["thermaxis-shift-2.update-output"]
+    told = [0]
+
+    def record() -> None:
+        update()
+        offsets.append(hal.pin("thermaxis-shift-2.offset"))
+
+    hal.behaviour["thermaxis-shift-2.update-output"] = record
+
+    async def happen(sink: LinuxCncSink, what: str, value: float) -> None:
+        if what == "write":
+            written = await sink.write({"Z_um": value, "X_um": 0.0}, DEADLINE_S)
+            assert not written or math.isfinite(value)
+        elif what == "found":
+            told[0] += await sink.found(DEADLINE_S) is not None
+        elif what == "read":
+            assert (await sink.read_back(DEADLINE_S)).keys() == {"Z_um", "X_um"}
+        elif what == "foreign":
+            hal.values["thermaxis-request-2"] = 0.07
+        elif what == "freeze":
+            freeze(value)
+        else:
+            flags = {"gone": "running", "still": "thread_runs", "mute": "answers"}
+            hal.values["joint.2.homed"] = float(what != "unhomed")
+            if what in flags:
+                setattr(hal, flags[what], False)
+            await asyncio.sleep(value)
+            hal.values["joint.2.homed"] = 1.0
+            hal.running = hal.thread_runs = hal.answers = True
+        assert edges(hal, ARM) <= told[0]
+
+    async def act(sink: LinuxCncSink) -> None:
+        for what, value in [("found", 0.0), ("write", 40.0), *events]:
+            await happen(sink, what, value)
+            await asyncio.sleep(0.05)
+
+    beside(hal, act)
+    assert all(math.isfinite(value) for _, _, value in hal.sets)
+    step = max(abs(b - a) for a, b in pairwise(offsets))
+    assert step <= 1.000001e-3 * RATE_UM_PER_S * PERIOD_S
+    assert max(map(abs, offsets)) <= 1.000001e-3 * BOUND_UM
 
 
 # ---- settings and text --------------------------------------------------------------------------

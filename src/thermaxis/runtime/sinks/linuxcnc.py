@@ -46,6 +46,7 @@ _CONNECT_S = 1.0
 _POLL_S = 0.002
 _COUNTS = 1 << 32
 _DIGITS = 1e-6
+_TRIPPED = "the watchdog has tripped: no write came in time"
 
 
 class _Seen(NamedTuple):
@@ -247,8 +248,6 @@ class LinuxCncSink(Sink):
         if lacking:
             self.last_error = f"no finite correction for {', '.join(lacking)}: nothing was written."
             return False
-        if not self.connected or self._news:
-            return False
         wanted = dict(correction_um)
 
         async def put(hal: Hal, until_s: float) -> bool:
@@ -334,6 +333,8 @@ class LinuxCncSink(Sink):
         for name, output in self._outputs:
             enabled = bit_of(next(answers), output.limit)
             low, asked, high, offset = (number_of(next(answers), output.limit) for _ in range(4))
+            if self._armed and not enabled:
+                self._withdraw(_TRIPPED)
             goal = min(max(asked, low), high) if enabled else 0.0
             applied[name] = Applied(
                 self._requested.get(name), goal / output.factor + 0.0, offset / output.factor + 0.0
@@ -357,7 +358,7 @@ class LinuxCncSink(Sink):
                 return None
             return await step(self._hal, until_s)
         except TimeoutError:
-            self.last_error = "LinuxCNC: the time for an answer was over before it was asked."
+            self.last_error = "LinuxCNC: the time was over before everything was asked."
         except (HalLostError, HalRefusedError) as error:
             self.last_error = str(error)
             self._leave()
@@ -401,7 +402,7 @@ class LinuxCncSink(Sink):
         if not homed:
             self._withdraw(f"joint {', '.join(map(str, seen.unhomed))} is not homed")
         elif self._armed and not seen.ok:
-            self._withdraw("the watchdog has tripped: no write came in time")
+            self._withdraw(_TRIPPED)
         elif self._armed:
             for (name, output), value in zip(self._outputs, seen.requests, strict=True):
                 if not _same(value, self._requested[name] * output.factor):
