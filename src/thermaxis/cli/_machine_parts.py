@@ -127,7 +127,7 @@ def build_parts(configuration: "MachineConfiguration", clock: Clock) -> MachineP
     ConfigurationError
         If a log cannot be read or lacks a channel, or the historian's URL is none.
     """
-    sessions = _sessions(configuration, clock)
+    sessions = build_sessions(configuration, clock)
     if configuration.source.kind == "replay":
         source, running = _replay(configuration, clock)
     else:
@@ -135,12 +135,27 @@ def build_parts(configuration: "MachineConfiguration", clock: Clock) -> MachineP
     from thermaxis.runtime.historian._sql import SqlHistorian  # noqa: PLC0415 - heavy
 
     historian = SqlHistorian(configuration.historian_url, configuration.historian, running)
-    return MachineParts(
-        sessions, source, _sink(configuration, sessions, running), historian, running
-    )
+    sink = build_sink(configuration, sessions, running)
+    return MachineParts(sessions, source, sink, historian, running)
 
 
-def _sessions(configuration: "MachineConfiguration", clock: Clock) -> "dict[str, OpcUaSession]":
+def build_sessions(
+    configuration: "MachineConfiguration", clock: Clock
+) -> "dict[str, OpcUaSession]":
+    """Make the connections that source and sink share; none is opened.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    clock : Clock
+        The computer's clock.
+
+    Returns
+    -------
+    dict
+        Connections by name.
+    """
     if not configuration.connections:
         return {}
     from thermaxis.runtime._opcua_session import OpcUaSession  # noqa: PLC0415 - asyncua is heavy
@@ -208,9 +223,25 @@ def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source
     return source, PacedClock(replay, clock)
 
 
-def _sink(
+def build_sink(
     configuration: "MachineConfiguration", sessions: "Mapping[str, OpcUaSession]", clock: Clock
 ) -> Sink:
+    """Make the sink; it is not opened, and nothing is written.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    sessions : mapping
+        Connections by name.
+    clock : Clock
+        The clock of the loop.
+
+    Returns
+    -------
+    Sink
+        Where corrections go.
+    """
     settings = configuration.sink
     if settings.kind == "opcua":
         from thermaxis.runtime.sinks.opcua import OpcUaOutput, OpcUaSink  # noqa: PLC0415
