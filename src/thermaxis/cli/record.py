@@ -152,7 +152,7 @@ def _stop_by_signals(stop: "asyncio.Event") -> "Callable[[], None]":
     try:
         for number in signals:
             loop.add_signal_handler(number, stop.set)
-    except NotImplementedError:  # Windows: Ctrl+C is an exception there
+    except (NotImplementedError, RuntimeError):  # Windows, and outside of the main thread
         return lambda: None
 
     def release() -> None:

@@ -1,0 +1,174 @@
+"""``thermaxis record`` against an OPC UA server, over a cable that can be cut."""
+
+import argparse
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+from asyncua import ua
+
+from tests.opcua_server import NAMESPACE, Cable, Machine, start_machine
+from tests.unit.runtime.recording import marks_of, rows_of
+from thermaxis.cli import record
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import read_thermal_log
+from thermaxis.runtime import _recorder
+
+CONFIGURATION = """
+[record]
+name = "mill"
+every_s = 0.1
+days_per_file = 2
+parquet = true
+
+[connection.control]
+url = "{url}"
+security = "none"
+timeout_s = 0.2
+retry_s = 0.1
+
+[channel.T_spindle_C]
+node = "nsu={namespace};s=T1"
+unit = "degC"
+
+[channel.T_column_C]
+node = "nsu={namespace};s=T2"
+unit = "degC"
+every_s = 0.5
+
+[channel.T_table_C]
+node = "nsu={namespace};s=T3"
+unit = "degC"
+factor = 0.1
+
+[channel.on]
+node = "nsu={namespace};s=On"
+unit = "bool"
+repeat_unchanged_s = 60
+"""
+
+
+def words(*given: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    record.add_arguments(parser)
+    return parser.parse_args(given)
+
+
+def with_server(folder: Path, *arguments: str, during: Any = None, more: str = "") -> int:
+    """Run the command in a thread beside a server whose values move; return its exit code."""
+
+    async def run() -> int:
+        machine = await start_machine(other_namespaces=1)
+        cable = Cable()
+        cable.plug(machine)
+        await cable.mend()
+        text = CONFIGURATION.format(url=cable.url, namespace=NAMESPACE) + more
+        configuration = folder / "record.toml"
+        configuration.write_text(text)
+        moving = asyncio.create_task(move(machine))
+        beside = asyncio.create_task(during(machine, cable) if during else asyncio.sleep(0))
+        try:
+            return await asyncio.to_thread(record.run, words(str(configuration), *arguments))
+        finally:
+            moving.cancel()
+            beside.cancel()
+            await asyncio.wait({moving, beside})
+            await cable.cut()
+            await machine.server.stop()
+
+    return asyncio.run(run())
+
+
+async def move(machine: Machine) -> None:
+    for k in range(10**6):
+        machine.put("T1", 20.0 + 0.25 * (k % 4))
+        machine.put("T2", 22.3)
+        machine.put("T3", 215 + k % 2)
+        await asyncio.sleep(0.02)
+
+
+def column(path: Path, index: int) -> list[str]:
+    return [cells[index] for cells in rows_of(path)]
+
+
+def test_the_values_of_a_server_are_in_a_log_that_reads_without_a_mapping(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "logs"
+    assert with_server(tmp_path, "-o", str(folder), "--for", "1") == 0
+    (path,) = folder.glob("*.csv")
+    log = read_thermal_log(path)
+    rows = len(rows_of(path))
+    assert 5 <= rows <= 10  # a computer that stalls misses some
+    assert log.rows == rows
+    assert log.units == {"T_spindle_C": "degC", "T_column_C": "degC", "T_table_C": "degC", "on": ""}
+    assert log.remarks == ()
+    assert log.start is not None
+    assert log.start.tzinfo is not None
+    assert set(column(path, 1)) <= {"20", "20.25", "20.5", "20.75"}
+    slow = column(path, 2)
+    assert slow[0] == "22.3"
+    assert set(slow) == {"22.3", ""}
+    assert slow.count("22.3") <= 3
+    assert set(column(path, 3)) == {"21.5", "21.6"}
+    assert set(column(path, 4)) == {"1"}
+    beside = folder / "sources" / path.name
+    assert set(column(beside, 1)) == {"Good"}
+    assert len(set(column(beside, 2))) == rows
+    assert "unchanged" in column(beside, 12)
+    (parquet,) = folder.glob("*.parquet")
+    same = read_thermal_log(parquet)
+    assert same.start == log.start
+    assert same.time_s.tolist() == log.time_s.tolist()
+    for name, values in log.columns.items():
+        assert same.columns[name].tolist() == pytest.approx(values.tolist(), nan_ok=True)
+    out = capsys.readouterr()
+    assert f"{rows} rows were written" in out.out
+    assert f"T_spindle_C: {rows} of {rows} readings recorded" in out.out
+    assert "connection control is there" in out.err
+
+
+def test_a_cable_that_is_cut_and_a_sensor_that_fails_are_in_the_record(tmp_path: Path) -> None:
+    async def trouble(machine: Machine, cable: Cable) -> None:
+        while not list((tmp_path / "logs").glob("*.csv")):
+            await asyncio.sleep(0.05)
+        await asyncio.sleep(0.2)
+        await cable.cut()
+        await asyncio.sleep(0.5)
+        machine.put("On", 0, status=ua.StatusCodes.BadSensorFailure)
+        await cable.mend()
+
+    folder = tmp_path / "logs"
+    assert with_server(tmp_path, "-o", str(folder), "--for", "2.5", during=trouble) == 0
+    (path,) = folder.glob("*.csv")
+    beside = folder / "sources" / path.name
+    status = column(beside, 1)
+    lost = [k for k, word in enumerate(status) if word == "BadNoCommunication"]
+    assert len(lost) >= 2
+    assert lost == list(range(lost[0], lost[-1] + 1))
+    assert {column(path, 1)[k] for k in lost} == {""}
+    assert status[-1] == "Good"
+    assert column(beside, 10)[-1] == "BadSensorFailure"
+    assert column(path, 4)[-1] == ""
+    assert column(beside, 12)[-1] == "sent 0"
+    words_of_connection = [m for m in marks_of(path) if m.startswith("connection")]
+    assert ["is there" in m for m in words_of_connection] == [True, False, True]
+
+
+def test_a_trial_shows_every_node_and_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_recorder, "TRY_AGAIN_S", 0.5)
+    more = f'[channel.gone]\nnode = "nsu={NAMESPACE};s=Gone"\nunit = "1"\n'
+    assert with_server(tmp_path, "--try", more=more) == 1
+    out = capsys.readouterr().out
+    assert "BadNodeIdUnknown" in out
+    assert "source time stamp stood still for 0.5 s" in out
+    assert [p.name for p in tmp_path.iterdir()] == ["record.toml"]
+
+
+@pytest.mark.parametrize("given", [(), ("--try", "-o", "x")])
+def test_a_folder_is_named_unless_nothing_is_written(given: tuple[str, ...]) -> None:
+    with pytest.raises(ConfigurationError, match="--output"):
+        record.run(words("record.toml", *given))

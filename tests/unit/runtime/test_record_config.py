@@ -1,0 +1,146 @@
+"""``record.toml``: every mistake is said with its place, all of them at once."""
+
+from pathlib import Path
+
+import pytest
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.files._thermal_columns import parse_log_heading
+from thermaxis.runtime._record_config import (
+    ChannelSection,
+    RecordSection,
+    RecordSettings,
+    read_record,
+)
+
+CONNECTION = """
+[connection.control]
+url = "opc.tcp://127.0.0.1:4840"
+security = "none"
+"""
+CHANNEL = """
+[channel.T_spindle_C]
+node = "ns=2;s=/Plc/T_spindle"
+unit = "degC"
+"""
+
+
+def read(folder: Path, text: str) -> RecordSettings:
+    path = folder / "record.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_record(path)
+
+
+def refusal(folder: Path, text: str) -> str:
+    with pytest.raises(ConfigurationError) as caught:
+        read(folder, text)
+    return str(caught.value)
+
+
+def test_a_short_configuration_has_sensible_values_for_the_rest(tmp_path: Path) -> None:
+    settings = read(tmp_path, CONNECTION + CHANNEL)
+    (channel,) = settings.channels
+    assert (channel.name, channel.heading, channel.unit) == ("T_spindle_C", "T_spindle_C", "degC")
+    assert (channel.connection, channel.period_ms, channel.factor) == ("control", 1000, 1.0)
+    assert (settings.name, settings.days_per_file, settings.keep_days) == ("log", 1, None)
+    assert settings.connections["control"].url == "opc.tcp://127.0.0.1:4840"
+    assert settings.fastest_ms == 1000
+
+
+def test_rates_and_repetition_are_those_of_the_channel_before_those_of_the_record(
+    tmp_path: Path,
+) -> None:
+    text = (
+        "[record]\nevery_s = 0.25\nrepeat_unchanged_s = 60\n"
+        + CONNECTION
+        + CHANNEL
+        + '[channel.T_b_C]\nnode = "i=85"\nunit = "degC"\nevery_s = 30\nrepeat_unchanged_s = 5\n'
+    )
+    settings = read(tmp_path, text)
+    assert [c.period_ms for c in settings.channels] == [250, 30_000]
+    assert [c.repeat_unchanged_s for c in settings.channels] == [60.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("T_spindle_C", "degC"),
+        ("T_spindle_C", "°C"),
+        ("Z_um", "um"),
+        ("speed", "rpm"),
+        ("load", "%"),
+        ("flow", "l/min"),
+        ("on", "bool"),
+        ("count", "1"),
+        ("Spindle.Temp-1", "K"),
+        ("power_kW", "kW"),
+    ],
+)
+def test_a_reader_finds_name_and_unit_in_the_heading(tmp_path: Path, name: str, unit: str) -> None:
+    text = f'{CONNECTION}[channel."{name}"]\nnode = "i=85"\nunit = "{unit}"\n'
+    (channel,) = read(tmp_path, text).channels
+    found = parse_log_heading(channel.heading)
+    assert (found.name, found.unit, found.time_rank) == (name, channel.unit, None)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ('[channel.T_C]\nnod = "i=85"\nunit = "degC"\n', "'nod' is not a key here"),
+        ('[channel.T_C]\nnod = "i=85"\nunit = "degC"\n', "Did you mean node"),
+        ('[channel.T_C]\nnode = "i=85"\n', "the key unit is missing"),
+        ('[channel.T_C]\nnode = "i=85"\nunit = "Grad"\n', "the unit 'Grad' is not known"),
+        ('[channel.T_C]\nnode = "i=85"\nunit = "K"\n', "the name ends in the unit degC"),
+        ('[channel.T_C]\nnode = "2;x"\nunit = "degC"\n', "no node id"),
+        ('[channel.Zeit]\nnode = "i=85"\nunit = "1"\n', "take this column for times"),
+        ('[channel.date]\nnode = "i=85"\nunit = "1"\n', "take this column for times"),
+        ('[channel."T,C"]\nnode = "i=85"\nunit = "degC"\n', "cannot be the name of a column"),
+        ('[channel.T_C]\nnode = "i=85"\nunit = "degC"\nevery_s = 0.01\n', "less than 0.1"),
+        ('[channel.T_C]\nnode = "i=85"\nunit = "degC"\nevery_s = 0.1234567\n', "milliseconds"),
+        ('[channel.T_C]\nnode = "i=85"\nunit = "degC"\nevery_s = nan\n', "every_s"),
+        ('[channel.T_C]\nnode = "i=85"\nunit = "degC"\nfactor = 0\n', "the factor is zero"),
+        ('[channel.T_C]\nnode = "i=85"\nunit = "degC"\nfactor = true\n', "not a number"),
+        ('[channel.T_C]\nnode = "i=85"\nunit = "degC"\nconnection = "x"\n', "no connection x"),
+        ("[record]\nname = '../x'\n" + CHANNEL, "cannot begin a file name"),
+        ("[record]\nkeep_days = 1\n" + CHANNEL, "less than 2"),
+        ("[record]\ndays_per_file = 1.5\n" + CHANNEL, "not a whole number"),
+        ("[channel]\n", "there are 0 channels"),
+        (CHANNEL + CHANNEL.replace("T_spindle_C", "t_SPINDLE_c"), "upper and lower case only"),
+    ],
+)
+def test_a_mistake_is_said_with_its_place_and_a_remedy(
+    tmp_path: Path, table: str, words: str
+) -> None:
+    said = refusal(tmp_path, CONNECTION + table)
+    assert words in said
+    assert "record.toml" in said
+    assert said.endswith(".")
+
+
+def test_several_mistakes_are_said_at_once(tmp_path: Path) -> None:
+    said = refusal(
+        tmp_path,
+        CONNECTION
+        + '[channel.a_C]\nnode = "i=85"\nunit = "Grad"\n'
+        + '[channel.b_C]\nnode = "nonsense"\nunit = "degC"\n',
+    )
+    assert "'Grad' is not known" in said
+    assert "[channel.b_C], node" in said
+
+
+def test_a_channel_says_its_connection_where_there_are_several(tmp_path: Path) -> None:
+    two = CONNECTION + CONNECTION.replace("control", "probes")
+    assert "names none" in refusal(tmp_path, two + CHANNEL)
+    settings = read(tmp_path, two + CHANNEL + 'connection = "probes"\n')
+    assert list(settings.connections) == ["probes"]  # the other one is not needed
+
+
+def test_there_is_no_recording_without_a_connection(tmp_path: Path) -> None:
+    assert "there is no connection" in refusal(tmp_path, "[connection]\n" + CHANNEL)
+    assert "the key connection is missing" in refusal(tmp_path, CHANNEL)
+
+
+def test_every_key_is_explained() -> None:
+    for model in (RecordSection, ChannelSection):
+        for name, field in model.model_fields.items():
+            assert field.description, name
