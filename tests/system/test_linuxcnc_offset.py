@@ -29,7 +29,7 @@ from tests.system.linuxcnc.offset_machine import (
 )
 from tests.system.linuxcnc.offset_writer import CYCLE_S, settings_of
 from thermaxis.compensation import Limits
-from thermaxis.runtime._ports import Applied, SystemClock
+from thermaxis.runtime._ports import Applied, Clock, SystemClock
 from thermaxis.runtime._sign import AWAY, TOWARDS
 from thermaxis.runtime.sinks.linuxcnc import (
     LinuxCncOutput,
@@ -37,6 +37,7 @@ from thermaxis.runtime.sinks.linuxcnc import (
     LinuxCncSink,
     hal_text,
 )
+from thermaxis.runtime.testing import SinkStand, check_sink
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 
@@ -431,7 +432,34 @@ def test_a_cycle_of_the_sink_costs_little(campaign: Campaign) -> None:
     assert np.median(each) < 0.010  # of the 0.1 s of a cycle; measured: 0.002
 
 
-# ---- machines that are arranged otherwise -------------------------------------------------------
+# ---- the contract of every sink ------------------------------------------------------------------
+
+
+class RealStand(SinkStand):
+    """A LinuxCNC that stays; what was written is read by another halcmd."""
+
+    clock: Clock = SystemClock()
+    deadline_s = DEADLINE_S
+    names = tuple(SETTINGS.outputs)
+    resolution_um = 1e-4
+    removable = False
+
+    def __init__(self) -> None:
+        self.sink = LinuxCncSink(SETTINGS, self.clock)
+
+    def read(self, verb: str, name: str) -> str:
+        command = ["/usr/bin/halcmd", verb, name]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+    def offsets_um(self) -> dict[str, float]:
+        sign = {"Z_um": 1e3, "X_um": -1e3}
+        return {
+            name: sign[name] * float(self.read("gets", f"thermaxis-request-{output.joint}"))
+            for name, output in SETTINGS.outputs.items()
+        }
+
+    def heartbeat(self) -> float:
+        return float(self.read("gets", "thermaxis-heartbeat") == "TRUE")
 
 
 @contextmanager
@@ -441,6 +469,15 @@ def on(machine_hal: str, thermal_hal: str) -> Iterator[OffsetMachine]:
         pytest.fail(reason, pytrace=False)
     with one_at_a_time(), running(thermal_hal, machine_hal=machine_hal) as machine:
         yield machine
+
+
+def test_the_sink_keeps_its_contract_on_a_real_machine() -> None:
+    with on(main_hal(), hal_text(SETTINGS)) as machine:
+        machine.order("home")
+        asyncio.run(check_sink(RealStand()))
+
+
+# ---- machines that are arranged otherwise -------------------------------------------------------
 
 
 def test_a_machine_whose_hal_file_is_arranged_otherwise_is_not_written_to() -> None:
