@@ -1,12 +1,9 @@
 """What was recorded is in the database exactly, whatever happens to the database meanwhile."""
 
 import asyncio
-import sqlite3
 from collections.abc import Callable, Coroutine
 from datetime import timedelta
 from pathlib import Path
-
-import pytest
 
 from tests.unit.runtime.history_records import (
     BEGIN,

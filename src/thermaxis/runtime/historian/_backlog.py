@@ -64,8 +64,8 @@ class Item(NamedTuple):
     """A cycle or an event."""
     size: int
     """Memory that it is counted with. [byte]"""
-    states: Loss = NO_LOSS
-    """The loss that it tells of, if it is the event of a loss."""
+    states: Loss | None = None
+    """The loss that an event of the historian itself tells of; None for everything else."""
 
     @property
     def as_loss(self) -> Loss:
@@ -132,8 +132,8 @@ class Backlog:
             self._keep_bound()
         self.arrived.set()
 
-    def add_event(self, packed: PackedEvent, states: Loss = NO_LOSS) -> None:
-        """Take an event."""
+    def add_event(self, packed: PackedEvent, states: Loss | None = None) -> None:
+        """Take an event; with the loss that it tells of, it is one of the historian itself."""
         size = 2 * _OBJECT_BYTES + len(packed.who) + len(packed.text) + len(packed.details)
         with self._lock:
             self.empty.clear()
@@ -238,10 +238,10 @@ class Backlog:
         self._unstated |= loss
 
     def _lose(self, item: Item) -> None:
-        if item.states:  # what it tells of was counted before; another event must tell of it
-            self._unstated |= item.states
-        else:
+        if item.states is None:
             self._count(item.as_loss)
+        else:  # what it tells of was counted before; another event must tell of it
+            self._unstated |= item.states
 
     def _forget(self, items: Sequence[Item]) -> None:
         for item in items:

@@ -6,40 +6,20 @@ memory up to a bound and is written later, and what is lost is counted, shown an
 """
 
 import asyncio
-import json
-import sqlite3
 import threading
 import time
-import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final, final
 
-from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyError
-
-from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import Clock, CycleRecord, EventRecord, Historian, HistorianStatus
-from thermaxis.runtime.historian._backlog import NO_LOSS, Backlog, Loss, PackedEvent
+from thermaxis.runtime.historian._backlog import Backlog, Loss
 from thermaxis.runtime.historian._database import parse_url
-from thermaxis.runtime.historian._integrity import is_damage
-from thermaxis.runtime.historian._rows import (
-    UNPACKABLE,
-    RowPacker,
-    from_us,
-    printable_cause,
-    storable,
-    to_us,
-)
+from thermaxis.runtime.historian._rows import UNPACKABLE, RowPacker, printable_cause, to_us
 from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._store import Store, open_store
+from thermaxis.runtime.historian._writer import Writer, pack_event
 
-_MOST_AT_ONCE: Final = 1000
 _IDLE_S: Final = 5.0
-_RETIRE_EVERY_S: Final = 3600.0
-_SILENT_S: Final = 10.0
-_LONGEST_TEXT: Final = 4000
-_LONGEST_DETAILS: Final = 20_000
-_FAILURES = (SQLAlchemyError, sqlite3.Error, OSError)
-_REFUSALS = (DataError, IntegrityError, ValueError, TypeError, OverflowError)
+_LAST_RETRY_S: Final = 0.1
 
 
 @final
@@ -70,27 +50,18 @@ class SqlHistorian(Historian):
     """
 
     def __init__(self, url: str, settings: HistorianSettings, clock: Clock) -> None:
-        self._url = parse_url(url, settings.password)
         self._settings = settings
         self._clock = clock
         self._packer = RowPacker()
         self._backlog = Backlog(settings.largest_waiting_bytes)
-        self._key = uuid.uuid4().hex
+        self._writer = Writer(
+            parse_url(url, settings.password), settings, clock, self._backlog, self._packer
+        )
         self._thread: threading.Thread | None = None
+        self._begun = False
         self._closing = threading.Event()
         self._hurry = threading.Event()
         self._end_s = 0.0
-        # Written by the thread, read by the loop; each is replaced whole.
-        self._trouble = ""
-        self._trouble_since_s = 0.0
-        self._busy: tuple[float, str] | None = None
-        self._unusable = ""
-        # The thread's own.
-        self._store: Store | None = None
-        self._checked = False
-        self._damage = ""
-        self._most = _MOST_AT_ONCE
-        self._retire_s = 0.0
 
     # ---- the loop's side ------------------------------------------------------------------------
 
@@ -132,22 +103,19 @@ class SqlHistorian(Historian):
             The event.
         """
         try:
-            self._backlog.add_event(_packed_event(event))
+            self._backlog.add_event(pack_event(event))
         except (*UNPACKABLE, RecursionError) as error:
             self._refuse(error, Loss(events=1))
 
     def _refuse(self, error: BaseException, loss: Loss) -> None:
         now_us = to_us(self._clock.utc())
-        self._unusable = printable_cause(error)
+        self._writer.unusable = printable_cause(error)
         self._backlog.add_loss(loss._replace(first_us=now_us, last_us=now_us))
 
     @property
     def status(self) -> HistorianStatus:
         """How it fares."""
-        waiting, lost, text = self._backlog.waiting, self._backlog.lost, self._trouble
-        busy = self._busy
-        if not text and busy is not None and time.monotonic() - busy[0] > _SILENT_S:
-            text = busy[1]
+        waiting, lost, text = self._backlog.waiting, self._backlog.lost, self._writer.trouble
         thread = self._thread
         if thread is not None and not thread.is_alive() and not self._closing.is_set():
             text = "the historian's thread has ended"
@@ -202,157 +170,21 @@ class SqlHistorian(Historian):
             while not self._finished():
                 self._turn()
         finally:
-            if self._store is not None:
-                self._store.close()
-                self._store = None
+            self._writer.close()
 
     def _finished(self) -> bool:
-        if not self._closing.is_set():
-            return False
-        return not self._backlog.waiting or time.monotonic() >= self._end_s
+        return self._closing.is_set() and (not self._backlog.waiting or self._expired())
+
+    def _expired(self) -> bool:
+        return self._closing.is_set() and time.monotonic() >= self._end_s
 
     def _turn(self) -> None:
-        """Open if need be; wait for something to store, let it gather, store it."""
-        if self._store is None and not self._open():
-            self._closing.wait(self._settings.retry_s)
-            if self._closing.is_set():  # a few last attempts, but no hurry
-                time.sleep(min(0.1, self._settings.retry_s))
-            return
-        if self._backlog.arrived.wait(_IDLE_S):
+        """Wait for something to store, let it gather, store it; wait a while if it fails."""
+        if self._begun and self._backlog.arrived.wait(_IDLE_S):
             self._hurry.wait(self._settings.batch_s)
-            self._write()
-        if self._store is not None:
-            self._keep_house(self._store)
-
-    def _open(self) -> bool:
-        self._busy = (time.monotonic(), "the history is being opened and checked")
-        try:
-            opened = open_store(
-                self._url,
-                self._key,
-                check_s=self._settings.check_s,
-                utc=self._clock.utc(),
-                checked=self._checked,
-                damage=self._damage,
-            )
-        except (*_FAILURES, ThermaxisError) as error:
-            self._fail(error)
-            return False
-        try:
-            self._backlog.put_back(opened.store.stored_seq())
-        except _FAILURES as error:
-            opened.store.close()
-            self._fail(error)
-            return False
-        self._store, self._checked, self._damage, self._busy = opened.store, True, "", None
-        for remark in opened.remarks:
-            self._state("alarm", remark)
-        return True
-
-    def _write(self) -> None:
-        """Store everything that waits, some at a time."""
-        while self._store is not None:
-            items = self._backlog.take(self._most)
-            if not items:
-                self._most = _MOST_AT_ONCE
+        self._begun = self._writer.attempt(self._expired)
+        if not self._begun:
+            pause_s = self._settings.retry_s
+            if not self._closing.wait(pause_s):
                 return
-            self._busy = (time.monotonic(), "the database does not answer")
-            try:
-                self._store.write(items, self._packer)
-            except _REFUSALS as error:
-                if len(items) == 1:
-                    self._unusable = printable_cause(error)
-                    self._backlog.drop_taken()
-                self._most = 1
-                self._drop_store(error)
-                return
-            except _FAILURES as error:
-                self._drop_store(error)
-                return
-            if not self._store.in_place:
-                self._checked = False
-                self._drop_store(OSError("the file of the history was removed or replaced"))
-                return
-            self._backlog.stored()
-            self._recovered()
-            if self._closing.is_set() and time.monotonic() >= self._end_s:
-                return
-
-    def _keep_house(self, store: Store) -> None:
-        """Make blocks and delete what is old, a little each time."""
-        now_s = time.monotonic()
-        try:
-            while store.close_block() and not self._backlog.arrived.is_set():
-                pass
-            if now_s >= self._retire_s and not store.retire(self._settings.retention_days):
-                self._retire_s = now_s + _RETIRE_EVERY_S
-        except _FAILURES as error:
-            self._drop_store(error)
-
-    def _drop_store(self, error: BaseException) -> None:
-        if self._store is not None:
-            self._store.close()
-            self._store = None
-        self._fail(error)
-
-    def _fail(self, error: BaseException) -> None:
-        cause = error.orig if isinstance(error, DBAPIError) else error
-        if is_damage(cause):
-            self._damage = printable_cause(cause or error)
-        if isinstance(error, ThermaxisError):
-            text = str(error)
-        else:
-            text = f"the history cannot be written ({printable_cause(cause or error)})"
-        if not self._trouble:
-            self._trouble_since_s = time.monotonic()
-        self._trouble, self._busy = text, None
-
-    def _recovered(self) -> None:
-        """Say in the history what was missing from it."""
-        self._busy = None
-        loss = self._backlog.take_loss()
-        if self._trouble:
-            lasted_s = time.monotonic() - self._trouble_since_s
-            self._state(
-                "connection",
-                f"The history could not be written for {lasted_s:.1f} s: {self._trouble}",
-                {"duration_s": round(lasted_s, 1)},
-            )
-            self._trouble = ""
-        if loss:
-            self._state(
-                "loss",
-                f"{loss.cycles} cycles and {loss.events} events are not in the history",
-                {
-                    "cycles": loss.cycles,
-                    "events": loss.events,
-                    "first": from_us(loss.first_us).isoformat(),
-                    "last": from_us(loss.last_us).isoformat(),
-                    "unusable": self._unusable,
-                },
-                loss,
-            )
-            self._unusable = ""
-
-    def _state(
-        self,
-        kind: str,
-        text: str,
-        details: Mapping[str, str | float | bool | None] | None = None,
-        states: Loss = NO_LOSS,
-    ) -> None:
-        record = EventRecord(self._clock.utc(), kind, "", text, details or {})
-        self._backlog.add_event(_packed_event(record), states)
-
-
-def _packed_event(event: EventRecord) -> PackedEvent:
-    details = json.dumps(dict(event.details))
-    if len(details) > _LONGEST_DETAILS:
-        details = json.dumps({"cut": details[:1000]})
-    return PackedEvent(
-        to_us(event.utc),
-        storable(event.kind, 100),
-        storable(event.who, 400),
-        storable(event.text, _LONGEST_TEXT),
-        details,
-    )
+            time.sleep(min(_LAST_RETRY_S, pause_s))

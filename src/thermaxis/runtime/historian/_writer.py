@@ -1,0 +1,274 @@
+"""What the historian's thread does: bring what waits into the database, and keep house there."""
+
+import json
+import sqlite3
+import struct
+import time
+import uuid
+from collections.abc import Callable, Mapping
+from typing import Final, final
+
+from sqlalchemy.engine import URL
+from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyError
+
+from thermaxis.errors import ThermaxisError
+from thermaxis.runtime._ports import Clock, EventRecord
+from thermaxis.runtime.historian._backlog import NO_LOSS, Backlog, Loss, PackedEvent
+from thermaxis.runtime.historian._integrity import is_damage
+from thermaxis.runtime.historian._rows import (
+    RowPacker,
+    from_us,
+    printable_cause,
+    storable,
+    to_us,
+)
+from thermaxis.runtime.historian._settings import HistorianSettings
+from thermaxis.runtime.historian._store import Store, open_store
+
+_MOST_AT_ONCE: Final = 1000
+_RETIRE_EVERY_S: Final = 3600.0
+_SILENT_S: Final = 10.0
+_LONGEST_TEXT: Final = 4000
+_LONGEST_DETAILS: Final = 20_000
+_FAILURES = (SQLAlchemyError, sqlite3.Error, OSError)
+_UNREADABLE = (ThermaxisError, struct.error)
+_REFUSALS = (DataError, IntegrityError, ValueError, TypeError, OverflowError)
+
+
+def pack_event(event: EventRecord) -> PackedEvent:
+    """Return an event as it is stored; what is too long is cut.
+
+    Parameters
+    ----------
+    event : EventRecord
+        The event.
+
+    Returns
+    -------
+    PackedEvent
+        The event.
+
+    Raises
+    ------
+    TypeError, ValueError, AttributeError, OverflowError, RecursionError
+        If a value is not what its field promises.
+    """
+    details = json.dumps(dict(event.details))
+    if len(details) > _LONGEST_DETAILS:
+        details = json.dumps({"cut": details[:1000]})
+    return PackedEvent(
+        to_us(event.utc),
+        storable(event.kind, 100),
+        storable(event.who, 400),
+        storable(event.text, _LONGEST_TEXT),
+        details,
+    )
+
+
+@final
+class Writer:
+    """Stores what waits, as often as it is asked to. Used by one thread, but for `trouble`.
+
+    Parameters
+    ----------
+    url : sqlalchemy.engine.URL
+        The database.
+    settings : HistorianSettings
+        Settings.
+    clock : Clock
+        The time of day of its own events.
+    backlog : Backlog
+        What waits.
+    packer : RowPacker
+        What made the rows.
+    """
+
+    def __init__(
+        self,
+        url: URL,
+        settings: HistorianSettings,
+        clock: Clock,
+        backlog: Backlog,
+        packer: RowPacker,
+    ) -> None:
+        self._url = url
+        self._settings = settings
+        self._clock = clock
+        self._backlog = backlog
+        self._packer = packer
+        self._key = uuid.uuid4().hex
+        self._store: Store | None = None
+        self._checked = False
+        self._damage = ""
+        self._most = _MOST_AT_ONCE
+        self._retire_s = 0.0
+        self._blocks_made = True
+        self._failed_since_s = 0.0
+        # Read by the loop as well; each is replaced whole.
+        self._failure = ""
+        self._busy: tuple[float, str] | None = None
+        self.unusable = ""
+        """Why a record could not be stored whatever the database did."""
+
+    @property
+    def trouble(self) -> str:
+        """What keeps records from being stored, as a sentence; empty if nothing does."""
+        busy = self._busy
+        if not self._failure and busy is not None:
+            lasts_s = time.monotonic() - busy[0]
+            if lasts_s > _SILENT_S:
+                return f"{busy[1]} for {lasts_s:.0f} s"
+        return self._failure
+
+    def attempt(self, expired: Callable[[], bool] = lambda: False) -> bool:
+        """Store everything that waits, and keep house.
+
+        Parameters
+        ----------
+        expired : callable
+            Whether there is no more time.
+
+        Returns
+        -------
+        bool
+            Whether the database could be used.
+        """
+        if self._store is None and not self._open():
+            return False
+        self._write(expired)
+        if self._store is not None and not expired():
+            self._keep_house(self._store)
+        return self._store is not None
+
+    def close(self) -> None:
+        """End the connection."""
+        if self._store is not None:
+            self._store.close()
+            self._store = None
+
+    def _open(self) -> bool:
+        self._busy = (time.monotonic(), "the history is being opened")
+        try:
+            opened = open_store(
+                self._url,
+                self._key,
+                check_s=self._settings.check_s,
+                utc=self._clock.utc(),
+                checked=self._checked,
+                damage=self._damage,
+            )
+        except (*_FAILURES, ThermaxisError) as error:
+            self._fail(error)
+            return False
+        try:
+            self._backlog.put_back(opened.store.stored_seq())
+        except _FAILURES as error:
+            opened.store.close()
+            self._fail(error)
+            return False
+        self._store, self._checked, self._damage, self._busy = opened.store, True, "", None
+        for remark in opened.remarks:
+            self._state("alarm", remark)
+        return True
+
+    def _write(self, expired: Callable[[], bool]) -> None:
+        """Store everything that waits, some at a time."""
+        while self._store is not None:
+            items = self._backlog.take(self._most)
+            if not items:
+                self._most = _MOST_AT_ONCE
+                return
+            self._busy = (time.monotonic(), "the database has not answered")
+            try:
+                self._store.write(items, self._packer)
+            except _REFUSALS as error:
+                if len(items) == 1:
+                    self.unusable = printable_cause(error)
+                    self._backlog.drop_taken()
+                self._most = 1
+                self._drop_store(error)
+                return
+            except _FAILURES as error:
+                self._drop_store(error)
+                return
+            if not self._store.in_place:
+                self._checked = False
+                self._drop_store(OSError("the file of the history was removed or replaced"))
+                return
+            self._recovered()  # before, so that what it says is not overtaken by "all is stored"
+            self._backlog.stored()
+            if expired():
+                return
+
+    def _keep_house(self, store: Store) -> None:
+        """Make blocks and delete what is old, a little each time."""
+        now_s = time.monotonic()
+        self._busy = (now_s, "the database has not answered")
+        try:
+            while self._blocks_made and store.close_block():
+                if self._backlog.arrived.is_set():
+                    break
+            if now_s >= self._retire_s and not store.retire(self._settings.retention_days):
+                self._retire_s = now_s + _RETIRE_EVERY_S
+        except _FAILURES as error:
+            self._drop_store(error)
+        except _UNREADABLE as error:
+            self._blocks_made = False
+            cause = printable_cause(error)
+            self._state("alarm", f"Cycles stay single rows, for one cannot be read ({cause})")
+        self._busy = None
+
+    def _drop_store(self, error: BaseException) -> None:
+        if self._store is not None:
+            self._store.close()
+            self._store = None
+        self._fail(error)
+
+    def _fail(self, error: BaseException) -> None:
+        cause = error.orig if isinstance(error, DBAPIError) else error
+        if is_damage(cause):
+            self._damage = printable_cause(cause or error)
+        if isinstance(error, ThermaxisError):
+            text = str(error)
+        else:
+            text = f"the history cannot be written ({printable_cause(cause or error)})"
+        if not self._failure:
+            self._failed_since_s = time.monotonic()
+        self._failure, self._busy = text, None
+
+    def _recovered(self) -> None:
+        """Say in the history what was missing from it."""
+        self._busy = None
+        loss = self._backlog.take_loss()
+        if self._failure:
+            lasted_s = time.monotonic() - self._failed_since_s
+            self._state(
+                "connection",
+                f"The history could not be written for {lasted_s:.1f} s: {self._failure}",
+                {"duration_s": round(lasted_s, 1)},
+            )
+            self._failure = ""
+        if loss:
+            self._state(
+                "loss",
+                f"{loss.cycles} cycles and {loss.events} events are not in the history",
+                {
+                    "cycles": loss.cycles,
+                    "events": loss.events,
+                    "first": from_us(loss.first_us).isoformat(),
+                    "last": from_us(loss.last_us).isoformat(),
+                    "unusable": self.unusable,
+                },
+                loss,
+            )
+            self.unusable = ""
+
+    def _state(
+        self,
+        kind: str,
+        text: str,
+        details: Mapping[str, str | float | bool | None] | None = None,
+        states: Loss = NO_LOSS,
+    ) -> None:
+        record = EventRecord(self._clock.utc(), kind, "", text, details or {})
+        self._backlog.add_event(pack_event(record), states)

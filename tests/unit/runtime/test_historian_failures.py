@@ -1,0 +1,589 @@
+"""Whatever fails, every record is stored once or counted as lost, and the loop never waits."""
+
+import asyncio
+import os
+import sqlite3
+import time
+from collections.abc import Callable, Sequence
+from datetime import timedelta
+from itertools import count
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from sqlalchemy.exc import OperationalError
+
+from tests.unit.runtime.history_records import (
+    BEGIN,
+    CHANNELS,
+    OUTPUTS,
+    CountingClock,
+    cycle_record,
+    event_record,
+    url_of,
+)
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.runtime.historian import _store, _tables, _writer
+from thermaxis.runtime.historian._backlog import Backlog, Item
+from thermaxis.runtime.historian._database import parse_url
+from thermaxis.runtime.historian._integrity import WriterLock, check_file, put_aside
+from thermaxis.runtime.historian._reading import HistoryReader
+from thermaxis.runtime.historian._rows import RowPacker
+from thermaxis.runtime.historian._settings import HistorianSettings
+from thermaxis.runtime.historian._sql import SqlHistorian
+from thermaxis.runtime.historian._store import BLOCK_ROWS, Opened, Store
+from thermaxis.runtime.historian._writer import Writer, pack_event
+
+QUICK = HistorianSettings(batch_s=0.005, retry_s=0.01)
+
+
+class Recorder:
+    """A writer without its thread: what waits is stored when the test says so."""
+
+    def __init__(self, path: Path, largest_bytes: int = 10**7) -> None:
+        self.clock = CountingClock()
+        self.packer = RowPacker()
+        self.packer.outputs, self.packer.channels = OUTPUTS, CHANNELS
+        self.backlog = Backlog(largest_bytes)
+        self.writer = Writer(parse_url(url_of(path)), QUICK, self.clock, self.backlog, self.packer)
+
+    def record(self, numbers: Sequence[int]) -> None:
+        for number in numbers:
+            self.backlog.add_cycle(self.packer.pack(cycle_record(number)))
+
+    def event(self, text: str) -> None:
+        self.backlog.add_event(pack_event(event_record(text)))
+
+
+def numbers_in(path: Path) -> list[int]:
+    with HistoryReader(url_of(path)) as reader:
+        return [record.number for record in reader.cycles()]
+
+
+def texts_in(path: Path, *kinds: str) -> list[str]:
+    with HistoryReader(url_of(path)) as reader:
+        return [event.text for event in reader.events(kinds=kinds)]
+
+
+def refused(message: str = "disk I/O error") -> OperationalError:
+    return OperationalError("INSERT", {}, sqlite3.OperationalError(message))
+
+
+class Trouble:
+    """Makes the next attempts to open or to write fail."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.mode = "well"
+        self._open = _writer.open_store
+        monkeypatch.setattr(_writer, "open_store", self.open_store)
+
+    def open_store(self, *arguments: object, **keywords: object) -> Opened:
+        if self.mode == "no database":
+            raise OSError("no such host")
+        opened = self._open(*arguments, **keywords)  # type: ignore[arg-type]
+        write = opened.store.write
+
+        def troubled(items: Sequence[Item], packer: RowPacker) -> None:
+            if self.mode == "refused":
+                raise refused()
+            write(items, packer)
+            if self.mode == "answer lost":  # the commit happened, and nobody said so
+                raise refused("server closed the connection unexpectedly")
+
+        opened.store.write = troubled  # type: ignore[method-assign]
+        return opened
+
+
+# ---- the law ------------------------------------------------------------------------------------
+
+moves = st.lists(
+    st.one_of(
+        st.tuples(st.just("cycles"), st.integers(1, 300)),
+        st.tuples(st.just("events"), st.integers(1, 5)),
+        st.tuples(st.just("attempt"), st.sampled_from(["well", "well", "refused", "answer lost"])),
+        st.tuples(st.just("attempt"), st.just("no database")),
+        st.tuples(st.just("restart"), st.booleans()),
+    ),
+    min_size=3,
+    max_size=14,
+)
+
+
+@settings(
+    max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None
+)
+@given(moves=moves)
+def test_every_record_is_stored_once_or_counted_as_lost(
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+    moves: list[tuple[str, object]],
+) -> None:
+    path = tmp_path_factory.mktemp("law") / "h.db"
+    with monkeypatch.context() as patch:
+        trouble = Trouble(patch)
+        numbers, texts = count(), count()
+        added_cycles: list[int] = []
+        added_texts: list[str] = []
+        lost = 0
+        recorder = Recorder(path, 200_000)
+        for move, what in [*moves, ("attempt", "well"), ("attempt", "well")]:
+            if move == "cycles":
+                added_cycles += (new := [next(numbers) for _ in range(int(str(what)))])
+                recorder.record(new)
+            elif move == "events":
+                for _ in range(int(str(what))):
+                    added_texts.append(f"event {next(texts)}")
+                    recorder.event(added_texts[-1])
+            elif move == "attempt":
+                trouble.mode = str(what)
+                recorder.writer.attempt()
+            else:
+                trouble.mode = "well" if what else "no database"
+                recorder.writer.attempt()
+                recorder.writer.close()
+                recorder.backlog.give_up()
+                lost += recorder.backlog.lost
+                recorder = Recorder(path, 200_000)
+        recorder.writer.attempt()
+        recorder.writer.close()
+        assert recorder.backlog.waiting == 0
+        lost += recorder.backlog.lost
+    stored = numbers_in(path)
+    texts_stored = texts_in(path, "state")
+    assert stored == sorted(set(stored))  # in order, none twice
+    assert set(stored) <= set(added_cycles)
+    assert texts_stored == [text for text in added_texts if text in set(texts_stored)]
+    assert len(added_cycles) + len(added_texts) == len(stored) + len(texts_stored) + lost
+
+
+def test_a_database_that_is_not_there_is_waited_for_and_gets_everything(tmp_path: Path) -> None:
+    path = tmp_path / "later" / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(5))
+    assert not recorder.writer.attempt()
+    assert "cannot be written" in recorder.writer.trouble
+    path.parent.mkdir()
+    assert recorder.writer.attempt()
+    assert recorder.writer.trouble == ""
+    recorder.writer.close()
+    assert numbers_in(path) == [0, 1, 2, 3, 4]
+    assert "could not be written for" in texts_in(path, "connection")[0]
+    assert recorder.backlog.lost == 0
+
+
+def test_a_loss_is_told_with_its_number_and_its_span(tmp_path: Path) -> None:
+    path = tmp_path / "later" / "h.db"
+    recorder = Recorder(path, 100_000)
+    recorder.event("before")
+    recorder.record(range(500))
+    assert not recorder.writer.attempt()
+    path.parent.mkdir()
+    recorder.writer.attempt()
+    recorder.writer.close()
+    stored = numbers_in(path)
+    assert stored == list(range(stored[0], 500))
+    with HistoryReader(url_of(path)) as reader:
+        (told,) = reader.events(kinds=["loss"])
+    assert told.details["cycles"] == stored[0] == recorder.backlog.lost
+    assert told.details["first"] == BEGIN.isoformat()
+    assert told.details["last"] == (BEGIN + timedelta(seconds=stored[0] - 1)).isoformat()
+    assert texts_in(path, "state") == ["before"]  # events stay longer than cycles
+
+
+def test_a_record_that_the_database_refuses_for_what_it_is_blocks_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "h.db"
+    write = Store.write
+
+    def picky(self: Store, items: Sequence[Item], packer: RowPacker) -> None:
+        if any(item.content.utc_us == bad_us for item in items):
+            raise sa.exc.DataError("INSERT", {}, sqlite3.DataError("value out of range"))
+        write(self, items, packer)
+
+    monkeypatch.setattr(Store, "write", picky)
+    recorder = Recorder(path)
+    recorder.record(range(30))
+    bad_us = [item.content.utc_us for item in recorder.backlog.take(30)][17]
+    for _ in range(4):
+        recorder.writer.attempt()
+    recorder.record(range(30, 40))
+    recorder.writer.attempt()
+    recorder.writer.close()
+    assert numbers_in(path) == [k for k in range(40) if k != 17]
+    assert recorder.backlog.lost == 1
+    with HistoryReader(url_of(path)) as reader:
+        (told,) = reader.events(kinds=["loss"])
+    assert "out of range" in str(told.details["unusable"])
+
+
+# ---- the disk -----------------------------------------------------------------------------------
+
+
+def test_a_full_disk_keeps_everything_in_memory_and_writes_it_when_there_is_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "h.db"
+    engine_of = _store.writing_engine
+    pages = 60
+
+    def small(url: sa.URL) -> sa.Engine:
+        engine = engine_of(url)
+
+        @sa.event.listens_for(engine, "connect")
+        def _(connection: sqlite3.Connection, _: object) -> None:
+            connection.execute(f"PRAGMA max_page_count={pages}").close()
+
+        return engine
+
+    monkeypatch.setattr(_store, "writing_engine", small)
+    recorder = Recorder(path)
+    done = 0
+    while not recorder.writer.trouble:
+        recorder.record(range(done, done + 20))
+        done += 20
+        recorder.writer.attempt()
+    assert "full" in recorder.writer.trouble
+    for _ in range(5):
+        recorder.record(range(done, done + 20))
+        done += 20
+        assert not recorder.writer.attempt()
+    assert recorder.backlog.waiting >= 100
+    assert numbers_in(path) == list(range(done - recorder.backlog.waiting))
+    pages = 10_000
+    recorder.writer.attempt()
+    recorder.writer.close()
+    assert numbers_in(path) == list(range(done))
+    assert recorder.backlog.lost == 0
+
+
+def test_a_file_that_somebody_removes_is_begun_anew_with_what_was_just_written(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(10))
+    recorder.writer.attempt()
+    for part in tmp_path.iterdir():
+        part.unlink()
+    recorder.record(range(10, 20))
+    assert not recorder.writer.attempt()
+    assert "removed" in recorder.writer.trouble
+    recorder.record(range(20, 30))
+    recorder.writer.attempt()
+    recorder.writer.close()
+    assert numbers_in(path) == list(range(10, 30))
+
+
+def damage(path: Path, first: int = 4096) -> None:
+    with path.open("r+b") as stream:
+        size = stream.seek(0, os.SEEK_END)
+        stream.seek(first)
+        stream.write(os.urandom(size - first))
+
+
+def test_a_damaged_file_is_put_aside_at_the_start_and_said(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    first = Recorder(path)
+    first.record(range(1000))
+    first.writer.attempt()
+    first.writer.close()
+    before = path.stat().st_size
+    damage(path)
+    second = Recorder(path)
+    second.record(range(1000, 1010))
+    assert second.writer.attempt()
+    second.writer.attempt()
+    second.writer.close()
+    assert numbers_in(path) == list(range(1000, 1010))
+    (said,) = texts_in(path, "alarm")
+    aside = tmp_path / "h.db.damaged-20261103T060000Z"
+    assert aside.name in said
+    assert aside.stat().st_size == before
+
+
+def test_a_file_that_is_damaged_while_it_is_used_is_put_aside_and_nothing_new_is_lost(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(BLOCK_ROWS * 2))
+    recorder.writer.attempt()
+    with sqlite3.connect(path, isolation_level=None) as other:
+        other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    other.close()
+    damage(path)
+    recorder.writer.close()
+    recorder = Recorder(path)
+    recorder.writer._checked = True  # as after a connection that was lost
+    done = BLOCK_ROWS * 2
+    for _ in range(6):
+        recorder.record(range(done, done + 100))
+        done += 100
+        recorder.writer.attempt()
+    recorder.writer.close()
+    assert numbers_in(path) == list(range(BLOCK_ROWS * 2, done))
+    assert recorder.backlog.lost == 0
+    assert len(list(tmp_path.glob("h.db.damaged-*Z"))) == 1
+
+
+def test_two_damaged_files_of_one_second_get_two_names(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    names: list[str] = []
+    for text in (b"a", b"b"):
+        path.write_bytes(text)
+        path.with_name("h.db-wal").write_bytes(text * 2)
+        names.append(put_aside(path, BEGIN).name)
+    assert names == ["h.db.damaged-20261103T060000Z", "h.db.damaged-20261103T060000Z-2"]
+    assert tmp_path.joinpath(names[1] + "-wal").read_bytes() == b"bb"
+    assert not path.exists()
+
+
+def test_a_text_file_is_refused_and_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "machine.toml"
+    path.write_text("[machine]\nname = 'lathe'\n")
+    recorder = Recorder(path)
+    recorder.record(range(3))
+    assert not recorder.writer.attempt()
+    assert "is a text" in recorder.writer.trouble
+    recorder.writer.close()
+    assert path.read_text().startswith("[machine]")
+    assert recorder.backlog.waiting == 3
+
+
+def test_a_check_that_takes_too_long_is_broken_off_and_said(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    with sqlite3.connect(path) as made:
+        made.execute("CREATE TABLE big (x)")
+        made.executemany("INSERT INTO big VALUES (?)", ((b"x" * 500,) for _ in range(60_000)))
+    made.close()
+    found = check_file(path, 0.0)
+    assert found.sound
+    assert not found.complete
+    assert "broken off" in found.text
+    assert check_file(path, 60.0) == (True, True, "")
+
+
+# ---- other programs -----------------------------------------------------------------------------
+
+
+def test_a_second_writer_waits_until_the_first_has_ended(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    first, second = Recorder(path), Recorder(path)
+    first.record(range(5))
+    second.record(range(5, 10))
+    assert first.writer.attempt()
+    assert not second.writer.attempt()
+    assert "another program writes" in second.writer.trouble
+    first.writer.close()
+    assert second.writer.attempt()
+    second.writer.close()
+    assert numbers_in(path) == list(range(10))
+
+
+def test_the_lock_of_a_writer_is_gone_with_it(tmp_path: Path) -> None:
+    lock = WriterLock(tmp_path / "h.db")
+    with pytest.raises(ConfigurationError, match="another program"):
+        WriterLock(tmp_path / "h.db")
+    lock.release()
+    lock.release()
+    WriterLock(tmp_path / "h.db").release()
+
+
+def test_a_history_of_a_newer_program_is_refused_by_writer_and_reader(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(3))
+    recorder.writer.attempt()
+    recorder.writer.close()
+    with sqlite3.connect(path) as other:
+        other.execute("UPDATE thermaxis_version SET value = 99")
+    other.close()
+    later = Recorder(path)
+    later.record(range(3, 6))
+    assert not later.writer.attempt()
+    assert "version 99" in later.writer.trouble
+    assert later.backlog.waiting == 3
+    later.writer.close()
+    with pytest.raises(ConfigurationError, match="version 99"):
+        HistoryReader(url_of(path))
+
+
+def test_an_older_history_is_brought_up_to_date_step_by_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(3))
+    recorder.writer.attempt()
+    recorder.writer.close()
+
+    def remark(connection: sa.Connection) -> None:
+        connection.execute(sa.text("CREATE TABLE thermaxis_remark (text TEXT)"))
+
+    def keep(connection: sa.Connection) -> None:
+        connection.execute(sa.text("INSERT INTO thermaxis_remark VALUES ('of version 2')"))
+
+    monkeypatch.setattr(_tables, "SCHEMA", 3)
+    monkeypatch.setattr(_tables, "MIGRATIONS", {1: remark, 2: keep})
+    later = Recorder(path)
+    later.record(range(3, 6))
+    assert later.writer.attempt()
+    later.writer.close()
+    assert numbers_in(path) == list(range(6))
+    with sqlite3.connect(path) as other:
+        assert other.execute("SELECT value FROM thermaxis_version").fetchall() == [(3,)]
+        assert other.execute("SELECT * FROM thermaxis_remark").fetchall() == [("of version 2",)]
+    other.close()
+
+
+def test_another_database_is_no_history(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    with sqlite3.connect(path) as other:
+        other.execute("CREATE TABLE mine (x)")
+    other.close()
+    with pytest.raises(DataError, match="no history"):
+        HistoryReader(url_of(path))
+    with pytest.raises(ConfigurationError, match="no such file"):
+        HistoryReader(url_of(tmp_path / "none.db"))
+
+
+# ---- the loop's side ----------------------------------------------------------------------------
+
+
+def run(scene: Callable[[], object]) -> None:
+    asyncio.run(scene())  # type: ignore[arg-type]
+
+
+def test_the_loop_never_waits_and_nothing_raises_while_the_database_hangs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "h.db"
+    opened = _writer.open_store
+
+    def slow(*arguments: object, **keywords: object) -> Opened:
+        time.sleep(0.5)
+        return opened(*arguments, **keywords)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(_writer, "open_store", slow)
+    monkeypatch.setattr(_writer, "_SILENT_S", 0.1)
+
+    async def scene() -> None:
+        one = SqlHistorian(url_of(path), QUICK, CountingClock())
+        await one.open(OUTPUTS, CHANNELS)
+        began_s = time.monotonic()
+        for k in range(200):
+            one.record(cycle_record(k))
+        one.event(event_record("x"))
+        assert time.monotonic() - began_s < 0.3  # the database takes half a second to open
+        assert one.status.waiting == 201
+        await asyncio.sleep(0.2)
+        assert not one.status.storing
+        assert "being opened" in one.status.text
+        assert await one.drain(10.0)
+        assert one.status == (True, 0, 0, "")
+        await one.close(5.0)
+
+    run(scene)
+    assert numbers_in(path) == list(range(200))
+
+
+def test_a_record_that_is_none_counts_as_lost_and_raises_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+
+    async def scene() -> None:
+        one = SqlHistorian(url_of(path), QUICK, CountingClock())
+        await one.open(OUTPUTS, CHANNELS)
+        one.record(None)  # type: ignore[arg-type]
+        one.event(None)  # type: ignore[arg-type]
+        one.record(cycle_record(1))
+        assert await one.drain(10.0)
+        assert one.status == (True, 0, 2, "2 records were lost")
+        await one.close(5.0)
+
+    run(scene)
+    with HistoryReader(url_of(path)) as reader:
+        (told,) = reader.events(kinds=["loss"])
+    assert (told.details["cycles"], told.details["events"]) == (1, 1)
+    assert "AttributeError" in str(told.details["unusable"])
+
+
+def test_the_end_comes_within_its_time_and_counts_what_is_left(tmp_path: Path) -> None:
+    async def scene() -> None:
+        one = SqlHistorian(url_of(tmp_path / "none" / "h.db"), QUICK, CountingClock())
+        await one.open(OUTPUTS, CHANNELS)
+        for k in range(20):
+            one.record(cycle_record(k))
+        began_s = time.monotonic()
+        await one.close(0.3)
+        assert time.monotonic() - began_s < 2.0
+        assert one.status.lost == 20
+        one.record(cycle_record(21))
+        assert one.status.lost == 21
+        assert one.status.waiting == 0
+
+    run(scene)
+
+
+def test_a_historian_that_was_never_opened_can_be_closed(tmp_path: Path) -> None:
+    async def scene() -> None:
+        one = SqlHistorian(url_of(tmp_path / "h.db"), QUICK, CountingClock())
+        one.record(cycle_record(1))
+        await one.close(0.1)
+        assert one.status.lost == 1
+
+    run(scene)
+
+
+@pytest.mark.parametrize(
+    ("url", "message"),
+    [
+        ("", "no URL"),
+        ("lathe.db", "no URL"),
+        ("sqlite://", "names no file"),
+        ("sqlite:///:memory:", "names no file"),
+        ("sqlite:///h.db?mode=ro", "names no file"),
+        ("mysql://user@host/db", "not kept in"),
+        ("postgresql+asyncpg://user@host/db", "not kept in"),
+        ("postgresql://user@plant/db?sslmode=prefer", "without encryption"),
+        ("postgresql://user@plant/db?sslmode=disable", "without encryption"),
+        ("postgresql://user@127.0.0.1/db?host=plant&sslmode=allow", "without encryption"),
+    ],
+)
+def test_a_url_that_cannot_be_used_is_refused_before_anything_runs(url: str, message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        SqlHistorian(url, QUICK, CountingClock())
+
+
+@pytest.mark.parametrize(
+    ("url", "mode"),
+    [
+        ("postgresql://user@plant/db", "require"),
+        ("postgresql://user@127.0.0.1/db?host=plant", "require"),
+        ("postgresql://user@plant/db?sslmode=verify-full", "verify-full"),
+        ("postgresql://user@127.0.0.1:5433/db", None),
+        ("postgresql://user@localhost/db", None),
+        ("postgresql:///db?host=/run/postgresql", None),
+        ("postgresql:///db", None),
+    ],
+)
+def test_another_computer_is_reached_with_encryption_only(url: str, mode: str | None) -> None:
+    parsed = parse_url(url, "secret")
+    assert parsed.query.get("sslmode") == mode
+    assert parsed.password == "secret"  # noqa: S105 - not one
+    assert "secret" not in str(parsed)
+
+
+def test_settings_out_of_range_are_refused() -> None:
+    for wrong in (
+        {"retention_days": 0},
+        {"largest_waiting_bytes": 10},
+        {"batch_s": -1.0},
+        {"retry_s": 0.0},
+        {"check_s": float("nan")},
+    ):
+        with pytest.raises(ConfigurationError):
+            HistorianSettings(**wrong)  # type: ignore[arg-type]
+    assert "hidden" not in repr(HistorianSettings(password="hidden"))  # noqa: S106 - not one
