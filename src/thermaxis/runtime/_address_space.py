@@ -6,7 +6,12 @@ rest is left out as it is read: two passes over the standard, the first to see w
 the second to make what is wanted.
 """
 
+# asyncua leaves the members of its requests and the makers of its nodes without types:
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
 from collections.abc import Iterable, Iterator
+from functools import cache
 from typing import NamedTuple, final
 
 from asyncua import ua
@@ -152,6 +157,14 @@ def _number(node: ua.NodeId) -> int:
     return node.Identifier if isinstance(node.Identifier, int) else 0
 
 
+@cache
+def _wanted() -> frozenset[int]:
+    """Return the nodes to make, found once in a program."""
+    survey = _Survey()
+    standard_address_space.fill_address_space(survey)
+    return survey.wanted()
+
+
 def fill_address_space(service: NodeManagementService) -> int:
     """Make the nodes of the standard that a status server needs.
 
@@ -169,8 +182,6 @@ def fill_address_space(service: NodeManagementService) -> int:
     ----------
     OPC UA Part 5 (information model), as asyncua carries it.
     """
-    survey = _Survey()
-    standard_address_space.fill_address_space(survey)
-    wanted = survey.wanted()
+    wanted = _wanted()
     standard_address_space.fill_address_space(_Some(service, wanted))
     return len(wanted)
