@@ -31,11 +31,21 @@ COMMANDS = {
     "history": "export, list or check what the loop has recorded",
     "user": "add, remove or list the users of the status server",
     "certificate": "make, show or fetch certificates for OPC UA",
-    "hal": "write the HAL file with which LinuxCNC takes an offset",
+    "hal": "write the part of a LinuxCNC machine's HAL file that applies the offsets",
     "montecarlo": "scatter of differences by Monte Carlo, equation (10) of the method",
     "generate": "write an example run of a virtual machine",
 }
 """Commands in the order in which the help shows them, each with its summary."""
+
+
+_EXTRAS = {
+    "argon2": "runtime",
+    "asyncua": "runtime",
+    "cryptography": "runtime",
+    "pydantic": "runtime",
+    "sqlalchemy": "runtime",
+    "psycopg": "postgresql",
+}
 
 
 class Command(Protocol):
@@ -135,6 +145,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _load(namespace.command).run(namespace)
     except ThermaxisError as error:
         return _refuse(str(error))
+    except ModuleNotFoundError as error:
+        extra = _EXTRAS.get((error.name or "").partition(".")[0])
+        if extra is None:
+            raise
+        wanted = f"pip install 'thermaxis[{extra}]'"
+        return _refuse(f"this command needs the package {error.name}. Install it: {wanted}.")
     except BrokenPipeError:
         return _pipe_was_closed()
     except OSError as error:
