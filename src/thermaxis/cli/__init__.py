@@ -118,6 +118,15 @@ def _pipe_was_closed() -> int:
     return 0
 
 
+def _lacking(error: ModuleNotFoundError) -> str:
+    """Return what to install; a module of our own that is missing is no matter of the user's."""
+    extra = _EXTRAS.get((error.name or "").partition(".")[0])
+    if extra is None:
+        raise error
+    wanted = f"pip install 'thermaxis[{extra}]'"
+    return f"this command needs the package {error.name}. Install it: {wanted}."
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -146,11 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ThermaxisError as error:
         return _refuse(str(error))
     except ModuleNotFoundError as error:
-        extra = _EXTRAS.get((error.name or "").partition(".")[0])
-        if extra is None:
-            raise
-        wanted = f"pip install 'thermaxis[{extra}]'"
-        return _refuse(f"this command needs the package {error.name}. Install it: {wanted}.")
+        return _refuse(_lacking(error))
     except BrokenPipeError:
         return _pipe_was_closed()
     except OSError as error:
