@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 from asyncua import ua
+from hypothesis import given
+from hypothesis import settings as settings_of
+from hypothesis import strategies as st
 
 from tests.unit.runtime.recording import (
     START,
@@ -390,6 +393,68 @@ def test_30_days_are_30_files_and_old_ones_are_deleted(tmp_path: Path) -> None:
     assert left[0] == "lathe-2026-12-10.csv"
     assert left[-1] == "lathe-2026-12-20.csv"
     assert sorted(p.name for p in (tmp_path / "sources").iterdir()) == left
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0.0, 40.0),
+            st.sampled_from(["disk", "room", "cut", "mend", "slow", "quick", "back", "forward"]),
+            st.floats(3.0, 2e5),
+        ),
+        max_size=25,
+    )
+)
+@settings_of(max_examples=60)
+def test_whatever_happens_lines_are_whole_times_rise_and_every_row_is_there_once_or_stated_as_lost(
+    tmp_path_factory: pytest.TempPathFactory, happenings: list[tuple[float, str, float]]
+) -> None:
+    folder = tmp_path_factory.mktemp("any")
+    with pytest.MonkeyPatch.context() as patch:
+        disk = FullDisk(patch)
+
+        async def happen(recording: Recording) -> None:
+            session = recording.sessions["control"]
+            for wait_s, what, size in happenings:
+                await asyncio.sleep(wait_s)
+                if what in {"disk", "room"}:
+                    disk.full = what == "disk"
+                elif what in {"cut", "mend"}:
+                    session.connected = what == "mend"
+                elif what in {"slow", "quick"}:
+                    session.delay_s = 0.7 if what == "slow" else 0.0
+                else:
+                    recording.clock.change_time_of_day(size if what == "forward" else -size)
+            await asyncio.sleep(5.0)
+            disk.full = False
+            await asyncio.sleep(3.0)
+            recording.stop.set()
+
+        some = settings(
+            channel("T_a_C", 500), channel("T_b_C", 2000), memory_bytes=4000, largest_bytes=8000
+        )
+        recording = Recording(some, folder)
+        summary = recording.run(None, happen)
+    assert summary.error == ""
+    times: list[str] = []
+    for path in recording.files.written:
+        for file in (path, folder / "sources" / path.name):
+            assert file.read_bytes().endswith(b"\n")
+            assert file.stat().st_size < 9000
+        assert column(path, 0) == column(folder / "sources" / path.name, 0)
+        times += column(path, 0)
+    assert times == sorted(set(times))
+    written = [
+        cells
+        for path in recording.files.written
+        for cells in rows_of(folder / "sources" / path.name)
+        if cells[1] or cells[4]
+    ]
+    assert len(written) == summary.rows
+    asked = sorted({moment for moment, _ in recording.sessions["control"].asked})
+    assert summary.rows + summary.lost >= len(asked) - 2  # answers on their way at the end
+    stated = [m for path in recording.files.written for m in marks_of(path) if m[:5] == "lost:"]
+    assert sum(int(m.split()[1]) for m in stated) == summary.lost
 
 
 # Trying --------------------------------------------------------------------------------------
