@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from thermaxis.runtime._connection import Secret
     from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
     from thermaxis.virtual._lathe_server import LatheServerSettings
 
@@ -160,6 +161,10 @@ def _check_options(arguments: argparse.Namespace) -> None:
         raise ConfigurationError(
             "the log has no file", where="--log", remedy="Give -o log.parquet or -o log.csv"
         )
+    if logging:
+        from thermaxis.virtual._lathe_log import check_log_name  # noqa: PLC0415
+
+        check_log_name(arguments.output)
 
 
 def _settings(arguments: argparse.Namespace) -> "LatheSettings":
@@ -210,15 +215,16 @@ def _server_settings(arguments: argparse.Namespace) -> "LatheServerSettings":
     return LatheServerSettings(**stated, password=_password(arguments.password_file))
 
 
-def _password(path: Path | None) -> str:
+def _password(path: Path | None) -> "Secret":
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
+    from thermaxis.runtime._connection import Secret  # noqa: PLC0415
 
     if path is None:
-        return ""
+        return Secret("")
     text = path.read_bytes()[: _LONGEST_PASSWORD + 1].decode("utf-8", "replace").strip()
     if not 1 <= len(text) <= _LONGEST_PASSWORD:
         raise ConfigurationError("no password stands in the file", where=f"--password-file {path}")
-    return text
+    return Secret(text)
 
 
 def _serve(arguments: argparse.Namespace, lathe: "VirtualLathe") -> int:

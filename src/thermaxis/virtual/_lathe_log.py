@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, printable
 from thermaxis.files import write_thermal_log
 from thermaxis.thermal import ThermalLog
 from thermaxis.virtual._lathe_machine import VirtualLathe
@@ -113,18 +113,34 @@ def write_lathe_log(log: ThermalLog, path: Path | str) -> None:
     OSError
         If the file cannot be written.
     """
-    suffix = Path(path).suffix.casefold()
-    if suffix == ".csv":
+    check_log_name(path)
+    if Path(path).suffix.casefold() == ".csv":
         write_thermal_log(log, path)
-    elif suffix == ".parquet":
-        import polars as pl  # noqa: PLC0415  takes a tenth of a second
+        return
+    import polars as pl  # noqa: PLC0415  takes a tenth of a second
 
-        columns: Mapping[str, object] = {"time_s": log.time_s, **log.columns}
-        frame = pl.DataFrame(columns)
-        frame.with_columns(pl.all().fill_nan(None)).write_parquet(Path(path))
-    else:
+    columns: Mapping[str, object] = {"time_s": log.time_s, **log.columns}
+    frame = pl.DataFrame(columns)
+    frame.with_columns(pl.all().fill_nan(None)).write_parquet(Path(path))
+
+
+def check_log_name(path: Path | str) -> None:
+    """Check that the end of a file's name says how a log is written.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+
+    Raises
+    ------
+    ConfigurationError
+        If the name ends neither in .csv nor in .parquet.
+    """
+    suffix = Path(path).suffix
+    if suffix.casefold() not in {".csv", ".parquet"}:
         raise ConfigurationError(
-            f"'{suffix}' is no file type that a log is written as",
-            where=f"--output {path}",
+            f"'{printable(suffix, 20)}' is no file type that a log is written as",
+            where=f"-o {path}",
             remedy="End the name in .csv or .parquet",
         )

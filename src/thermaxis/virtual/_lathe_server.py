@@ -14,7 +14,7 @@ Not protected: whoever reaches the server may write its offset, unless it was ma
 
 import hmac
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
@@ -27,6 +27,7 @@ from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.status_codes import StatusCodes
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._ports import Clock
 from thermaxis.virtual._lathe_faults import FaultKind
 from thermaxis.virtual._lathe_gate import NetworkGate
@@ -89,7 +90,7 @@ class LatheServerSettings:
     """Its key."""
     user: str = ""
     """Name of the only user; empty: anybody."""
-    password: str = ""
+    password: Secret = field(default_factory=lambda: Secret(""))
     """The user's password."""
 
     def __post_init__(self) -> None:
@@ -122,7 +123,7 @@ class LatheServerSettings:
 class _OneUser(UserManager):
     """Lets one user in, or anybody where there is none."""
 
-    def __init__(self, name: str, password: str) -> None:
+    def __init__(self, name: str, password: Secret) -> None:
         self._name, self._password = name, password
 
     def get_user(
@@ -137,7 +138,7 @@ class _OneUser(UserManager):
         if not self._name:
             return User(role=UserRole.User)
         known = hmac.compare_digest((username or "").encode(), self._name.encode())
-        right = hmac.compare_digest((password or "").encode(), self._password.encode())
+        right = Secret(password or "") == self._password
         return User(role=UserRole.User, name=self._name) if known and right else None
 
 
