@@ -127,7 +127,7 @@ def _lacking(error: ModuleNotFoundError) -> str:
     return f"this command needs the package {error.name}. Install it: {wanted}."
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one per kind of end
     """Run the command line.
 
     Parameters
