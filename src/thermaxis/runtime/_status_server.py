@@ -1,7 +1,6 @@
 """The status server: the loop's status and its operators' requests, as an OPC UA server."""
 
 import asyncio
-import ipaddress
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -14,6 +13,7 @@ from thermaxis import __version__
 from thermaxis.compensation import Compensation, Request
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.runtime._config_settings import ServerSettings
+from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import Clock, EventRecord, RequestBox, RequestOutcome
 from thermaxis.runtime._status import RuntimeStatus
 from thermaxis.runtime._status_nodes import (
@@ -62,16 +62,6 @@ _EVERYTHING = "Status/Everything"
 _NO_SHAPE = Shape((), (), ())
 _ANSWER_S = 10.0
 _ANSWER_CYCLES = 3.0
-
-
-def is_loopback(address: str) -> bool:
-    """Return whether an address is reached from this computer only."""
-    if address == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(address).is_loopback
-    except ValueError:
-        return False
 
 
 def check_server(settings: ServerSettings) -> None:

@@ -39,9 +39,10 @@ from tests.unit.runtime.status_server_parts import (
 from thermaxis.compensation import Request, RequestKind, SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._config_settings import ServerSettings
+from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import Applied, EventRecord, RequestOutcome
 from thermaxis.runtime._status_nodes import Shape, leaves_of
-from thermaxis.runtime._status_server import NAMESPACE, StatusServer, check_server, is_loopback
+from thermaxis.runtime._status_server import NAMESPACE, StatusServer, check_server
 from thermaxis.runtime._users import Role, User, read_users, write_users
 
 

@@ -1,0 +1,366 @@
+"""Figures for Prometheus: what the page says, and who gets it."""
+
+import asyncio
+import contextlib
+import json
+import ssl
+from collections.abc import AsyncIterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from prometheus_client.parser import text_string_to_metric_families
+
+from tests.unit.runtime.status_server_parts import (
+    FAULTY,
+    NOW,
+    HandClock,
+    Pair,
+    alarm,
+    output,
+    run,
+    status,
+)
+from thermaxis.compensation import SupervisorState
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import _metrics
+from thermaxis.runtime._config_settings import MetricsSettings
+from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._metrics import MetricsServer, check_metrics, format_metrics
+from thermaxis.runtime._ports import Applied, HistorianStatus
+from thermaxis.runtime._status import RuntimeStatus
+from thermaxis.runtime._status_nodes import Snapshot, as_json
+
+TOKEN = "0123456789abcdef0123"  # noqa: S105 - of tests only
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    return Pair(tmp_path_factory.mktemp("metrics"), "metrics")
+
+
+def parsed(page: str) -> dict[tuple[str, frozenset[tuple[str, str]]], float]:
+    """Read a page with the reader of the format's makers."""
+    return {
+        (sample.name.removeprefix("thermaxis_"), frozenset(sample.labels.items())): sample.value
+        for family in text_string_to_metric_families(page)
+        for sample in family.samples
+    }
+
+
+def figures(told: RuntimeStatus | None, age_s: float = 0.5) -> dict[Any, float]:
+    return parsed(format_metrics(told, age_s))
+
+
+def at(name: str, **labels: str) -> tuple[str, frozenset[tuple[str, str]]]:
+    return name, frozenset(labels.items())
+
+
+# ---- the page ---------------------------------------------------------------------------------
+
+
+def test_the_page_says_what_the_status_says() -> None:
+    found = figures(status(alarms=(alarm(), alarm(key="other"))))
+    assert found[at("up")] == 1.0
+    assert found[at("status_age_seconds")] == 0.5
+    assert found[at("cycles_total")] == 28_800.0
+    assert found[at("overruns_total")] == 3.0
+    assert found[at("correction_micrometres", output="Z_um")] == -12.5
+    assert found[at("accepted_micrometres", output="Z_um")] == -12.4
+    assert found[at("effective_micrometres", output="Z_um")] == -12.0
+    assert found[at("input_celsius", channel="T_spindle_C")] == 31.5
+    assert found[at("input_age_seconds", channel="T_spindle_C")] == 0.25
+    assert found[at("alarms", priority="medium")] == 2.0
+    assert found[at("alarms", priority="critical")] == 0.0
+    assert found[at("workpiece_diameter_millimetres")] == 1500.0
+    assert found[at("start_time_seconds")] == NOW.timestamp() - 8 * 3600.0
+    about = at("loop", machine="vertical lathe", model="lathe.json", model_sha256="ab" * 32)
+    assert found[about] == 1.0
+
+
+@pytest.mark.parametrize("state", list(SupervisorState))
+def test_one_state_is_one_and_the_others_are_zero(state: SupervisorState) -> None:
+    found = figures(status(output=output(state=state)))
+    states = {s: found[at("state", state=s.value)] for s in SupervisorState}
+    assert states == {s: float(s is state) for s in SupervisorState}
+
+
+def test_figures_and_json_agree_on_every_number_that_both_have() -> None:
+    told = status(**FAULTY, historian=HistorianStatus(False, 7, 2, "full"), diameter_mm=None)
+    found, whole = figures(told), json.loads(as_json(Snapshot(told)))
+    for key, name in (
+        ("correction_um", "correction_micrometres"),
+        ("wanted_um", "wanted_micrometres"),
+        ("accepted_um", "accepted_micrometres"),
+        ("model_um", "model_micrometres"),
+        ("weight", "weight_ratio"),
+        ("trim_um", "trim_micrometres"),
+    ):
+        assert found[at(name, output="Z_um")] == whole["outputs"]["Z_um"][key]
+    for channel, entry in whole["inputs"].items():
+        assert found.get(at("input_celsius", channel=channel)) == entry["value_c"]
+        assert found[at("input_good", channel=channel)] == float(entry["quality"] == "good")
+    assert found[at("historian_waiting_records")] == whole["historian"]["waiting"]
+    assert found[at("historian_lost_records_total")] == whole["historian"]["lost"]
+    assert at("workpiece_diameter_millimetres") not in found
+
+
+def test_what_the_machine_does_not_say_is_absent_and_not_zero() -> None:
+    found = figures(status(applied={"Z_um": Applied(-12.5, None, None)}))
+    assert at("accepted_micrometres", output="Z_um") not in found
+    assert at("effective_micrometres", output="Z_um") not in found
+    assert at("accepted_micrometres", output="Z_um") not in figures(status(applied={}))
+
+
+def test_before_the_first_cycle_the_page_says_so() -> None:
+    assert figures(None) == {at("up"): 0.0}
+
+
+@given(st.text(max_size=60), st.text(min_size=1, max_size=60), st.floats())
+def test_any_text_and_any_number_make_a_page_that_can_be_read(
+    machine: str, name: str, value: float
+) -> None:
+    told = status(name, machine=machine, output=output(correction_um=(value,)))
+    page = format_metrics(told, 0.0).encode("utf-8", "replace").decode()
+    found = parsed(page)
+    (read,) = [v for (n, _), v in found.items() if n == "correction_micrometres"]
+    assert read == value or (read != read and value != value)  # noqa: PLR0124 - NaN
+    assert sum(n == "loop" for n, _ in found) == 1
+    # one line for each sample, one each for the help and the type of every metric
+    names = {n for n, _ in found}
+    assert len(page.splitlines()) == len(found) + 2 * len(names)
+
+
+# ---- the server -------------------------------------------------------------------------------
+
+
+def settings(**changes: Any) -> MetricsSettings:
+    return replace(MetricsSettings("127.0.0.1", 0, Secret(""), None, None), **changes)
+
+
+@contextlib.asynccontextmanager
+async def serving(of: MetricsSettings | None = None) -> AsyncIterator[MetricsServer]:
+    clock = HandClock()
+    server = MetricsServer(of or settings(), clock)
+    await server.open()
+    server.publish(status())
+    clock.now_s += 2.5
+    try:
+        yield server
+    finally:
+        await server.close()
+
+
+async def exchange(
+    server: MetricsServer, request: bytes, tls: ssl.SSLContext | None = None
+) -> tuple[str, dict[str, str], str]:
+    """Send a request; return the first line, the header and the body."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", server.port, ssl=tls)
+    writer.write(request)
+    answer = await reader.read()
+    writer.close()
+    await writer.wait_closed()
+    head, _, body = answer.decode().partition("\r\n\r\n")
+    first, *rest = head.split("\r\n")
+    return first, dict(line.split(": ", 1) for line in rest), body
+
+
+def get(path: str = "/metrics", *lines: str, method: str = "GET", host: str = "localhost") -> bytes:
+    return "\r\n".join([f"{method} {path} HTTP/1.1", f"Host: {host}", *lines, "", ""]).encode()
+
+
+def test_the_page_is_served_over_http() -> None:
+    async def scene() -> None:
+        async with serving() as server:
+            first, header, body = await exchange(server, get())
+            assert first == "HTTP/1.1 200 OK"
+            assert header["Content-Type"] == "text/plain; version=0.0.4; charset=utf-8"
+            assert int(header["Content-Length"]) == len(body.encode())
+            assert body == format_metrics(status(), 2.5)
+            first, header, body = await exchange(server, get("/metrics?x=1", method="HEAD"))
+            assert (first, body) == ("HTTP/1.1 200 OK", "")
+
+    run(scene)
+
+
+@pytest.mark.parametrize(
+    ("request_bytes", "answer"),
+    [
+        (get("/"), "404"),
+        (get("/metrics/../secrets"), "404"),
+        (get(method="POST"), "405"),
+        (get(method="DELETE"), "405"),
+        (b"\r\n\r\n", "400"),
+        (b"GET /metrics\r\n\r\n", "400"),
+        (b"GET /metrics SPDY/3\r\n\r\n", "400"),
+        (b"\xff\xfe\x00 \x80 HTTP/1.1\r\nHost: localhost\r\n\r\n", "404"),
+        (get("/metrics", f"X: {'a' * 9000}"), "431"),
+        (b"GET /metrics HTTP/1.0\r\n\r\n", "421"),
+        (get(host="evil.example"), "421"),
+        (get(host="127.0.0.1.evil.example:80"), "421"),
+        (get(host="[::1"), "421"),
+        (get(host="127.0.0.1:9180"), "200"),
+        (get(host="[::1]:9180"), "200"),
+        (get(host="[::1]"), "200"),
+    ],
+)
+def test_anything_else_is_refused(request_bytes: bytes, answer: str) -> None:
+    async def scene() -> None:
+        async with serving() as server:
+            first, _, body = await exchange(server, request_bytes)
+            assert first.startswith(f"HTTP/1.1 {answer} ")
+            assert answer == "200" or "thermaxis_" not in body
+
+    run(scene)
+
+
+def test_a_token_is_asked_for_where_one_is_set() -> None:
+    async def scene() -> None:
+        async with serving(settings(token=Secret(TOKEN))) as server:
+            for line in (
+                "X: y",
+                "Authorization: Bearer ",
+                f"Authorization: Bearer {TOKEN[:-1]}",
+                f"Authorization: Bearer {TOKEN}x",
+                f"Authorization: Basic {TOKEN}",
+                "Authorization: Bearer \xff\xff",
+            ):
+                first, header, body = await exchange(server, get("/metrics", line))
+                assert first == "HTTP/1.1 401 Unauthorized"
+                assert header["WWW-Authenticate"] == "Bearer"
+                assert "thermaxis_" not in body
+                assert TOKEN not in body
+            right = get("/metrics", f"authorization: Bearer {TOKEN}")
+            first, _, body = await exchange(server, right)
+            assert first == "HTTP/1.1 200 OK"
+            assert "thermaxis_up 1.0" in body
+
+    run(scene)
+
+
+def test_the_page_is_served_over_tls_and_not_without_it(pair: Pair) -> None:
+    async def scene() -> None:
+        of = settings(token=Secret(TOKEN), certificate=pair.pem, private_key=pair.key)
+        context = ssl.create_default_context(cafile=str(pair.pem))
+        async with serving(of) as server:
+            right = get("/metrics", f"Authorization: Bearer {TOKEN}")
+            first, _, body = await exchange(server, right, context)
+            assert first == "HTTP/1.1 200 OK"
+            assert "thermaxis_up 1.0" in body
+            plain = ""
+            with contextlib.suppress(ConnectionError):
+                plain, _, _ = await exchange(server, right)
+            assert plain == ""
+
+    run(scene)
+
+
+def test_a_client_that_is_slow_or_silent_is_left_after_a_while(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(_metrics, "REQUEST_S", 0.05)
+
+    async def scene() -> None:
+        async with serving() as server:
+            for begin in (b"", b"GET /metrics HTTP/1.1\r\nHost: local"):
+                reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+                writer.write(begin)
+                with contextlib.suppress(ConnectionError):
+                    assert await reader.read() == b""
+                writer.close()
+            assert (await exchange(server, get()))[0] == "HTTP/1.1 200 OK"
+
+    run(scene)
+
+
+def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
+    async def scene() -> None:
+        async with serving() as server:
+            held = [
+                await asyncio.open_connection("127.0.0.1", server.port)
+                for _ in range(_metrics.MOST_CONNECTIONS)
+            ]
+            while len(server._serving) < len(held):
+                await asyncio.sleep(0)
+            reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+            assert await reader.read() == b""
+            writer.close()
+            for _, one in held:
+                one.close()
+            while server._serving:
+                await asyncio.sleep(0.001)
+            assert (await exchange(server, get()))[0] == "HTTP/1.1 200 OK"
+
+    run(scene)
+
+
+def test_the_end_does_not_wait_for_somebody_who_keeps_silent() -> None:
+    async def scene() -> None:
+        async with serving() as server:
+            _, writer = await asyncio.open_connection("127.0.0.1", server.port)
+            while not server._serving:
+                await asyncio.sleep(0)
+            async with asyncio.timeout(0.5):
+                await server.close()
+            assert server.port == 0
+            writer.close()
+
+    run(scene)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"address": "0.0.0.0"}, "needs a certificate and a token"),  # noqa: S104 - named, not bound
+        ({"address": "10.0.0.1", "token": Secret(TOKEN)}, "needs a certificate and a token"),
+        ({"address": "10.0.0.1", "certificate": Path("a"), "private_key": Path("b")}, "a token"),
+        ({"certificate": Path("a")}, "go together"),
+        ({"private_key": Path("b")}, "go together"),
+        ({"token": Secret("short")}, "at least 16"),
+        ({"token": Secret("a token with a line\nend")}, "plain text"),
+        ({"token": Secret("ž" * 20)}, "plain text"),
+        ({"token": Secret(TOKEN)}, ""),
+        ({}, ""),
+        (
+            {
+                "address": "10.0.0.1",
+                "token": Secret(TOKEN),
+                "certificate": Path("a"),
+                "private_key": Path("b"),
+            },
+            "",
+        ),
+    ],
+)
+def test_settings_that_would_show_the_figures_to_everybody_are_refused(
+    changes: dict[str, Any], said: str
+) -> None:
+    of = settings(**changes)
+    if said:
+        with pytest.raises(ConfigurationError, match=said) as caught:
+            check_metrics(of)
+        assert not of.token or of.token.reveal() not in str(caught.value)
+        with pytest.raises(ConfigurationError, match=said):
+            MetricsServer(of, HandClock())
+    else:
+        check_metrics(of)
+
+
+def test_a_port_or_a_certificate_that_cannot_be_used_is_said_in_words(pair: Pair) -> None:
+    async def scene() -> None:
+        async with serving() as server:
+            taken = MetricsServer(settings(port=server.port), HandClock())
+            with pytest.raises(ConfigurationError, match="cannot be served"):
+                await taken.open()
+            await taken.close()
+        der = MetricsServer(
+            settings(certificate=pair.certificate, private_key=pair.key), HandClock()
+        )
+        with pytest.raises(ConfigurationError, match="PEM"):
+            await der.open()
+        await der.close()
+
+    run(scene)
