@@ -23,7 +23,7 @@ from thermaxis.runtime._ports import (
 if TYPE_CHECKING:
     from thermaxis.compensation import Compensation
     from thermaxis.runtime._config_settings import MachineConfiguration
-    from thermaxis.runtime._loop import LoopSettings
+    from thermaxis.runtime._loop import Borders, LoopSettings
     from thermaxis.runtime._opcua_session import OpcUaSession
     from thermaxis.runtime._status_server import StatusServer
     from thermaxis.runtime.sources.opcua import NodeSettings
@@ -45,6 +45,13 @@ class MachineParts:
     """Who remembers."""
     clock: Clock
     """The clock of all of them: that of the log where one is replayed."""
+
+    @property
+    def borders(self) -> "Borders":
+        """The parts as the loop takes them."""
+        from thermaxis.runtime._loop import Borders  # noqa: PLC0415 - only to run
+
+        return Borders(self.source, self.sink, self.historian, self.clock)
 
 
 @final

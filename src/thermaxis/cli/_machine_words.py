@@ -206,8 +206,8 @@ def _signs(configuration: "MachineConfiguration") -> "Iterable[str]":
         where = entry.node or "the joint's offset"
         yield (
             f"{name}: where the tool point has moved {_EXAMPLE_UM:g} µm away from the workpiece,"
-            f" the correction is {-_EXAMPLE_UM:+g} µm, and {written:+g} {entry.unit} is written to"
-            f" {where}, for there {entry.sign}."
+            f" the correction is {-_EXAMPLE_UM:+g} µm, and {written:+g} in {entry.unit} is written"
+            f" to {where}, for there {entry.sign}."
         )
         if entry.read_back_stated:
             yield f"  What the machine accepts is read from {entry.read_back_node}."

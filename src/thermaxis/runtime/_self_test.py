@@ -185,11 +185,13 @@ class _SelfTest:
         for name, entry in configuration.inputs.items():
             where, rules = f"[input.{name}]", configuration.rules.sensors[name]
             first = await self._node(session, entry.node)
-            findings.extend(judge_input(where, first, entry, rules))
+            found = tuple(judge_input(where, first, entry, rules))
             if entry.spare_node:
                 second = await self._node(session, entry.spare_node)
-                findings.extend(judge_input(f"{where}, spare_node", second, entry, rules))
-                findings.extend(judge_spare(where, first, second, entry, rules))
+                found += tuple(judge_input(f"{where}, spare_node", second, entry, rules))
+                if not reasons_against(found):
+                    found += tuple(judge_spare(where, first, second, entry, rules))
+            findings.extend(found)
         for name, flag in configuration.interlocks.items():
             node = await self._node(session, flag.node)
             findings.append(judge_interlock(f"[interlock.{name}]", node, flag))

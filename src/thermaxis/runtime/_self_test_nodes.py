@@ -136,10 +136,11 @@ def judge_input(
     if lacking:
         yield from lacking
         return
-    if node.value is None:
+    if node.value is None or not math.isfinite(node.value):
+        status = "it is no number" if node.value is not None else node.status
         yield warning(
             where,
-            f"there is no value: {node.status}",
+            f"there is no value: {status}",
             "Look at the sensor; nothing is corrected before it has a good value",
         )
         return
@@ -260,7 +261,7 @@ def judge_spare(
         A warning if they disagree.
     """
     if first.value is None or second.value is None:
-        return
+        return  # said of the sensor itself
     difference_k = _temperature_c(second.value, settings) - _temperature_c(first.value, settings)
     if abs(difference_k) > rules.largest_difference_k:
         yield warning(

@@ -1,0 +1,391 @@
+"""``thermaxis check``: a configuration in plain words, and the virtual lathe looked at."""
+
+import argparse
+import asyncio
+import json
+import math
+import re
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from shutil import copytree
+
+import pytest
+
+from tests.unit.runtime.machine_files import machine_file
+from thermaxis.cli import check
+from thermaxis.cli._machine_parts import (
+    PacedClock,
+    build_parts,
+    build_status_server,
+    loop_settings,
+    nodes_read,
+)
+from thermaxis.compensation import Request, RequestKind
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._loop import AtStop, CompensationLoop
+from thermaxis.runtime._ports import (
+    DIAMETER,
+    OTHER_COMPENSATION,
+    SystemClock,
+    interlock_name,
+    spare_name,
+)
+from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.runtime.sources.replay import ReplayClock
+from thermaxis.virtual._lathe_faults import parse_fault
+from thermaxis.virtual._lathe_machine import VirtualLathe
+from thermaxis.virtual._lathe_server import LatheServer, LatheServerSettings
+from thermaxis.virtual._lathe_signals import FAULTY
+
+
+def checked(path: Path, *words: str) -> int:
+    """Run the command on a file and return its exit code."""
+    parser = argparse.ArgumentParser()
+    check.add_arguments(parser)
+    return check.run(parser.parse_args([str(path), *words]))
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Path:
+    (tmp_path / "history").mkdir()
+    return machine_file(tmp_path)
+
+
+# ---- the configuration alone --------------------------------------------------------------------
+
+
+def words_of(text: str) -> str:
+    return re.sub(r"\s+", " ", text)
+
+
+def test_a_configuration_is_told_in_plain_words(
+    machine: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert checked(machine, "--offline") == 0
+    told = words_of(capsys.readouterr().out)
+    for sentence in (
+        "vertical lathe: every 1 s the temperatures are read",
+        "Z_um is the sum of spindle (T_spindle_C - T_column_C, +10 µm/K in the end).",
+        "referenced (ns=2;s=Z_referenced is true), emergency_stop (ns=2;s=EmergencyStop is false)",
+        "the correction is -10 µm, and -0.01 in mm is written to ns=2;s=Z_offset",
+        "for there positive moves the tool away from the workpiece.",
+        "A lost input is bridged for 2 s, then Holding for 2 min, then Fading to zero",
+        "the machine was not looked at",
+    ):
+        assert sentence in told
+
+
+@pytest.mark.parametrize(
+    ("unit", "sign", "written"),
+    [
+        ("mm", "away from", "-0.01 in mm"),
+        ("mm", "towards", "+0.01 in mm"),
+        ("um", "towards", "+10 in um"),
+        ("0.1 um", "away from", "-100 in 0.1 um"),
+    ],
+)
+def test_the_sign_is_told_by_an_example(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], unit: str, sign: str, written: str
+) -> None:
+    (tmp_path / "history").mkdir()
+    path = machine_file(
+        tmp_path, ('unit = "mm"\nsign', f'unit = "{unit}"\nsign'), ("away from", sign)
+    )
+    assert checked(path, "--offline") == 0
+    assert f"and {written} is written" in words_of(capsys.readouterr().out)
+
+
+def test_every_mistake_is_told_on_a_line_of_its_own_and_the_code_is_two(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = machine_file(
+        tmp_path, ("largest_um = 100.0", "largest_um = -1.0"), ("hold_input_s", "hold_inputs_s")
+    )
+    assert checked(path, "--offline", "--json", str(tmp_path / "found.json")) == check.WRONG
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert "hold_inputs_s" in lines[0]
+    path = machine_file(
+        tmp_path, ("largest_um = 100.0", "largest_um = -1.0"), ("lowest_c = 5.0", "lowest_c = 99.0")
+    )
+    assert checked(path, "--offline", "--json", str(tmp_path / "found.json")) == check.WRONG
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 3
+    assert all(re.match(r"thermaxis: error: .*machine\.toml, line \d+, \[", s) for s in lines)
+    found = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
+    assert found["machine"] is None
+    assert len(found["configuration"]) == 3
+
+
+def test_a_folder_that_is_missing_makes_the_code_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert checked(machine_file(tmp_path), "--offline") == check.FOUND
+    assert "1 error: nothing is corrected" in capsys.readouterr().out
+
+
+def test_json_alone_goes_to_standard_output(
+    machine: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert checked(machine, "--offline", "--json", "-") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["machine"]["outputs"]["Z_um"]["largest_um"] == 100.0
+    assert found["machine"]["interlocks"]["emergency_stop"]["met"] is False
+    assert found["self_test"] is None
+    assert {entry["level"] for entry in found["warnings"]} == {"warning"}
+
+
+@pytest.mark.parametrize(
+    "words", [("--offline", "--write"), ("--wait", "0"), ("--wait", "nan"), ("--wait", "1e9")]
+)
+def test_options_that_mean_nothing_are_refused(machine: Path, words: Sequence[str]) -> None:
+    with pytest.raises(ConfigurationError):
+        checked(machine, *words)
+
+
+def test_a_secret_is_never_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "history").mkdir()
+    secret = tmp_path / "secret"
+    secret.write_text("hunter2\n", encoding="utf-8")
+    secret.chmod(0o600)
+    path = machine_file(
+        tmp_path,
+        (
+            'url = "sqlite:///history/lathe.db"',
+            'url = "postgresql://lathe@127.0.0.1/x"\npassword_file = "secret"',
+        ),
+    )
+    assert checked(path, "--offline", "--json", str(tmp_path / "found.json")) == 0
+    printed = capsys.readouterr()
+    written = (tmp_path / "found.json").read_text(encoding="utf-8")
+    assert "hunter2" not in printed.out + printed.err + written
+
+
+# ---- with the virtual lathe ---------------------------------------------------------------------
+
+
+async def _served(lathe: VirtualLathe, folder: Path, words: Sequence[str]) -> int:
+    settings = LatheServerSettings(port=0)
+    started: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+    serving = asyncio.create_task(LatheServer(lathe, settings, SystemClock()).run(started))
+    try:
+        await asyncio.wait({serving, started}, return_when=asyncio.FIRST_COMPLETED)
+        path = folder / "lathe.toml"
+        text = path.read_text(encoding="utf-8")
+        path.write_text(
+            re.sub(r'url = "opc.tcp[^"]*"', f'url = "{started.result()}"', text), encoding="utf-8"
+        )
+        return await asyncio.to_thread(checked, path, *words)
+    finally:
+        serving.cancel()
+        with suppress(asyncio.CancelledError):
+            await serving
+
+
+@pytest.fixture
+def example(root: Path, tmp_path: Path) -> Path:
+    """Return a copy of the example's folder."""
+    return Path(copytree(root / "examples" / "machine", tmp_path / "machine"))
+
+
+def looked_at(folder: Path, *words: str, faults: Sequence[str] = ()) -> tuple[int, dict]:
+    """Check the example against a lathe with faults; return the code and the result."""
+    lathe = VirtualLathe("verification", 1, faults=[parse_fault(s, FAULTY) for s in faults])
+    found = folder / "found.json"
+    code = asyncio.run(_served(lathe, folder, (*words, "--json", str(found))))
+    return code, json.loads(found.read_text(encoding="utf-8"))
+
+
+def not_ok(result: dict) -> dict[str, tuple[str, str]]:
+    return {
+        entry["where"]: (entry["level"], entry["what"])
+        for entry in result["self_test"]
+        if entry["level"] != "ok"
+    }
+
+
+def test_the_example_fits_the_virtual_lathe_and_its_offset_is_written_back(
+    example: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, result = looked_at(example, "--write")
+    assert not_ok(result) == {}
+    assert code == 0
+    assert "was written back" in result["self_test"][-1]["what"]
+    assert "Nothing forbids a correction" in capsys.readouterr().out
+
+
+def test_what_is_wrong_with_the_lathe_is_found(example: Path) -> None:
+    code, result = looked_at(
+        example,
+        faults=(
+            "bad T_spindle_C",
+            "jump T_table_C by 273.15",
+            "jump T_column_2_C by 8",
+            "set emergency_stop to 1",
+            "set own_compensation to 1",
+        ),
+    )
+    found = not_ok(result)
+    assert code == check.FOUND
+    assert found["[input.T_spindle_C]"] == ("warning", "there is no value: BadSensorFailure")
+    assert found["[input.T_table_C]"][0] == "error"
+    assert found["[input.T_column_C]"][1].startswith("the second sensor differs by")
+    assert found["[interlock.no_emergency_stop]"] == ("warning", "it is not met at present")
+    assert found["[other_compensation]"][0] == "error"
+
+
+def test_wrong_nodes_types_and_units_are_found_on_the_lathe(example: Path) -> None:
+    path = example / "lathe.toml"
+    text = path.read_text(encoding="utf-8")
+    for old, new in (
+        (';s=T_spindle_C"\nspare_node = "nsu=urn:thermaxis:lathe;s=T_spindle_2_C"', ';s=T_x"'),
+        ("s=T_table_C", "s=coolant_on"),
+        ('lathe;s=T_column_2_C"\nunit = "degC"', 'lathe;s=T_column_2_C"\nunit = "K"'),
+        ("s=referenced", "s=T_hall_C"),
+        ("s=offset_mm", "s=n_table_rpm"),
+        ("nsu=urn:thermaxis:lathe;s=heartbeat", "nsu=urn:other;s=heartbeat"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    code, result = looked_at(example, "--write")
+    found = not_ok(result)
+    assert code == check.FOUND
+    assert "has no node" in found["[input.T_spindle_C]"][1]
+    assert "is Boolean, and a number is needed" in found["[input.T_table_C]"][1]
+    assert 'unit = "degC"' in found["[input.T_column_C]"][1]
+    assert "is Double, and a Boolean or a whole number" in found["[interlock.referenced]"][1]
+    assert "does not let this user write the offset" in found["[output.Z_um]"][1]
+    assert "has no node" in found["[sink], heartbeat_node"][1]
+    assert {level for level, _ in found.values()} == {"error"}
+
+
+def test_a_machine_that_is_not_there_is_told_after_the_wait(
+    example: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = example / "lathe.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("127.0.0.1:4840", "127.0.0.1:1"), encoding="utf-8")
+    assert checked(path, "--wait", "0.3") == check.FOUND
+    assert "not connected" in capsys.readouterr().out
+
+
+# ---- the parts ----------------------------------------------------------------------------------
+
+
+def test_every_channel_flag_and_second_sensor_is_read_by_its_name(machine: Path) -> None:
+    nodes = nodes_read(read_machine(machine))
+    assert set(nodes) == {
+        "T_spindle_C",
+        spare_name("T_spindle_C"),
+        "T_column_C",
+        interlock_name("referenced"),
+        interlock_name("emergency_stop"),
+        OTHER_COMPENSATION,
+        DIAMETER,
+    }
+    assert nodes["T_column_C"].unit == "K"
+    assert nodes[interlock_name("referenced")].unit == "bool"
+    assert nodes[DIAMETER].node == "ns=2;s=Diameter"
+
+
+def test_the_loop_learns_what_the_flags_mean(machine: Path) -> None:
+    settings = loop_settings(read_machine(machine))
+    assert settings.interlocks_met == {"referenced": True, "emergency_stop": False}
+    assert settings.other_active is True
+    assert settings.reads_diameter
+    assert settings.at_stop is AtStop.FADE
+    assert settings.model_file == "lathe.json"
+
+
+def test_source_and_sink_share_one_connection(machine: Path) -> None:
+    parts = build_parts(read_machine(machine), SystemClock())
+    assert list(parts.sessions) == ["control"]
+    assert parts.source.session is parts.sessions["control"]  # type: ignore[attr-defined]
+    assert parts.sink.session is parts.sessions["control"]  # type: ignore[attr-defined]
+
+
+def test_there_is_no_status_server_unless_it_is_configured(machine: Path) -> None:
+    configuration = read_machine(machine)
+
+    class Box:
+        async def submit(self, request):
+            raise AssertionError
+
+    assert (
+        build_status_server(
+            configuration, Box(), SystemClock(), compensation=lambda: None, audit=lambda _: None
+        )
+        is None
+    )
+
+
+LOG = "time_s,T_spindle_C,T_column_C\n" + "".join(
+    f"{10 * k},{20.0 + 0.5 * min(k, 20):.1f},20.0\n" for k in range(120)
+)
+
+
+def replayed(folder: Path, *more: tuple[str, str]) -> Path:
+    (folder / "history").mkdir(exist_ok=True)
+    (folder / "log.csv").write_text(LOG, encoding="utf-8")
+    return machine_file(
+        folder,
+        (
+            '[source]\nkind = "opcua"',
+            '[source]\nkind = "replay"\nlog = "log.csv"\nas_fast_as_possible = true',
+        ),
+        ('[sink]\nkind = "opcua"', '[sink]\nkind = "dry"'),
+        *more,
+    )
+
+
+async def _replay(path: Path) -> CompensationLoop:
+    configuration = read_machine(path)
+    parts = build_parts(configuration, SystemClock())
+    loop = CompensationLoop(configuration.compensation, loop_settings(configuration), parts.borders)
+    running = asyncio.create_task(loop.run(asyncio.Event()))
+    outcome = await loop.submit(Request(RequestKind.ENABLE, who="the test"))
+    assert outcome.accepted
+    await running
+    return loop
+
+
+def test_a_log_is_replayed_through_the_whole_chain_into_a_dry_sink(tmp_path: Path) -> None:
+    loop = asyncio.run(_replay(replayed(tmp_path)))
+    assert loop.status is not None
+    assert loop.status.number == 1191
+    # the same by hand: one lag of 600 s behind 10 um/K, each row held until the next
+    state_k, alpha = 0.0, 1.0 - math.exp(-1.0 / 600.0)
+    for second in range(1190):
+        state_k += alpha * (0.5 * min(second // 10, 20) - state_k)
+    assert loop.status.output.correction_um[0] == pytest.approx(-10.0 * state_k, abs=1e-6)
+    assert loop.status.applied["Z_um"].accepted_um == loop.status.output.correction_um[0]
+    assert (tmp_path / "history" / "lathe.db").stat().st_size > 0
+
+
+def test_a_replay_of_a_log_that_lacks_a_channel_is_refused(tmp_path: Path) -> None:
+    path = replayed(tmp_path)
+    log = tmp_path / "log.csv"
+    log.write_text(LOG.replace("T_column_C", "T_bed_C"), encoding="utf-8")
+    with pytest.raises(DataError, match="T_column_C"):
+        build_parts(read_machine(path), SystemClock())
+
+
+def test_a_replay_at_the_pace_of_the_day_waits_as_long_as_the_day_did() -> None:
+    async def work() -> tuple[float, float]:
+        real = VirtualClock()
+        await real.sleep_until(real.monotonic_s() + 100.0)
+        replay = ReplayClock()
+        paced = PacedClock(replay, real)
+        begin_s = real.monotonic_s()
+        for second in range(1, 31):
+            await paced.sleep_until(float(second))
+            assert paced.monotonic_s() == second == replay.monotonic_s()
+        await paced.sleep_until(3.0)
+        return real.monotonic_s() - begin_s, paced.monotonic_s()
+
+    waited_s, now_s = run_in_virtual_time(work())
+    assert waited_s == pytest.approx(30.0)
+    assert now_s == 30.0

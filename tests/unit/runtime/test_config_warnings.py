@@ -1,0 +1,199 @@
+"""What somebody should know of a configuration before it runs."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from tests.unit.runtime.machine_files import machine_file, model
+from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
+from thermaxis.files.model_json import write_model
+from thermaxis.runtime._certificates import NewCertificate, make_pair
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._config_warnings import largest_of_training, warnings_of
+from thermaxis.runtime._self_test_nodes import Finding, Level
+
+NOW = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
+
+
+def warned(
+    folder: Path, *changes: tuple[str, str], compensation: CompensationModel | None = None
+) -> tuple[Finding, ...]:
+    (folder / "history").mkdir(exist_ok=True)
+    path = machine_file(folder, *changes)
+    if compensation is not None:
+        write_model(compensation, folder / "models" / "lathe.json")
+    return warnings_of(read_machine(path), NOW)
+
+
+def texts(findings: Sequence[Finding]) -> str:
+    return "\n".join(finding.sentence for finding in findings)
+
+
+def stated(of: CompensationModel) -> CompensationModel:
+    """Return a model whose reference is stated, so that nothing is said of it."""
+    return replace(of, reference="stated", reference_c=dict.fromkeys(of.channels, 20.0))
+
+
+def test_a_configuration_with_everything_in_it_has_no_warning(tmp_path: Path) -> None:
+    limit = ("largest_um = 100.0", "largest_um = 250.0")
+    stop = ("hold_input_s = 120.0", "stop_within_s = 600.0")
+    assert warned(tmp_path, limit, stop, compensation=stated(model())) == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (('heartbeat_node = "ns=2;s=Heartbeat"\n', ""), "keeps the last offset"),
+        (('read_back_node = "ns=2;s=Z_accepted"\n', ""), "no read_back_node"),
+        (
+            ('[other_compensation]\nnode = "ns=2;s=OwnCompensation"\nactive = true\n', ""),
+            "builder's own compensation",
+        ),
+        (
+            ("lowest_c = 5.0\nhighest_c = 90.0", "lowest_c = -5.0\nhighest_c = 90.0"),
+            "often reads 0",
+        ),
+        (("rate_um_per_s = 0.5", "rate_um_per_s = 2.0"), "may mark the surface"),
+        (("cycle_s = 1.0", "cycle_s = 20.0"), "a value older than 10 s is refused"),
+        (("127.0.0.1:4840", "192.168.214.241:4840"), "not encrypted"),
+        (("largest_um = 100.0", "largest_um = 50.0"), "up to 200 µm, and 50 µm are allowed"),
+        (("largest_um = 100.0", "largest_um = 900.0"), "a narrow limit protects"),
+    ],
+)
+def test_what_protects_less_than_it_could_is_said(
+    tmp_path: Path, change: tuple[str, str], said: str
+) -> None:
+    assert said not in texts(warned(tmp_path))
+    found = warned(tmp_path, change)
+    assert said in texts(found)
+    assert all(finding.level is Level.WARNING for finding in found)
+
+
+def test_a_fade_that_the_end_does_not_wait_for_is_said(tmp_path: Path) -> None:
+    said = "to fade from the limit takes 200 s, and the end of the program waits for 120 s"
+    assert said in texts(warned(tmp_path))
+    longer = ("hold_input_s = 120.0", "stop_within_s = 201.0")
+    assert "to fade from the limit" not in texts(warned(tmp_path, longer))
+    left = ("hold_input_s = 120.0", 'at_stop = "leave"')
+    assert "to fade from the limit" not in texts(warned(tmp_path, left))
+
+
+def test_no_interlock_at_all_is_said(tmp_path: Path) -> None:
+    found = warned(
+        tmp_path,
+        ('[interlock.referenced]\nnode = "ns=2;s=Z_referenced"\nmet = true\n', ""),
+        ('[interlock.emergency_stop]\nnode = "ns=2;s=EmergencyStop"\nmet = false\n', ""),
+    )
+    assert "there is no interlock" in texts(found)
+
+
+def test_a_dry_run_needs_none_of_the_machines_protection(tmp_path: Path) -> None:
+    found = warned(tmp_path, ('[sink]\nkind = "opcua"', '[sink]\nkind = "dry"'))
+    for word in ("heartbeat", "interlock", "read_back_node"):
+        assert word not in texts(found)
+
+
+def test_a_model_without_ranges_or_references_is_said_with_its_own_warnings(
+    tmp_path: Path,
+) -> None:
+    part = Part("spindle", "T_spindle_C", "T_column_C", sections=(Section(10.0, 600.0),))
+    bare = CompensationModel(
+        outputs=(Output("Z_um", (part,)),), warnings=("the paper states no sample time",)
+    )
+    found = texts(warned(tmp_path, compensation=bare))
+    assert "from which temperatures it was made" in found
+    assert "count from those at the first start" in found
+    assert "the paper states no sample time" in found
+
+
+def test_gains_by_diameter_without_a_node_are_said(tmp_path: Path) -> None:
+    part = replace(model().outputs[0].parts[0], gain_by_diameter=(GainPoint(0.0, 1.0),))
+    gains = CompensationModel(outputs=(Output("Z_um", (part,)),))
+    table = ('[diameter]\nnode = "ns=2;s=Diameter"\nunit = "mm"\n', "")
+    assert "no node tells it" in texts(warned(tmp_path, table, compensation=gains))
+    assert "no node tells it" not in texts(warned(tmp_path, compensation=gains))
+
+
+def test_an_input_that_is_only_recorded_is_said(tmp_path: Path) -> None:
+    more = (
+        '[input.T_hall_C]\nnode = "ns=2;s=T_hall"\nunit = "degC"\nlowest_c = 5\nhighest_c = 50\n\n'
+    )
+    found = warned(tmp_path, ("[supervisor]", more + "[supervisor]"))
+    assert any(f.where == "[input.T_hall_C]" and "only recorded" in f.what for f in found)
+
+
+def test_the_largest_displacement_of_the_training_takes_the_worst_of_every_part() -> None:
+    spindle = Part(
+        "spindle", "A", direct_gain_um_per_k=2.0, sections=(Section(8.0, 60.0),),
+        lowest_k=-1.0, highest_k=20.0,
+    )  # fmt: skip
+    table = Part(
+        "table", "B", sections=(Section(-5.0, 60.0),), lowest_k=-3.0, highest_k=4.0,
+        gain_by_diameter=(GainPoint(0.0, 1.0), GainPoint(3000.0, 2.0)), tool_gain=1.0,
+    )  # fmt: skip
+    # upward 10 * 20 and 2 * 5 * 3; downward 10 * 1 and 2 * 5 * 4
+    assert largest_of_training(Output("Z_um", (spindle, table), offset_um=1.0)) == 231.0
+    assert largest_of_training(Output("Z_um", (Part("x", "A"),))) is None
+
+
+def test_a_folder_that_is_not_there_is_an_error(tmp_path: Path) -> None:
+    found = warnings_of(read_machine(machine_file(tmp_path)), NOW)
+    errors = [finding for finding in found if finding.level is Level.ERROR]
+    assert [finding.where for finding in errors] == ["[historian], url"]
+
+
+# ---- certificates -------------------------------------------------------------------------------
+
+
+def certified(folder: Path, begin: datetime, days: int = 365, uri: str = "urn:thermaxis:client"):
+    """Write certificates that begin at a time; return the change of the configuration."""
+    certificate, key = make_pair(
+        NewCertificate(application_uri=uri, hosts=("localhost",), days=days), begin
+    )
+    for name, content in (("own.der", certificate), ("own.pem", key), ("server.der", certificate)):
+        (folder / name).write_bytes(content)
+        (folder / name).chmod(0o600)
+    files = 'certificate = "own.der"\nprivate_key = "own.pem"\nserver_certificate = "server.der"'
+    return 'security = "none"', f'security = "Basic256Sha256"\n{files}'
+
+
+def of_certificates(findings: Sequence[Finding]) -> list[Finding]:
+    return [finding for finding in findings if "certificate" in finding.where]
+
+
+@pytest.mark.parametrize(
+    ("age_days", "level"),
+    [(10, None), (330, None), (340, Level.WARNING), (400, Level.ERROR), (-2, Level.ERROR)],
+)
+def test_certificates_that_expire_are_said_in_time(
+    tmp_path: Path, age_days: int, level: Level | None
+) -> None:
+    change = certified(tmp_path, NOW - timedelta(days=age_days))
+    found = of_certificates(warned(tmp_path, change))
+    if level is None:
+        assert found == []
+    else:
+        assert {finding.level for finding in found} == {level}
+        assert {finding.where.split(", ")[1] for finding in found} == {
+            "certificate",
+            "server_certificate",
+        }
+
+
+def test_a_certificate_with_another_address_is_an_error_before_the_server_says_so(
+    tmp_path: Path,
+) -> None:
+    change = certified(tmp_path, NOW - timedelta(days=1), uri="urn:other")
+    (finding,) = of_certificates(warned(tmp_path, change))
+    assert finding.level is Level.ERROR
+    assert "urn:other" in finding.what
+
+
+def test_what_is_no_certificate_is_an_error(tmp_path: Path) -> None:
+    change = certified(tmp_path, NOW - timedelta(days=1))
+    (tmp_path / "server.der").write_bytes(b"no certificate")
+    (finding,) = of_certificates(warned(tmp_path, change))
+    assert finding.level is Level.ERROR

@@ -1,0 +1,481 @@
+"""The self-test: what is said of nodes, and that nothing moves while they are looked at."""
+
+import asyncio
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.machine_files import machine_file, model
+from thermaxis.compensation import Limits, SensorRules
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._config_settings import (
+    DiameterSettings,
+    FlagSettings,
+    InputSettings,
+    MachineConfiguration,
+    OutputSettings,
+)
+from thermaxis.runtime._opcua_session import NodeDescription
+from thermaxis.runtime._self_test import judge_linuxcnc, reasons_against, self_test
+from thermaxis.runtime._self_test_nodes import (
+    Finding,
+    Level,
+    judge_diameter,
+    judge_heartbeat,
+    judge_input,
+    judge_interlock,
+    judge_other_compensation,
+    judge_output,
+    judge_read_back,
+    judge_spare,
+    units_that_fit,
+)
+from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, TOWARDS
+from thermaxis.runtime.sinks.dry import DrySink
+
+RULES = SensorRules(lowest_c=5.0, highest_c=90.0)
+LIMITS = Limits(100.0, 0.5)
+OUTPUT = OutputSettings("ns=2;s=Z", "ns=2;s=Z_accepted", "", "mm", AWAY, read_back_stated=True)
+
+
+def node(value: float | bool | None = 20.0, **changes: object) -> NodeDescription:
+    """Return a node that is as it should be, with changes."""
+    good = NodeDescription(
+        node="ns=2;s=X",
+        exists=True,
+        status="Good",
+        data_type="Boolean" if isinstance(value, bool) else "Double",
+        readable=True,
+        writable=True,
+        value=value,
+        age_s=0.2,
+    )
+    return replace(good, **changes)  # type: ignore[arg-type]
+
+
+def one(findings: Sequence[Finding]) -> Finding:
+    (finding,) = findings
+    return finding
+
+
+# ---- inputs -------------------------------------------------------------------------------------
+
+
+def of_input(
+    described: NodeDescription, unit: str = "degC", scale: float = 1.0, rules: SensorRules = RULES
+) -> Finding:
+    settings = InputSettings("ns=2;s=X", unit, "", scale)  # type: ignore[arg-type]
+    return one(tuple(judge_input("[input.T]", described, settings, rules)))
+
+
+@pytest.mark.parametrize(
+    ("raw", "unit", "scale"),
+    [(20.0, "degC", 1.0), (293.15, "K", 1.0), (68.0, "degF", 1.0), (200.0, "degC", 0.1)],
+)
+def test_a_temperature_is_told_in_degrees_celsius(raw: float, unit: str, scale: float) -> None:
+    found = of_input(node(raw), unit, scale)
+    assert found.level is Level.OK
+    assert found.what == "20.0 °C, 0.2 s old"
+
+
+@pytest.mark.parametrize(
+    ("raw", "unit", "scale", "advice"),
+    [
+        (295.0, "degC", 1.0, 'unit = "K"'),
+        (22.0, "K", 1.0, 'unit = "degC"'),
+        (120.0, "degC", 1.0, 'unit = "degF"'),
+        (230.0, "degC", 1.0, "scale = 0.1"),
+        (23.0, "degC", 0.1, "scale = 1"),
+    ],
+)
+def test_a_unit_that_cannot_be_is_an_error_with_the_one_that_could(
+    raw: float, unit: str, scale: float, advice: str
+) -> None:
+    found = of_input(node(raw), unit, scale)
+    assert found.level is Level.ERROR
+    assert advice in found.remedy
+
+
+def test_zero_is_told_as_an_input_that_is_perhaps_not_connected() -> None:
+    narrow = SensorRules(lowest_c=5.0, highest_c=20.0)
+    found = of_input(node(0.0), "degC", rules=narrow)
+    assert found.level is Level.WARNING
+    assert "not connected often reads 0" in found.what
+
+
+@pytest.mark.parametrize(
+    ("changes", "level", "said"),
+    [
+        ({"exists": False, "status": "BadNodeIdUnknown"}, Level.ERROR, "BadNodeIdUnknown"),
+        ({"data_type": "String"}, Level.ERROR, "String"),
+        ({"data_type": "Boolean"}, Level.ERROR, "Boolean"),
+        ({"data_type": ""}, Level.ERROR, "no plain number"),
+        ({"value": None, "status": "BadSensorFailure"}, Level.WARNING, "BadSensorFailure"),
+        ({"value": math.nan}, Level.WARNING, "no number"),
+        ({"value": 150.0}, Level.ERROR, "not plausible"),
+        ({"value": 1e9}, Level.WARNING, "not plausible"),
+        ({"age_s": 11.0}, Level.WARNING, "11 s old"),
+        ({"age_s": None}, Level.ERROR, "no time stamp"),
+    ],
+)
+def test_what_is_wrong_with_an_input_is_said(
+    changes: dict[str, object], level: Level, said: str
+) -> None:
+    found = of_input(node(**changes))  # type: ignore[arg-type]
+    assert found.level is level
+    assert said in found.what
+    assert found.remedy
+
+
+def test_a_value_without_a_time_stamp_may_be_allowed() -> None:
+    rules = replace(RULES, time_stamp_required=False)
+    assert of_input(node(age_s=None), rules=rules).level is Level.OK
+
+
+@given(
+    raw=st.floats(-1e4, 1e4),
+    unit=st.sampled_from(["degC", "K", "degF"]),
+    scale=st.sampled_from([1.0, 0.1, 0.01]),
+    lowest_c=st.floats(-50.0, 50.0),
+    width_k=st.floats(1.0, 150.0),
+)
+def test_every_suggested_unit_makes_the_value_plausible_and_none_is_suggested_in_vain(
+    raw: float, unit: str, scale: float, lowest_c: float, width_k: float
+) -> None:
+    rules = SensorRules(lowest_c=lowest_c, highest_c=lowest_c + width_k)
+    settings = InputSettings("ns=2;s=X", unit, "", scale)  # type: ignore[arg-type]
+    suggested = units_that_fit(raw, settings, rules)
+    if of_input(node(raw), unit, scale, rules).level is Level.OK:
+        assert suggested == ()
+    for line in suggested:
+        key, value = line.split(" = ")
+        changed = (value.strip('"'), scale) if key == "unit" else (unit, float(value))
+        assert of_input(node(raw), *changed, rules=rules).level is Level.OK
+
+
+def test_two_sensors_of_one_place_must_agree() -> None:
+    settings = InputSettings("ns=2;s=X", "degC", "ns=2;s=Y", 0.1)
+    close = tuple(judge_spare("[input.T]", node(200.0), node(229.0), settings, RULES))
+    apart = one(tuple(judge_spare("[input.T]", node(200.0), node(169.0), settings, RULES)))
+    assert close == ()
+    assert apart.level is Level.WARNING
+    assert "-3.1 K" in apart.what
+    assert tuple(judge_spare("[input.T]", node(None), node(200.0), settings, RULES)) == ()
+
+
+# ---- flags and diameter -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("met", [True, False])
+@pytest.mark.parametrize("value", [True, False, 1, 0])
+def test_an_interlock_is_met_or_waited_for(met: bool, value: float) -> None:
+    kind = "Boolean" if isinstance(value, bool) else "Int16"
+    found = judge_interlock("", node(value, data_type=kind), FlagSettings("ns=2;s=X", met))
+    assert found.level is (Level.OK if bool(value) is met else Level.WARNING)
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_another_compensation_forbids_a_correction(value: bool) -> None:
+    found = judge_other_compensation("", node(value), FlagSettings("ns=2;s=X", value=True))
+    assert found.level is (Level.ERROR if value else Level.OK)
+
+
+def test_a_flag_without_a_value_is_a_warning_and_one_of_another_type_an_error() -> None:
+    flag = FlagSettings("ns=2;s=X", value=True)
+    for judge in (judge_interlock, judge_other_compensation):
+        missing = node(None, data_type="Boolean", status="BadNoCommunication")
+        assert judge("", missing, flag).level is Level.WARNING
+        assert judge("", node(1.5), flag).level is Level.ERROR
+        assert judge("", node(exists=False), flag).level is Level.ERROR
+
+
+@pytest.mark.parametrize(
+    ("raw", "unit", "level"),
+    [
+        (1500.0, "mm", Level.OK),
+        (59.0, "inch", Level.OK),
+        (1500.0, "inch", Level.WARNING),
+        (-1.0, "mm", Level.WARNING),
+        (None, "mm", Level.WARNING),
+        (math.nan, "mm", Level.WARNING),
+    ],
+)
+def test_a_diameter_must_be_one_of_a_workpiece(raw: float | None, unit: str, level: Level) -> None:
+    settings = DiameterSettings("ns=2;s=D", unit)  # type: ignore[arg-type]
+    assert judge_diameter("", node(raw), settings, model()).level is level
+
+
+# ---- outputs ------------------------------------------------------------------------------------
+
+
+def of_output(described: NodeDescription, **changes: object) -> tuple[Finding, ...]:
+    settings = replace(OUTPUT, **changes)  # type: ignore[arg-type]
+    return tuple(judge_output("[output.Z_um]", described, settings, LIMITS))
+
+
+@given(
+    correction_um=st.floats(-100.0, 100.0),
+    unit=st.sampled_from(list(OFFSET_UNITS)),
+    sign=st.sampled_from([AWAY, TOWARDS]),
+)
+def test_an_offset_within_its_limit_is_told_with_the_sign_of_the_correction(
+    correction_um: float, unit: str, sign: str
+) -> None:
+    in_unit = {"um": 1.0, "0.1 um": 0.1, "mm": 1000.0, "m": 1e6, "inch": 25_400.0}[unit]
+    raw = (correction_um if sign == AWAY else -correction_um) / in_unit
+    found = one(of_output(node(raw * (1 - 1e-9)), unit=unit, sign=sign))
+    assert found.level is Level.OK
+    told = float(found.what.split("offset of ")[1].split(" µm")[0])
+    assert told == pytest.approx(correction_um, abs=0.051)
+
+
+@pytest.mark.parametrize(
+    ("raw", "unit", "level", "said"),
+    [
+        (30.0, "mm", Level.ERROR, "plausible in um"),
+        (0.15, "mm", Level.WARNING, "beyond the limit"),
+        (5000.0, "0.1 um", Level.WARNING, "beyond the limit"),
+    ],
+)
+def test_an_offset_of_another_unit_is_told_from_one_that_is_too_large(
+    raw: float, unit: str, level: Level, said: str
+) -> None:
+    found = one(of_output(node(raw), unit=unit))
+    assert found.level is level
+    assert said in found.what
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"exists": False}, "no node"),
+        ({"data_type": "String"}, "String"),
+        ({"writable": False}, "does not let this user write"),
+        ({"value": None, "status": "BadNotReadable"}, "BadNotReadable"),
+        ({"value": math.nan}, "cannot be read"),
+    ],
+)
+def test_what_forbids_to_write_an_offset_is_an_error(changes: dict[str, object], said: str) -> None:
+    found = of_output(node(**{"value": 0.0, **changes}))  # type: ignore[arg-type]
+    assert any(f.level is Level.ERROR and said in f.what for f in found)
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "level", "said"),
+    [
+        ("Int16", "0.1 um", Level.OK, "stands"),
+        ("Int32", "um", Level.OK, "stands"),
+        ("Int16", "mm", Level.ERROR, "always written as 0"),
+        ("SByte", "0.1 um", Level.ERROR, "does not fit"),
+        ("UInt16", "um", Level.ERROR, "does not fit"),
+    ],
+)
+def test_a_node_with_whole_numbers_must_be_fine_and_wide_enough(
+    kind: str, unit: str, level: Level, said: str
+) -> None:
+    first, *_ = of_output(node(0, data_type=kind), unit=unit)
+    assert first.level is level
+    assert said in first.what
+
+
+def test_whole_units_that_are_coarse_are_a_warning() -> None:
+    settings = replace(OUTPUT, unit="mm")
+    wide = Limits(5000.0, 0.5)
+    first, *_ = judge_output("", node(0, data_type="Int16"), settings, wide)
+    assert first.level is Level.WARNING
+    assert "steps of 1000 µm" in first.what
+
+
+def test_what_is_read_back_is_compared_with_what_was_written() -> None:
+    same = judge_read_back("", node(0.0102), node(0.01), OUTPUT, 0.5)
+    other = judge_read_back("", node(0.0), node(0.01), OUTPUT, 0.5)
+    nothing = judge_read_back("", node(None), node(0.01), OUTPUT, 0.5)
+    assert [f.level for f in (same, other, nothing)] == [Level.OK, Level.WARNING, Level.WARNING]
+    assert "-10.0 µm from what was written" in other.what
+    assert judge_read_back("", node(exists=False), node(0.0), OUTPUT, 0.5).level is Level.ERROR
+
+
+def test_a_heartbeat_must_be_writable() -> None:
+    for kind in ("Boolean", "UInt32", "Double"):
+        assert judge_heartbeat("", node(0, data_type=kind)).level is Level.OK
+    assert judge_heartbeat("", node(0, writable=False)).level is Level.ERROR
+    assert judge_heartbeat("", node(0, data_type="String")).level is Level.ERROR
+
+
+# ---- the whole test -----------------------------------------------------------------------------
+
+
+class Server:
+    """A connection to a machine in memory, which remembers what was written."""
+
+    def __init__(self, nodes: dict[str, NodeDescription]) -> None:
+        self.nodes = nodes
+        self.connected = True
+        self.last_error = ""
+        self.clock_difference_s: float | None = 0.1
+        self.written: list[tuple[str, float]] = []
+        self.answers: Callable[[str], str] = lambda _: "Good"
+        self.silent_after = 10**9
+
+    async def describe(self, name: str, deadline_s: float) -> NodeDescription | None:
+        self.silent_after -= 1
+        return None if self.silent_after < 0 else self.nodes[name]
+
+    async def write(
+        self, values: Sequence[tuple[str, float]], deadline_s: float
+    ) -> list[str] | None:
+        self.written.extend(values)
+        return [self.answers(name) for name, _ in values]
+
+
+class Parts:
+    def __init__(self, server: Server) -> None:
+        self.sessions = {"control": server}
+        self.sink = DrySink(("Z_um",))
+
+
+@pytest.fixture
+def configuration(tmp_path: Path) -> MachineConfiguration:
+    (tmp_path / "history").mkdir()
+    return read_machine(machine_file(tmp_path))
+
+
+@pytest.fixture
+def server() -> Server:
+    values: dict[str, float | bool] = {
+        "T_spindle": 25.0,
+        "T_spindle_2": 25.5,
+        "T_column": 294.0,
+        "Z_referenced": True,
+        "EmergencyStop": False,
+        "OwnCompensation": False,
+        "Diameter": 1500.0,
+        "Heartbeat": 7.0,
+        "Z_offset": 0.0123456789,
+        "Z_accepted": 0.0123,
+    }
+    return Server({f"ns=2;s={name}": node(value) for name, value in values.items()})
+
+
+def look_at(
+    server: Server, configuration: MachineConfiguration, *, write: bool = False
+) -> tuple[Finding, ...]:
+    return asyncio.run(self_test(Parts(server), configuration, write=write))
+
+
+def test_a_machine_that_is_as_configured_has_nothing_but_good_findings(
+    configuration: MachineConfiguration, server: Server
+) -> None:
+    found = look_at(server, configuration)
+    assert {finding.level for finding in found} == {Level.OK}
+    told = {finding.where for finding in found}
+    for table in (
+        "[connection.control]",
+        "[input.T_spindle_C]",
+        "[input.T_spindle_C], spare_node",
+        "[input.T_column_C]",
+        "[interlock.referenced]",
+        "[interlock.emergency_stop]",
+        "[other_compensation]",
+        "[diameter]",
+        "[sink], heartbeat_node",
+        "[output.Z_um]",
+        "[output.Z_um], read_back_node",
+    ):
+        assert table in told
+    assert reasons_against(found) == ()
+
+
+def test_nothing_is_written_unless_it_is_asked_for(
+    configuration: MachineConfiguration, server: Server
+) -> None:
+    look_at(server, configuration)
+    assert server.written == []
+
+
+def test_exactly_the_offset_that_stands_there_is_written_back_and_nothing_else(
+    configuration: MachineConfiguration, server: Server
+) -> None:
+    found = look_at(server, configuration, write=True)
+    assert server.written == [("ns=2;s=Z_offset", 0.0123456789)]
+    assert found[-1].what.endswith("it can be written")
+
+
+@pytest.mark.parametrize(
+    "changes", [{"value": math.nan}, {"value": None}, {"writable": False}, {"value": 30.0}]
+)
+def test_an_offset_that_is_in_doubt_is_not_written_back(
+    configuration: MachineConfiguration, server: Server, changes: dict[str, object]
+) -> None:
+    server.nodes["ns=2;s=Z_offset"] = node(**{"value": 0.0, **changes})  # type: ignore[arg-type]
+    assert reasons_against(look_at(server, configuration, write=True))
+    assert server.written == []
+
+
+@pytest.mark.parametrize("status", ["BadUserAccessDenied", "BadTypeMismatch", "BadNotWritable"])
+def test_a_write_that_is_refused_is_an_error_with_its_reason(
+    configuration: MachineConfiguration, server: Server, status: str
+) -> None:
+    server.answers = lambda _: status
+    (reason,) = reasons_against(look_at(server, configuration, write=True))
+    assert status in reason
+
+
+def test_a_machine_that_is_not_there_is_one_error_with_the_connections_own_words(
+    configuration: MachineConfiguration, server: Server
+) -> None:
+    server.connected = False
+    server.last_error = "the password is wrong. Look it up."
+    found = one(look_at(server, configuration, write=True))
+    assert found.level is Level.ERROR
+    assert "the password is wrong" in found.what
+
+
+@pytest.mark.parametrize("answers", range(12))
+def test_a_server_that_falls_silent_ends_the_test_with_an_error(
+    configuration: MachineConfiguration, server: Server, answers: int
+) -> None:
+    server.silent_after = answers
+    found = look_at(server, configuration, write=True)
+    if answers < 11:
+        assert any("does not answer any more" in reason for reason in reasons_against(found))
+        assert server.written == []
+
+
+@pytest.mark.parametrize(
+    ("difference_s", "level"),
+    [(0.1, Level.OK), (-1.9, Level.OK), (-2.1, Level.WARNING), (3600.0, Level.WARNING)],
+)
+def test_a_clock_that_goes_wrong_is_a_warning(
+    configuration: MachineConfiguration, server: Server, difference_s: float, level: Level
+) -> None:
+    server.clock_difference_s = difference_s
+    found = look_at(server, configuration)[0]
+    assert found.level is level
+    if level is Level.WARNING:
+        assert ("ahead of" if difference_s > 0 else "behind") in found.what
+
+
+def test_a_server_that_does_not_tell_its_time_is_a_warning(
+    configuration: MachineConfiguration, server: Server
+) -> None:
+    server.clock_difference_s = None
+    assert look_at(server, configuration)[0].level is Level.WARNING
+
+
+def test_linuxcnc_that_does_not_run_is_an_error_with_its_reason() -> None:
+    sink = DrySink(("Z_um",))
+    assert judge_linuxcnc(sink).level is Level.OK
+
+    class Missing:
+        connected = False
+        last_error = "LinuxCNC: it does not run."
+
+    found = judge_linuxcnc(Missing())  # type: ignore[arg-type]
+    assert found.level is Level.ERROR
+    assert "it does not run" in found.what
