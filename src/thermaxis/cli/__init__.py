@@ -27,6 +27,7 @@ COMMANDS = {
     "record": "record the nodes of an OPC UA server into logs",
     "check": "check the configuration of a machine, and the machine itself",
     "commission": "prove sign and size of an offset on the machine",
+    "rehearse": "let a configuration compensate the virtual lathe, hours in seconds",
     "run": "compensate a machine: the loop",
     "history": "export, list or check what the loop has recorded",
     "user": "add, remove or list the users of the status server",
