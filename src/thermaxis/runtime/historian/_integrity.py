@@ -68,7 +68,9 @@ def check_file(path: Path, longest_s: float) -> Soundness:
         return Soundness(sound=True, complete=True, text="")
     _refuse_text(path)
     deadline_s = time.monotonic() + longest_s
-    connection = sqlite3.connect(path, timeout=5.0, isolation_level=None)
+    # Reading only: what a sudden end has left in the log is looked at where it is.
+    address = f"{path.resolve().as_uri()}?mode=ro"
+    connection = sqlite3.connect(address, uri=True, timeout=5.0, isolation_level=None)
     try:
         connection.set_progress_handler(lambda: int(time.monotonic() > deadline_s), _STEPS)
         lines = [str(row[0]) for row in connection.execute("PRAGMA quick_check(3)")]

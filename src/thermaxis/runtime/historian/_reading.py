@@ -180,6 +180,49 @@ class HistoryReader:
         times = [time_us for row in found for time_us in row if time_us is not None]
         return (from_us(min(times)), from_us(max(times))) if times else None
 
+    def starts(self) -> int:
+        """Return how often a program began to write. [1]"""
+        with self._asked() as connection:
+            query = sa.select(sa.func.count()).select_from(t.run)
+            return int(connection.execute(query).scalar_one())
+
+    def layouts(
+        self, first: datetime | None = None, last: datetime | None = None
+    ) -> tuple[Layout, ...]:
+        """Return the layouts of the cycles in a span, in the order of their first use.
+
+        Parameters
+        ----------
+        first : datetime, optional
+            Begin of the span. Default: that of the history.
+        last : datetime, optional
+            End, not included. Default: that of the history.
+
+        Returns
+        -------
+        tuple of Layout
+            The layouts, each once.
+
+        Raises
+        ------
+        DataError
+            If the history cannot be read.
+        """
+        first_us, last_us = _span_us(first, last)
+        block, cycle = t.block.c, t.cycle.c
+        wanted = (
+            (t.block, (block.utc_max_us >= first_us) & (block.utc_min_us < last_us)),
+            (t.cycle, (cycle.utc_us >= first_us) & (cycle.utc_us < last_us)),
+        )
+        found: dict[Layout, None] = {}
+        for table, inside in wanted:
+            kinds = sa.select(table.c.run, table.c.layout).where(inside).distinct()
+            with self._asked() as connection:
+                rows = connection.execute(kinds).all()
+            for kind in sorted((int(row.run), int(row.layout)) for row in rows):
+                found.setdefault(self._names_of(*kind)[0])
+        return tuple(found)
+
     def pieces(
         self, first: datetime | None = None, last: datetime | None = None
     ) -> Iterator[Piece]:
@@ -447,7 +490,9 @@ class HistoryReader:
         return found
 
 
-def values_of(piece: Piece, rows: NDArray[np.void], name: str) -> NDArray[np.float64] | None:
+def values_of(
+    piece: Piece, rows: NDArray[np.void], name: str, *, bad_too: bool = False
+) -> NDArray[np.float64] | None:
     """Return the values of a series in a piece.
 
     Parameters
@@ -458,6 +503,8 @@ def values_of(piece: Piece, rows: NDArray[np.void], name: str) -> NDArray[np.flo
         Its rows, as `Piece.array` gives them.
     name : str
         Name of the series.
+    bad_too : bool
+        Whether values whose status was not good are given as well. Default: no.
 
     Returns
     -------
@@ -472,7 +519,7 @@ def values_of(piece: Piece, rows: NDArray[np.void], name: str) -> NDArray[np.flo
     if column is None:
         return None
     values: NDArray[np.float64] = rows["numbers"][:, column.place]
-    if column.good is None:
+    if column.good is None or bad_too:
         return values
     return np.where(rows["flags"][:, column.good] > 0, values, np.nan)
 

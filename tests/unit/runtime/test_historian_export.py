@@ -1,0 +1,325 @@
+"""What is exported is what was recorded, and the readers of thermal logs read it."""
+
+import json
+import os
+import sqlite3
+import tempfile
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from tests.unit.runtime.history_records import (
+    BEGIN,
+    CHANNELS,
+    OUTPUTS,
+    CountingClock,
+    cycle_record,
+    event_record,
+    url_of,
+)
+from thermaxis.cli import main
+from thermaxis.compensation._supervisor import SupervisorState
+from thermaxis.errors import DataError
+from thermaxis.files import read_thermal_log
+from thermaxis.runtime._ports import CycleRecord, EventRecord
+from thermaxis.runtime.historian._backlog import Backlog, Loss
+from thermaxis.runtime.historian._condition import check_history
+from thermaxis.runtime.historian._database import parse_url
+from thermaxis.runtime.historian._export import export_history
+from thermaxis.runtime.historian._reading import HistoryReader
+from thermaxis.runtime.historian._rows import RowPacker
+from thermaxis.runtime.historian._settings import HistorianSettings
+from thermaxis.runtime.historian._writer import Writer, pack_event
+
+FORMATS = pytest.mark.parametrize("name", ["log.parquet", "log.csv"])
+
+
+def write(
+    path: Path,
+    records: list[CycleRecord],
+    events: tuple[EventRecord, ...] = (),
+    outputs: tuple[str, ...] = OUTPUTS,
+) -> None:
+    packer, backlog = RowPacker(), Backlog(10**9)
+    packer.outputs, packer.channels = outputs, CHANNELS
+    for record in records:
+        backlog.add_cycle(packer.pack(record))
+    for event in events:
+        backlog.add_event(pack_event(event))
+    writer = Writer(parse_url(url_of(path)), HistorianSettings(), CountingClock(), backlog, packer)
+    assert writer.attempt()
+    writer.close()
+
+
+@pytest.fixture
+def history(tmp_path: Path) -> Path:
+    path = tmp_path / "h.db"
+    events = (event_record("started", kind="start"), event_record("enabled", kind="request"))
+    write(path, [cycle_record(k, good=k % 50 != 49) for k in range(600)], events)
+    return path
+
+
+@FORMATS
+def test_an_export_is_a_thermal_log_with_the_numbers_of_the_records(
+    history: Path, tmp_path: Path, name: str
+) -> None:
+    records = [cycle_record(k, good=k % 50 != 49) for k in range(600)]
+    with HistoryReader(url_of(history)) as reader:
+        written = export_history(reader, tmp_path / name)
+    assert written.rows == 600
+    log = read_thermal_log(tmp_path / name)
+    assert log.start == BEGIN
+    assert log.remarks == ()
+    assert log.time_s.tolist() == list(range(600))
+    good = [k % 50 != 49 for k in range(600)]
+    shown = [
+        r.samples["T_spindle_C"].value if g else np.nan for r, g in zip(records, good, strict=True)
+    ]
+    np.testing.assert_array_equal(log.columns["T_spindle_C"], shown)
+    for heading, values in {
+        "Z_correction_um": [r.output.correction_um[0] for r in records],
+        "X_model_um": [r.output.model_um[1] for r in records],
+        "Z_part_spindle_um": [r.output.contribution_um[0][0] for r in records],
+        "Z_gain_table": [0.8] * 600,
+        "X_weight": [0.75] * 600,
+        "X_effective_um": [r.applied["X_um"].effective_um for r in records],
+        "active": [1.0] * 600,
+    }.items():
+        np.testing.assert_array_equal(log.columns[heading], values)
+    assert np.isnan(log.columns["Z_effective_um"]).all()
+    assert (log.units["T_spindle_C"], log.units["Z_correction_um"]) == ("degC", "um")
+
+
+@FORMATS
+def test_everything_has_bad_values_status_and_state_as_well(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "h.db"
+    states = [SupervisorState.HOLDING, SupervisorState.ACTIVE]
+    records = [cycle_record(k, good=k % 2 == 1, state=states[k % 2]) for k in range(10)]
+    odd = records[3].samples["T_table_C"]._replace(status="=cmd()")
+    records[3] = replace(records[3], samples={**records[3].samples, "T_table_C": odd})
+    write(path, records)
+    with HistoryReader(url_of(path)) as reader:
+        export_history(reader, tmp_path / name, everything=True)
+    read = pl.read_csv if name.endswith("csv") else pl.read_parquet
+    frame = read(tmp_path / name)
+    assert frame["T_spindle_C"].null_count() == 0
+    assert frame["T_spindle_C status"].to_list() == ["BadSensorFailure", "Good"] * 5
+    assert frame["state"].to_list() == ["Holding", "Active"] * 5
+    assert (frame["reasons"][0], frame["reasons"][1]) == ("INPUT_BAD|HEALING", "")
+    shown = "'=cmd()" if name.endswith("csv") else "=cmd()"  # no formula in a spreadsheet
+    assert frame["T_table_C status"][3] == shown
+    assert len(read_thermal_log(tmp_path / name).time_s) == 10
+
+
+def test_columns_of_two_models_stand_side_by_side_and_are_empty_where_they_were_not(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    first = [cycle_record(k) for k in range(5)]
+    parts = (("spindle", "hall"), ("spindle",))
+    second = [replace(cycle_record(k), parts=parts) for k in range(5, 10)]
+    write(path, first + second)
+    with HistoryReader(url_of(path)) as reader:
+        export_history(reader, tmp_path / "log.parquet", patterns=["Z_part_*"])
+    frame = pl.read_parquet(tmp_path / "log.parquet")
+    assert frame.columns == ["time", "Z_part_spindle_um", "Z_part_table_um", "Z_part_hall_um"]
+    assert [frame[c].null_count() for c in frame.columns[1:]] == [0, 5, 5]
+
+
+def test_a_channel_that_is_called_time_is_another_column(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    record = cycle_record(1)
+    samples = {"time": record.samples["T_table_C"], **record.samples}
+    write(path, [replace(record, samples=samples)])
+    with HistoryReader(url_of(path)) as reader:
+        written = export_history(reader, tmp_path / "log.parquet")
+    assert "time'" in written.columns
+    assert "time" not in written.columns
+
+
+def test_nothing_to_export_is_said_with_what_there_is(history: Path, tmp_path: Path) -> None:
+    with HistoryReader(url_of(history)) as reader:
+        with pytest.raises(DataError, match=r"no cycle in this span.*from 2026-11-03T06:00:00"):
+            export_history(reader, tmp_path / "log.csv", first=BEGIN + timedelta(days=1))
+        with pytest.raises(DataError, match=r"no column.*T_spindle_C"):
+            export_history(reader, tmp_path / "log.csv", patterns=["Y_*"])
+    assert not list(tmp_path.glob("log*"))
+
+
+def test_a_damaged_block_ends_an_export_and_leaves_the_older_file(
+    history: Path, tmp_path: Path
+) -> None:
+    with sqlite3.connect(history) as other:
+        other.execute("UPDATE thermaxis_block SET rows = zeroblob(100)")
+    other.close()
+    target = tmp_path / "log.parquet"
+    target.write_text("older")
+    with HistoryReader(url_of(history)) as reader, pytest.raises(DataError, match="damaged"):
+        export_history(reader, target)
+    assert target.read_text() == "older"
+    assert [p.name for p in tmp_path.glob("*.part")] == []
+    with pytest.raises(DataError, match="damaged"):
+        check_history(url_of(history))
+
+
+# ---- the command --------------------------------------------------------------------------------
+
+
+def command(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:
+    code = main(["history", *map(str, words)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_the_command_exports_a_span(
+    history: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "log.parquet"
+    code, out, _ = command(
+        capsys,
+        *("export", history, "-o", target, "--column", "T_*"),
+        *("--from", "2026-11-03T06:01:00Z", "--to", "2026-11-03T06:02:00Z"),
+    )
+    assert (code, out) == (0, f"written: {target} (60 cycles, 2 columns)\n")
+    assert read_thermal_log(target).start == BEGIN + timedelta(minutes=1)
+    code, out, _ = command(capsys, "export", history, "-o", target, "--last", "30s")
+    assert "(31 cycles," in out  # both ends of the time
+    assert command(capsys, "export", url_of(history), "-o", target)[0] == 0
+
+
+def test_a_time_without_a_zone_is_one_of_this_computer(
+    history: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    local = (BEGIN + timedelta(minutes=5)).astimezone().replace(tzinfo=None)
+    target = tmp_path / "log.csv"
+    command(capsys, "export", history, "-o", target, "--from", local.isoformat())
+    assert read_thermal_log(target).start == BEGIN + timedelta(minutes=5)
+
+
+def test_the_command_lists_events(
+    history: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = command(capsys, "events", history)
+    assert code == 0
+    assert [line.split()[2] for line in out.splitlines()] == ["start", "request"]
+    assert out.endswith("enabled (Anna)\n")
+    _, out, _ = command(capsys, "events", history, "--kind", "loss")
+    assert out == "There are no such events.\n"
+    _, out, _ = command(capsys, "events", history, "--newest", "1", "--json", "-")
+    (event,) = json.loads(out)["events"]
+    assert event == {
+        "utc": "2026-11-03T06:00:00+00:00",
+        "kind": "request",
+        "who": "Anna",
+        "text": "enabled",
+        "details": {"from": "Off", "value": 1.5, "on": True, "x": None},
+    }
+
+
+def test_events_with_control_characters_do_not_reach_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "h.db"
+    write(path, [], (event_record("a\x1b[2Jb\nc"),))
+    _, out, _ = command(capsys, "events", path)
+    assert "\x1b" not in out
+    assert out.count("\n") == 1
+    assert "a\\x1b[2Jb\\nc" in out
+
+
+def test_the_command_checks_a_history_and_tells_of_losses(
+    history: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    packer, backlog = RowPacker(), Backlog(10**6)
+    writer = Writer(
+        parse_url(url_of(history)), HistorianSettings(), CountingClock(), backlog, packer
+    )
+    backlog.add_loss(Loss(12, 3, 0, 10**6))
+    backlog.add_event(pack_event(event_record("x")))
+    writer.attempt()
+    writer.attempt()
+    code, out, _ = command(capsys, "check", history)  # while the writer has it open
+    writer.close()
+    assert code == 0
+    assert "sound" in out
+    assert "600 cycles from 2026-11-03T06:00:00+00:00 to 2026-11-03T06:09:59+00:00" in out
+    assert "4 events, 2 starts" in out
+    assert "12 cycles and 3 events were lost" in out
+
+
+def test_a_copy_is_whole_while_the_writer_goes_on(
+    history: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "copy.db"
+    packer, backlog = RowPacker(), Backlog(10**8)
+    packer.outputs, packer.channels = OUTPUTS, CHANNELS
+    writer = Writer(
+        parse_url(url_of(history)), HistorianSettings(), CountingClock(), backlog, packer
+    )
+    for k in range(600, 900):
+        backlog.add_cycle(packer.pack(cycle_record(k)))
+    writer.attempt()
+    assert command(capsys, "copy", history, "-o", copy)[0] == 0
+    writer.close()
+    assert not copy.with_name("copy.db-wal").exists()
+    copy.chmod(0o444)
+    with HistoryReader(url_of(copy)) as reader:
+        assert [record.number for record in reader.cycles()] == list(range(900))
+    code, _, error = command(capsys, "copy", history, "-o", copy)
+    assert code == 2
+    assert "there already" in error
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("export", "none.db", "-o", "x.csv"), "no such file"),
+        (("export", "{h}", "-o", "x.txt"), "tells no format"),
+        (("export", "{h}", "-o", "x.csv", "--last", "1h", "--to", "2026-11-04"), "either ends"),
+        (
+            ("events", "{h}", "--from", "2026-11-04", "--to", "2026-11-03"),
+            "ends before it begins",
+        ),
+        (("check", "none.toml"), "none.toml"),
+        (("copy", "postgresql://user@127.0.0.1/db", "-o", "x.db"), "pg_dump"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_reason(
+    history: Path, words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, error = command(capsys, *(word.replace("{h}", str(history)) for word in words))
+    assert code == 2
+    assert message in error
+
+
+@pytest.mark.parametrize("words", [("--from", "yesterday"), ("--newest", "0"), ("--last", "x")])
+def test_options_that_mean_nothing_are_refused(
+    history: Path, words: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["history", "events", str(history), *words])
+    assert words[1] in capsys.readouterr().err
+
+
+def test_a_history_beside_which_nothing_can_be_written_is_read(history: Path) -> None:
+    """As on a medium that is read only; whoever may write everywhere gives that up meanwhile."""
+    nobody = 65_534
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        copy = folder / "h.db"
+        copy.write_bytes(history.read_bytes())
+        folder.chmod(0o555)
+        if os.geteuid() == 0:
+            os.seteuid(nobody)
+        try:
+            assert not os.access(folder, os.W_OK, effective_ids=True)
+            with HistoryReader(url_of(copy)) as reader:
+                assert sum(1 for _ in reader.cycles()) == 600
+        finally:
+            if os.getuid() == 0:
+                os.seteuid(0)
+            folder.chmod(0o755)
