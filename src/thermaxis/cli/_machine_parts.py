@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from thermaxis.compensation import Compensation
     from thermaxis.runtime._config_settings import MachineConfiguration
     from thermaxis.runtime._loop import Borders, LoopSettings
+    from thermaxis.runtime._metrics import MetricsServer
     from thermaxis.runtime._opcua_session import OpcUaSession
     from thermaxis.runtime._status_server import StatusServer
     from thermaxis.runtime.sources.opcua import NodeSettings
@@ -336,3 +337,25 @@ def build_status_server(
     from thermaxis.runtime._status_server import StatusServer  # noqa: PLC0415 - asyncua is heavy
 
     return StatusServer(configuration.server, box, clock, compensation=compensation, audit=audit)
+
+
+def build_metrics(configuration: "MachineConfiguration", clock: Clock) -> "MetricsServer | None":
+    """Make the server of figures for Prometheus, if one is configured; it does not listen yet.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    clock : Clock
+        The computer's clock.
+
+    Returns
+    -------
+    MetricsServer or None
+        None where the file has no table for it.
+    """
+    if configuration.metrics is None:
+        return None
+    from thermaxis.runtime._metrics import MetricsServer  # noqa: PLC0415 - only where it is asked for
+
+    return MetricsServer(configuration.metrics, clock)

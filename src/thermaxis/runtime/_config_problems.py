@@ -61,7 +61,8 @@ class Problems:
             return build()
         except ConfigurationError as error:
             where = error.where.removeprefix(place).removeprefix(", ")
-            self.add(f"{place}, {where}" if where else place, error.what, error.remedy)
+            told = place if where in {"", place.strip("[]")} else f"{place}, {where}"
+            self.add(told, error.what, error.remedy)
             return None
 
     def existing(self, place: str, name: str) -> Path | None:

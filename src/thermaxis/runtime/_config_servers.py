@@ -1,6 +1,5 @@
 """The tables ``[historian]``, ``[server]`` and ``[metrics]``: what is stored, and who may look."""
 
-import ipaddress
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
@@ -9,6 +8,7 @@ from thermaxis.runtime._config_problems import Problems
 from thermaxis.runtime._config_sections import HistorianSection, MetricsSection, ServerSection
 from thermaxis.runtime._config_settings import MetricsSettings, ServerSettings
 from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime.historian._settings import HistorianSettings
 
 _FORGOTTEN_DATABASES = ("", "/", "/:memory:")
@@ -19,27 +19,6 @@ _URL_REMEDY = (
     " with password_file"
 )
 _OWN_ADDRESS = "or take the address 127.0.0.1"
-
-
-def is_loopback(address: str) -> bool:
-    """Return whether an address can be reached from this computer only.
-
-    Parameters
-    ----------
-    address : str
-        Address or name.
-
-    Returns
-    -------
-    bool
-        False for every name but ``localhost``.
-    """
-    if address == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(address.strip("[]")).is_loopback
-    except ValueError:
-        return False
 
 
 def historian_settings(
@@ -194,15 +173,12 @@ def metrics_settings(section: MetricsSection | None, problems: Problems) -> Metr
     token = _secret(table, section.token_file, section.token_environment, problems, key="token")
     if token is None:
         return None
-    outside = not is_loopback(section.address)
-    for there, key in ((bool(token), "token_file"), (certificate is not None, "certificate")):
-        if outside and not there:
-            problems.add(
-                table,
-                f"the figures can be read from other computers, and {key} is missing",
-                f"Write token_file, certificate and private_key, {_OWN_ADDRESS}",
-            )
-    return MetricsSettings(section.address, section.port, token, certificate, private_key)
+    settings = MetricsSettings(section.address, section.port, token, certificate, private_key)
+    if (certificate is None) == (private_key is None):
+        from thermaxis.runtime._metrics import check_metrics  # noqa: PLC0415 - where it is asked for
+
+        problems.guarded(table, lambda: check_metrics(settings))
+    return settings
 
 
 def _secret(

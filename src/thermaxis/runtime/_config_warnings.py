@@ -9,8 +9,8 @@ from typing import Final
 from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._thermal_model import START, Output, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._config_servers import is_loopback
 from thermaxis.runtime._config_settings import MachineConfiguration
+from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._self_test_nodes import Finding, error, warning
 
 VISIBLE_STEP_UM: Final = 1.0

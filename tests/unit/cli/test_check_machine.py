@@ -16,6 +16,7 @@ from tests.unit.runtime.machine_files import machine_file
 from thermaxis.cli import check
 from thermaxis.cli._machine_parts import (
     PacedClock,
+    build_metrics,
     build_parts,
     build_status_server,
     loop_settings,
@@ -307,7 +308,7 @@ def test_source_and_sink_share_one_connection(machine: Path) -> None:
     assert parts.sink.session is parts.sessions["control"]  # type: ignore[attr-defined]
 
 
-def test_there_is_no_status_server_unless_it_is_configured(machine: Path) -> None:
+def test_there_is_no_server_unless_it_is_configured(machine: Path) -> None:
     configuration = read_machine(machine)
 
     class Box:
@@ -320,6 +321,36 @@ def test_there_is_no_status_server_unless_it_is_configured(machine: Path) -> Non
         )
         is None
     )
+    assert build_metrics(configuration, SystemClock()) is None
+
+
+def test_the_servers_that_are_configured_are_made(machine: Path) -> None:
+    text = machine.read_text(encoding="utf-8")
+    more = '\n[server]\nanonymous_role = "viewer"\nport = 0\n[metrics]\nport = 0\n'
+    machine.write_text(text + more, encoding="utf-8")
+    configuration = read_machine(machine)
+
+    class Box:
+        async def submit(self, request):
+            raise AssertionError
+
+    async def work() -> tuple[int, int]:
+        clock = SystemClock()
+        status = build_status_server(
+            configuration, Box(), clock, compensation=lambda: None, audit=lambda _: None
+        )
+        metrics = build_metrics(configuration, clock)
+        assert status is not None
+        assert metrics is not None
+        await metrics.open()
+        try:
+            return metrics.port, status.port
+        finally:
+            await metrics.close()
+
+    metrics_port, status_port = asyncio.run(work())
+    assert metrics_port > 0
+    assert status_port == 0, "a server that was not opened does not listen"
 
 
 LOG = "time_s,T_spindle_C,T_column_C\n" + "".join(

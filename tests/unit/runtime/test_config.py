@@ -525,8 +525,27 @@ def test_a_server_for_other_computers_needs_users_and_certificates(
 ) -> None:
     tables = f'[server]\naddress = "{address}"\n[metrics]\naddress = "{address}"'
     said = " ".join(problem.what for problem in problems_of(with_tables(tmp_path, tables)))
-    for lacking in ("users is missing", "certificate is missing", "token_file is missing"):
+    for lacking in ("users is missing", "certificate is missing", "a certificate and a token"):
         assert lacking in said
+
+
+@pytest.mark.parametrize(
+    ("token", "right"), [("0123456789abcdef", True), ("short", False), ("ä" * 16, False)]
+)
+def test_a_token_is_read_from_a_file_and_is_long_enough(
+    tmp_path: Path, token: str, right: bool
+) -> None:
+    secret_file(tmp_path, token)
+    path = with_tables(tmp_path, '[metrics]\ntoken_file = "secret"')
+    if right:
+        found = read_machine(path)
+        assert found.metrics is not None
+        assert found.metrics.token.reveal() == token
+        assert token not in repr(found)
+    else:
+        problem = only_problem(path)
+        assert "[metrics]" in problem.place
+        assert token not in str(problem)
 
 
 def test_nobody_without_a_name_looks_in_from_another_computer(tmp_path: Path) -> None:
