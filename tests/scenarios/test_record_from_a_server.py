@@ -14,6 +14,7 @@ from thermaxis.cli import record
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
 from thermaxis.runtime import _recorder
+from thermaxis.runtime._record_config import read_record
 
 CONFIGURATION = """
 [record]
@@ -167,6 +168,18 @@ def test_a_trial_shows_every_node_and_writes_nothing(
     assert "BadNodeIdUnknown" in out
     assert "source time stamp stood still for 0.5 s" in out
     assert [p.name for p in tmp_path.iterdir()] == ["record.toml"]
+
+
+def test_who_records_over_midnight_is_told_how_to_get_one_log(tmp_path: Path) -> None:
+    path = tmp_path / "record.toml"
+    path.write_text(CONFIGURATION.format(url="opc.tcp://127.0.0.1:4840", namespace=NAMESPACE))
+    settings = read_record(path)
+    told = record._about(settings, tmp_path, 72 * 3600.0)
+    assert "recording 4 channels every 0.1 s, 0.5 s from control" in told[0]
+    assert "MB a day" in told[1]
+    assert told[2].endswith("write days_per_file = 4")
+    assert len(record._about(settings, tmp_path, 3600.0)) == 2
+    assert len(record._about(settings, tmp_path, None)) == 2
 
 
 @pytest.mark.parametrize("given", [(), ("--try", "-o", "x")])

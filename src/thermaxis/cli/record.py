@@ -97,7 +97,8 @@ def _record(settings: "RecordSettings", folder: Path, duration_s: float | None) 
     from thermaxis.runtime._recorder_files import sole_writer  # noqa: PLC0415
 
     with sole_writer(folder, settings.name):
-        _tell(_about(settings, folder))
+        for line in _about(settings, folder, duration_s):
+            _tell(line)
         summary = asyncio.run(_recorded(settings, folder, duration_s))
     for line in _summary(summary):
         sys.stdout.write(f"{line}\n")
@@ -172,13 +173,31 @@ def _tell(text: str) -> None:
     sys.stderr.flush()
 
 
-def _about(settings: "RecordSettings", folder: Path) -> str:
+def _about(settings: "RecordSettings", folder: Path, duration_s: float | None) -> list[str]:
+    """Return what the user should know before it begins."""
+    import shutil  # noqa: PLC0415  --help needs none of these
+    from datetime import UTC, datetime, timedelta  # noqa: PLC0415
+
+    from thermaxis.runtime._recorder import bytes_per_day  # noqa: PLC0415
+
     rates = sorted({channel.period_ms / 1000.0 for channel in settings.channels})
     words = ", ".join(f"{rate:g} s" for rate in rates)
-    return (
-        f"recording {len(settings.channels)} channels every {words} from"
-        f" {', '.join(settings.connections)} into {folder}"
-    )
+    names = ", ".join(settings.connections)
+    lines = [
+        f"recording {len(settings.channels)} channels every {words} from {names} into {folder}"
+    ]
+    a_day = bytes_per_day(settings)
+    room = shutil.disk_usage(folder).free / a_day
+    lines.append(f"about {a_day / 1e6:.3g} MB a day; the disk has room for {room:.3g} days")
+    now = datetime.now(UTC)
+    if duration_s is not None:
+        days = (now + timedelta(seconds=duration_s)).date() - now.date()
+        if settings.days_per_file <= days.days:
+            lines.append(
+                "the recording ends on another day in UTC and will be in several files: for one"
+                f" test in one log write days_per_file = {days.days + 1}"
+            )
+    return lines
 
 
 def _summary(summary: "RecordSummary") -> list[str]:

@@ -3,6 +3,12 @@
 The log has the value alone, or nothing: where the status is not good, where it is no finite
 number, and where its source time stamp is that of the last reading, so that it is no new
 measurement. Status, source time stamp and what was left out stand in the file of sources.
+
+References
+----------
+OPC 10000-4, 7.11.3: a time stamp belongs to one received value and never changes with it; it
+should be the time of the last change of value or status. A server that follows this to the letter
+stamps a steady value once: for such channels a value may count again for a stated time.
 """
 
 import math
@@ -67,6 +73,8 @@ class ChannelReader:
         """Good readings without a source time stamp. [1]"""
         self.unchanged_in_a_row = 0
         """How many of the last readings these are. [1]"""
+        self.unchanged_for_s = 0.0
+        """Time over which they were read. [s]"""
         self.not_good: dict[str, int] = {}
         """Readings by the name of their status, where it was not good. [1]"""
         self._stamp: datetime | None = None
@@ -115,8 +123,8 @@ class ChannelReader:
         if unchanged:
             self.unchanged += 1
             remark = "unchanged"
-            seen_s = (log_ms - self._stamp_seen_ms) / 1000.0
-            if seen_s > self.settings.repeat_unchanged_s:
+            self.unchanged_for_s = (log_ms - self._stamp_seen_ms) / 1000.0
+            if self.unchanged_for_s > self.settings.repeat_unchanged_s:
                 return Cells("", status, stamp_text, remark)
         self.recorded += 1
         return Cells(self._scaled(number), status, stamp_text, remark)

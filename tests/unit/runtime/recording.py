@@ -97,6 +97,7 @@ class Recording:
     sessions: dict[str, SimulatedSession] = field(default_factory=dict)
     told: list[str] = field(default_factory=list)
     ended: datetime = START
+    finish: Callable[[Sequence[Path]], None] | None = None
 
     def run(
         self,
@@ -118,7 +119,12 @@ class Recording:
         self.sessions = {n: SimulatedSession(self.clock, answer) for n in self.settings.connections}
         self.files = files_of(self.settings, self.folder)
         recorder = Recorder(
-            self.settings, self.sessions, self.clock, self.files, tell=self.told.append
+            self.settings,
+            self.sessions,
+            self.clock,
+            self.files,
+            tell=self.told.append,
+            finish=self.finish,
         )
         async with asyncio.TaskGroup() as tasks:
             recording = tasks.create_task(recorder.run(duration_s, self.stop))

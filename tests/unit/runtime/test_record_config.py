@@ -6,6 +6,7 @@ import pytest
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.files._thermal_columns import parse_log_heading
+from thermaxis.runtime._config_connection import ConnectionSection
 from thermaxis.runtime._record_config import (
     ChannelSection,
     RecordSection,
@@ -144,3 +145,39 @@ def test_every_key_is_explained() -> None:
     for model in (RecordSection, ChannelSection):
         for name, field in model.model_fields.items():
             assert field.description, name
+
+
+def test_the_page_on_recording_names_every_key_and_its_example_is_right(
+    root: Path, tmp_path: Path
+) -> None:
+    page = (root / "docs" / "how-to" / "record-a-log.md").read_text(encoding="utf-8")
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    keys = " ".join(line.split("|")[1] for line in rows)
+    for model in (RecordSection, ChannelSection, ConnectionSection):
+        for name in model.model_fields:
+            assert f"`{name}`" in keys, name
+    for folder, name in (("secrets", "control"), ("pki", "own.der"), ("pki", "own.pem")):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / name).write_text("x\n")
+        (tmp_path / folder / name).chmod(0o600)
+    (tmp_path / "pki" / "control.der").write_text("x")
+    example = page.split("```toml\n")[1].split("```")[0]
+    settings = read(tmp_path, example)
+    assert [c.heading for c in settings.channels] == [
+        "T_spindle_C",
+        "T_column_C",
+        "Z_um",
+        "speed [rpm]",
+    ]
+    assert [c.period_ms for c in settings.channels] == [1000, 10_000, 1000, 1000]
+
+
+def test_the_page_on_recording_states_the_defaults_that_hold(root: Path) -> None:
+    page = (root / "docs" / "how-to" / "record-a-log.md").read_text(encoding="utf-8")
+    stated = [
+        (line.split("`")[1], line.split("|")[3].strip())
+        for line in page.splitlines()
+        if line.startswith("| `") and line.count("|") == 4
+    ]
+    for name in ("every_s", "days_per_file", "largest_mb", "memory_mb", "repeat_unchanged_s"):
+        assert (name, f"{RecordSection.model_fields[name].default:g}") in stated

@@ -27,7 +27,7 @@ from tests.unit.runtime.recording import (
 )
 from thermaxis.files import read_thermal_log
 from thermaxis.runtime import _recorder_files
-from thermaxis.runtime._recorder import RecordSummary, try_once
+from thermaxis.runtime._recorder import RecordSummary, bytes_per_day, try_once
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
 
 NAME = "lathe-2026-11-21.csv"
@@ -152,10 +152,35 @@ def test_a_source_that_is_frozen_is_left_out_and_told(tmp_path: Path) -> None:
         return moving(node, min(now, START + timedelta(seconds=10)))
 
     recording = Recording(settings(channel("T_a_C")), tmp_path)
-    recording.run(60.0, answer=freezing)
-    assert column(tmp_path / NAME, 1) == [*(str(43200 + k) for k in range(11)), *[""] * 49]
-    assert column(tmp_path / "sources" / NAME, 3) == [*[""] * 11, *["unchanged"] * 49]
-    assert len([text for text in recording.told if "one source time stamp" in text]) == 1
+    recording.run(100.0, answer=freezing)
+    assert column(tmp_path / NAME, 1) == [*(str(43200 + k) for k in range(11)), *[""] * 89]
+    assert column(tmp_path / "sources" / NAME, 3) == [*[""] * 11, *["unchanged"] * 89]
+    assert [text[:42] for text in recording.told if "stands still" in text] == [
+        "T_a_C: its source time stamp stands still "
+    ]
+
+
+def test_a_source_that_is_slower_than_the_recorder_is_not_called_dead(tmp_path: Path) -> None:
+    def slow(node: str, now: datetime) -> ua.DataValue:
+        return moving(node, now.replace(second=now.second // 20 * 20, microsecond=0))
+
+    recording = Recording(settings(channel("T_a_C", 100)), tmp_path)
+    recording.run(120.0, answer=slow)
+    assert [value for value in column(tmp_path / NAME, 1) if value] == [
+        str(43200 + 20 * k) for k in range(6)
+    ]
+    assert not [text for text in recording.told if "stands still" in text]
+
+
+def test_a_channel_whose_server_stamps_changes_only_may_be_repeated(tmp_path: Path) -> None:
+    def on_change(node: str, now: datetime) -> ua.DataValue:
+        return good(20.0, now.replace(minute=now.minute // 10 * 10, second=0, microsecond=0))
+
+    recording = Recording(settings(channel("T_a_C", 60_000, repeat_unchanged_s=300.0)), tmp_path)
+    recording.run(1200.0, answer=on_change)
+    assert column(tmp_path / NAME, 1) == [*["20"] * 6, *[""] * 4] * 2
+    assert column(tmp_path / "sources" / NAME, 3) == ["", *["unchanged"] * 9] * 2
+    assert not [text for text in recording.told if "stands still" in text]
 
 
 def test_bad_values_are_told_once_with_their_status(tmp_path: Path) -> None:
@@ -455,6 +480,13 @@ def test_whatever_happens_lines_are_whole_times_rise_and_every_row_is_there_once
     assert summary.rows + summary.lost >= len(asked) - 2  # answers on their way at the end
     stated = [m for path in recording.files.written for m in marks_of(path) if m[:5] == "lost:"]
     assert sum(int(m.split()[1]) for m in stated) == summary.lost
+
+
+def test_the_room_that_a_day_takes_is_foretold(tmp_path: Path) -> None:
+    some = settings(*(channel(f"T{k}_C", 60_000 if k else 10_000) for k in range(8)))
+    Recording(some, tmp_path, datetime(2026, 11, 21, tzinfo=UTC)).run(86_400.0)
+    written = sum(path.stat().st_size for path in tmp_path.rglob("*.csv"))
+    assert bytes_per_day(some) == pytest.approx(written, rel=0.2)
 
 
 # Trying --------------------------------------------------------------------------------------

@@ -1,0 +1,78 @@
+"""Complete logs as Parquet: the same numbers, whole files only, and another try after a failure."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from tests.unit.runtime.recording import START, Recording, channel, rows_of, settings
+from thermaxis.files import read_thermal_log
+from thermaxis.runtime import _recorder_parquet
+from thermaxis.runtime._recorder_parquet import parquet_writer, write_parquet
+
+NAME = "lathe-2026-11-21.csv"
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    some = settings(channel("T_a_C"), channel("speed", 5000, heading="speed [rpm]", unit="rpm"))
+    Recording(some, tmp_path).run(20.0)
+    return tmp_path / NAME
+
+
+def test_the_parquet_file_holds_what_the_csv_file_holds(log: Path) -> None:
+    write_parquet(log)
+    csv, parquet = read_thermal_log(log), read_thermal_log(log.with_suffix(".parquet"))
+    assert (parquet.start, parquet.units) == (csv.start, csv.units)
+    assert parquet.time_s.tolist() == csv.time_s.tolist()
+    for name in csv.columns:
+        assert parquet.columns[name].tolist() == pytest.approx(
+            csv.columns[name].tolist(), nan_ok=True
+        )
+
+
+def test_status_and_source_time_are_columns_of_the_file_of_sources(log: Path) -> None:
+    _, beside = write_parquet(log)
+    frame = pl.read_parquet(beside)
+    assert frame["time"].to_list()[0] == START
+    assert frame["T_a_C status"].to_list() == ["Good"] * 20
+    assert frame["T_a_C source_time"].to_list()[3] == datetime(2026, 11, 21, 12, 0, 3, tzinfo=UTC)
+    assert frame["speed status"].null_count() == 16
+
+
+def test_a_file_that_cannot_be_written_leaves_nothing_and_is_tried_again(
+    log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[str] = []
+    write = parquet_writer(told.append)
+
+    def full(_descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(_recorder_parquet.os, "fsync", full)
+    write([log])
+    assert told == [f"{NAME} cannot be written as Parquet (No space left on device)"]
+    assert list(log.parent.rglob("*.parquet*")) == []
+    monkeypatch.undo()
+    write([])
+    assert (
+        sorted(p.name for p in log.parent.rglob("*.parquet*")) == ["lathe-2026-11-21.parquet"] * 2
+    )
+    write([])
+    assert len(told) == 1
+
+
+def test_a_log_that_was_moved_away_is_no_error(log: Path) -> None:
+    told: list[str] = []
+    log.rename(log.with_name("taken.csv"))
+    parquet_writer(told.append)([log])
+    assert told == []
+
+
+def test_a_recorder_writes_each_day_as_parquet_when_it_is_complete(tmp_path: Path) -> None:
+    start = datetime(2026, 11, 21, 23, 59, 50, tzinfo=UTC)
+    Recording(settings(channel("T_a_C")), tmp_path, start, finish=parquet_writer(print)).run(20.0)
+    first, second = sorted(tmp_path.glob("*.parquet"))
+    assert read_thermal_log(first).rows == len(rows_of(tmp_path / NAME)) == 10
+    assert read_thermal_log(second).rows == 10
