@@ -1,0 +1,58 @@
+"""The page on the virtual lathe: its commands run or parse, its sentences are faults."""
+
+import argparse
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from thermaxis.cli import machine
+from thermaxis.virtual._lathe_faults import FaultKind, parse_fault
+from thermaxis.virtual._lathe_scenarios import SCENARIOS
+from thermaxis.virtual._lathe_signals import FAULTY, SIGNALS
+
+
+@pytest.fixture(scope="module")
+def page(root: Path) -> str:
+    return (root / "docs" / "how-to" / "virtual-lathe.md").read_text(encoding="utf-8")
+
+
+def test_every_log_command_runs_and_every_other_is_understood(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    parser = argparse.ArgumentParser()
+    machine.add_arguments(parser)
+    written = served = 0
+    for line in re.findall(r"^\$ thermaxis machine (.*)$", page, re.MULTILINE):
+        arguments = parser.parse_args(shlex.split(line))
+        if arguments.log is None:
+            machine._check_options(arguments)
+            [parse_fault(text, FAULTY) for text in arguments.fault]
+            served += 1
+            continue
+        assert machine.run(arguments) == 0
+        assert arguments.output.stat().st_size > 10_000
+        written += 1
+    assert (written, served) == (5, 2)
+
+
+def test_every_kind_of_fault_stands_in_the_table_and_its_sentence_is_one(page: str) -> None:
+    sentences = re.findall(r"^\| `([a-z]+ [^`]*)` \|", page, re.MULTILINE)
+    assert {parse_fault(text, FAULTY).kind for text in sentences} == set(FaultKind)
+
+
+def test_every_scenario_and_every_kind_of_node_is_named(page: str) -> None:
+    for name in SCENARIOS:
+        assert f"`{name}`" in page
+    for name in SIGNALS:
+        shown = f"`{name}`" in page or re.search(r"_D\d+_(true|uncorrected)_um", name)
+        assert shown, name
+
+
+def test_the_program_of_the_page_moves_the_tool_as_it_says(page: str) -> None:
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict[str, object] = {}
+    exec(compile(code, "page", "exec"), names)  # noqa: S102 - the project's own page
+    assert names["moved_um"] == pytest.approx([2.0] * 4)
