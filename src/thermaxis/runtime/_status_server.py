@@ -328,6 +328,7 @@ class StatusServer:
             everything = due_s >= told_s + TELL_S
             if everything:
                 told_s = due_s
+                await tree.tell_time()
             await self._tell_changes(tree, everything=everything)
 
     async def _tell_changes(self, tree: Tree, *, everything: bool) -> None:

@@ -9,6 +9,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 from copy import copy
 from datetime import datetime
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast, final
 
 from asyncua import ua
@@ -159,6 +160,7 @@ class Tree:
         self._namespace = namespace
         self._read = read
         self._held: dict[str, AttributeValue] = {}
+        self._times: list[tuple[AttributeValue, Callable[[], ua.DataValue]]] = []
 
     def __contains__(self, path: str) -> bool:
         return path in self._held
@@ -319,11 +321,7 @@ class Tree:
         value : DataValue
             Its value; asyncua itself drops it where it equals the last one.
         """
-        for number, callback in tuple(self._held[path].datachange_callbacks.items()):
-            try:
-                await callback(number, value)
-            except (TypeError, ValueError, AttributeError, KeyError, ua.UaError):
-                continue  # a subscriber's own filter that does not fit the value
+        await _tell_all(self._held[path], value)
 
     def show_time(self, now: Callable[[], datetime]) -> None:
         """Show the server's time, computed when it is read.
@@ -335,18 +333,41 @@ class Tree:
         """
         inner = self._server.iserver
         whole = ua.NodeId(ObjectIds.Server_ServerStatus)
+        current = ua.NodeId(ObjectIds.Server_ServerStatus_CurrentTime)
         started: Any = inner.read_attribute_value(whole).Value
 
-        def status(node_id: ua.NodeId, attribute: AttributeIds) -> ua.DataValue:
-            del node_id, attribute
+        def status() -> ua.DataValue:
             present = copy(started.Value)
             present.CurrentTime = now()
-            return ua.DataValue(ua.Variant(present, ua.VariantType.ExtensionObject))
+            return ua.DataValue(
+                ua.Variant(present, ua.VariantType.ExtensionObject), SourceTimestamp=now()
+            )
 
-        def time(node_id: ua.NodeId, attribute: AttributeIds) -> ua.DataValue:
-            del node_id, attribute
-            return ua.DataValue(ua.Variant(now(), ua.VariantType.DateTime))
+        def time() -> ua.DataValue:
+            return ua.DataValue(ua.Variant(now(), ua.VariantType.DateTime), SourceTimestamp=now())
 
-        inner.set_attribute_value_callback(whole, cast("Any", status))
-        current = ua.NodeId(ObjectIds.Server_ServerStatus_CurrentTime)
-        inner.set_attribute_value_callback(current, cast("Any", time))
+        for node_id, value in ((whole, status), (current, time)):
+            inner.set_attribute_value_callback(node_id, partial(_read_time, value))
+            held = inner.aspace[node_id].attributes[AttributeIds.Value]
+            self._times.append((held, value))
+
+    async def tell_time(self) -> None:
+        """Tell the subscribers of the server's time what time it is."""
+        for held, value in self._times:
+            if held.datachange_callbacks:
+                await _tell_all(held, value())
+
+
+def _read_time(
+    value: Callable[[], ua.DataValue], node_id: ua.NodeId, attribute: AttributeIds
+) -> ua.DataValue:
+    del node_id, attribute
+    return value()
+
+
+async def _tell_all(held: "AttributeValue", value: ua.DataValue) -> None:
+    for number, callback in tuple(held.datachange_callbacks.items()):
+        try:
+            await callback(number, value)
+        except (TypeError, ValueError, AttributeError, KeyError, ua.UaError):
+            continue  # a subscriber's own filter that does not fit the value

@@ -311,7 +311,7 @@ class Listener:
     """Collects what a subscription brings."""
 
     def __init__(self) -> None:
-        self.told: list[tuple[str, object, str]] = []
+        self.told: list[tuple[str | int, object, str]] = []
         self._more = asyncio.Event()
 
     def datachange_notification(self, node: Any, val: object, data: Any) -> None:
@@ -319,7 +319,7 @@ class Listener:
         self.told.append((node.nodeid.Identifier, val, code))
         self._more.set()
 
-    async def until(self, path: str, value: object, code: str = "Good") -> None:
+    async def until(self, path: str | int, value: object, code: str = "Good") -> None:
         while (path, value, code) not in self.told:
             self._more.clear()
             await self._more.wait()
@@ -378,6 +378,49 @@ def test_nobody_is_told_the_same_value_again() -> None:
             await listener.until("Status/State", "Off")
             assert [value for _, value, _ in listener.told] == ["Active", "Off"]
             await subscription.delete()
+
+    run(scene)
+
+
+def test_the_servers_own_time_runs_and_is_told() -> None:
+    async def scene() -> None:
+        clock = HandClock()
+        async with served(viewers(), clock=clock) as server, client(server) as one:
+            current, whole = one.get_node(ua.NodeId(2258)), one.get_node(ua.NodeId(2256))
+            assert await current.read_value() == NOW
+            listener = Listener()
+            subscription = await one.create_subscription(100, listener)
+            await subscription.subscribe_data_change([current])
+            await listener.until(2258, NOW)
+            for _ in range(6):
+                await clock.move(0.2)
+            await listener.until(2258, NOW + timedelta(seconds=1))
+            status_now = await whole.read_value()
+            assert status_now.CurrentTime == await current.read_value()
+            assert status_now.State == ua.ServerState.Running
+            await subscription.delete()
+
+    run(scene)
+
+
+def test_a_filter_that_does_not_fit_harms_nobody_else() -> None:
+    async def scene() -> None:
+        clock = HandClock()
+        async with served(viewers(), clock=clock) as server, client(server) as one:
+            server.publish(status())
+            await clock.move(0.2)
+            odd, plain = Listener(), Listener()
+            state = one.get_node(await node_id(one, "Status/State"))
+            with_deadband = await one.create_subscription(100, odd)
+            await with_deadband.deadband_monitor(state, 1.0)
+            without = await one.create_subscription(100, plain)
+            await without.subscribe_data_change([state])
+            await plain.until("Status/State", "Active")
+            server.publish(status(output=output(state=SupervisorState.OFF)))
+            await clock.move(0.2)
+            await plain.until("Status/State", "Off")
+            await with_deadband.delete()
+            await without.delete()
 
     run(scene)
 
