@@ -75,6 +75,7 @@ async def _run(configuration: "MachineConfiguration", arguments: argparse.Namesp
     import asyncio  # noqa: PLC0415  --help needs none of these
 
     from thermaxis.cli._machine_parts import (  # noqa: PLC0415
+        build_metrics,
         build_parts,
         build_status_server,
         loop_settings,
@@ -82,6 +83,7 @@ async def _run(configuration: "MachineConfiguration", arguments: argparse.Namesp
     from thermaxis.runtime._loop import Borders, CompensationLoop  # noqa: PLC0415
     from thermaxis.runtime._ports import SystemClock  # noqa: PLC0415
     from thermaxis.runtime._saved_state import StateFile  # noqa: PLC0415
+    from thermaxis.runtime._service_manager import ServiceManager  # noqa: PLC0415
 
     clock = SystemClock()
     parts = build_parts(configuration, clock)
@@ -94,6 +96,7 @@ async def _run(configuration: "MachineConfiguration", arguments: argparse.Namesp
         models=configuration.other_model,
         self_test=None if replays else _self_test(configuration, parts),
     )
+    loop.listeners.append(ServiceManager().tell)
     if not arguments.quiet:
         loop.listeners.append(_Teller().tell)
     server = build_status_server(
@@ -107,6 +110,11 @@ async def _run(configuration: "MachineConfiguration", arguments: argparse.Namesp
         await server.open()
         loop.listeners.append(server.publish)
         _say(f"status server: {server.url}", quiet=arguments.quiet)
+    metrics = build_metrics(configuration, clock)
+    if metrics is not None:
+        await metrics.open()
+        loop.listeners.append(metrics.publish)
+        _say(f"metrics: port {metrics.port}", quiet=arguments.quiet)
     stop = asyncio.Event()
     running = asyncio.ensure_future(loop.run(stop, arguments.cycles))
     _end_by_signal(stop, running)
@@ -117,6 +125,8 @@ async def _run(configuration: "MachineConfiguration", arguments: argparse.Namesp
         _say("ended at once: the last offset stands in the machine", quiet=False)
     finally:
         asking.cancel()
+        if metrics is not None:
+            await metrics.close()
         if server is not None:
             await server.close()
 
