@@ -1,0 +1,152 @@
+"""The historian's files after a sudden end: clean, and whole but for the last second."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.unit.runtime.history_records import cycle_record, url_of
+from thermaxis.runtime.historian._integrity import check_file
+from thermaxis.runtime.historian._reading import HistoryReader
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+KILLS = 10
+SNAPSHOTS = 30
+RATE_HZ = 100.0
+LOST_S = 1.0
+"""What may be lost: what was recorded in the last second before the end."""
+
+
+@contextmanager
+def recording(root: Path, path: Path, *words: object) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "tests.system.history_writer", url_of(path), *map(str, words)]
+    child = subprocess.Popen(
+        command, cwd=root, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True
+    )
+    try:
+        yield child
+    finally:
+        child.kill()
+        child.communicate()
+
+
+def said(lines: str) -> dict[int, float]:
+    """Return when each cycle was taken, by its number; a line that was cut short says nothing."""
+    whole = lines[: lines.rfind("\n") + 1].splitlines()
+    return {int(n): float(t) for n, t in (line.split() for line in whole if line[0].isdigit())}
+
+
+def check_whole(path: Path, taken: dict[int, float], end_s: float) -> int:
+    """Check what is in the files, and return how many cycles before the end are missing."""
+    assert check_file(path, 60.0) == (True, True, "")
+    with HistoryReader(url_of(path)) as reader:
+        records = list(reader.cycles())
+    numbers = [record.number for record in records]
+    assert numbers == list(range(len(numbers)))
+    assert records == [cycle_record(number) for number in numbers]
+    due = [number for number, time_s in taken.items() if time_s < end_s - LOST_S]
+    assert len(numbers) > max(due, default=-1)
+    return len(taken) - len(numbers)
+
+
+def test_a_kill_at_any_moment_takes_no_more_than_the_last_second(
+    root: Path, tmp_path: Path
+) -> None:
+    rng = random.Random(20261103)  # noqa: S311 - the same moments each time
+    missing: list[int] = []
+    for run in range(KILLS):
+        path = tmp_path / f"{run}.db"
+        with recording(root, path, RATE_HZ, 100_000) as child:
+            assert child.stdout is not None
+            first = child.stdout.readline()
+            time.sleep(1.0 + 2.5 * rng.random())
+            end_s = time.monotonic()
+            child.kill()
+            taken = said(first + child.communicate()[0])
+        assert len(taken) > 80
+        missing.append(check_whole(path, taken, end_s))
+    assert max(missing) > 0  # else the ends came at no moment that matters
+
+
+def test_a_copy_of_the_files_at_any_moment_opens_clean(root: Path, tmp_path: Path) -> None:
+    """Both files as they are at one moment, as after a loss of power; then with a torn tail."""
+    rng = random.Random(20261104)  # noqa: S311 - see above
+    path = tmp_path / "h.db"
+    copies: list[tuple[Path, float]] = []
+    with recording(root, path, 1000.0, 100_000) as child:  # so that the log is emptied as well
+        assert child.stdout is not None
+        first = child.stdout.readline()
+        time.sleep(0.5)
+        for k in range(SNAPSHOTS):
+            time.sleep(0.4 * rng.random())
+            os.kill(child.pid, signal.SIGSTOP)
+            end_s = time.monotonic()
+            copy = tmp_path / f"copy {k}" / "h.db"
+            copy.parent.mkdir()
+            for name in ("h.db", "h.db-wal"):
+                shutil.copyfile(path.with_name(name), copy.with_name(name))
+            copies.append((copy, end_s))
+            os.kill(child.pid, signal.SIGCONT)
+        child.kill()
+        taken = said(first + child.communicate()[0])
+    assert len({copy.stat().st_size for copy, _ in copies}) > 1  # what the log had went on
+    for copy, end_s in copies:
+        torn = copy.with_name("torn.db")
+        log = copy.with_name("torn.db-wal")
+        shutil.copyfile(copy, torn)
+        whole = copy.with_name("h.db-wal").read_bytes()
+        before = {number: time_s for number, time_s in taken.items() if time_s <= end_s}
+        check_whole(copy, before, end_s)
+        end = rng.randrange(len(whole) // 2, len(whole) + 1)
+        log.write_bytes(whole[:end] + rng.randbytes(min(3000, len(whole) - end)))
+        check_whole(torn, {}, end_s)
+
+
+def full_disk_scene(child: subprocess.Popen[str], make_room: Callable[[], None]) -> list[str]:
+    """Let the program run until the disk is full, make room; return what it said of its state."""
+    assert child.stdout is not None
+    assert child.stdin is not None
+    for line in child.stdout:
+        if line.startswith("status"):
+            break
+    make_room()
+    rest = child.communicate("go on\n", timeout=60)[0]
+    return [line, *(text for text in rest.splitlines() if text.startswith("status"))]
+
+
+def test_a_disk_without_room_loses_nothing_and_stops_nothing(root: Path, tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    with recording(root, path, 400.0, 1200, 400_000) as child:
+        out = full_disk_scene(child, lambda: None)
+    assert "storing=False" in out[0]
+    assert "storing=True, waiting=0, lost=0, text=''" in out[1]
+    check_whole(path, dict.fromkeys(range(2400), 0.0), LOST_S + 1.0)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a small disk")
+def test_a_full_disk_loses_nothing_and_stops_nothing(root: Path, tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    disk.mkdir()
+
+    def mount(*words: str) -> None:
+        subprocess.run(["mount", "-t", "tmpfs", "-o", *words, "tmpfs", str(disk)], check=True)
+
+    mount("size=400k")
+    try:
+        with recording(root, disk / "h.db", 400.0, 1200, 10**9) as child:
+            out = full_disk_scene(child, lambda: mount("remount,size=20m"))
+        assert "storing=False" in out[0]
+        assert "full" in out[0]
+        assert "storing=True, waiting=0, lost=0, text=''" in out[1]
+        check_whole(disk / "h.db", dict.fromkeys(range(2400), 0.0), LOST_S + 1.0)
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
