@@ -265,7 +265,7 @@ def _surroundings(configuration: "MachineConfiguration") -> "Iterable[str]":
         yield f"Models to choose from in {configuration.model_folder}: {choice}."
     server, metrics = configuration.server, configuration.metrics
     if server is None:
-        yield "There is no status server: nobody can enable it but a restart."
+        yield "There is no status server: it is enabled at the start, by thermaxis run --enable."
     else:
         who = f"users of {server.users}" if server.users is not None else "nobody with a name"
         anonymous = "may look" if server.anonymous_role == "viewer" else "may do nothing"

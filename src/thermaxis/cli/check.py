@@ -73,7 +73,8 @@ def run(arguments: argparse.Namespace) -> int:
     Raises
     ------
     ConfigurationError
-        If the file cannot be read, options do not go together, or a file cannot be written.
+        If the file cannot be read, options do not go together, a file cannot be written, or with
+        --write another program runs the machine.
     """
     from datetime import UTC, datetime  # noqa: PLC0415  --help needs none of these
 
@@ -91,9 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
         _tell_configuration(found, warnings)
     findings: Sequence[Finding] = ()
     if not arguments.offline:
-        import asyncio  # noqa: PLC0415  only to connect
-
-        findings = asyncio.run(_tested(found, wait_s=arguments.wait, write=arguments.write))
+        findings = _look(found, wait_s=arguments.wait, write=arguments.write)
     return _tell_result(found, warnings, findings, arguments)
 
 
@@ -111,6 +110,20 @@ def _check_options(arguments: argparse.Namespace) -> None:
 
 
 # ---- looking at the machine ---------------------------------------------------------------------
+
+
+def _look(
+    configuration: "MachineConfiguration", *, wait_s: float, write: bool
+) -> "tuple[Finding, ...]":
+    """Look at the machine; only a program that has it for itself writes to it."""
+    import asyncio  # noqa: PLC0415  only to connect
+    import contextlib  # noqa: PLC0415
+
+    from thermaxis.runtime._sole_runner import sole_runner  # noqa: PLC0415
+
+    lock = sole_runner(configuration.state_file, configuration.name) if write else None
+    with lock or contextlib.nullcontext():
+        return asyncio.run(_tested(configuration, wait_s=wait_s, write=write))
 
 
 @final
@@ -224,7 +237,7 @@ def _tell_result(
 def _verdict(wrong: int, *, offline: bool) -> str:
     if wrong:
         errors = "1 error" if wrong == 1 else f"{wrong} errors"
-        return f"{errors}: nothing is corrected before that is gone."
+        return f"{errors}: to be mended before this machine is compensated."
     if offline:
         return "Nothing is wrong in the configuration; the machine was not looked at."
     return "Nothing forbids a correction. The sign is proven by thermaxis commission."

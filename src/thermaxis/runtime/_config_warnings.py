@@ -248,8 +248,10 @@ def _about_connections(configuration: MachineConfiguration) -> Iterator[Finding]
 
 
 def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
-    state = configuration.state_file
-    yield from _about_folder("[machine], state_file", state.parent)
+    state = configuration.state_file.parent
+    while not state.exists() and state != state.parent:
+        state = state.parent  # the program makes what is missing below
+    yield from _about_folder("[machine], state_file", state)
     url = configuration.historian_url
     if url.startswith("sqlite:///"):
         yield from _about_folder("[historian], url", Path(url.removeprefix("sqlite:///")).parent)

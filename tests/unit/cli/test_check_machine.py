@@ -33,6 +33,7 @@ from thermaxis.runtime._ports import (
     interlock_name,
     spare_name,
 )
+from thermaxis.runtime._sole_runner import sole_runner
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
 from thermaxis.runtime.sources.replay import ReplayClock
 from thermaxis.virtual._lathe_faults import parse_fault
@@ -124,7 +125,7 @@ def test_a_folder_that_is_missing_makes_the_code_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert checked(machine_file(tmp_path), "--offline") == check.FOUND
-    assert "1 error: nothing is corrected" in capsys.readouterr().out
+    assert "1 error: to be mended" in capsys.readouterr().out
 
 
 def test_json_alone_goes_to_standard_output(
@@ -261,6 +262,16 @@ def test_wrong_nodes_types_and_units_are_found_on_the_lathe(example: Path) -> No
     assert "does not let this user write the offset" in found["[output.Z_um]"][1]
     assert "has no node" in found["[sink], heartbeat_node"][1]
     assert {level for level, _ in found.values()} == {"error"}
+
+
+def test_nothing_is_written_back_while_another_program_runs_the_machine(example: Path) -> None:
+    path = example / "lathe.toml"
+    configuration = read_machine(path)
+    with (
+        sole_runner(configuration.state_file, configuration.name),
+        pytest.raises(ConfigurationError, match="another program already runs"),
+    ):
+        checked(path, "--write", "--wait", "0.1")
 
 
 def test_a_machine_that_is_not_there_is_told_after_the_wait(

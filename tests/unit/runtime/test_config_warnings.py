@@ -145,6 +145,14 @@ def test_a_folder_that_is_not_there_is_an_error(tmp_path: Path) -> None:
     assert [finding.where for finding in errors] == ["[historian], url"]
 
 
+def test_a_folder_of_the_state_is_made_where_it_can_be(tmp_path: Path) -> None:
+    inside = ("cycle_s = 1.0", 'cycle_s = 1.0\nstate_file = "a/b/state.json"')
+    assert "state_file" not in texts(warned(tmp_path, inside))
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    below_a_file = ("cycle_s = 1.0", 'cycle_s = 1.0\nstate_file = "file/state.json"')
+    assert "[machine], state_file: there is no folder" in texts(warned(tmp_path, below_a_file))
+
+
 # ---- certificates -------------------------------------------------------------------------------
 
 
