@@ -15,7 +15,6 @@ from thermaxis.compensation._compensation import (
     Compensation,
     Trim,
 )
-from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._model_step import (
     LATEST_S,
     ModelOutput,
@@ -62,10 +61,11 @@ class CycleReading(NamedTuple):
     read_back_um: tuple[float | None, ...] | None = None
     """What the machine reports as the offset that was written in the last cycle, one per output;
     None where nothing could be read. While it differs nothing moves on; once that is a fault,
-    the way to zero begins where the machine reports to be. [µm]"""
+    the correction goes to zero no further than the machine follows. [µm]"""
     found_um: tuple[float | None, ...] | None = None
     """Offsets found in the machine at the start and after a lost connection: the correction goes
-    on from there. None where the last one written still stands. [µm]"""
+    on from there. None where the last one written still stands; an output whose offset was not
+    found counts as one that is not read back. [µm]"""
     other_compensation: bool | None = False
     """Whether another compensation is active on an axis; None where that could not be read, which
     counts as a lost input."""
@@ -161,6 +161,7 @@ _RESTARTS = frozenset(
         Outcome.STATE_UNUSABLE,
     }
 )
+_TO_ZERO = frozenset({SupervisorState.FADING, SupervisorState.FAULT})
 LARGEST_DIAMETER_MM = 1e5
 """Largest clamping diameter: a hundred metres. [mm]"""
 
@@ -202,11 +203,13 @@ def cycle(
 
     Requests are answered, every input is judged, the model is advanced, the supervisor decides,
     and the correction goes where it is allowed to go: towards minus the weighted model plus the
-    trim while active, nowhere while it is held, towards zero while it fades; never by more than
-    the rate, never beyond the total.
+    trim while active, nowhere while it is held or off, towards zero while it fades; never by more
+    than the rate, never beyond the total. A correction that was found beyond the total stays
+    while it is off, and else comes back at the rate.
 
     Not protected: the correction is what is asked of the machine. Sign, unit and obedience of the
-    axis are the sink's and the commissioning's.
+    axis are the sink's and the commissioning's. The rate holds from cycle to cycle: at a cycle of
+    a minute the machine sees a step of a minute's allowance.
 
     Parameters
     ----------
@@ -228,6 +231,9 @@ def cycle(
     in_force, memory, trims = state.correction_um, state.memory, state.trims
     if reading.found_um is not None:
         in_force = _rebased(in_force, reading.found_um)
+    outside = _outside(compensation, in_force)
+    if outside:
+        in_force = _finite(in_force)
     if trims is not compensation.no_trims:
         trims = _aged(compensation, trims, elapsed_s)
     sensors, spares, diameter_mm = state.sensors, state.spares, state.diameter_mm
@@ -244,7 +250,6 @@ def cycle(
     thermal, model = advance(compensation.model, state.thermal, reading.time_s, values, diameter_mm)
     weights = compensation.ones if not model.outcomes else _weights(compensation, thermal, model)
     wanted_um, at_limit = _wanted(compensation, weights, model.model_um, trims)
-    outside = _outside(compensation, in_force)
     agrees = reading.read_back_um == in_force or _agrees(compensation, in_force, reading)
     reasons: tuple[Reason, ...] = ()
     calm = (
@@ -258,24 +263,23 @@ def cycle(
         and reading.other_compensation is False
         and reading.interlocks == compensation.met
     )
+    goal_um = wanted_um
     if not calm:
         signals = _signals(compensation, reading, values, model, agrees)
         memory, reasons = supervisor_step(
             compensation.supervisor,
             memory,
             signals._replace(
-                at_limit=True in at_limit, offset_outside=outside, at_zero=not any(in_force)
+                inputs_usable=signals.inputs_usable and elapsed_s > 0.0,
+                at_limit=True in at_limit,
+                offset_outside=outside,
+                at_zero=not any(in_force),
             ),
             time_s,
-            elapsed_s,
+            elapsed_s or compensation.cycle_s,
         )
-    now = memory.state
-    if not agrees and now is SupervisorState.FAULT:
-        in_force = _reported(compensation.bounds, in_force, reading)
-    goal_um = wanted_um
-    if now is not SupervisorState.ACTIVE or (not agrees and reading.connected is True):
-        fades = now is SupervisorState.FADING and (agrees or reading.connected is not True)
-        goal_um = compensation.zeros if fades or now is SupervisorState.FAULT else in_force
+        if memory.state is not SupervisorState.ACTIVE or model.quality is Quality.BAD or not agrees:
+            goal_um = _goal_unless_active(compensation, memory.state, in_force, reading, agrees)
     longest_s = LONGEST_STEP_CYCLES * compensation.cycle_s
     step_s = min(longest_s, elapsed_s)
     goal_um, correction_um = _limited(compensation, in_force, state.goal_um, goal_um, step_s)
@@ -283,9 +287,9 @@ def cycle(
         thermal, sensors, spares, memory, time_s, correction_um, goal_um, trims, diameter_mm
     )
     return new, CycleOutput(
-        time_s,
-        now,
-        memory.since_s,
+        time_s if time_s == time_s else 0.0,  # noqa: PLR0124 - NaN: no time was ever read
+        memory.state,
+        memory.since_s if memory.since_s == memory.since_s else 0.0,
         reasons,
         correction_um,
         wanted_um,
@@ -395,22 +399,30 @@ def _of(names: Sequence[str], values: Sequence[_T], name: str, otherwise: _T) ->
 def _clock(state: CycleState, time_s: float) -> tuple[float, float]:
     """Return the time of the cycle and the time since the last one, never negative."""
     before_s = state.time_s
-    if type(time_s) is not float or not abs(time_s) <= LATEST_S:
-        return before_s, 0.0
+    if type(time_s) is not float or not -LATEST_S <= time_s <= LATEST_S:
+        usable_s = _usable(time_s, LATEST_S)
+        if usable_s is None:
+            return before_s, 0.0
+        time_s = usable_s
     elapsed_s = time_s - before_s
     return time_s, max(0.0, elapsed_s)
 
 
-def _usable(value: object) -> float | None:
+def _usable(value: object, largest: float = LARGEST_RULE) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    return float(value) if abs(value) <= LARGEST_RULE else None
+    return float(value) if abs(value) <= largest else None
 
 
 def _rebased(in_force: _Floats, found_um: tuple[float | None, ...]) -> _Floats:
     """Return the corrections in force where the machine was found elsewhere."""
     found = [_usable(f) for f in (*found_um, *(None,) * len(in_force))]
     return tuple(c if f is None else f for c, f in zip(in_force, found, strict=False))
+
+
+def _finite(in_force: _Floats) -> _Floats:
+    """Return the corrections in force of a stored state of any origin: no number counts as zero."""
+    return tuple([c if math.isfinite(c) else 0.0 for c in in_force])
 
 
 _Judged = tuple[
@@ -437,6 +449,8 @@ def _judged(
     qualities: tuple[SampleQuality, ...] = compensation.all_good
     remembered: list[SensorState] = []
     for rules, sensor, sample in zip(compensation.rules, sensors, samples):
+        if type(sample) is not Sample:
+            sample = _MISSING  # noqa: PLW2901 - whatever a source sends
         quality, remembers = judge(rules, sensor, sample, time_s, elapsed_s)
         remembered.append(remembers)
         if quality is SampleQuality.GOOD:
@@ -448,7 +462,7 @@ def _judged(
     if compensation.spares:
         found = list(qualities)
         spares = _with_spares(compensation, spares, reading, clock, (values, found))
-        qualities = tuple(found)
+        qualities = compensation.all_good if found == [*qualities] else tuple(found)
     return tuple(values), qualities, tuple(remembered), spares
 
 
@@ -466,7 +480,9 @@ def _with_spares(
     for k, channel in enumerate(compensation.model.channels):
         if channel not in compensation.spares:
             continue
-        rules, sample = compensation.rules[k], samples[k] or _MISSING
+        rules, sample = compensation.rules[k], samples[k]
+        if type(sample) is not Sample:
+            sample = _MISSING
         quality, remembered[k] = judge(rules, spares[k], sample, *clock)
         if quality is not SampleQuality.GOOD or sample.value is None:
             continue
@@ -531,31 +547,27 @@ def _met(compensation: Compensation, reading: CycleReading) -> bool:
 
 
 def _agrees(compensation: Compensation, in_force: _Floats, reading: CycleReading) -> bool:
-    if reading.found_um is not None:
-        return True
-    read = reading.read_back_um
-    if read is None or len(read) != len(in_force):
-        return False
     tolerance_um = compensation.supervisor.read_back_tolerance_um
-    for said, written in zip(read, in_force):
-        if type(said) is not float or not abs(said - written) <= tolerance_um:
+    found_um = reading.found_um or ()
+    for k, (said, written) in enumerate(zip(_read_back(in_force, reading), in_force)):
+        if k < len(found_um) and _usable(found_um[k]) is not None:
+            continue
+        if said is None or abs(said - written) > tolerance_um:
             return False
     return True
 
 
-def _reported(bounds: tuple[Limits, ...], in_force: _Floats, reading: CycleReading) -> _Floats:
-    """Return where the machine reports to be, as far as that is within the limits."""
+def _read_back(in_force: _Floats, reading: CycleReading) -> tuple[float | None, ...]:
+    """Return what the machine reports, by output; None where that is no number."""
     read = reading.read_back_um
     if read is None or len(read) != len(in_force):
-        return in_force
-    return tuple(
-        said if type(said) is float and abs(said) <= limits.total_um else c
-        for said, c, limits in zip(read, in_force, bounds)
-    )
+        return (None,) * len(in_force)
+    return tuple([_usable(said) for said in read])
 
 
 def _outside(compensation: Compensation, in_force: _Floats) -> bool:
-    for (_, total, _, _), c in zip(compensation.rows, in_force):
+    """Whether a correction in force lies outside its total, or is no number."""
+    for (_, total, _, _), c in zip(compensation.rows, in_force):  # noqa: SIM110 - half the time of any()
         if not -total <= c <= total:
             return True
     return False
@@ -608,7 +620,9 @@ class _Asked:
 
     def answer(self, request: Request) -> Answer:
         """Return the answer; what follows from it is in the fields."""
-        answer = self.answers.get(request.kind) if isinstance(request, Request) else None  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
+        answer = None
+        if isinstance(request, Request) and isinstance(request.kind, str):  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
+            answer = self.answers.get(request.kind)
         if answer is None:
             return Answer(request, accepted=False, reason="nobody here can do that")
         return Answer(request, *answer(request))
@@ -617,6 +631,8 @@ class _Asked:
         memory = self.memory
         if memory.state is SupervisorState.FAULT:
             return False, "it is in the state Fault: remove the cause and acknowledge first"
+        if self.reading.other_compensation is None:
+            return False, "whether another compensation is active cannot be read"
         if self.reading.other_compensation is not False:
             return False, f"{Reason.DOUBLE_COMPENSATION}: switch one off"
         if _outside(self.compensation, self.in_force):
@@ -686,7 +702,7 @@ class _Asked:
         self.acknowledged = True
         self.memory = memory._replace(
             state=SupervisorState.FADING,
-            since_s=self.reading.time_s,
+            since_s=math.nan,
             enabled=False,
             held=False,
             fault=None,
@@ -708,6 +724,39 @@ class _Asked:
 
 
 # ---- corrections --------------------------------------------------------------------------------
+
+
+def _goal_unless_active(
+    compensation: Compensation,
+    state: SupervisorState,
+    in_force: _Floats,
+    reading: CycleReading,
+    agrees: bool,  # noqa: FBT001 - a signal
+) -> _Floats:
+    """Return where the corrections go when they do not follow the model."""
+    if state not in _TO_ZERO:
+        return in_force
+    if agrees or reading.connected is not True:
+        return compensation.zeros
+    return (
+        in_force if state is SupervisorState.FADING else _followed(compensation, in_force, reading)
+    )
+
+
+def _followed(compensation: Compensation, in_force: _Floats, reading: CycleReading) -> _Floats:
+    """Return the goals of a fault: zero, but no further than the machine is seen to follow.
+
+    An offset that the machine keeps although another is written would jump on the day on which
+    it is written again. So the correction waits for it, and never moves outward.
+    """
+    tolerance_um = compensation.supervisor.read_back_tolerance_um
+    goals: list[float] = []
+    for said, c in zip(_read_back(in_force, reading), in_force):
+        if said is None or abs(said - c) <= tolerance_um:
+            goals.append(0.0)
+        else:
+            goals.append(min(max(said, 0.0), c) if c > 0.0 else max(min(said, 0.0), c))
+    return tuple(goals)
 
 
 def _wanted(
@@ -744,6 +793,8 @@ def _limited(
     A goal stays until another is wanted that differs by more than the deadband; zero and the
     correction in force are goals that no deadband keeps away.
     """
+    if goal_um is in_force:
+        return in_force, in_force
     goals: list[float] = []
     corrections: list[float] = []
     for (_, total, deadband, rate), c, before, wanted in zip(

@@ -10,6 +10,8 @@ LARGEST_LIMIT_UM = 1e4
 """Largest magnitude that a limit may allow: ten millimetres. [µm]"""
 FASTEST_LIMIT_UM_PER_S = 1e3
 """Fastest change that a limit may allow. [µm/s]"""
+COARSE_TRIM_UM = 5.0
+"""Coarse step of the operator's screen. [µm]"""
 
 
 @final
@@ -38,8 +40,8 @@ class Limits:
     none. [µm]"""
     soft_um: float = 0.0
     """Magnitude from which the operator is warned. Default: four fifths of the largest. [µm]"""
-    largest_trim_um: float = 5.0
-    """Largest trim. Default: one coarse step of the operator's screen; never more than the
+    largest_trim_um: float = COARSE_TRIM_UM
+    """Largest trim. Default: one coarse step of the operator's screen, but no more than the
     total. [µm]"""
 
     def __post_init__(self) -> None:
@@ -60,6 +62,8 @@ class Limits:
             raise ConfigurationError(
                 f"the total is not from the magnitude to {LARGEST_LIMIT_UM:g}", where="total_um"
             )
+        if self.largest_trim_um == COARSE_TRIM_UM:
+            object.__setattr__(self, "largest_trim_um", min(COARSE_TRIM_UM, self.total_um))
         for name, value in (
             ("deadband_um", self.deadband_um),
             ("soft_um", self.soft_um),

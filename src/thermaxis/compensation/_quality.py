@@ -130,9 +130,10 @@ def judge(
 
     A value is believed when it is there, its status good, its age known and small, and the value
     plausible: in its range, no further from the last believed one than its rate allows, and not
-    frozen. While nothing can be read the value may move on at its rate. A value that is refused
-    for a jump is believed again when it comes back, within three steps of where it was, or when
-    the jump is acknowledged, never by waiting alone: a swapped sensor stays refused.
+    frozen. While nothing can be read, or nothing in its range, the value may move on at its rate.
+    A value that is refused for a jump is believed again when it comes back, within three steps
+    (and what one cycle allows) of where it was, or when the jump is acknowledged, never by
+    waiting alone: a swapped sensor stays refused.
 
     Not protected: an error within these bounds is believed, such as a slow drift of the sensor, or
     two sensors of nearly equal temperature that were swapped.
@@ -171,6 +172,8 @@ def judge(
             allowance_k = min(state.allowance_k + rate_k, LARGEST_RULE)
             return unread or SampleQuality.MISSING, state._replace(allowance_k=allowance_k)
     if not rules.lowest_c <= value <= rules.highest_c:
+        rate_k = rules.largest_rate_k_per_s * elapsed_s
+        state = state._replace(allowance_k=min(state.allowance_k + rate_k, LARGEST_RULE))
         return (
             SampleQuality.OUT_OF_RANGE if math.isfinite(value) else SampleQuality.MISSING
         ), state
@@ -179,12 +182,14 @@ def judge(
     if moved_k == 0.0:
         if 0.0 < rules.frozen_s < time_s - changed_s:
             return SampleQuality.FROZEN, state
-        return SampleQuality.GOOD, state if allowance_k == 0.0 else SensorState(value, changed_s)
+        if allowance_k != 0.0 or not changed_s <= time_s:  # after a loss, or the clock was set back
+            state = SensorState(value, min(time_s, changed_s))
+        return SampleQuality.GOOD, state
     rate_k = rules.largest_rate_k_per_s * elapsed_s
     if not -rules.step_k <= moved_k <= rules.step_k and (
         abs(moved_k) > rules.step_k + rate_k + allowance_k
     ):
-        most_k = max(allowance_k, 3.0 * rules.step_k)
+        most_k = max(allowance_k, 2.0 * rules.step_k)
         allowance_k = min(allowance_k + rate_k, most_k)
         return SampleQuality.TOO_FAST, state._replace(allowance_k=allowance_k)
     return SampleQuality.GOOD, SensorState(value, time_s)

@@ -32,6 +32,7 @@ class SupervisorState(StrEnum):
 
 
 _AT_WORK = frozenset({SupervisorState.ACTIVE, SupervisorState.HOLDING})
+_WAITING = frozenset({SupervisorState.WARMING, SupervisorState.HOLDING, SupervisorState.FADING})
 _WATCHED = frozenset(set(SupervisorState) - {SupervisorState.OFF})
 
 
@@ -89,6 +90,9 @@ class SupervisorRules:
     cycles. [s]"""
     longest_trim_s: float = 28_800.0
     """Longest time after which a trim expires. Default: a shift. [s]"""
+    patience_s: float = field(init=False, repr=False, compare=False)
+    """Time for which the correction is held at most, whatever comes and goes meanwhile: the
+    longest of the times above, and what it takes to settle and to heal. [s]"""
     calm: tuple[object, ...] = field(init=False, repr=False, compare=False)
     """What the memory holds behind state and time while nothing is out of the ordinary."""
 
@@ -104,8 +108,13 @@ class SupervisorRules:
                 )
         if self.read_back_tolerance_um <= 0.0:
             raise ConfigurationError("not a positive number", where="read_back_tolerance_um")
-        calm = (True, False, None, self.settle_s, self.heal_s, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        calm = (True, False, None, self.settle_s, self.heal_s, *(0.0,) * 7)
         object.__setattr__(self, "calm", calm)
+        longest_s = max(
+            self.hold_input_s, self.hold_connection_s, self.hold_interlock_s, self.hold_operator_s
+        )
+        patience_s = self.settle_s + self.heal_s + self.grace_s + longest_s
+        object.__setattr__(self, "patience_s", patience_s)
 
 
 class Memory(NamedTuple):
@@ -137,6 +146,8 @@ class Memory(NamedTuple):
     """Time for which the read-back has differed. [s]"""
     at_limit_s: float = 0.0
     """Time for which the model has asked for more than the magnitude. [s]"""
+    halted_s: float = 0.0
+    """Time for which an enabled compensation has not been active. [s]"""
     calm: bool = False
     """Whether it is active and nothing is counted: then a cycle in which everything is well
     leaves the memory as it is."""
@@ -207,6 +218,7 @@ def blockers_of(rules: SupervisorRules, memory: Memory) -> Blockers:
         reasons.append(
             Reason.HOLD_EXPIRED if memory.held_s > rules.hold_operator_s else Reason.OPERATOR_HOLD
         )
+    expired = expired or memory.halted_s > rules.patience_s
     return Blockers(tuple(reasons), expired)
 
 
@@ -260,7 +272,7 @@ def supervisor_step(
     time_s : float
         Time of the cycle. [s]
     elapsed_s : float
-        Time since the last cycle, not negative. [s]
+        Time since the last cycle, positive; the nominal one where the clock did not move on. [s]
 
     Returns
     -------
@@ -295,9 +307,13 @@ def _counted(rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s
         and signals.interlocks_met
         and signals.model_runs
     )
-    # A condition that fails counts from its first cycle on, however short that was.
+    # A condition that fails counts from its first cycle on, however short that was; but no fault
+    # follows from a single cycle, however long that was.
     first_s = max(elapsed_s, 1e-9)
     watched = memory.state in _WATCHED and signals.connected
+    at_work = memory.state in _AT_WORK
+    differs_s = elapsed_s if memory.differs_s else min(elapsed_s, rules.read_back_s)
+    at_limit_s = elapsed_s if memory.at_limit_s else min(elapsed_s, rules.at_limit_s)
     return Memory(
         memory.state,
         memory.since_s,
@@ -310,8 +326,9 @@ def _counted(rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s
         _grown(memory.connection_lost_s, first_s, on=not signals.connected),
         _grown(memory.interlock_open_s, first_s, on=not signals.interlocks_met),
         _grown(memory.held_s, first_s, on=memory.held),
-        _grown(memory.differs_s, elapsed_s, on=watched and not signals.read_back_agrees),
-        _grown(memory.at_limit_s, elapsed_s, on=memory.state in _AT_WORK and signals.at_limit),
+        _grown(memory.differs_s, differs_s, on=watched and not signals.read_back_agrees),
+        _grown(memory.at_limit_s, at_limit_s, on=at_work and signals.at_limit),
+        _grown(memory.halted_s, first_s, on=memory.enabled and memory.state in _WAITING),
     )
 
 
@@ -324,15 +341,17 @@ def _next_state(
 ) -> SupervisorState:
     """Return the state of this cycle: the table of transitions, faults apart."""
     state = memory.state
+    # While the machine cannot be reached nobody knows that its offset is zero.
+    known_zero = signals.at_zero and signals.connected
     if not memory.enabled:
-        still = signals.at_zero or state is SupervisorState.OFF
+        still = known_zero or state is SupervisorState.OFF
         return SupervisorState.OFF if still else SupervisorState.FADING
     if state is SupervisorState.OFF:
         return SupervisorState.WARMING
     if not blockers.reasons and (state is SupervisorState.ACTIVE or memory.ready_s >= rules.heal_s):
         return SupervisorState.ACTIVE
     if state is SupervisorState.FADING:
-        return SupervisorState.WARMING if signals.at_zero else state
+        return SupervisorState.WARMING if known_zero else state
     if blockers.expired and not (signals.at_zero and state is SupervisorState.WARMING):
         return SupervisorState.FADING
     return SupervisorState.HOLDING if state is SupervisorState.ACTIVE else state
