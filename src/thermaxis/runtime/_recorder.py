@@ -37,7 +37,7 @@ UNCHANGED_WARNING_S: Final = 60.0
 """A source time stamp that stands still for so long is told. [s]"""
 TRY_AGAIN_S: Final = 2.0
 """Time between the two readings of a trial. [s]"""
-_LONGEST_SLEEP_S = 10.0
+_LONGEST_SLEEP_S = 60.0
 _POLL_S = 0.05
 _LAST_ANSWERS_S = 1.0
 _EARLY_MS = 0.5

@@ -19,7 +19,7 @@ from tests.unit.runtime.recording import START, at, channel, lines_of, marks_of,
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import _recorder_files
 from thermaxis.runtime._record_config import RecordSettings
-from thermaxis.runtime._recorder import files_of
+from thermaxis.runtime._recorder import _Queue, files_of
 from thermaxis.runtime._recorder_clock import as_text
 from thermaxis.runtime._recorder_files import Entry, RecordingFiles, mark, sole_writer
 
@@ -140,6 +140,20 @@ def test_a_file_of_somebody_else_is_never_touched(tmp_path: Path, where: str) ->
     files.close()
     assert foreign.read_text() == "mine\n"
     assert files.written == [tmp_path / "lathe-2026-11-21-2.csv"]
+
+
+def test_a_file_that_appears_at_the_last_moment_is_not_written_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    foreign = tmp_path / NAME
+    foreign.write_text("mine\n")
+    monkeypatch.setattr(RecordingFiles, "_names", lambda *_some, **_more: [])
+    files = recording(tmp_path)
+    files.store([row(0)])
+    files.close()
+    assert foreign.read_text() == "mine\n"
+    assert files.written == [tmp_path / "lathe-2026-11-21-2.csv"]
+    assert [p.name for p in (tmp_path / "sources").iterdir()] == ["lathe-2026-11-21-2.csv"]
 
 
 def test_the_number_of_a_file_that_only_its_parquet_has_is_not_used_again(tmp_path: Path) -> None:
@@ -400,6 +414,53 @@ def test_a_killed_writer_leaves_every_row_that_it_had_stored(tmp_path: Path) -> 
     assert len(told) > 20
     assert found[: told[-1] + 1] == [at(k) for k in range(told[-1] + 1)]
     assert found[-1] == at(200_000.0)
+
+
+# What waits --------------------------------------------------------------------------------------
+
+
+def queue_of(rows: int) -> _Queue:
+    return _Queue(rows * row(0).size)
+
+
+def test_a_loss_is_stated_once_however_often_it_could_not_be_written() -> None:
+    queue = queue_of(10)
+    for k in range(13):
+        queue.add(row(k))
+    for _ in range(3):
+        taken = queue.take()
+        assert taken[0].log.startswith(b"# 2026-11-21T12:00:03.000Z lost: 3 rows from ")
+        assert [entry.log_ms for entry in taken[1:]] == [ms(k) for k in range(3, 13)]
+        assert queue.keep(taken, 0) == 10
+    taken = queue.take()
+    assert queue.keep(taken, len(taken)) == 0
+    queue.add(row(13))
+    assert queue.take() == [row(13)]
+    assert queue.lost_rows == 3
+
+
+def test_what_is_lost_while_the_disk_tries_is_stated_with_what_was_lost_before() -> None:
+    queue = queue_of(10)
+    for k in range(12):
+        queue.add(row(k))
+    taken = queue.take()  # rows 2 to 11 are on their way
+    for k in range(12, 15):
+        queue.add(row(k))  # 12 and 13 give way, as there is no room beside those
+    assert queue.keep(taken, 0) == 10
+    taken = queue.take()
+    assert b"lost: 5 rows from 2026-11-21T12:00:00.000Z to 2026-11-21T12:00:13.000Z" in taken[0].log
+    assert [entry.log_ms for entry in taken[1:]] == [ms(k) for k in (*range(3, 12), 14)]
+    assert queue.lost_rows == 5
+
+
+def test_what_happened_waits_like_rows_and_is_not_counted() -> None:
+    queue = queue_of(3)
+    queue.add(mark(ms(0), "began"))
+    for k in range(5):
+        queue.add(row(k))
+    taken = queue.take()
+    assert b"lost: 2 rows" in taken[0].log
+    assert all(entry.is_row for entry in taken[1:])
 
 
 def test_a_line_about_what_happened_is_one_line_of_plain_letters() -> None:
