@@ -83,7 +83,7 @@ async def _run(configuration: "MachineConfiguration", arguments: argparse.Namesp
     from thermaxis.runtime._loop import Borders, CompensationLoop  # noqa: PLC0415
     from thermaxis.runtime._ports import SystemClock  # noqa: PLC0415
     from thermaxis.runtime._saved_state import StateFile  # noqa: PLC0415
-    from thermaxis.runtime._service_manager import ServiceManager  # noqa: PLC0415
+    from thermaxis.runtime._systemd import SignOfLife  # noqa: PLC0415
 
     clock = SystemClock()
     parts = build_parts(configuration, clock)
@@ -96,7 +96,7 @@ async def _run(configuration: "MachineConfiguration", arguments: argparse.Namesp
         models=configuration.other_model,
         self_test=None if replays else _self_test(configuration, parts),
     )
-    loop.listeners.append(ServiceManager().tell)
+    loop.listeners.append(SignOfLife().tell)
     if not arguments.quiet:
         loop.listeners.append(_Teller().tell)
     server = build_status_server(

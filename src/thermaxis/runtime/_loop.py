@@ -54,7 +54,7 @@ LONGEST_WAIT_S = 1.0
 """Time that it is given at most. [s]"""
 SAVED_EVERY_S = 1.0
 """The state is saved so often: what a kill may cost. [s]"""
-TESTED_EVERY_S = 30.0
+TESTED_EVERY_S = 5.0
 """A self-test that failed is tried again so often. [s]"""
 ALARMS_EVERY_S = 1.0
 """Alarms are looked for so often, and whenever the state changes. [s]"""

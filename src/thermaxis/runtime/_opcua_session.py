@@ -157,7 +157,7 @@ class _Link:
             ids = [self.id_of(node) for node in nodes]
             known = tuple(i for i, one in enumerate(ids) if one is not None)
             asked = [one for one in ids if one is not None]
-            found = _Reading(_read_values([*asked, _SERVER_TIME]), known, len(ids))
+            found = _Reading(_value_request([*asked, _SERVER_TIME]), known, len(ids))
             self.readings[key] = found
         return found
 
@@ -178,11 +178,11 @@ class _Link:
         self.server_ahead_s, self.seen_s = ahead_s, now_s
 
 
-def _read_values(nodes: Sequence[ua.NodeId]) -> ua.ReadParameters:
-    return _read_attributes([(node, AttributeIds.Value) for node in nodes])
+def _value_request(nodes: Sequence[ua.NodeId]) -> ua.ReadParameters:
+    return _attribute_request([(node, AttributeIds.Value) for node in nodes])
 
 
-def _read_attributes(asked: Sequence[tuple[ua.NodeId, AttributeIds]]) -> ua.ReadParameters:
+def _attribute_request(asked: Sequence[tuple[ua.NodeId, AttributeIds]]) -> ua.ReadParameters:
     return ua.ReadParameters(
         TimestampsToReturn=ua.TimestampsToReturn.Both,
         NodesToRead=[
@@ -223,6 +223,7 @@ class OpcUaSession:
         self._generation = 0
         self._last_error = ""
         self._users = 0
+        self._ending = False
         self._task: asyncio.Task[None] | None = None
 
     @property
@@ -284,6 +285,7 @@ class OpcUaSession:
             self._read_certificates()
         self._users += 1
         if self._task is None:
+            self._ending = False
             self._task = asyncio.create_task(self._keep_connected(), name=self.settings.name)
 
     async def close(self) -> None:
@@ -292,6 +294,7 @@ class OpcUaSession:
         if self._users or self._task is None:
             return
         task, self._task = self._task, None
+        self._ending = True
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await task
@@ -305,6 +308,8 @@ class OpcUaSession:
                 self._last_error = explain(error, self.settings)
             else:
                 await self._use(link)
+            if self._ending:  # the library swallows a cancellation while a client is ended
+                return
             await self._clock.sleep_until(began_s + self.settings.retry_s)
 
     async def _use(self, link: _Link) -> None:
@@ -393,7 +398,7 @@ class OpcUaSession:
 
         link.client.connection_lost_callback = lost
         sent_s = self._clock.monotonic_s()
-        found = await link.client.uaclient.session.read(_read_values([_NAMESPACES, _SERVER_TIME]))
+        found = await link.client.uaclient.session.read(_value_request([_NAMESPACES, _SERVER_TIME]))
         now_s = self._clock.monotonic_s()
         _expect(found, 2)
         link.namespaces = texts(found[0])
@@ -535,7 +540,7 @@ class OpcUaSession:
         ]
         if not asked:
             return True
-        request = link.client.uaclient.session.read(_read_attributes(asked))
+        request = link.client.uaclient.session.read(_attribute_request(asked))
         found = await self._ask(link, request, deadline_s, len(asked))
         if found is None:
             return False
@@ -570,7 +575,7 @@ class OpcUaSession:
         if one is None:
             return _no_such_node(node, "BadNodeIdUnknown")
         request = link.client.uaclient.session.read(
-            _read_attributes([(one, attribute) for attribute in _DESCRIBED])
+            _attribute_request([(one, attribute) for attribute in _DESCRIBED])
         )
         found = await self._ask(link, request, deadline_s, len(_DESCRIBED))
         if found is None:

@@ -178,6 +178,14 @@ def _plain(read: Callable[[RuntimeStatus], Value]) -> Callable[[Snapshot], Told]
     return lambda now: Told(read(now.status))
 
 
+def sentence_of(status: RuntimeStatus) -> str:
+    """Return the state and its reasons as a sentence, unless the loop has one."""
+    if status.text:
+        return status.text
+    why = "; ".join(reason.value for reason in status.output.reasons)
+    return f"{status.output.state.value}: {why}." if why else f"{status.output.state.value}."
+
+
 def _alarm_line(alarm: Alarm) -> str:
     cause = f" {alarm.cause}" if alarm.cause else ""
     return f"{alarm.priority}: {alarm.text}{cause} {alarm.remedy}".strip()
@@ -210,7 +218,7 @@ _OF_THE_LOOP = (
         _plain(lambda s: s.state_since),
         prompt=True,
     ),
-    Leaf("Status/Text", Kind.TEXT, "The state in a sentence.", _plain(lambda s: s.text)),
+    Leaf("Status/Text", Kind.TEXT, "The state in a sentence.", _plain(sentence_of), prompt=True),
     Leaf(
         "Status/Reasons",
         Kind.TEXTS,
@@ -548,7 +556,7 @@ def as_json(now: Snapshot) -> str:
             "in_state_s": _finite(o.in_state_s),
             "enabled": s.enabled,
             "reasons": [r.value for r in o.reasons],
-            "text": s.text,
+            "text": sentence_of(s),
             "quality": o.quality.value,
             "outcomes": [x.value for x in o.outcomes],
             "source_connected": s.source_connected,

@@ -7,11 +7,16 @@ from pathlib import Path
 from typing import final
 
 from asyncua import ua
-from cryptography import x509
 
 from thermaxis import __version__
 from thermaxis.compensation import Compensation, Request
 from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime._certificates import (
+    certificate_of,
+    check_own_pair,
+    private_key_of,
+    validity_warning,
+)
 from thermaxis.runtime._config_settings import ServerSettings
 from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import Clock, EventRecord, RequestBox, RequestOutcome
@@ -200,8 +205,8 @@ class StatusServer:
         Raises
         ------
         ConfigurationError
-            If certificate or key cannot be read, the address is not this computer's, or the port
-            is taken.
+            If certificate or key cannot be read or do not belong together, others may read the
+            key, the address is not this computer's, or the port is taken.
         """
         settings = self._settings
         anonymous = settings.anonymous_role == "viewer"
@@ -238,13 +243,28 @@ class StatusServer:
         uri = f"{NAMESPACE}:server"
         if settings.certificate is not None and settings.private_key is not None:
             policies = [*policies, *_POLICIES]
-            uri = await _load_certificate(server, settings.certificate, settings.private_key) or uri
+            uri = await self._load_pair(server, settings.certificate, settings.private_key, uri)
         server.set_security_policy(policies)
         server.product_uri = NAMESPACE
         server.manufacturer_name = "thermaxis"
         await server.set_application_uri(uri)
         started = self._clock.utc()
         await server.set_build_info(NAMESPACE, "thermaxis", "thermaxis", __version__, "", started)
+
+    async def _load_pair(
+        self, server: GuardedServer, certificate: Path, private_key: Path, otherwise: str
+    ) -> str:
+        """Load the server's certificate and key; return the address that the certificate names."""
+        own, key = certificate_of(certificate), private_key_of(private_key)
+        uri = own.application_uris[0] if own.application_uris else otherwise
+        check_own_pair(own, key, uri, where=str(certificate))
+        await server.load_certificate(own.der, "der")
+        await server.load_private_key(key.pem, format="pem")
+        utc = self._clock.utc()
+        warning = validity_warning(own, utc, name="certificate of the status server")
+        if warning is not None:
+            self._audit(EventRecord(utc, "alarm", "", warning))
+        return uri
 
     def publish(self, status: RuntimeStatus) -> None:
         """Show a status. Returns at once; nothing is computed here that nobody asks for.
@@ -418,25 +438,3 @@ _WHO = (
     Argument("name", Kind.TEXT, "Name that was given at log-in; empty without one."),
     Argument("role", Kind.TEXT, "Role that it has now."),
 )
-
-
-async def _load_certificate(server: GuardedServer, certificate: Path, key: Path) -> str:
-    """Load the server's certificate and its key; return the URI that the certificate names."""
-    where = str(certificate)
-    try:
-        await server.load_certificate(certificate)
-        where = str(key)
-        await server.load_private_key(key)
-    except (OSError, ValueError, TypeError) as error:
-        raise ConfigurationError(
-            f"the status server's certificate or key cannot be read: {error}",
-            where=where,
-            remedy="Make both with thermaxis certificate new",
-        ) from None
-    found: x509.Certificate = server.iserver.certificate
-    try:
-        names = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    except x509.ExtensionNotFound:
-        return ""
-    uris = names.get_values_for_type(x509.UniformResourceIdentifier)
-    return uris[0] if uris else ""

@@ -295,7 +295,7 @@ class Pair:
             .public_key(key.public_key())
             .serial_number(x509.random_serial_number())
             .not_valid_before(now - timedelta(days=1))
-            .not_valid_after(now + timedelta(days=2))
+            .not_valid_after(now + timedelta(days=7300))
             .add_extension(
                 x509.SubjectAlternativeName(
                     [

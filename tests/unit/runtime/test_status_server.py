@@ -786,21 +786,47 @@ def test_a_port_that_is_taken_is_said_in_words_and_leaves_nothing_running() -> N
     run(scene)
 
 
-def test_a_certificate_that_is_none_is_said_in_words(pairs: Pairs, tmp_path: Path) -> None:
+def test_a_certificate_or_key_that_cannot_be_used_is_said_in_words(
+    pairs: Pairs, tmp_path: Path
+) -> None:
+    broken, shared = tmp_path / "broken.der", tmp_path / "shared.pem"
+    broken.write_bytes(b"no certificate")
+    broken.chmod(0o600)
+    shared.write_bytes(pairs.server.key.read_bytes())
+    shared.chmod(0o640)
+
     async def scene() -> None:
-        broken = tmp_path / "broken.der"
-        broken.write_bytes(b"no certificate")
-        for settings in (
-            replace(pairs.settings(), certificate=broken),
-            replace(pairs.settings(), private_key=broken),
-            replace(pairs.settings(), private_key=tmp_path / "none.pem"),
+        for changes, said in (
+            ({"certificate": broken}, "broken.der"),
+            ({"private_key": broken}, "no private RSA key"),
+            ({"private_key": tmp_path / "none.pem"}, "cannot be read"),
+            ({"private_key": shared}, "others than its owner"),
+            ({"private_key": pairs.client.key}, "do not belong together"),
         ):
-            server = StatusServer(settings, Box(), HandClock())
-            with pytest.raises(ConfigurationError, match="cannot be read"):
+            server = StatusServer(replace(pairs.settings(), **changes), Box(), HandClock())
+            with pytest.raises(ConfigurationError, match=said):
                 await server.open()
             await server.close()
 
     run(scene)
+
+
+def test_a_certificate_that_will_soon_expire_is_told_at_the_start(pairs: Pairs) -> None:
+    events: list[EventRecord] = []
+
+    async def scene() -> None:
+        clock = HandClock()
+        async with served(pairs.settings(), clock=clock, audit=events):
+            pass
+        assert events == []
+        clock.now_s += 30.0 * 365.0 * 86_400.0
+        async with served(pairs.settings(), clock=clock, audit=events):
+            pass
+
+    run(scene)
+    (event,) = events
+    assert event.kind == "alarm"
+    assert "certificate of the status server expired on" in event.text
 
 
 def test_a_server_that_was_closed_can_be_opened_again() -> None:

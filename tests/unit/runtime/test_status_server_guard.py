@@ -29,6 +29,7 @@ from tests.unit.runtime.status_server_parts import (
 from thermaxis.runtime._address_space import fill_address_space
 from thermaxis.runtime._status_server import StatusServer
 from thermaxis.runtime._status_sessions import (
+    LOG_IN_S,
     MOST_CALLS,
     MOST_CONNECTIONS,
     MOST_MONITORED,
@@ -211,6 +212,37 @@ def test_a_password_is_never_taken_over_an_unencrypted_channel(pairs: Pairs) -> 
 
     run(scene)
     assert events == []
+
+
+def test_a_log_in_without_name_or_password_is_refused_without_a_look(pairs: Pairs) -> None:
+    events: list[EventRecord] = []
+
+    async def scene() -> None:
+        async with served(pairs.settings(), audit=events) as server:
+            one = await channel(server.url, pairs)
+            await one.create_session()
+            for name, password in ((None, None), ("operator", None), (None, PASSWORD), ("", "")):
+                code = await code_of(one.activate_session(username=name, password=password))
+                assert code in {"BadUserAccessDenied", "BadIdentityTokenRejected"}
+            one.disconnect_socket()
+
+    run(scene)
+    assert events == []
+
+
+def test_a_connection_that_does_not_log_in_is_ended(
+    pairs: Pairs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("thermaxis.runtime._status_sessions.LOG_IN_S", 0.05)
+
+    async def scene() -> None:
+        async with served(pairs.settings()) as server:
+            host, _, port = server.url.removeprefix("opc.tcp://").partition("/")[0].partition(":")
+            reader, writer = await asyncio.open_connection(host, int(port))
+            assert await reader.read(1) == b""
+            writer.close()
+
+    run(scene)
 
 
 def test_signing_alone_is_not_offered(pairs: Pairs) -> None:
@@ -439,7 +471,8 @@ def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
             host, _, port = server.url.removeprefix("opc.tcp://").partition("/")[0].partition(":")
             held = [await asyncio.open_connection(host, int(port)) for _ in range(MOST_CONNECTIONS)]
             reader, writer = await asyncio.open_connection(host, int(port))
-            assert await reader.read(1) == b""  # closed at once
+            async with asyncio.timeout(LOG_IN_S / 2.0):
+                assert await reader.read(1) == b""  # closed at once, not for want of a log-in
             writer.close()
             for _, one in held:
                 one.close()

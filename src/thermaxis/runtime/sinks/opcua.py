@@ -15,6 +15,7 @@ from thermaxis.runtime._sign import offset_factor
 
 HEARTBEAT = "heartbeat"
 """What the heartbeat's node is called among the refused ones."""
+_NOT_FOUND: Final = "nothing is written before the offsets in the machine were read"
 
 
 @final
@@ -86,6 +87,7 @@ class OpcUaSink(Sink):
         self._found_in = 0
         self._beat: float | None = None
         self._beat_type = ""
+        self._hindrance = ""
         self._requested: dict[str, float] = {}
         self.refused: Mapping[str, str] = {}
         """Names of the status codes of what the last write could not set, by output."""
@@ -124,12 +126,12 @@ class OpcUaSink(Sink):
         }
         unknown = [name for name, offset in offsets.items() if offset is None]
         if unknown:
-            self.last_error = (
+            self.last_error = self._hindrance = (
                 f"the offset of {', '.join(unknown)} cannot be read, so that nothing is written."
                 " Look at the nodes and the rights of the user."
             )
             return None
-        self.last_error = ""
+        self.last_error = self._hindrance = ""
         self._found_in = generation
         self._requested = {}
         return offsets
@@ -137,7 +139,7 @@ class OpcUaSink(Sink):
     async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:
         """Write offsets and a moved heartbeat; return whether all were accepted."""
         if not self.session.connected or self._found_in != self.session.generation:
-            self.last_error = "nothing is written before the offsets in the machine were read"
+            self.last_error = self._hindrance or _NOT_FOUND
             return False
         unusable = [
             name
@@ -197,7 +199,7 @@ class OpcUaSink(Sink):
             if kinds[output.node] in WHOLE_TYPES and abs(self._factors[name]) < 1.0
         ]
         if coarse:
-            self.last_error = (
+            self.last_error = self._hindrance = (
                 f"the machine counts the offset of {', '.join(coarse)} in whole units that are"
                 " coarser than a micrometre, so that nothing is written. Correct the unit."
             )

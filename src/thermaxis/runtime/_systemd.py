@@ -14,7 +14,7 @@ EVERY_S: Final = 1.0
 
 
 @final
-class ServiceManager:
+class SignOfLife:
     """Sends a sign of life after cycles, where the program was started by systemd.
 
     Parameters

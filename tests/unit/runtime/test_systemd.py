@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from thermaxis.compensation import SupervisorState
-from thermaxis.runtime._service_manager import ServiceManager
+from thermaxis.runtime._systemd import SignOfLife
 
 
 def status(time_s: float, state: SupervisorState) -> Any:
@@ -22,10 +22,10 @@ def test_a_sign_of_life_is_sent_once_a_second_with_the_state_when_it_changes(
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
         systemd.bind(str(place))
         systemd.setblocking(False)
-        manager = ServiceManager(str(place))
+        sign = SignOfLife(str(place))
         for k in range(25):
-            manager.tell(status(0.1 * k, SupervisorState.OFF))
-        manager.tell(status(5.0, SupervisorState.WARMING))
+            sign.tell(status(0.1 * k, SupervisorState.OFF))
+        sign.tell(status(5.0, SupervisorState.WARMING))
         told = []
         while True:
             try:
@@ -44,5 +44,5 @@ def test_without_systemd_nothing_is_sent_and_a_dead_socket_stops_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
-    ServiceManager().tell(status(1.0, SupervisorState.OFF))
-    ServiceManager(str(tmp_path / "nobody")).tell(status(1.0, SupervisorState.OFF))
+    SignOfLife().tell(status(1.0, SupervisorState.OFF))
+    SignOfLife(str(tmp_path / "nobody")).tell(status(1.0, SupervisorState.OFF))
