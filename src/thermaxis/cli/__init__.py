@@ -24,7 +24,7 @@ COMMANDS = {
     "field": "compare thermal fields of a table before and after a run",
     "convert": "write any measured run as tidy CSV",
     "machine": "run a virtual machine: an OPC UA server, or a log",
-    "record": "record the nodes of an OPC UA server into logs",
+    "record": "record nodes of OPC UA servers into logs that identify reads",
     "check": "check the configuration of a machine, and the machine itself",
     "commission": "prove sign and size of an offset on the machine",
     "rehearse": "let a configuration compensate the virtual lathe, hours in seconds",
