@@ -37,8 +37,31 @@ class OneUser(UserManager):
 class Machine:
     """Three temperatures, flags, offsets of several types and a heartbeat."""
 
-    def __init__(self, server: Server, index: int, port: int) -> None:
-        self.server, self.index, self.port = server, index, port
+    def __init__(
+        self,
+        server: Server,
+        index: int,
+        port: int,
+        kinds: Mapping[str, tuple[object, ua.VariantType]],
+    ) -> None:
+        self.server, self.index, self.port, self.kinds = server, index, port, kinds
+        self.clock_ahead_s = 0.0
+        self.tells_time = True
+        server.iserver.aspace.set_attribute_value_callback(
+            ua.NodeId(ua.ObjectIds.Server_ServerStatus_CurrentTime),
+            ua.AttributeIds.Value,
+            self._say_time,
+        )
+
+    def now(self) -> datetime:
+        """What the machine's clock shows."""
+        return datetime.now(UTC) + timedelta(seconds=self.clock_ahead_s)
+
+    def _say_time(self, _node: ua.NodeId, _attribute: ua.AttributeIds) -> ua.DataValue:
+        if not self.tells_time:
+            status = ua.StatusCode(ua.UInt32(ua.StatusCodes.BadUserAccessDenied))
+            return ua.DataValue(StatusCode=status)
+        return ua.DataValue(ua.Variant(self.now(), ua.VariantType.DateTime))
 
     def node_id(self, name: str) -> ua.NodeId:
         return ua.NodeId(name, self.index)
@@ -54,8 +77,8 @@ class Machine:
         stamped: bool = True,
     ) -> None:
         """Set what a node tells, with any status and age."""
-        now = datetime.now(UTC)
-        variant = ua.Variant(value, kind if kind is not None else KINDS[name][1])
+        now = self.now()
+        variant = ua.Variant(value, kind if kind is not None else self.kinds[name][1])
         aspace = self.server.iserver.aspace
         found = aspace[self.node_id(name)].attributes[ua.AttributeIds.Value]
         found.value = ua.DataValue(
@@ -65,19 +88,23 @@ class Machine:
             ServerTimestamp=now,
         )
 
-    @staticmethod
-    def kind(name: str) -> ua.VariantType:
-        return KINDS[name][1]
-
     def value(self, name: str) -> object:
         aspace = self.server.iserver.aspace
         return aspace[self.node_id(name)].attributes[ua.AttributeIds.Value].value.Value.Value
 
-    def say_time(self, moment: datetime) -> None:
-        """Set the clock that the server tells."""
-        aspace = self.server.iserver.aspace
-        one = ua.NodeId(ua.ObjectIds.Server_ServerStatus_CurrentTime)
-        aspace[one].attributes[ua.AttributeIds.Value].value = ua.DataValue(ua.Variant(moment))
+    def reset(self) -> None:
+        """Put everything as it was at the start."""
+        self.clock_ahead_s, self.tells_time = 0.0, True
+        for name, (value, _) in self.kinds.items():
+            self.put(name, value)
+
+    @property
+    def sessions(self) -> int:
+        """How many sessions clients have."""
+        return len(self.server.bserver.clients)
+
+    async def stop(self) -> None:
+        await self.server.stop()
 
 
 KINDS: Mapping[str, tuple[object, ua.VariantType]] = {
@@ -94,6 +121,7 @@ KINDS: Mapping[str, tuple[object, ua.VariantType]] = {
     "OffsetFloat": (0.0, ua.VariantType.Float),
     "OffsetInt": (0, ua.VariantType.Int16),
     "Beat": (7, ua.VariantType.UInt32),
+    "ReadOnly": (0.0, ua.VariantType.Double),
     "BeatBool": (False, ua.VariantType.Boolean),
     "BeatByte": (254, ua.VariantType.Byte),
 }
@@ -102,7 +130,8 @@ KINDS: Mapping[str, tuple[object, ua.VariantType]] = {
 async def start_machine(
     *,
     other_namespaces: int = 0,
-    read_only: tuple[str, ...] = (),
+    kinds: Mapping[str, tuple[object, ua.VariantType]] = KINDS,
+    read_only: tuple[str, ...] = ("ReadOnly",),
     user: OneUser | None = None,
     pki: tuple[str, str] | None = None,
 ) -> Machine:
@@ -112,6 +141,7 @@ async def start_machine(
     """
     server = Server(user_manager=user)
     await server.init()
+    server.disable_clock()
     server.set_endpoint("opc.tcp://127.0.0.1:0/machine")
     server.set_server_name("machine")
     if pki is not None:
@@ -124,7 +154,7 @@ async def start_machine(
         await server.register_namespace(f"urn:test:other:{number}")
     index = await server.register_namespace(NAMESPACE)
     folder = await server.nodes.objects.add_object(ua.NodeId("Machine", index), "Machine")
-    for name, (value, kind) in KINDS.items():
+    for name, (value, kind) in kinds.items():
         node = await folder.add_variable(
             ua.NodeId(name, index), name, ua.Variant(value, kind), datatype=ua.NodeId(kind.value)
         )
@@ -132,7 +162,7 @@ async def start_machine(
             await node.set_writable()
     await server.start()
     port = server.bserver._server.sockets[0].getsockname()[1]
-    return Machine(server, index, port)
+    return Machine(server, index, port, kinds)
 
 
 @final
@@ -169,10 +199,12 @@ class Cable:
             listener.close()
             await listener.wait_closed()
         self._flowing.set()
-        for end in tuple(self._ends):
-            end.transport.abort()
-        while self._tasks:
-            await asyncio.wait(self._tasks)
+        while True:
+            for end in tuple(self._ends):
+                end.transport.abort()
+            if not self._tasks:
+                return
+            await asyncio.wait(self._tasks, timeout=0.05)
 
     def stop(self) -> None:
         """Answer nothing more, and keep the connections."""
@@ -186,6 +218,8 @@ class Cable:
         try:
             there, back = await asyncio.open_connection("127.0.0.1", self._target)
             ends.append(back)
+            if self._listener is None:  # cut meanwhile
+                return
             self._ends.update(ends)
             async with asyncio.TaskGroup() as group:
                 group.create_task(self._pump(reader, back))
@@ -208,7 +242,7 @@ class Cable:
         raise ConnectionResetError
 
 
-async def until(condition, limit_s: float = 3.0) -> float:
+async def until(condition, limit_s: float = 10.0) -> float:
     """Wait for a condition; return how long it took. [s]"""
     loop = asyncio.get_running_loop()
     began_s = loop.time()

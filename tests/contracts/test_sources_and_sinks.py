@@ -48,18 +48,19 @@ def runner() -> Iterator[asyncio.Runner]:
 def machine(runner: asyncio.Runner) -> Iterator[Machine]:
     machine = runner.run(start_machine())
     yield machine
-    runner.run(machine.server.stop())
+    runner.run(machine.stop())
 
 
 def session_of(cable: Cable) -> OpcUaSession:
     settings = ConnectionSettings(
-        name="machine", url=cable.url, security="none", timeout_s=0.3, retry_s=0.02
+        name="machine", url=cable.url, security="none", timeout_s=1.0, retry_s=0.02
     )
     return OpcUaSession(settings, SystemClock())
 
 
 class OpcUaStand:
     clock: Clock = SystemClock()
+    deadline_s = 2.0
 
     async def take_away(self) -> None:
         await self.cable.cut()

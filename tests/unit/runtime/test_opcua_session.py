@@ -1,0 +1,916 @@
+"""The OPC UA connection, source and sink against servers in the same program, trap by trap."""
+
+import asyncio
+import logging
+import math
+import re
+from collections.abc import Awaitable, Callable, Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import pytest
+from asyncua import ua
+from asyncua.client.ua_session import UaSession
+
+from tests.opcua_server import KINDS, NAMESPACE, Cable, Machine, start_machine, until
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import _opcua_session
+from thermaxis.runtime._connection import ConnectionSettings
+from thermaxis.runtime._opcua_session import OpcUaSession
+from thermaxis.runtime._ports import SystemClock
+from thermaxis.runtime._sign import AWAY, TOWARDS
+from thermaxis.runtime.sinks.opcua import HEARTBEAT, OpcUaOutput, OpcUaSink
+from thermaxis.runtime.sources.opcua import NodeSettings, OpcUaSource
+
+NODE = f"nsu={NAMESPACE};s="
+DEADLINE_S = 5.0
+FLOATS = {**KINDS, "Offset": (0.0, ua.VariantType.Float)}
+STATUS = ua.StatusCodes
+
+
+@pytest.fixture(scope="module")
+def runner() -> Iterator[asyncio.Runner]:
+    with asyncio.Runner() as runner:
+        yield runner
+
+
+@pytest.fixture(scope="module")
+def machines(runner: asyncio.Runner) -> Iterator[tuple[Machine, Machine]]:
+    """A machine, and the same one after a change of its software: other indices, another type."""
+    one = runner.run(start_machine())
+    other = runner.run(start_machine(other_namespaces=3, kinds=FLOATS))
+    yield one, other
+    runner.run(one.stop())
+    runner.run(other.stop())
+
+
+@pytest.fixture
+def machine(machines: tuple[Machine, Machine]) -> Machine:
+    for one in machines:
+        one.reset()
+    return machines[0]
+
+
+@pytest.fixture
+def other(machines: tuple[Machine, Machine]) -> Machine:
+    return machines[1]
+
+
+class Wire:
+    """A session on a cable to a machine."""
+
+    def __init__(self, machine: Machine, timeout_s: float = 1.0, retry_s: float = 0.02) -> None:
+        self.machine, self.timeout_s, self.retry_s = machine, timeout_s, retry_s
+        self.cable = Cable()
+
+    async def __aenter__(self) -> Self:
+        self.cable.plug(self.machine)
+        await self.cable.mend()
+        self.settings = ConnectionSettings(
+            name="machine",
+            url=self.cable.url,
+            security="none",
+            timeout_s=self.timeout_s,
+            retry_s=self.retry_s,
+        )
+        self.session = OpcUaSession(self.settings, SystemClock())
+        await self.session.open()
+        await until(lambda: self.session.connected)
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        while self.session._users:
+            await self.session.close()
+        await self.cable.cut()
+
+    async def source(self, **nodes: NodeSettings) -> OpcUaSource:
+        source = OpcUaSource(self.session, nodes)
+        await source.open()
+        return source
+
+    async def sink(
+        self, heartbeat: str | None = NODE + "Beat", **outputs: OpcUaOutput
+    ) -> OpcUaSink:
+        sink = OpcUaSink(self.session, outputs, heartbeat)
+        await sink.open()
+        return sink
+
+
+@pytest.fixture
+def wired(runner: asyncio.Runner, machine: Machine):
+    """Run an act with a session on a cable; nothing of it may run on."""
+
+    def run(act: Callable[[Wire], Awaitable[None]], **times: float) -> None:
+        async def life() -> None:
+            before = asyncio.all_tasks()
+            async with Wire(machine, **times) as wire:
+                await act(wire)
+            await until(lambda: not [t for t in asyncio.all_tasks() - before if not t.done()])
+
+        runner.run(life())
+
+    return run
+
+
+def degrees(name: str, **changes) -> NodeSettings:
+    return NodeSettings(node=NODE + name, **{"unit": "degC", **changes})
+
+
+def flag(name: str) -> NodeSettings:
+    return NodeSettings(node=NODE + name, unit="bool")
+
+
+def offset(name: str = "Offset", unit: str = "mm", sign: str = AWAY, **nodes: str) -> OpcUaOutput:
+    others = {key: NODE + node for key, node in nodes.items()}
+    return OpcUaOutput(node=NODE + name, unit=unit, sign=sign, **others)
+
+
+@pytest.fixture
+def requests(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Requests that were sent, one word each."""
+    sent: list[str] = []
+    for name in ("read", "write"):
+        real = getattr(UaSession, name)
+
+        async def counted(self, parameters, real=real, name=name):
+            sent.append(name)
+            return await real(self, parameters)
+
+        monkeypatch.setattr(UaSession, name, counted)
+    return sent
+
+
+# ---- reading: the traps -------------------------------------------------------------------------
+
+
+def test_a_value_is_read_with_status_age_and_time_stamp(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("T1", 31.25, age_s=0.5)
+        source = await wire.source(a=degrees("T1"))
+        sample = (await source.read(DEADLINE_S))["a"]
+        assert (sample.value, sample.good, sample.status) == (31.25, True, "Good")
+        assert sample.age_s == pytest.approx(0.5, abs=0.5)
+        assert sample.source_time is not None
+        assert sample.source_time.tzinfo is not None
+        assert source.connected
+        assert not source.ended
+        await source.close()
+
+    wired(act)
+
+
+def test_a_failed_sensor_sends_zero_and_no_value_is_passed_on(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("T1", 0.0, status=STATUS.BadSensorFailure)
+        source = await wire.source(a=degrees("T1"), b=degrees("T2"))
+        found = await source.read(DEADLINE_S)
+        assert found["a"][:3] == (None, False, "BadSensorFailure")
+        assert found["b"].good
+        await source.close()
+
+    wired(act)
+
+
+def test_an_uncertain_value_is_passed_on_as_not_good(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("T1", 21.0, status=STATUS.UncertainSensorNotAccurate)
+        source = await wire.source(a=degrees("T1"))
+        found = await source.read(DEADLINE_S)
+        assert found["a"][:3] == (21.0, False, "UncertainSensorNotAccurate")
+        await source.close()
+
+    wired(act)
+
+
+def test_a_value_that_is_not_there_is_none(wired) -> None:
+    async def act(wire: Wire) -> None:
+        null = ua.VariantType.Null
+        wire.machine.put("T1", None, status=STATUS.BadNoCommunication, kind=null)
+        wire.machine.put("T2", None, kind=null)
+        source = await wire.source(a=degrees("T1"), b=degrees("T2"))
+        found = await source.read(DEADLINE_S)
+        assert found["a"][:3] == (None, False, "BadNoCommunication")
+        assert found["b"][:3] == (None, False, "BadTypeMismatch")
+        await source.close()
+
+    wired(act)
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_what_is_no_finite_number_is_no_value_though_the_status_is_good(
+    wired, number: float
+) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("T1", number)
+        source = await wire.source(a=degrees("T1"))
+        assert (await source.read(DEADLINE_S))["a"][:3] == (None, True, "Good")
+        await source.close()
+
+    wired(act)
+
+
+def test_a_frozen_value_grows_old(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("T1", 20.0, age_s=100.0)
+        source = await wire.source(a=degrees("T1"))
+        first = (await source.read(DEADLINE_S))["a"].age_s
+        await asyncio.sleep(0.05)
+        second = (await source.read(DEADLINE_S))["a"].age_s
+        assert first == pytest.approx(100.0, abs=0.5)
+        assert 0.04 <= second - first <= 2.0
+        await source.close()
+
+    wired(act)
+
+
+def test_an_unknown_node_does_not_spoil_the_others(wired) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(
+            a=degrees("Nowhere"),
+            b=degrees("T1"),
+            c=NodeSettings(node="nsu=urn:nobody;s=T1", unit="degC"),
+            d=degrees("T2"),
+        )
+        found = await source.read(DEADLINE_S)
+        assert found["a"][:3] == (None, False, "BadNodeIdUnknown")
+        assert found["c"][:3] == (None, False, "BadNodeIdUnknown")
+        assert (found["b"].value, found["d"].value) == (20.5, 21.5)
+        await source.close()
+
+    wired(act)
+
+
+def test_a_missing_or_senseless_time_stamp_is_an_unknown_age_and_never_fresh(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("T1", 20.0, stamped=False)
+        wire.machine.put("T2", 20.0, age_s=-3600.0)
+        beginning = (datetime.now(UTC) - datetime(1601, 1, 1, tzinfo=UTC)) / timedelta(seconds=1)
+        wire.machine.put("T3", 200, age_s=beginning)
+        source = await wire.source(a=degrees("T1"), b=degrees("T2"), c=degrees("T3"))
+        found = await source.read(DEADLINE_S)
+        assert [found[name].age_s for name in "abc"] == [None, None, None]
+        assert [found[name].source_time for name in "abc"] == [None, None, None]
+        await source.close()
+
+    wired(act)
+
+
+def test_what_is_no_number_is_a_wrong_type(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("On", 2)
+        source = await wire.source(
+            text=degrees("Text"),
+            row=degrees("Row"),
+            truth=degrees("Referenced"),
+            text_flag=flag("Text"),
+            two=flag("On"),
+            number=flag("T1"),
+        )
+        found = await source.read(DEADLINE_S)
+        for name, sample in found.items():
+            assert sample[:3] == (None, False, "BadTypeMismatch"), name
+        await source.close()
+
+    wired(act)
+
+
+def test_truth_values_may_be_booleans_or_zero_and_one(wired) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=flag("Referenced"), b=flag("On"))
+        assert [s.value for s in (await source.read(DEADLINE_S)).values()] == [1.0, 1.0]
+        wire.machine.put("Referenced", False)
+        wire.machine.put("On", 0)
+        assert [s.value for s in (await source.read(DEADLINE_S)).values()] == [0.0, 0.0]
+        await source.close()
+
+    wired(act)
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale", "raw", "expected"),
+    [
+        ("degC", 1.0, 20.5, 20.5),
+        ("degC", 0.1, 205.0, 20.5),
+        ("K", 1.0, 293.15, 20.0),
+        ("degF", 1.0, 68.0, 20.0),
+        ("degF", 0.1, -400.0, -40.0),
+        ("mm", 1.0, 1500.0, 1500.0),
+        ("inch", 1.0, 10.0, 254.0),
+        ("1", 2.0, 3.0, 6.0),
+    ],
+)
+def test_units_are_converted(wired, unit: str, scale: float, raw: float, expected: float) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("T1", raw)
+        source = await wire.source(a=degrees("T1", unit=unit, scale=scale))
+        assert (await source.read(DEADLINE_S))["a"].value == pytest.approx(expected, abs=1e-9)
+        await source.close()
+
+    wired(act)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"unit": "C"}, "unit 'C'"),
+        ({"unit": ""}, "unit ''"),
+        ({"scale": 0.0}, "scale"),
+        ({"scale": math.nan}, "scale"),
+        ({"node": "T1"}, "no node id"),
+    ],
+)
+def test_settings_of_a_node_that_cannot_be_are_refused(changes, words: str) -> None:
+    with pytest.raises(ConfigurationError, match=words):
+        NodeSettings(**{"node": NODE + "T1", "unit": "degC", **changes})
+
+
+def test_a_number_too_large_for_its_unit_is_no_value(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("T1", 1e308)
+        source = await wire.source(a=degrees("T1", scale=1e10))
+        assert (await source.read(DEADLINE_S))["a"].value is None
+        await source.close()
+
+    wired(act)
+
+
+def test_a_cycle_is_one_read_one_write_and_one_read_back(wired, requests: list[str]) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"), b=degrees("T2"), c=flag("On"))
+        sink = await wire.sink(z=offset(read_back_node="Accepted", effective_node="Effective"))
+        assert await sink.found(DEADLINE_S) is not None
+        requests.clear()
+        for cycle in range(5):
+            await source.read(DEADLINE_S)
+            await sink.found(DEADLINE_S)
+            assert await sink.write({"z": float(cycle)}, DEADLINE_S)
+            await sink.read_back(DEADLINE_S)
+        assert requests == ["read", "write", "read"] * 5
+        await sink.close()
+        await source.close()
+
+    wired(act)
+
+
+# ---- two clocks ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ahead_s", [-3600.0, 3600.0])
+def test_ages_do_not_depend_on_how_the_two_clocks_differ(wired, ahead_s: float) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"))
+        for step_s in (ahead_s, 0.0, -2.0 * ahead_s):  # the machine's clock is set while it runs
+            wire.machine.clock_ahead_s = step_s
+            wire.machine.put("T1", 20.0, age_s=1.0)
+            assert (await source.read(DEADLINE_S))["a"].age_s == pytest.approx(1.0, abs=0.5)
+            assert wire.session.clock_difference_s == pytest.approx(step_s, abs=0.5)
+        await source.close()
+
+    wired(act)
+
+
+def test_a_clock_that_is_told_in_steps_of_a_second_does_not_make_values_young(wired) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"))
+        wire.machine.put("T1", 20.0, age_s=2.0)
+        wire.machine.clock_ahead_s = -0.9  # what it tells now is nine tenths of a second old
+        assert (await source.read(DEADLINE_S))["a"].age_s == pytest.approx(2.0, abs=0.5)
+        await source.close()
+
+    wired(act)
+
+
+def test_without_the_machines_time_every_age_is_unknown(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.tells_time = False
+        await wire.cable.cut()
+        await until(lambda: not wire.session.connected)
+        assert wire.session.clock_difference_s is None
+        await wire.cable.mend()
+        await until(lambda: wire.session.connected)
+        source = await wire.source(a=degrees("T1"))
+        sample = (await source.read(DEADLINE_S))["a"]
+        assert (sample.value, sample.age_s) == (20.5, None)
+        assert wire.session.clock_difference_s is None
+        await source.close()
+
+    wired(act)
+
+
+# ---- writing: the traps -------------------------------------------------------------------------
+
+
+def test_every_type_is_written_exactly_and_in_the_machines_unit(wired) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(
+            a=offset("Offset", "mm", TOWARDS),
+            b=offset("OffsetFloat", "um", AWAY),
+            c=offset("OffsetInt", "0.1 um", AWAY),
+        )
+        assert await sink.found(DEADLINE_S) == {"a": 0.0, "b": 0.0, "c": 0.0}
+        assert await sink.write({"a": 34.5, "b": 12.25, "c": -7.04}, DEADLINE_S)
+        value = wire.machine.value
+        assert value("Offset") == pytest.approx(-0.0345, abs=1e-15)
+        assert value("OffsetFloat") == 12.25
+        assert (value("OffsetInt"), type(value("OffsetInt"))) == (-70, int)
+        applied = await sink.read_back(DEADLINE_S)
+        assert applied["a"].requested_um == 34.5
+        assert applied["a"].accepted_um == pytest.approx(34.5, abs=1e-12)
+        assert applied["c"] == (-7.04, -7.0, None)
+        await sink.close()
+
+    wired(act)
+
+
+def test_requested_accepted_and_effective_are_three_numbers(wired) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(
+            z=offset(sign=TOWARDS, read_back_node="Accepted", effective_node="Effective")
+        )
+        wire.machine.put("Accepted", -0.030)
+        wire.machine.put("Effective", -0.020)
+        assert await sink.found(DEADLINE_S) == {"z": pytest.approx(20.0)}  # what acts now
+        assert await sink.write({"z": 40.0}, DEADLINE_S)
+        applied = (await sink.read_back(DEADLINE_S))["z"]
+        assert applied == (40.0, pytest.approx(30.0), pytest.approx(20.0))
+        wire.machine.put("Accepted", 0.0, status=STATUS.BadNoCommunication)
+        wire.machine.put("Effective", math.nan)
+        assert (await sink.read_back(DEADLINE_S))["z"] == (40.0, None, None)
+        await sink.close()
+
+    wired(act)
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_is_never_sent_and_nothing_lives_then(
+    wired, requests: list[str], number: float
+) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(z=offset(), y=offset("OffsetFloat"))
+        await sink.found(DEADLINE_S)
+        requests.clear()
+        assert not await sink.write({"z": 1.0, "y": number}, DEADLINE_S)
+        assert await wire.session.write([(NODE + "Offset", number)], DEADLINE_S) == [
+            "BadOutOfRange"
+        ]
+        assert "write" not in requests
+        assert wire.machine.value("Beat") == 7
+        assert "no finite correction" in sink.last_error
+        await sink.close()
+
+    wired(act)
+
+
+def test_a_number_that_does_not_fit_the_type_is_not_sent_nor_are_the_others(wired) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(z=offset(), y=offset("OffsetInt", "0.1 um"))
+        await sink.found(DEADLINE_S)
+        assert not await sink.write({"z": 1.0, "y": 4000.0}, DEADLINE_S)
+        assert sink.refused == {
+            "z": "BadRequestCancelledByClient",
+            "y": "BadOutOfRange",
+            HEARTBEAT: "BadRequestCancelledByClient",
+        }
+        assert (wire.machine.value("Offset"), wire.machine.value("Beat")) == (0.0, 7)
+        codes = await wire.session.write([(NODE + "Text", 1.0), (NODE + "Offset", 2.0)], DEADLINE_S)
+        assert codes == ["BadTypeMismatch", "BadRequestCancelledByClient"]
+        await sink.close()
+
+    wired(act)
+
+
+def test_a_partly_refused_write_says_which_one_and_what_to_do(wired) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(z=offset(), y=offset("ReadOnly"))
+        await sink.found(DEADLINE_S)
+        assert not await sink.write({"z": 5.0, "y": 6.0}, DEADLINE_S)
+        assert set(sink.refused) == {"y"}
+        assert sink.refused["y"] in {"BadUserAccessDenied", "BadNotWritable"}
+        assert "y" in sink.last_error
+        assert wire.machine.value("Offset") == pytest.approx(0.005)
+        applied = await sink.read_back(DEADLINE_S)
+        assert (applied["z"].requested_um, applied["y"].requested_um) == (5.0, None)
+        assert wire.session.connected  # a refused write is a state to show, no reason to leave
+        assert await sink.write({"z": 6.0}, DEADLINE_S)
+        assert (sink.refused, sink.last_error) == ({}, "")
+        await sink.close()
+
+    wired(act)
+
+
+@pytest.mark.parametrize(
+    ("node", "beats"),
+    [
+        ("Beat", [8, 9, 10]),
+        ("BeatByte", [255, 0, 1]),
+        ("BeatBool", [True, False, True]),
+        ("T1", [21.0, 22.0, 23.0]),
+    ],
+)
+def test_the_heartbeat_moves_with_every_write_in_its_nodes_type(wired, node, beats) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(NODE + node, z=offset())
+        await sink.found(DEADLINE_S)
+        seen = []
+        for _ in beats:
+            assert await sink.write({"z": 1.0}, DEADLINE_S)  # the same offset again
+            seen.append(wire.machine.value(node))
+        assert seen == beats
+        await sink.close()
+
+    wired(act)
+
+
+def test_a_sink_without_a_heartbeat_writes_offsets_alone(wired) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(None, z=offset())
+        await sink.found(DEADLINE_S)
+        assert await sink.write({"z": 1.0}, DEADLINE_S)
+        assert wire.machine.value("Beat") == 7
+        await sink.close()
+
+    wired(act)
+
+
+@pytest.mark.parametrize("unit", ["mm", "m", "inch"])
+def test_whole_units_coarser_than_a_micrometre_are_refused(wired, unit: str) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(z=offset("OffsetInt", unit))
+        assert await sink.found(DEADLINE_S) is None
+        assert "coarser than a micrometre" in sink.last_error
+        assert not await sink.write({"z": 1.0}, DEADLINE_S)
+        await sink.close()
+
+    wired(act)
+
+
+def test_an_offset_that_cannot_be_read_is_no_news_and_keeps_everything_unwritten(wired) -> None:
+    async def act(wire: Wire) -> None:
+        wire.machine.put("OffsetFloat", 0.0, status=STATUS.BadWaitingForInitialData)
+        sink = await wire.sink(z=offset(), y=offset("OffsetFloat"))
+        for _ in range(3):
+            assert await sink.found(DEADLINE_S) is None
+            assert not await sink.write({"z": 1.0}, DEADLINE_S)
+        assert "the offset of y cannot be read" in sink.last_error
+        wire.machine.put("OffsetFloat", 0.25)
+        assert await sink.found(DEADLINE_S) == {"z": 0.0, "y": 250.0}
+        assert await sink.write({"z": 1.0}, DEADLINE_S)
+        await sink.close()
+
+    wired(act)
+
+
+def test_an_unknown_output_and_no_output_are_refused(wired) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(z=offset())
+        await sink.found(DEADLINE_S)
+        assert not await sink.write({"z": 1.0, "w": 2.0}, DEADLINE_S)
+        assert not await sink.write({}, DEADLINE_S)
+        assert (wire.machine.value("Offset"), wire.machine.value("Beat")) == (0.0, 7)
+        await sink.close()
+
+    wired(act)
+
+
+def test_a_write_is_sent_without_status_and_time_which_plcs_refuse(wired, monkeypatch) -> None:
+    sent: list[ua.WriteParameters] = []
+    real = UaSession.write
+
+    async def seen(self, parameters):
+        sent.append(parameters)
+        return await real(self, parameters)
+
+    monkeypatch.setattr(UaSession, "write", seen)
+
+    async def act(wire: Wire) -> None:
+        assert await wire.session.write([(NODE + "Offset", 1.0)], DEADLINE_S) == ["Good"]
+        value = sent[0].NodesToWrite[0].Value
+        assert (value.StatusCode, value.SourceTimestamp, value.ServerTimestamp) == (None,) * 3
+
+    wired(act)
+
+
+# ---- losing and finding the server --------------------------------------------------------------
+
+
+def test_reading_works_again_soon_after_the_servers_return(wired) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"))
+        await wire.cable.cut()
+        await until(lambda: not wire.session.connected)
+        assert not (await source.read(DEADLINE_S))["a"].good
+        await until(lambda: "nothing listens on port" in wire.session.last_error)
+        await wire.cable.mend()
+        loop = asyncio.get_running_loop()
+        began_s = loop.time()
+        while not (await source.read(DEADLINE_S))["a"].good:
+            await asyncio.sleep(0.01)
+        assert loop.time() - began_s < 1.5  # the second for other work on this computer
+        assert wire.session.last_error == ""
+        await source.close()
+
+    wired(act, timeout_s=1.0, retry_s=0.5)
+
+
+def test_a_lost_connection_is_seen_at_once_and_tried_again_for_ever(wired) -> None:
+    async def act(wire: Wire) -> None:
+        assert wire.session.generation == 1
+        for generation in range(2, 6):
+            await wire.cable.cut()
+            assert await until(lambda: not wire.session.connected) < 1.0
+            await wire.cable.mend()
+            await until(lambda: wire.session.connected)
+            assert wire.session.generation == generation
+
+    wired(act)
+
+
+def test_after_a_return_namespaces_types_and_offsets_are_learned_anew(wired, other) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"))
+        sink = await wire.sink(z=offset())
+        assert await sink.found(DEADLINE_S) == {"z": 0.0}
+        assert await sink.write({"z": 10.0}, DEADLINE_S)
+        await wire.cable.cut()
+        assert other.index != wire.machine.index
+        other.put("T1", 33.0)
+        other.put("Offset", 0.0625)
+        wire.cable.plug(other)
+        await wire.cable.mend()
+        await until(lambda: wire.session.connected)
+        assert (await source.read(DEADLINE_S))["a"].value == 33.0
+        assert not await sink.write({"z": 11.0}, DEADLINE_S)  # found was not read yet
+        assert other.value("Offset") == 0.0625
+        assert await sink.found(DEADLINE_S) == {"z": 62.5}
+        assert await sink.found(DEADLINE_S) is None
+        assert await sink.write({"z": 62.0}, DEADLINE_S)
+        assert other.value("Offset") == pytest.approx(0.062, abs=1e-6)  # now a Float
+        assert wire.machine.value("Offset") == pytest.approx(0.010)
+        await sink.close()
+        await source.close()
+
+    wired(act)
+
+
+def test_a_frozen_server_costs_a_cycle_its_deadline_and_no_more(wired) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"))
+        sink = await wire.sink(z=offset())
+        await sink.found(DEADLINE_S)
+        wire.cable.stop()
+        loop = asyncio.get_running_loop()
+        began_s = loop.time()
+        found = await source.read(0.05)
+        assert found["a"][:3] == (None, False, "BadNoCommunication")
+        assert not await sink.write({"z": 1.0}, 0.05)
+        assert (await sink.read_back(0.05))["z"].accepted_um is None
+        assert loop.time() - began_s < 10.0  # a request may take thirty
+        await wire.cable.mend()
+        await sink.close()
+        await source.close()
+
+    wired(act, timeout_s=30.0)
+
+
+def test_a_server_that_stays_frozen_costs_the_connection_which_heals(wired) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"))
+        wire.cable.stop()
+        while wire.session.connected:
+            assert not (await source.read(0.05))["a"].good
+        assert "no answer within 1 s" in wire.session.last_error
+        await wire.cable.mend()
+        await until(lambda: wire.session.connected)
+        assert (await source.read(5.0))["a"].good
+        await source.close()
+
+    wired(act)
+
+
+def test_a_short_pause_costs_values_but_not_the_connection_and_no_old_value_comes(wired) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"))
+        wire.cable.stop()
+        assert not (await source.read(0.05))["a"].good
+        wire.machine.put("T1", 99.0)
+        await wire.cable.mend()
+        await asyncio.sleep(0.05)
+        assert (await source.read(DEADLINE_S))["a"].value == 99.0
+        assert wire.session.generation == 1
+        await source.close()
+
+    wired(act, timeout_s=2.0)
+
+
+def test_one_write_at_most_is_on_its_way(wired, requests: list[str]) -> None:
+    async def act(wire: Wire) -> None:
+        sink = await wire.sink(z=offset())
+        await sink.found(DEADLINE_S)
+        requests.clear()
+        wire.cable.stop()
+        for number in range(5):
+            assert not await sink.write({"z": float(number)}, 0.02)
+        assert requests == ["write"]
+        await wire.cable.mend()
+        await until(lambda: wire.machine.value("Beat") == 8)
+        await asyncio.sleep(0.02)
+        assert wire.machine.value("Offset") == 0.0
+        assert await sink.write({"z": 9.0}, DEADLINE_S)
+        await sink.close()
+
+    wired(act, timeout_s=2.0)
+
+
+def test_a_connection_that_nobody_uses_is_tried_so_that_a_frozen_server_is_found(
+    wired, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_opcua_session, "IDLE_S", 0.05)
+
+    async def act(wire: Wire) -> None:
+        await asyncio.sleep(0.2)
+        assert wire.session.generation == 1
+        wire.cable.stop()
+        await until(lambda: not wire.session.connected)
+
+    wired(act)
+
+
+def test_a_server_that_limits_the_nodes_of_a_request_is_not_connected_to_again_and_again(
+    wired, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def act(wire: Wire) -> None:
+        async def refused(self, parameters):
+            raise ua.UaStatusCodeError(STATUS.BadTooManyOperations)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(UaSession, "read", refused)
+            assert await wire.session.read([NODE + "T1"], DEADLINE_S) is None
+        assert wire.session.connected
+        assert "Read fewer nodes" in wire.session.last_error
+
+    wired(act)
+
+
+@pytest.mark.parametrize("answer", [[], [ua.DataValue()] * 5])
+def test_an_answer_of_another_length_costs_the_connection(
+    wired, monkeypatch: pytest.MonkeyPatch, answer: list[ua.DataValue]
+) -> None:
+    async def act(wire: Wire) -> None:
+        async def wrong(self, parameters):
+            return list(answer)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(UaSession, "read", wrong)
+            assert await wire.session.read([NODE + "T1", NODE + "T2"], DEADLINE_S) is None
+        await until(lambda: wire.session.generation == 2 and wire.session.connected)
+
+    wired(act)
+
+
+def test_two_who_share_a_connection_close_it_with_the_last_one(wired) -> None:
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"))
+        sink = await wire.sink(z=offset())
+        assert wire.machine.sessions == 1
+        await wire.session.close()  # the stand's own use
+        await source.close()
+        assert await sink.found(DEADLINE_S) == {"z": 0.0}
+        await sink.close()
+        assert not wire.session.connected
+        await until(lambda: wire.machine.sessions == 0)
+
+    wired(act)
+
+
+def test_the_server_gets_its_session_back_at_the_end(runner, machine: Machine) -> None:
+    async def life() -> None:
+        async with Wire(machine):
+            assert machine.sessions == 1
+        await until(lambda: machine.sessions == 0)
+
+    runner.run(life())
+
+
+def test_a_session_that_never_found_its_server_ends_at_once(runner) -> None:
+    async def life() -> None:
+        settings = ConnectionSettings(name="a", url="opc.tcp://127.0.0.1:1/x", security="none")
+        session = OpcUaSession(settings, SystemClock())
+        await session.open()
+        await until(lambda: bool(session.last_error))
+        assert "nothing listens on port 1 of 127.0.0.1" in session.last_error
+        assert await session.read([NODE + "T1"], 1.0) is None
+        assert await session.write([(NODE + "T1", 1.0)], 1.0) is None
+        assert await session.describe(NODE + "T1", 1.0) is None
+        assert (session.connected, session.generation) == (False, 0)
+        await session.close()
+        await session.close()
+
+    runner.run(life())
+
+
+@pytest.mark.parametrize(
+    "answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"ACKF\xff\xff\xff\xff", b"\x00" * 64]
+)
+def test_what_listens_and_is_no_opcua_server_is_said_so_and_tried_again(
+    runner, answer: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.CRITICAL)
+    visits = 0
+
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        nonlocal visits
+        visits += 1
+        await reader.read(10)
+        writer.write(answer)
+        writer.close()
+        await writer.wait_closed()
+
+    async def life() -> None:
+        server = await asyncio.start_server(serve, "127.0.0.1", 0)
+        port = server.sockets[0].getsockname()[1]
+        settings = ConnectionSettings(
+            name="a",
+            url=f"opc.tcp://127.0.0.1:{port}",
+            security="none",
+            timeout_s=0.1,
+            retry_s=0.01,
+        )
+        session = OpcUaSession(settings, SystemClock())
+        async with server:
+            await session.open()
+            await until(lambda: visits >= 3)
+            assert session.last_error.startswith("a: ")
+            assert not session.connected
+            await session.close()
+
+    runner.run(life())
+
+
+def test_a_mistake_in_the_program_is_not_taken_for_a_lost_machine(
+    runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def broken(self):
+        raise NotImplementedError("a mistake")
+
+    monkeypatch.setattr(OpcUaSession, "_connect", broken)
+
+    async def life() -> None:
+        settings = ConnectionSettings(name="a", url="opc.tcp://127.0.0.1:1/x", security="none")
+        session = OpcUaSession(settings, SystemClock())
+        await session.open()
+        await asyncio.sleep(0)
+        with pytest.raises(NotImplementedError, match="a mistake"):
+            await session.read([NODE + "T1"], 1.0)
+        with pytest.raises(NotImplementedError, match="a mistake"):
+            await session.close()
+
+    runner.run(life())
+
+
+# ---- what a server says of a node ---------------------------------------------------------------
+
+
+def test_a_node_is_described(wired) -> None:
+    async def act(wire: Wire) -> None:
+        one = await wire.session.describe(NODE + "OffsetFloat", DEADLINE_S)
+        assert (one.exists, one.status, one.data_type) == (True, "Good", "Float")
+        assert (one.readable, one.writable, one.value) == (True, True, 0.0)
+        assert one.age_s == pytest.approx(0.0, abs=1.0)
+        locked = await wire.session.describe(NODE + "ReadOnly", DEADLINE_S)
+        assert (locked.readable, locked.writable) == (True, False)
+        text = await wire.session.describe(NODE + "Text", DEADLINE_S)
+        assert (text.exists, text.data_type, text.value) == (True, "String", None)
+        for node in (NODE + "Nowhere", "nsu=urn:nobody;s=T1"):
+            missing = await wire.session.describe(node, DEADLINE_S)
+            assert (missing.exists, missing.status) == (False, "BadNodeIdUnknown")
+        folder = await wire.session.describe("i=85", DEADLINE_S)
+        assert (folder.exists, folder.readable, folder.writable) == (True, False, False)
+
+    wired(act)
+
+
+def test_types_are_read_once_per_connection(wired, requests: list[str]) -> None:
+    async def act(wire: Wire) -> None:
+        nodes = [NODE + "Offset", NODE + "OffsetInt", "nsu=urn:nobody;s=x"]
+        expected = dict(zip(nodes, ["Double", "Int16", ""], strict=True))
+        assert await wire.session.types(nodes, DEADLINE_S) == expected
+        requests.clear()
+        assert await wire.session.types(nodes, DEADLINE_S) == expected
+        assert requests == []
+
+    wired(act)
+
+
+def test_no_source_of_the_runtime_reads_values_without_their_status(root: Path) -> None:
+    forbidden = re.compile(r"\.(read_values?|get_values?|write_values?|create_subscription)\(")
+    for path in sorted((root / "src/thermaxis/runtime").rglob("*.py")):
+        if "status" in path.name:  # the server's side
+            continue
+        assert not forbidden.search(path.read_text(encoding="utf-8")), path
