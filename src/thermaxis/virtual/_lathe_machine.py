@@ -133,7 +133,7 @@ class VirtualLathe:
         self._referenced = True
         self._diameter_mm = 0.0
         self._set: dict[str, float] = {}
-        self._held: dict[int, tuple[float, Mapping[str, LatheReading]]] = {}
+        self._held: dict[int, Mapping[str, LatheReading]] = {}
         self._begin_segment()
 
     # ---- time ----
@@ -184,7 +184,7 @@ class VirtualLathe:
             own = -self.settings.offset.own_um_per_k * float(rise_k)
         self.axis.step(
             seconds,
-            moves=self.flag("machine_on") and not self.flag("emergency_stop"),
+            moves=self._runs,
             permitted=self.flag("referenced") and not self.flag("homing"),
             own_goal_um=own,
         )
@@ -464,11 +464,10 @@ class VirtualLathe:
         for number, fault in enumerate(self.faults):
             if fault.kind not in {FaultKind.STUCK, FaultKind.STALE}:
                 continue
-            begin_s = fault.begin_s(self._time_s + _SAME_S)
-            if begin_s is None:
+            if not self._acts(fault):
                 self._held.pop(number, None)
-            elif number not in self._held or self._held[number][0] != begin_s:
-                self._held[number] = (begin_s, self.clean_readings())
+            elif number not in self._held:
+                self._held[number] = self.clean_readings()
 
     def _spoil(self, found: dict[str, LatheReading], number: int, fault: Fault) -> None:
         name = fault.channels[0]
@@ -477,9 +476,9 @@ class VirtualLathe:
             other = fault.channels[1]
             found[name], found[other] = found[other], found[name]
         elif fault.kind is FaultKind.STUCK:
-            found[name] = self._held[number][1][name]._replace(stamp_s=self._time_s)
+            found[name] = self._held[number][name]._replace(stamp_s=self._time_s)
         elif fault.kind is FaultKind.STALE:
-            found[name] = self._held[number][1][name]
+            found[name] = self._held[number][name]
         elif fault.kind is FaultKind.JUMP and shown.value is not None:
             found[name] = shown._replace(value=round(shown.value + (fault.amount or 0.0), 9))
         elif fault.kind is FaultKind.NAN:

@@ -309,7 +309,7 @@ class LatheServer:
                 self._lathe.write_offset(float(written))
             elif name == "heartbeat":
                 self._lathe.write_heartbeat(int(written))
-            else:
+            elif name == "diameter_mm":
                 self._lathe.write_diameter(float(written))
         self._look()
         self._held[name].value = self._value(name)

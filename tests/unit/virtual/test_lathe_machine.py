@@ -82,6 +82,11 @@ def test_noise_belongs_to_the_second_and_not_to_the_call() -> None:
     lathe.step(10.0)
     once = lathe.readings()
     assert [r.value for r in lathe.readings().values()] == [r.value for r in once.values()]
+    later = []
+    for _ in range(3):
+        lathe.step(1024.0)
+        later.append([lathe.readings()[p].value - lathe.true_um[0] for p in PROBES[:1]])
+    assert len({value for (value,) in later}) == 3
     fine = VirtualLathe("calibration-spindle", 1)
     for _ in range(100):
         fine.step(0.1)
@@ -175,6 +180,27 @@ def test_a_day_begins_with_homing_and_comes_again() -> None:
     assert [lathe.flag(f) for f in ("machine_on", "coolant_on")] == [False, False]
     lathe.step(600.0 + 350.0)
     assert [lathe.flag(f) for f in ("machine_on", "referenced", "homing")] == [True, True, False]
+
+
+def test_homing_takes_the_reference_away_until_it_is_found() -> None:
+    stages = (Stage(60.0), Stage(60.0, homing=True), Stage(60.0), Stage(60.0, machine_on=False))
+    lathe = VirtualLathe(Scenario("homing", "x", stages), 1)
+    seen = []
+    for _ in range(4):
+        lathe.step(30.0)
+        seen.append(lathe.flag("referenced"))
+        lathe.step(30.0)
+    assert seen == [True, False, True, False]
+
+
+def test_a_flag_that_is_set_within_a_minute_leaves_the_hall_as_it_is() -> None:
+    lathe = VirtualLathe("day", 1)
+    lathe.step(3.0 * HOUR + 37.0)
+    before = lathe.hall_c
+    lathe.set_flag("own_compensation", value=True)
+    assert lathe.hall_c == before
+    lathe.step(30.0)
+    assert 0.0 < abs(lathe.hall_c - before) < 0.05
 
 
 def test_a_written_diameter_stays_until_the_scenario_changes_it() -> None:

@@ -76,6 +76,8 @@ def test_the_first_gear_warms_the_headstock_more_at_the_same_speed() -> None:
     low, high = (
         PHYSICS.heat_w(LatheDuty(spindle_rpm=900.0, gear=gear))[Node.HEADSTOCK] for gear in (1, 2)
     )
+    assert low == pytest.approx(PHYSICS.gear_w[0])
+    assert high == pytest.approx(PHYSICS.gear_w[1] * 900.0 / 3500.0)
     assert low > 2.0 * high > 0.0
 
 
@@ -86,6 +88,9 @@ def test_rotation_and_coolant_and_cooler_change_the_network() -> None:
     cooled = PHYSICS.network(LatheDuty(cooler=True))
     ratio = turning.boundary_w_per_k[Node.RIM, 0] / rest.boundary_w_per_k[Node.RIM, 0]
     assert ratio == pytest.approx(PHYSICS.rotating_factor)
+    half = PHYSICS.network(LatheDuty(coolant=False, table_rpm=100.0))
+    ratio = half.boundary_w_per_k[Node.TABLE, 0] / rest.boundary_w_per_k[Node.TABLE, 0]
+    assert ratio == pytest.approx(1.0 + (PHYSICS.rotating_factor - 1.0) * 0.5**0.8)
     assert rest.conductance_w_per_k[Node.TABLE_BEARING, Node.COOLANT] == 0.0
     assert flowing.conductance_w_per_k[Node.TABLE_BEARING, Node.COOLANT] > 0.0
     assert flowing.boundary_w_per_k[Node.COOLANT, Boundary.COOLER] == 0.0

@@ -166,9 +166,15 @@ def test_subscribers_are_told_and_a_restart_and_a_pause_are_felt() -> None:
             told = Told()
             subscription = await client.create_subscription(50, told)
             await subscription.subscribe_data_change(client.get_node(ua.NodeId("time_s", index)))
+            others = await client.create_subscription(50, Told())
+            names = ("T_spindle_C", "offset_mm", "diameter_mm", "heartbeat")
+            await others.subscribe_data_change(
+                [client.get_node(ua.NodeId(name, index)) for name in names]
+            )
             await asyncio.sleep(0.6)
             assert len(told.values) >= 3
             assert told.values == sorted(told.values)
+            assert (lathe.diameter_mm, lathe.axis.written_mm, lathe.axis.heartbeat) == (0.0, 0.0, 0)
             await until(lambda: not lathe.reachable)
             await asyncio.sleep(0.15)
             with pytest.raises(OSError, match=r"[Cc]onnect"):
