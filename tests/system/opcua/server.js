@@ -37,6 +37,8 @@ const settings = {
   origin_s: null, // monotonic time at which the temperatures began to rise
   sampling_s: 0.1,
   resolution_k: 0.1,
+  swing_k: 0.0, // amplitude of a sine on top of Temp1; half of it on Temp2
+  swing_s: 60.0, // its period
   plc_s: 0.02,
   watchdog_s: 2.0, // null: it has none
   machine_rate_um_per_s: 20.0,
@@ -54,9 +56,9 @@ const FAULTS = [
   "none", "bad", "frozen", "uncertain", "nan", "null", "exit", "busy", "deaf", "refuse", "jump",
 ];
 const TEMPERATURES = {
-  Temp1: { start_c: 21.0, rise_k: 12.0, time_constant_s: 300.0 },
-  Temp2: { start_c: 20.5, rise_k: 6.0, time_constant_s: 900.0 },
-  Temp3: { start_c: 20.0, rise_k: 1.5, time_constant_s: 3600.0 },
+  Temp1: { start_c: 21.0, rise_k: 12.0, time_constant_s: 300.0, swings: 1.0 },
+  Temp2: { start_c: 20.5, rise_k: 6.0, time_constant_s: 900.0, swings: 0.5 },
+  Temp3: { start_c: 20.0, rise_k: 1.5, time_constant_s: 3600.0, swings: 0.0 },
 };
 const OFFSETS = {
   Z: { dataType: "Double", um: 1000.0 }, // [mm]
@@ -160,9 +162,10 @@ function shown(values) {
 }
 
 function temperature(name) {
-  const { start_c, rise_k, time_constant_s } = TEMPERATURES[name];
+  const { start_c, rise_k, time_constant_s, swings } = TEMPERATURES[name];
   const since_s = now_s() - settings.origin_s;
-  const value = start_c + rise_k * (1.0 - Math.exp(-since_s / time_constant_s));
+  const swing_k = settings.swing_k * swings * Math.sin((2 * Math.PI * since_s) / settings.swing_s);
+  const value = start_c + rise_k * (1.0 - Math.exp(-since_s / time_constant_s)) + swing_k;
   return Math.round(value / settings.resolution_k) * settings.resolution_k;
 }
 
