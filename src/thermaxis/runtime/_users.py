@@ -58,7 +58,6 @@ FAILURES_IN_ALL = 30
 """Failures of all names within the same time after which everybody new is refused until some of
 them are older: more than a shop forgets, far fewer than a guesser needs. [1]"""
 _MOST_NAMES = 256
-_MOST_WAITING = 8
 
 
 class Role(StrEnum):
@@ -432,7 +431,6 @@ class Users:
         self._problem = "the file of users was not read yet"
         self._reading = threading.Lock()
         self._thread = ThreadPoolExecutor(1, "thermaxis-users", _step_back)
-        self._waiting = 0
         self._nobody = _hasher().hash(os.urandom(16).hex())
 
     @property
@@ -483,16 +481,13 @@ class Users:
         """
         now_s = self._clock.monotonic_s()
         name = name[: LONGEST_NAME + 1]
-        if self._failures.refused(name, now_s) or self._waiting >= _MOST_WAITING:
+        if self._failures.refused(name, now_s):
             return None
-        # counted before the password is looked at: many log-ins at once are no way around
+        # counted before the password is looked at: many log-ins at once are no way around, and
+        # no more of them wait for the thread than may fail in a minute
         self._failures.failed(name, now_s)
-        self._waiting += 1
-        try:
-            loop = asyncio.get_running_loop()
-            found = await loop.run_in_executor(self._thread, self._checked, name, password)
-        finally:
-            self._waiting -= 1
+        loop = asyncio.get_running_loop()
+        found = await loop.run_in_executor(self._thread, self._checked, name, password)
         if found is not None:
             self._failures.succeeded(name, now_s)
         if self._tell is not None:

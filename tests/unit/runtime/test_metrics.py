@@ -286,7 +286,8 @@ def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
             while len(server._serving) < len(held):
                 await asyncio.sleep(0)
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            assert await reader.read() == b""
+            async with asyncio.timeout(_metrics.REQUEST_S / 2.0):
+                assert await reader.read() == b""  # at once, not for want of a request
             writer.close()
             for _, one in held:
                 one.close()

@@ -62,8 +62,8 @@ def test_every_key_of_the_json_stands_on_the_page() -> None:
 def test_the_bounds_on_the_page_are_those_in_force() -> None:
     for words in (
         (
-            f"more than {MOST_NODES} nodes or {MOST_CALLS} calls in one request, {MOST_SUBSCRIPTIONS}"
-            f" subscriptions or {MOST_MONITORED} monitored items"
+            f"more than {MOST_NODES} nodes or {MOST_CALLS} calls in one request,"
+            f" {MOST_SUBSCRIPTIONS} subscriptions or {MOST_MONITORED} monitored items"
         ),
         f"more than {MOST_CONNECTIONS} connections",
         f"more than {FAILURES_BY_NAME} failures of this name, or {FAILURES_IN_ALL} of all names",
