@@ -179,6 +179,7 @@ class StatusServer:
         self._facts: Mapping[str, OutputFacts] = {}
         self._everything: tuple[Snapshot | None, str] = (None, "")
         self._told: dict[str, tuple[Told, bool]] = {}
+        self._problem = ""
         self._waiting = 0
         self._task: asyncio.Task[None] | None = None
 
@@ -214,6 +215,7 @@ class StatusServer:
         users = self._users
         if users is not None:
             await users.open()
+            self._tell_problem(users)
         server = GuardedServer(None if users is None else users.identify, anonymous=anonymous)
         await server.init()
         await self._secure(server, anonymous=anonymous)
@@ -374,7 +376,9 @@ class StatusServer:
     async def _role_of(self, identity: Identity) -> Role:
         if identity == ANONYMOUS or self._users is None:
             return Role(self._settings.anonymous_role)
-        return await self._users.role_now(identity)
+        role = await self._users.role_now(identity)
+        self._tell_problem(self._users)
+        return role
 
     async def _who_am_i(self, arguments: Sequence[ua.Variant]) -> list[ua.Variant] | ua.StatusCode:
         if arguments:
@@ -428,6 +432,16 @@ class StatusServer:
         shown = printable(name, 70)
         text = f"{shown} {said} the status server"
         self._audit(EventRecord(self._clock.utc(), "connection", shown, text))
+        if self._users is not None:
+            self._tell_problem(self._users)
+
+    def _tell_problem(self, users: Users) -> None:
+        """Tell once that the file of users cannot be read, and that it can be again."""
+        problem = users.problem
+        if problem != self._problem:
+            self._problem = problem
+            text = f"nobody is known: {problem}" if problem else "the file of users is read again"
+            self._audit(EventRecord(self._clock.utc(), "alarm", "", text))
 
 
 _ANSWER = (

@@ -599,9 +599,9 @@ def test_a_role_that_is_taken_away_ends_what_a_running_session_may_do(
 ) -> None:
     async def scene() -> None:
         path = users_file(tmp_path)
-        box = Box()
+        box, events = Box(), list[EventRecord]()
         async with (
-            served(pairs.settings(path), box) as server,
+            served(pairs.settings(path), box, audit=events) as server,
             pairs.user(server, "operator") as one,
         ):
             assert (await call(one, "Hold"))[0] is True
@@ -612,6 +612,14 @@ def test_a_role_that_is_taken_away_ends_what_a_running_session_may_do(
             assert await call(one, "WhoAmI") == ["operator", "viewer"]
             path.chmod(0o644)
             assert await call(one, "WhoAmI") == ["operator", "none"]
+            assert await call(one, "WhoAmI") == ["operator", "none"]
+            path.chmod(0o600)
+            assert await call(one, "WhoAmI") == ["operator", "viewer"]
+        told = [e.text for e in events if e.kind == "alarm"]
+        assert len(told) == 2
+        assert told[0].startswith("nobody is known: ")
+        assert "others than its owner" in told[0]
+        assert told[1] == "the file of users is read again"
         assert [r.kind for r in box.requests] == [RequestKind.HOLD]
 
     run(scene)
