@@ -58,6 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
         If the configuration is wrong, or another program runs the machine.
     """
     import asyncio  # noqa: PLC0415  --help needs none of these
+    import logging  # noqa: PLC0415
 
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415
     from thermaxis.runtime._config import read_machine  # noqa: PLC0415
@@ -65,6 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.cycles is not None and arguments.cycles < 1:
         raise ConfigurationError("at least one cycle is needed", where="--cycles")
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = read_machine(arguments.configuration)
     with sole_runner(configuration.state_file, configuration.name):
         asyncio.run(_run(configuration, arguments))
