@@ -37,7 +37,7 @@ from thermaxis.runtime.historian._reading import HistoryReader
 from thermaxis.runtime.historian._rows import RowPacker
 from thermaxis.runtime.historian._settings import HistorianSettings
 from thermaxis.runtime.historian._sql import SqlHistorian
-from thermaxis.runtime.historian._store import open_store
+from thermaxis.runtime.historian._store import FileWatch, open_store
 from thermaxis.runtime.historian._writer import Writer
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
@@ -267,13 +267,13 @@ def test_a_commit_whose_answer_was_lost_is_not_written_twice(server: Server) -> 
     for k in range(500):
         backlog.add_cycle(packer.pack(cycle_record(k)))
     url = parse_url(server.url, PASSWORD)
-    store = open_store(url, "the run", check_s=1.0, utc=BEGIN).store
+    store = open_store(url, "the run", check_s=1.0, utc=BEGIN, watch=FileWatch())
     items = backlog.take(300)
     store.write(items, packer)
     while store.close_block():  # the rows are no longer single rows when it comes back
         pass
     store.close()
-    store = open_store(url, "the run", check_s=1.0, utc=BEGIN).store
+    store = open_store(url, "the run", check_s=1.0, utc=BEGIN, watch=FileWatch())
     backlog.put_back(store.stored_seq())
     store.write(backlog.take(1000), packer)
     store.close()
@@ -326,7 +326,7 @@ def test_old_days_go_and_the_rest_stays(server: Server) -> None:
         for k in range(256):
             backlog.add_cycle(packer.pack(cycle_record(256 * day + k, begin=begin, utc=begin)))
             kept += [256 * day + k] if day >= 4 else []
-        store = open_store(url, f"day {day}", check_s=1.0, utc=begin).store
+        store = open_store(url, f"day {day}", check_s=1.0, utc=begin, watch=FileWatch())
         store.write(backlog.take(1000), packer)
         while store.close_block():
             pass

@@ -25,7 +25,7 @@ from tests.unit.runtime.history_records import (
     url_of,
 )
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.runtime.historian import _store, _tables, _writer
+from thermaxis.runtime.historian import _database, _store, _tables, _writer
 from thermaxis.runtime.historian._backlog import Backlog, Item
 from thermaxis.runtime.historian._database import parse_url
 from thermaxis.runtime.historian._integrity import WriterLock, check_file, put_aside
@@ -33,7 +33,7 @@ from thermaxis.runtime.historian._reading import HistoryReader
 from thermaxis.runtime.historian._rows import RowPacker
 from thermaxis.runtime.historian._settings import HistorianSettings
 from thermaxis.runtime.historian._sql import SqlHistorian
-from thermaxis.runtime.historian._store import BLOCK_ROWS, Opened, Store
+from thermaxis.runtime.historian._store import BLOCK_ROWS, Store
 from thermaxis.runtime.historian._writer import Writer, pack_event
 
 QUICK = HistorianSettings(batch_s=0.005, retry_s=0.01)
@@ -79,11 +79,11 @@ class Trouble:
         self._open = _writer.open_store
         monkeypatch.setattr(_writer, "open_store", self.open_store)
 
-    def open_store(self, *arguments: object, **keywords: object) -> Opened:
+    def open_store(self, *arguments: object, **keywords: object) -> Store:
         if self.mode == "no database":
             raise OSError("no such host")
-        opened = self._open(*arguments, **keywords)  # type: ignore[arg-type]
-        write = opened.store.write
+        store = self._open(*arguments, **keywords)  # type: ignore[arg-type]
+        write, close_block = store.write, store.close_block
 
         def troubled(items: Sequence[Item], packer: RowPacker) -> None:
             if self.mode == "refused":
@@ -92,8 +92,15 @@ class Trouble:
             if self.mode == "answer lost":  # the commit happened, and nobody said so
                 raise refused("server closed the connection unexpectedly")
 
-        opened.store.write = troubled  # type: ignore[method-assign]
-        return opened
+        def troubled_block() -> bool:
+            made = close_block()
+            if self.mode == "block's answer lost":
+                raise refused("server closed the connection unexpectedly")
+            return made
+
+        store.write = troubled  # type: ignore[method-assign]
+        store.close_block = troubled_block  # type: ignore[method-assign]
+        return store
 
 
 # ---- the law ------------------------------------------------------------------------------------
@@ -102,8 +109,11 @@ moves = st.lists(
     st.one_of(
         st.tuples(st.just("cycles"), st.integers(1, 300)),
         st.tuples(st.just("events"), st.integers(1, 5)),
-        st.tuples(st.just("attempt"), st.sampled_from(["well", "well", "refused", "answer lost"])),
-        st.tuples(st.just("attempt"), st.just("no database")),
+        st.tuples(st.just("attempt"), st.just("well")),
+        st.tuples(
+            st.just("attempt"),
+            st.sampled_from(["refused", "answer lost", "block's answer lost", "no database"]),
+        ),
         st.tuples(st.just("restart"), st.booleans()),
     ),
     min_size=3,
@@ -127,7 +137,7 @@ def test_every_record_is_stored_once_or_counted_as_lost(
         added_cycles: list[int] = []
         added_texts: list[str] = []
         lost = 0
-        recorder = Recorder(path, 200_000)
+        recorder = Recorder(path, 400_000)
         for move, what in [*moves, ("attempt", "well"), ("attempt", "well")]:
             if move == "cycles":
                 added_cycles += (new := [next(numbers) for _ in range(int(str(what)))])
@@ -145,7 +155,7 @@ def test_every_record_is_stored_once_or_counted_as_lost(
                 recorder.writer.close()
                 recorder.backlog.give_up()
                 lost += recorder.backlog.lost
-                recorder = Recorder(path, 200_000)
+                recorder = Recorder(path, 400_000)
         recorder.writer.attempt()
         recorder.writer.close()
         assert recorder.backlog.waiting == 0
@@ -317,7 +327,7 @@ def test_a_file_that_is_damaged_while_it_is_used_is_put_aside_and_nothing_new_is
     damage(path)
     recorder.writer.close()
     recorder = Recorder(path)
-    recorder.writer._checked = True  # as after a connection that was lost
+    recorder.writer._watch.checked = True  # as after a connection that was lost
     done = BLOCK_ROWS * 2
     for _ in range(6):
         recorder.record(range(done, done + 100))
@@ -381,6 +391,65 @@ def test_a_second_writer_waits_until_the_first_has_ended(tmp_path: Path) -> None
     assert second.writer.attempt()
     second.writer.close()
     assert numbers_in(path) == list(range(10))
+
+
+def test_a_program_that_locks_the_file_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_database, "_BUSY_S", 0.05)
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(3))
+    assert recorder.writer.attempt()
+    other = sqlite3.connect(path, isolation_level=None)
+    other.execute("BEGIN EXCLUSIVE")
+    recorder.record(range(3, 6))
+    assert not recorder.writer.attempt()
+    assert "locked" in recorder.writer.trouble
+    other.close()
+    assert recorder.writer.attempt()
+    recorder.writer.close()
+    assert numbers_in(path) == list(range(6))
+    assert recorder.backlog.lost == 0
+
+
+def test_a_large_file_is_looked_through_once_not_with_every_attempt(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "h.db"
+    looked: list[Path] = []
+    check = _store.check_file
+
+    def counted(file: Path, longest_s: float) -> object:
+        looked.append(file)
+        return check(file, longest_s)
+
+    monkeypatch.setattr(_store, "check_file", counted)
+    monkeypatch.setattr(_tables, "SCHEMA", 0)  # as a program that is older than the history
+    recorder = Recorder(path)
+    with sqlite3.connect(path) as other:
+        other.execute("CREATE TABLE thermaxis_version (name TEXT, value INTEGER)")
+        other.execute("INSERT INTO thermaxis_version VALUES ('schema', 1)")
+    other.close()
+    for _ in range(5):
+        assert not recorder.writer.attempt()
+    assert len(looked) == 1
+
+
+def test_a_reader_sees_that_the_file_was_put_aside(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    recorder = Recorder(path)
+    recorder.record(range(3))
+    recorder.writer.attempt()
+    recorder.writer.close()
+    with HistoryReader(url_of(path)) as reader:
+        assert reader.in_place
+        put_aside(path, BEGIN)
+        assert not reader.in_place
+        recorder.record(range(3, 6))
+        recorder.writer.attempt()
+        assert not reader.in_place
+    recorder.writer.close()
 
 
 def test_the_lock_of_a_writer_is_gone_with_it(tmp_path: Path) -> None:
@@ -463,7 +532,7 @@ def test_the_loop_never_waits_and_nothing_raises_while_the_database_hangs(
     path = tmp_path / "h.db"
     opened = _writer.open_store
 
-    def slow(*arguments: object, **keywords: object) -> Opened:
+    def slow(*arguments: object, **keywords: object) -> Store:
         time.sleep(0.5)
         return opened(*arguments, **keywords)  # type: ignore[arg-type]
 

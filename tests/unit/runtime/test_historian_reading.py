@@ -27,7 +27,7 @@ from thermaxis.runtime.historian._database import parse_url
 from thermaxis.runtime.historian._reading import HistoryReader, Trend
 from thermaxis.runtime.historian._rows import RowPacker, to_us
 from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._store import open_store
+from thermaxis.runtime.historian._store import FileWatch, open_store
 from thermaxis.runtime.historian._writer import Writer, pack_event
 
 HOUR = timedelta(hours=1)
@@ -183,7 +183,7 @@ def test_answers_stay_with_the_cycle_that_gave_them(tmp_path: Path) -> None:
 def test_events_come_in_their_order_by_time_and_kind(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     url = parse_url(url_of(path))
-    opened = open_store(url, "run", check_s=1.0, utc=BEGIN)
+    store = open_store(url, "run", check_s=1.0, utc=BEGIN, watch=FileWatch())
     backlog, packer = Backlog(10**6), RowPacker()
     events = [
         event_record(f"{k}", kind=("state", "request")[k % 2], utc=BEGIN + k * HOUR)
@@ -191,8 +191,8 @@ def test_events_come_in_their_order_by_time_and_kind(tmp_path: Path) -> None:
     ]
     for event in events:
         backlog.add_event(pack_event(event))
-    opened.store.write(backlog.take(100), packer)
-    opened.store.close()
+    store.write(backlog.take(100), packer)
+    store.close()
     with HistoryReader(url_of(path)) as reader:
         assert reader.events() == events
         assert reader.events(BEGIN + HOUR, BEGIN + 4 * HOUR) == [events[k] for k in (1, 2, 4)]
@@ -213,13 +213,13 @@ def write_days(path: Path, days: Sequence[int], *, retention_days: int) -> list[
         records = [cycle_record(k, cycle_s=300.0, begin=begin) for k in range(288)]
         write(path, records)
         written += records
-    opened = open_store(parse_url(url_of(path)), "tidy", check_s=1.0, utc=BEGIN)
-    while opened.store.close_block():
+    store = open_store(parse_url(url_of(path)), "tidy", check_s=1.0, utc=BEGIN, watch=FileWatch())
+    while store.close_block():
         pass
     pieces = 0
-    while opened.store.retire(retention_days):
+    while store.retire(retention_days):
         pieces += 1
-    opened.store.close()
+    store.close()
     assert pieces >= len(set(days)) - retention_days
     return written
 
@@ -277,17 +277,17 @@ def test_events_go_with_the_cycles_that_they_stood_among(tmp_path: Path) -> None
         for k in range(288):
             backlog.add_cycle(packer.pack(cycle_record(k, cycle_s=300.0, begin=begin)))
         backlog.add_event(pack_event(event_record(f"evening {day}", utc=begin)))
-        opened = open_store(url, f"day {day}", check_s=1.0, utc=begin)
-        opened.store.write(backlog.take(1000), packer)
-        while opened.store.close_block():
+        store = open_store(url, f"day {day}", check_s=1.0, utc=begin, watch=FileWatch())
+        store.write(backlog.take(1000), packer)
+        while store.close_block():
             pass
-        opened.store.close()
-    opened = open_store(url, "tidy", check_s=1.0, utc=BEGIN)
-    while opened.store.close_block():
+        store.close()
+    store = open_store(url, "tidy", check_s=1.0, utc=BEGIN, watch=FileWatch())
+    while store.close_block():
         pass
-    while opened.store.retire(2):
+    while store.retire(2):
         pass
-    opened.store.close()
+    store.close()
     with HistoryReader(url_of(path)) as reader:
         texts = [event.text for event in reader.events()]
     assert texts == ["evening 1", "morning 2", "evening 2", "morning 3", "evening 3"]

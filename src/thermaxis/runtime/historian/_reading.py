@@ -23,7 +23,13 @@ from thermaxis.compensation._supervisor import SupervisorState
 from thermaxis.errors import DataError, printable
 from thermaxis.runtime._ports import CycleRecord, EventRecord
 from thermaxis.runtime.historian import _tables as t
-from thermaxis.runtime.historian._database import parse_url, reading_engine, shown_url
+from thermaxis.runtime.historian._database import (
+    file_identity,
+    parse_url,
+    reading_engine,
+    shown_url,
+    sqlite_path,
+)
 from thermaxis.runtime.historian._layout import Layout
 from thermaxis.runtime.historian._rows import (
     from_us,
@@ -115,6 +121,8 @@ class HistoryReader:
         self.where = shown_url(parsed)
         """The database, without a password."""
         self._engine = reading_engine(parsed)
+        self._path = sqlite_path(parsed)
+        self._identity = None if self._path is None else file_identity(self._path)
         self._layouts: dict[tuple[int, int], Layout] = {}
         self._words: dict[int, dict[int, str]] = {}
         try:
@@ -124,6 +132,15 @@ class HistoryReader:
         except BaseException:
             self.close()
             raise
+
+    @property
+    def in_place(self) -> bool:
+        """Whether the file that is read is the one that has the name.
+
+        It is not where the loop has put a damaged file aside: then the history is to be opened
+        anew. A server is always in its place.
+        """
+        return self._path is None or file_identity(self._path) == self._identity
 
     def _check_schema(self) -> None:
         with self._asked() as connection:

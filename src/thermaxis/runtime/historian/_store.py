@@ -4,7 +4,7 @@ import json
 import sqlite3
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import takewhile
 from pathlib import Path
@@ -21,7 +21,12 @@ from thermaxis.compensation._supervisor import SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.historian import _tables as t
 from thermaxis.runtime.historian._backlog import Item
-from thermaxis.runtime.historian._database import shown_url, sqlite_path, writing_engine
+from thermaxis.runtime.historian._database import (
+    file_identity,
+    shown_url,
+    sqlite_path,
+    writing_engine,
+)
 from thermaxis.runtime.historian._integrity import (
     Soundness,
     WriterLock,
@@ -51,26 +56,24 @@ _LAYOUTS_KEPT = 50
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class Opened:
-    """A database that was opened, with what happened on the way."""
+@dataclass(slots=True)
+class FileWatch:
+    """What a writer remembers of SQLite's file from one attempt to open it to the next."""
 
-    store: "Store"
-    """The database."""
-    remarks: tuple[str, ...]
-    """Sentences about damage and unfinished checks."""
+    checked: bool = False
+    """Whether it was looked through since the program began, or since it was replaced."""
+    damage: str = ""
+    """What the database has said about a damage that it met; empty where it met none."""
+    remarks: list[str] = field(default_factory=list[str])
+    """Sentences about damage and checks that were not finished, until somebody takes them."""
 
 
 def open_store(
-    url: URL,
-    run_key: str,
-    *,
-    check_s: float,
-    utc: datetime,
-    checked: bool = False,
-    damage: str = "",
-) -> Opened:
+    url: URL, run_key: str, *, check_s: float, utc: datetime, watch: FileWatch
+) -> "Store":
     """Open a database for writing, check it, and make what is missing.
+
+    A damaged file of SQLite is put aside and a new one begun.
 
     Parameters
     ----------
@@ -82,15 +85,13 @@ def open_store(
         Longest integrity check. [s]
     utc : datetime
         The time of day.
-    checked : bool
-        Whether the file was found sound before.
-    damage : str
-        What the database has said about a damage that it met; empty where it met none.
+    watch : FileWatch
+        What is remembered of the file; it is brought up to date.
 
     Returns
     -------
-    Opened
-        The database. A damaged file of SQLite was put aside and a new one begun.
+    Store
+        The database.
 
     Raises
     ------
@@ -101,11 +102,10 @@ def open_store(
     """
     path = sqlite_path(url)
     lock = WriterLock(path) if path is not None else None
-    remarks: list[str] = []
     store = None
     try:
-        if path is not None and (damage or not checked):
-            remarks += _checked(path, check_s, utc, damage)
+        if path is not None:
+            _look_through(path, check_s, utc, watch)
         store = Store(url, path, lock)
         store.prepare(run_key, utc)
     except BaseException:
@@ -114,21 +114,25 @@ def open_store(
         elif lock is not None:
             lock.release()
         raise
-    return Opened(store, tuple(remarks))
+    return store
 
 
-def _checked(path: Path, check_s: float, utc: datetime, damage: str) -> list[str]:
-    found = Soundness(sound=False, complete=True, text=damage)
-    if not damage:
+def _look_through(path: Path, check_s: float, utc: datetime, watch: FileWatch) -> None:
+    if watch.damage:
+        found = Soundness(sound=False, complete=True, text=watch.damage)
+    elif watch.checked:
+        return
+    else:
         found = check_file(path, check_s)
     if not found.sound:
         target = put_aside(path, utc)
-        remark = (
+        watch.remarks.append(
             f"The history {path.name} is damaged ({found.text}): it was put aside as"
             f" {target.name} and a new one begun"
         )
-        return [remark]
-    return [] if found.complete else [f"The history {path.name}: {found.text}"]
+    elif not found.complete:
+        watch.remarks.append(f"The history {path.name}: {found.text}")
+    watch.checked, watch.damage = True, ""
 
 
 @final
@@ -154,7 +158,7 @@ class Store:
         self._lock = lock
         self._engine = writing_engine(url)
         self._connection = self._engine.connect()
-        self._inode = None if path is None else _inode(path)
+        self._identity = None if path is None else file_identity(path)
         self._insert = sqlite_insert if path is not None else postgresql_insert
         self._run = 0
         self._next_cycle = 0
@@ -229,7 +233,7 @@ class Store:
     @property
     def in_place(self) -> bool:
         """Whether the file that is written is the one that has the name; somebody may remove it."""
-        return self._path is None or _inode(self._path) == self._inode
+        return self._path is None or file_identity(self._path) == self._identity
 
     def stored_seq(self) -> int:
         """Return the number of the last item of this run that is stored, -1 if none is. [1]"""
@@ -474,11 +478,3 @@ class Store:
             self._engine.dispose()
         if self._lock is not None:
             self._lock.release()
-
-
-def _inode(path: Path) -> tuple[int, int] | None:
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino

@@ -23,7 +23,7 @@ from thermaxis.runtime.historian._rows import (
     to_us,
 )
 from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._store import Store, open_store
+from thermaxis.runtime.historian._store import FileWatch, Store, open_store
 
 _MOST_AT_ONCE: Final = 1000
 _RETIRE_EVERY_S: Final = 3600.0
@@ -98,8 +98,7 @@ class Writer:
         self._packer = packer
         self._key = uuid.uuid4().hex
         self._store: Store | None = None
-        self._checked = False
-        self._damage = ""
+        self._watch = FileWatch()
         self._most = _MOST_AT_ONCE
         self._retire_s = 0.0
         self._blocks_made = True
@@ -149,26 +148,25 @@ class Writer:
     def _open(self) -> bool:
         self._busy = (time.monotonic(), "the history is being opened")
         try:
-            opened = open_store(
+            store = open_store(
                 self._url,
                 self._key,
                 check_s=self._settings.check_s,
                 utc=self._clock.utc(),
-                checked=self._checked,
-                damage=self._damage,
+                watch=self._watch,
             )
         except (*_FAILURES, ThermaxisError) as error:
             self._fail(error)
             return False
         try:
-            self._backlog.put_back(opened.store.stored_seq())
+            self._backlog.put_back(store.stored_seq())
         except _FAILURES as error:
-            opened.store.close()
+            store.close()
             self._fail(error)
             return False
-        self._store, self._checked, self._damage, self._busy = opened.store, True, "", None
-        for remark in opened.remarks:
-            self._state("alarm", remark)
+        self._store, self._busy = store, None
+        while self._watch.remarks:
+            self._state("alarm", self._watch.remarks.pop(0))
         return True
 
     def _write(self, expired: Callable[[], bool]) -> None:
@@ -192,7 +190,7 @@ class Writer:
                 self._drop_store(error)
                 return
             if not self._store.in_place:
-                self._checked = False
+                self._watch.checked = False
                 self._drop_store(OSError("the file of the history was removed or replaced"))
                 return
             self._recovered()  # before, so that what it says is not overtaken by "all is stored"
@@ -227,7 +225,7 @@ class Writer:
     def _fail(self, error: BaseException) -> None:
         cause = error.orig if isinstance(error, DBAPIError) else error
         if is_damage(cause):
-            self._damage = printable_cause(cause or error)
+            self._watch.damage = printable_cause(cause or error)
         if isinstance(error, ThermaxisError):
             text = str(error)
         else:
