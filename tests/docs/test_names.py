@@ -26,6 +26,12 @@ PUBLIC_PACKAGES = (
     "thermaxis.thermal",
     "thermaxis.report",
     "thermaxis.controls",
+    "thermaxis.compensation",
+    "thermaxis.virtual",
+    "thermaxis.runtime",
+    "thermaxis.runtime.sources",
+    "thermaxis.runtime.sinks",
+    "thermaxis.runtime.historian",
 )
 
 

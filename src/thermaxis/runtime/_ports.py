@@ -271,10 +271,32 @@ DIAMETER = "diameter"
 
 
 def spare_name(channel: str) -> str:
-    """Return the name of a channel's second sensor."""
+    """Return the name under which a channel's second sensor is read.
+
+    Parameters
+    ----------
+    channel : str
+        The channel.
+
+    Returns
+    -------
+    str
+        The name.
+    """
     return f"{channel}.spare"
 
 
 def interlock_name(interlock: str) -> str:
-    """Return the name under which an interlock is read."""
+    """Return the name under which an interlock is read.
+
+    Parameters
+    ----------
+    interlock : str
+        The interlock, as the configuration names it.
+
+    Returns
+    -------
+    str
+        The name.
+    """
     return f"interlock.{interlock}"
