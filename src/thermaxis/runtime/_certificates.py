@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final, final
 
 from cryptography import x509
+from cryptography.exceptions import UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
@@ -131,16 +132,19 @@ def certificate_from(content: bytes, *, where: str) -> Certificate:
             parsed = x509.load_pem_x509_certificate(content)
         else:
             parsed = x509.load_der_x509_certificate(_first_of_chain(content))
-        names = _alternative_names(parsed)
-        public = parsed.public_key()
-    except (ValueError, TypeError, x509.ExtensionNotFound, x509.DuplicateExtension):
+        return _said_by(parsed)  # decodes its parts only now
+    except (ValueError, TypeError, x509.DuplicateExtension, UnsupportedAlgorithm):
         raise ConfigurationError(
             "this is no certificate",
             where=where,
             remedy="Give a certificate as DER or PEM; thermaxis certificate new makes one, fetch"
             " stores that of a server",
         ) from None
-    uris, hosts = names
+
+
+def _said_by(parsed: x509.Certificate) -> Certificate:
+    uris, hosts = _alternative_names(parsed)
+    public = parsed.public_key()
     return Certificate(
         der=parsed.public_bytes(serialization.Encoding.DER),
         subject=printable(parsed.subject.rfc4514_string()),

@@ -2,6 +2,7 @@
 
 import socket
 import struct
+from collections.abc import Collection, Mapping
 from typing import Final, NamedTuple
 
 from asyncua import ua
@@ -21,6 +22,7 @@ FAILURES: Final = (
     AssertionError,
     WrongSignature,
     InvalidSignature,
+    ThermaxisError,
     ArithmeticError,
     AttributeError,
     LookupError,
@@ -29,7 +31,8 @@ FAILURES: Final = (
     struct.error,
 )
 """How a connection fails. The first four are how asyncua says so; a wrong key and an answer that
-it cannot decode come through as what its code stumbled over."""
+it cannot decode come through as what its code stumbled over; a certificate that cannot be read any
+more is an error of the project."""
 
 LASTING: Final = frozenset(
     {
@@ -138,7 +141,10 @@ def explain(error: BaseException, settings: ConnectionSettings) -> str:
     """
     if isinstance(error, ThermaxisError):
         return str(error)
-    words = _words(error)
+    return _sentence(_words(error), settings)
+
+
+def _sentence(words: _Words, settings: ConnectionSettings) -> str:
     places = {
         "certificate": settings.certificate,
         "user": printable(settings.user) or "(anonymous)",
@@ -151,6 +157,45 @@ def explain(error: BaseException, settings: ConnectionSettings) -> str:
     }
     text = f"{settings.name}: {words.what}. {words.remedy}.".format_map(places)
     return printable(_masked(text, settings), 500)
+
+
+def is_ambiguous(error: BaseException) -> bool:
+    """Return whether a failure of an encrypted connection may mean several things.
+
+    Some servers close the connection of a client whose certificate or policy they refuse, some
+    are silent.
+    """
+    if isinstance(error, OSError):
+        return isinstance(error, TimeoutError | ConnectionError) and not isinstance(
+            error, ConnectionRefusedError
+        )
+    return not isinstance(error, ua.UaStatusCodeError | ThermaxisError)
+
+
+def explain_offer(
+    offered: Mapping[bytes, Collection[str]], pinned: bytes, settings: ConnectionSettings
+) -> str:
+    """Say what an encrypted connection failed for, by what the server offers.
+
+    Parameters
+    ----------
+    offered : mapping of bytes to collection of str
+        Policies with signing and encryption, by the server's certificate, DER.
+    pinned : bytes
+        The stored certificate, DER.
+    settings : ConnectionSettings
+        The connection.
+
+    Returns
+    -------
+    str
+        One line with a remedy; empty if the offer does not explain it.
+    """
+    if not any(settings.security in policies for policies in offered.values()):
+        return _sentence(_NO_POLICY, settings)
+    if pinned not in offered:
+        return _sentence(_OTHER_SERVER, settings)
+    return ""
 
 
 def _masked(text: str, settings: ConnectionSettings) -> str:

@@ -26,9 +26,17 @@ from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.object_ids import ObjectIds
 from asyncua.ua.status_codes import StatusCodes
 
+from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._certificates import certificate_of, check_own_pair, private_key_of
 from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime._opcua_failures import FAILURES, LASTING, explain
+from thermaxis.runtime._opcua_failures import (
+    FAILURES,
+    LASTING,
+    explain,
+    explain_offer,
+    is_ambiguous,
+)
+from thermaxis.runtime._opcua_fetch import fetch_offers
 from thermaxis.runtime._opcua_nodes import node_id, parse_node
 from thermaxis.runtime._opcua_values import (
     NOT_WRITTEN,
@@ -54,6 +62,10 @@ CLOCK_SLACK_S: Final = 2.0
 which some servers step the time that they tell. [s]"""
 CLOCK_DRIFT: Final = 1e-3
 """How fast two clocks may part without being noticed. [s/s]"""
+
+ASKED_EVERY_S: Final = 10.0
+"""A server that refuses an encrypted connection without saying why is asked for its certificates
+so often. [s]"""
 
 _POLICIES: Final[Mapping[str, type[SecurityPolicy]]] = {
     "Basic256Sha256": SecurityPolicyBasic256Sha256,
@@ -222,6 +234,8 @@ class OpcUaSession:
         self._link: _Link | None = None
         self._generation = 0
         self._last_error = ""
+        self._finding = ""
+        self._asked_s = float("-inf")
         self._users = 0
         self._ending = False
         self._task: asyncio.Task[None] | None = None
@@ -305,12 +319,27 @@ class OpcUaSession:
             try:
                 link = await self._connect()
             except FAILURES as error:
-                self._last_error = explain(error, self.settings)
+                self._last_error = await self._reason(error) or explain(error, self.settings)
             else:
                 await self._use(link)
             if self._ending:  # the library swallows a cancellation while a client is ended
                 return
             await self._clock.sleep_until(began_s + self.settings.retry_s)
+
+    async def _reason(self, error: BaseException) -> str:
+        """Ask the server what it offers where a failure alone does not tell what is wrong."""
+        now_s = self._clock.monotonic_s()
+        if not self.settings.encrypted or not is_ambiguous(error):
+            self._finding = ""
+        elif now_s - self._asked_s >= ASKED_EVERY_S:
+            self._asked_s, self._finding = now_s, ""
+            with contextlib.suppress(ThermaxisError, TimeoutError):
+                pinned = self._read_certificates()[2]
+                async with asyncio.timeout(self.settings.timeout_s):
+                    offers = await fetch_offers(self.settings.url, self.settings.timeout_s)
+                offered = {offer.certificate.der: offer.policies for offer in offers}
+                self._finding = explain_offer(offered, pinned, self.settings)
+        return self._finding
 
     async def _use(self, link: _Link) -> None:
         """Offer a connection until it is lost."""

@@ -1,0 +1,561 @@
+"""Encryption, users and certificates, against a server that asks for all of them."""
+
+import asyncio
+import base64
+import hashlib
+import logging
+import os
+import socket
+from collections.abc import Awaitable, Callable, Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from asyncua import ua
+from asyncua.client.client import Client
+from asyncua.common.utils import ServiceError
+from asyncua.crypto.uacrypto import check_certificate
+from cryptography import x509
+from cryptography.hazmat.primitives import serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+
+from tests.opcua_server import NAMESPACE, Cable, Machine, OneUser, start_machine, until
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._certificates import (
+    DEFAULT_DAYS,
+    KEY_BITS,
+    CertificateUse,
+    NewCertificate,
+    certificate_from,
+    certificate_of,
+    check_own_pair,
+    make_pair,
+    private_key_of,
+    validity_warning,
+    write_certificate,
+    write_pair,
+)
+from thermaxis.runtime._connection import ConnectionSettings, Secret
+from thermaxis.runtime._opcua_failures import FAILURES, explain
+from thermaxis.runtime._opcua_fetch import fetch_offers
+from thermaxis.runtime._opcua_session import OpcUaSession
+from thermaxis.runtime._ports import SystemClock
+
+URI = "urn:thermaxis:client"
+NODE = f"nsu={NAMESPACE};s="
+USER, PASSWORD = "fitter-Seven", "v3ry-Secret-w0rd"
+NOW = datetime.now(UTC)
+
+
+def pair_in(folder: Path, name: str, **changes: object) -> tuple[Path, Path]:
+    """Make a certificate and its key in a folder."""
+    utc = changes.pop("utc", NOW)
+    wanted = {"application_uri": URI, "hosts": (socket.gethostname(), "127.0.0.1"), **changes}
+    certificate, key = folder / f"{name}.der", folder / f"{name}.pem"
+    write_pair(certificate, key, make_pair(NewCertificate(**wanted), utc), replace=True)
+    return certificate, key
+
+
+@pytest.fixture(scope="module")
+def pki(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("pki")
+    pair_in(folder, "own")
+    pair_in(folder, "stranger")
+    pair_in(folder, "server", application_uri="urn:test:server", use=CertificateUse.BOTH)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def runner() -> Iterator[asyncio.Runner]:
+    with asyncio.Runner() as runner:
+        yield runner
+
+
+@pytest.fixture(scope="module")
+def machine(runner: asyncio.Runner, pki: Path) -> Iterator[Machine]:
+    files = str(pki / "server.der"), str(pki / "server.pem")
+    machine = runner.run(start_machine(user=OneUser(USER, PASSWORD), pki=files))
+    yield machine
+    runner.run(machine.stop())
+
+
+@pytest.fixture
+def connect(runner: asyncio.Runner, machine: Machine, pki: Path):
+    """Run an act with a session that has changed settings."""
+
+    def run(act: Callable[[OpcUaSession, Cable], Awaitable[None]], **changes: object) -> None:
+        async def life() -> None:
+            cable = Cable()
+            cable.plug(machine)
+            await cable.mend()
+            given = {
+                "name": "lathe",
+                "url": cable.url,
+                "security": "Basic256Sha256",
+                "user": USER,
+                "password": Secret(PASSWORD),
+                "certificate": pki / "own.der",
+                "private_key": pki / "own.pem",
+                "server_certificate": pki / "server.der",
+                "timeout_s": 5.0,
+                "retry_s": 0.02,
+                **changes,
+            }
+            session = OpcUaSession(ConnectionSettings(**given), SystemClock())
+            try:
+                await session.open()
+                await act(session, cable)
+            finally:
+                await session.close()
+                await cable.cut()
+
+        runner.run(life())
+
+    return run
+
+
+async def refused(session: OpcUaSession) -> str:
+    """Wait until the connection was refused; return why."""
+    await until(lambda: bool(session.last_error))
+    assert not session.connected
+    return session.last_error
+
+
+# ---- connections --------------------------------------------------------------------------------
+
+
+def test_a_user_reads_and_writes_through_an_encrypted_connection(connect, machine) -> None:
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        await until(lambda: session.connected)
+        found = await session.read([NODE + "T1"], 5.0)
+        assert found[0].Value.Value == 20.5
+        assert await session.write([(NODE + "Offset", 0.25)], 5.0) == ["Good"]
+        assert machine.value("Offset") == 0.25
+
+    connect(act)
+
+
+def test_nothing_on_the_wire_can_be_read(connect, monkeypatch: pytest.MonkeyPatch) -> None:
+    sent = bytearray()
+    real = asyncio.StreamWriter.write
+
+    def heard(self, data):
+        sent.extend(data)
+        real(self, data)
+
+    monkeypatch.setattr(asyncio.StreamWriter, "write", heard)
+
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        await until(lambda: session.connected)
+        await session.read([NODE + "T1"], 5.0)
+
+    connect(act)
+    assert len(sent) > 4000
+    assert b"Basic256Sha256" in sent  # what is in the open is seen, so the ear works
+    for word in (PASSWORD, USER, "T1"):
+        assert word.encode() not in sent
+
+
+def test_no_password_appears_in_any_log(connect, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.DEBUG)
+
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        await until(lambda: session.connected)
+
+    connect(act)
+    assert "Sending" in caplog.text
+    assert PASSWORD not in caplog.text
+    assert str(PASSWORD.encode()) not in caplog.text
+
+
+def test_a_wrong_password_is_said_without_being_repeated(connect, caplog) -> None:
+    caplog.set_level(logging.DEBUG)
+
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        words = await refused(session)
+        assert "the server refuses" in words
+        assert "password" in words
+        assert "wrong-word" not in words + caplog.text
+
+    connect(act, password=Secret("wrong-word"))
+
+
+def test_a_server_that_wants_a_user_says_so_to_an_anonymous_client(connect) -> None:
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        assert "user" in await refused(session)
+
+    connect(act, user="", password=Secret(""))
+
+
+def test_a_server_with_another_certificate_than_the_stored_one_is_not_used(connect, pki) -> None:
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        await until(lambda: "another certificate than the stored one" in session.last_error)
+        assert session.generation == 0
+
+    connect(act, server_certificate=pki / "stranger.der", timeout_s=1.0)
+
+
+def test_an_own_certificate_that_the_machine_does_not_trust_is_said_so_until_it_does(
+    connect, machine: Machine
+) -> None:
+    trusted = False
+
+    async def validate(certificate: object, application: object) -> None:
+        if not trusted:
+            raise ServiceError(ua.StatusCodes.BadCertificateUntrusted)
+
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        nonlocal trusted
+        words = await refused(session)
+        assert "does not trust the own certificate" in words
+        assert "own.der" in words
+        trusted = True
+        await until(lambda: session.connected)
+        assert session.last_error == ""
+
+    machine.server.set_certificate_validator(validate)
+    try:
+        connect(act)
+    finally:
+        machine.server.iserver.certificate_validator = None
+
+
+def test_a_policy_that_the_server_does_not_offer_is_named(connect) -> None:
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        await until(lambda: "does not offer Aes256Sha256RsaPss" in session.last_error)
+
+    connect(act, security="Aes256Sha256RsaPss", timeout_s=1.0)
+
+
+def test_a_server_that_lost_its_encryption_gets_no_password(
+    runner: asyncio.Runner, connect, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logins: list[object] = []
+    real = Client.activate_session
+
+    async def seen(self, *arguments, **named):
+        logins.append(named)
+        return await real(self, *arguments, **named)
+
+    monkeypatch.setattr(Client, "activate_session", seen)
+    plain = runner.run(start_machine())
+
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        await until(lambda: session.connected)
+        assert len(logins) == 1
+        await cable.cut()
+        cable.plug(plain)
+        await cable.mend()
+        await until(lambda: "does not offer Basic256Sha256" in session.last_error)
+        assert len(logins) == 1
+
+    try:
+        connect(act, timeout_s=1.0)
+    finally:
+        runner.run(plain.stop())
+
+
+def test_a_renewed_own_certificate_is_used_at_the_next_connection(
+    connect, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    certificate, key = pair_in(tmp_path, "mine")
+
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        await until(lambda: session.connected)
+        pair_in(tmp_path, "mine", organisation="renewed")
+        await cable.cut()
+        await until(lambda: not session.connected)
+        await cable.mend()
+        await until(lambda: session.connected)
+        key.chmod(0o644)
+        await cable.cut()
+        await cable.mend()
+        await until(lambda: "others than its owner" in session.last_error)
+        assert not session.connected
+
+    connect(act, certificate=certificate, private_key=key)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+@pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o660, 0o620])
+def test_a_key_that_others_can_read_or_change_refuses_the_start(
+    connect, tmp_path: Path, mode: int
+) -> None:
+    certificate, key = pair_in(tmp_path, "mine")
+    key.chmod(mode)
+
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        pytest.fail("it was opened")
+
+    with pytest.raises(ConfigurationError, match="others than its owner") as caught:
+        connect(act, certificate=certificate, private_key=key)
+    assert "chmod 600" in caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"application_uri": "urn:other"}, "not urn:other"),
+        ({"certificate": "stranger.der"}, "do not belong together"),
+        ({"certificate": "own.pem"}, "no certificate"),
+        ({"private_key": "own.der"}, "others than its owner|no private RSA key"),
+        ({"server_certificate": "missing.der"}, "cannot be read"),
+        ({"certificate": "missing.der"}, "cannot be read"),
+    ],
+)
+def test_certificates_that_cannot_be_used_refuse_the_start(connect, pki, changes, words) -> None:
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        pytest.fail("it was opened")
+
+    files = {k: pki / v if k != "application_uri" else v for k, v in changes.items()}
+    with pytest.raises(ConfigurationError, match=words):
+        connect(act, **files)
+
+
+# ---- failures in words --------------------------------------------------------------------------
+
+
+def plain_settings(**changes: object) -> ConnectionSettings:
+    return ConnectionSettings(
+        **{"name": "lathe", "url": "opc.tcp://10.0.0.9:4840", "security": "none", **changes}
+    )
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (ConnectionRefusedError(), "nothing listens on port 4840 of 10.0.0.9"),
+        (ConnectionResetError(), "the server closed the connection"),
+        (socket.gaierror(-2, "x"), "the name 10.0.0.9 is not known"),
+        (OSError(113, "No route to host"), "the network failed (No route to host)"),
+        (TimeoutError(), "no answer within 1 s"),
+        (AssertionError(), "does not trust the own certificate"),
+        (ua.UaError("Server certificate mismatch"), "another certificate than the stored one"),
+        (ua.UaError("No matching endpoints: 3, x"), "does not offer none with signing"),
+        (ua.UaError("odd {thing}"), "the connection failed (odd (thing))"),
+        (ValueError("x"), "not understood (ValueError)"),
+        (ConfigurationError("a", where="b", remedy="c"), "b: a. c."),
+        *[
+            (ua.UaStatusCodeError(getattr(ua.StatusCodes, name)), words)
+            for name, words in {
+                "BadUserAccessDenied": "refuses user (anonymous)",
+                "BadIdentityTokenInvalid": "coming without a user",
+                "BadIdentityTokenRejected": "some controls want a certificate",
+                "BadCertificateUriInvalid": "is not urn:thermaxis:client",
+                "BadTcpInternalError": "another certificate than the stored one",
+                "BadTooManySessions": "no session left",
+                "BadCertificateUntrusted": "does not trust the own certificate",
+                "BadSecurityChecksFailed": "does not trust the own certificate",
+                "BadCertificateTimeInvalid": "not valid at this time",
+                "BadTimeout": "no answer within 1 s",
+                "BadShutdown": "the server answers BadShutdown",
+            }.items()
+        ],
+    ],
+)
+def test_every_failure_is_said_with_a_remedy(error: Exception, words: str) -> None:
+    said = explain(error, plain_settings())
+    assert words in said
+    assert said.endswith(".")
+    assert said.isprintable()
+    assert isinstance(error, (*FAILURES, ConfigurationError))
+
+
+def test_what_a_server_says_is_shown_and_not_obeyed_and_no_secret_is_in_it() -> None:
+    settings = plain_settings(
+        security="Basic256Sha256",
+        user="a\x1b[31m",
+        password=Secret(PASSWORD),
+        certificate=Path("a"),
+        private_key=Path("b"),
+        server_certificate=Path("c"),
+    )
+    said = explain(ua.UaError(f"\x1b[2J {PASSWORD}"), settings)
+    assert "\x1b" not in said
+    assert PASSWORD not in said
+    said = explain(ua.UaStatusCodeError(ua.StatusCodes.BadUserAccessDenied), settings)
+    assert "\x1b" not in said
+
+
+# ---- certificates -------------------------------------------------------------------------------
+
+
+def test_a_new_certificate_says_what_was_asked_for(tmp_path: Path) -> None:
+    certificate, key = pair_in(
+        tmp_path, "a", application_uri="urn:a:b", hosts=("lathe", "10.0.0.9"), organisation="Works"
+    )
+    found = certificate_of(certificate)
+    assert found.application_uris == ("urn:a:b",)
+    assert found.hosts == ("lathe", "10.0.0.9")
+    assert "Works" in found.subject
+    assert found.days_left(NOW) == pytest.approx(DEFAULT_DAYS, abs=1e-4)
+    assert found.not_before < NOW - timedelta(hours=23)
+    assert found.modulus.bit_length() == KEY_BITS
+    check_own_pair(found, private_key_of(key), "urn:a:b", where="a")
+
+
+def test_a_key_is_never_readable_by_others_whatever_the_umask(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        certificate, key = pair_in(tmp_path, "a")
+    finally:
+        os.umask(before)
+    assert key.stat().st_mode & 0o777 == 0o600
+    assert certificate.stat().st_mode & 0o777 == 0o644
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.der", "a.pem"]
+
+
+def test_the_fingerprints_are_those_of_the_whole_certificate(tmp_path: Path) -> None:
+    certificate, _ = pair_in(tmp_path, "a")
+    content = certificate.read_bytes()
+    found = certificate_of(certificate)
+    assert found.sha256.replace(":", "").lower() == hashlib.sha256(content).hexdigest()
+    assert (
+        found.sha1.replace(":", "").lower()
+        == hashlib.sha1(content, usedforsecurity=False).hexdigest()
+    )
+    assert found.der == content
+
+
+def test_pem_and_chains_are_read_as_their_first_certificate(tmp_path: Path, pki: Path) -> None:
+    own, stranger = (pki / "own.der").read_bytes(), (pki / "stranger.der").read_bytes()
+    assert certificate_from(own + stranger, where="x").der == own
+    text = base64.encodebytes(own).decode()
+    pem = f"-----BEGIN CERTIFICATE-----\n{text}-----END CERTIFICATE-----\n".encode()
+    assert certificate_from(pem, where="x").der == own
+    path = tmp_path / "own.crt"
+    path.write_bytes(b"\n" + pem)
+    assert certificate_of(path).der == own
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"0\x82", b"0\x82\x00\x05hello", b"-----BEGIN X", b"a" * 99]
+)
+def test_what_is_no_certificate_is_refused(content: bytes) -> None:
+    with pytest.raises(ConfigurationError, match="no certificate"):
+        certificate_from(content, where="x")
+
+
+def test_a_damaged_certificate_is_refused_wherever_the_damage_is(pki: Path) -> None:
+    content = (pki / "own.der").read_bytes()
+    for position in range(0, len(content), 7):
+        damaged = bytearray(content)
+        damaged[position] ^= 0xFF
+        try:
+            found = certificate_from(bytes(damaged), where="x")
+        except ConfigurationError:
+            continue
+        assert found.sha256 != certificate_from(content, where="x").sha256
+
+
+def test_a_file_without_an_end_is_not_read_whole(tmp_path: Path) -> None:
+    path = tmp_path / "big.der"
+    path.write_bytes(b"0" * 70_000)
+    with pytest.raises(ConfigurationError, match="longer than 65536 bytes"):
+        certificate_of(path)
+
+
+def test_a_locked_or_foreign_key_is_refused(tmp_path: Path, pki: Path) -> None:
+    curve = ec.generate_private_key(ec.SECP256R1())
+    kinds = {
+        "no private RSA key": serialization.NoEncryption(),
+        "locked by a password": serialization.BestAvailableEncryption(b"x"),
+    }
+    for words, encryption in kinds.items():
+        path = tmp_path / "key.pem"
+        path.write_bytes(
+            curve.private_bytes(
+                serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, encryption
+            )
+        )
+        path.chmod(0o600)
+        with pytest.raises(ConfigurationError, match=words):
+            private_key_of(path)
+
+
+def test_a_key_does_not_show_itself(pki: Path) -> None:
+    key = private_key_of(pki / "own.pem")
+    assert "PRIVATE" not in repr(key)
+    assert str(key.modulus) not in repr(key)
+
+
+@pytest.mark.parametrize(
+    ("days", "words"),
+    [
+        (31.0, None),
+        (29.5, "expires on"),
+        (0.5, "expires on"),
+        (-0.5, "expired on"),
+        (DEFAULT_DAYS + 2.0, "is valid from"),
+    ],
+)
+def test_the_end_of_a_certificate_is_warned_of_30_days_before(pki, days, words) -> None:
+    certificate = certificate_of(pki / "own.der")
+    utc = certificate.not_after - timedelta(days=days)
+    warning = validity_warning(certificate, utc, name="own certificate")
+    assert (warning is None) == (words is None)
+    if words is not None:
+        assert words in warning
+        assert "own certificate" in warning
+
+
+@pytest.mark.parametrize(
+    ("changes", "where"),
+    [
+        ({"days": 0}, "days"),
+        ({"days": 3651}, "days"),
+        ({"application_uri": ""}, "uri"),
+        ({"application_uri": "urn:a b"}, "uri"),
+        ({"application_uri": "urn:ä"}, "uri"),
+        ({"hosts": ("",)}, "host"),
+        ({"hosts": ("a\n",)}, "host"),
+        ({"organisation": "x" * 65}, "organisation"),
+    ],
+)
+def test_what_a_certificate_cannot_say_is_refused(changes: dict[str, object], where: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        NewCertificate(**{"application_uri": URI, "hosts": ("a",), **changes})
+    assert caught.value.where == where
+
+
+def test_nothing_is_overwritten_unless_asked(tmp_path: Path, pki: Path) -> None:
+    certificate, key = pair_in(tmp_path, "a")
+    before = certificate.read_bytes(), key.read_bytes()
+    pair = make_pair(NewCertificate(application_uri=URI, hosts=()), NOW)
+    for paths in ((certificate, tmp_path / "b.pem"), (tmp_path / "b.der", key)):
+        with pytest.raises(ConfigurationError, match="there already"):
+            write_pair(*paths, pair)
+    with pytest.raises(ConfigurationError, match="there already"):
+        write_certificate(certificate, certificate_of(pki / "own.der"))
+    with pytest.raises(ConfigurationError, match="the same file"):
+        write_pair(certificate, certificate, pair, replace=True)
+    assert (certificate.read_bytes(), key.read_bytes()) == before
+    assert len(list(tmp_path.iterdir())) == 2
+    write_pair(certificate, key, pair, replace=True)
+    assert certificate.read_bytes() == pair[0]
+
+
+def test_the_library_takes_our_certificates_for_valid_ones(pki: Path) -> None:
+    parsed = x509.load_der_x509_certificate((pki / "own.der").read_bytes())
+    assert check_certificate(parsed, URI, socket.gethostname()) is False  # no objection
+    usage = parsed.extensions.get_extension_for_class(x509.KeyUsage).value
+    assert usage.digital_signature
+    assert usage.data_encipherment
+    assert not usage.key_cert_sign
+
+
+# ---- fetching -----------------------------------------------------------------------------------
+
+
+def test_the_certificate_of_a_server_is_fetched_with_what_it_offers(runner, machine, pki) -> None:
+    offers = runner.run(fetch_offers(f"opc.tcp://127.0.0.1:{machine.port}/machine", 5.0))
+    assert [offer.certificate for offer in offers] == [certificate_of(pki / "server.der")]
+    assert offers[0].policies == ("Basic256Sha256",)
+    assert offers[0].users == ("user and password",)
+
+
+def test_a_server_that_is_not_there_is_said_so(runner: asyncio.Runner) -> None:
+    with pytest.raises(ConfigurationError, match="nothing listens on port 1"):
+        runner.run(fetch_offers("opc.tcp://127.0.0.1:1", 1.0))
+    with pytest.raises(ConfigurationError, match="no address"):
+        runner.run(fetch_offers("127.0.0.1:1", 1.0))
