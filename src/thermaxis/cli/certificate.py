@@ -182,8 +182,13 @@ def _fetch(arguments: argparse.Namespace) -> None:
     from thermaxis.runtime._certificates import write_certificate  # noqa: PLC0415
     from thermaxis.runtime._opcua_fetch import fetch_offers  # noqa: PLC0415
 
-    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # what fails is said in words
-    offers = asyncio.run(fetch_offers(arguments.url, arguments.timeout))
+    library = logging.getLogger("asyncua")
+    level = library.level
+    library.setLevel(logging.CRITICAL)  # what fails is said in words
+    try:
+        offers = asyncio.run(fetch_offers(arguments.url, arguments.timeout))
+    finally:
+        library.setLevel(level)
     offer = _chosen(offers, arguments)
     sys.stdout.write(_as_text(offer.certificate, _now(), arguments.url))
     sys.stdout.write(f"policies      {', '.join(offer.policies) or 'none that encrypts'}\n")
