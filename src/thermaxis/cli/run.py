@@ -147,7 +147,7 @@ def _self_test(
 
 
 async def _ask_first(loop: "CompensationLoop", arguments: argparse.Namespace) -> None:
-    """Ask what the command line asks for, as soon as the loop answers."""
+    """Ask what the command line asks for: to be enabled as soon as the machine is there."""
     from thermaxis.compensation import Request, RequestKind  # noqa: PLC0415
 
     requests: list[Request] = []
@@ -156,9 +156,28 @@ async def _ask_first(loop: "CompensationLoop", arguments: argparse.Namespace) ->
     if arguments.enable:
         requests.append(Request(RequestKind.ENABLE, "the command line"))
     for request in requests:
+        if request.kind is RequestKind.ENABLE:
+            await _machine_there(loop)
         answer = await loop.submit(request)
         if not answer.accepted:
             sys.stderr.write(f"thermaxis: {request.kind} was refused: {answer.reason}\n")
+
+
+async def _machine_there(loop: "CompensationLoop") -> None:
+    """Wait until the machine is read and can be written to: it says what forbids to enable."""
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    there = asyncio.Event()
+
+    def look(status: "RuntimeStatus") -> None:
+        if status.source_connected and status.sink_connected:
+            there.set()
+
+    loop.listeners.append(look)
+    try:
+        await there.wait()
+    finally:
+        loop.listeners.remove(look)
 
 
 def _end_by_signal(stop: "asyncio.Event", running: "asyncio.Future[None]") -> None:
@@ -178,9 +197,12 @@ def _end_by_signal(stop: "asyncio.Event", running: "asyncio.Future[None]") -> No
 
 
 def _say(text: str, *, quiet: bool) -> None:
+    from contextlib import suppress  # noqa: PLC0415  --help needs none of these
+
     if not quiet:
-        sys.stdout.write(f"{text}\n")
-        sys.stdout.flush()
+        with suppress(OSError):  # nobody reads any more: no reason to leave a machine alone
+            sys.stdout.write(f"{text}\n")
+            sys.stdout.flush()
 
 
 class _Teller:

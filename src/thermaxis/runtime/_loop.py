@@ -56,9 +56,17 @@ SAVED_EVERY_S = 1.0
 """The state is saved so often: what a kill may cost. [s]"""
 TESTED_EVERY_S = 5.0
 """A self-test that failed is tried again so often. [s]"""
+SILENCE_CYCLES = 1.5
+"""After a silence of so many cycles the machine may have taken its offset back. [1]"""
+SHORTEST_SILENCE_S = 0.5
+"""A silence is at least so long. [s]"""
+CLOCK_STEP_S = 10.0
+"""A saved state may be newer than now by so much: a clock that was set. [s]"""
+LAST_SAVE_S = 2.0
+"""Time that the last save is waited for. [s]"""
 ALARMS_EVERY_S = 1.0
 """Alarms are looked for so often, and whenever the state changes. [s]"""
-_ANSWER_CYCLES = 5.0
+_ENDING = "the loop is being ended"
 
 
 class AtStop(StrEnum):
@@ -159,7 +167,8 @@ class CompensationLoop:
     -----
     Not protected: the loop is one program on one computer. When it is frozen or killed the last
     offset stands until the machine's own watchdog takes it back; a machine without a watchdog
-    keeps it.
+    keeps it. When it goes on it looks where the machine stands before it writes; only a freeze
+    between that look and the write, a few milliseconds, is not noticed.
     """
 
     def __init__(
@@ -184,6 +193,8 @@ class CompensationLoop:
         self._own_requests: list[Request] = []
         self._applied: Mapping[str, Applied] = {}
         self._found_known = False
+        self._doubtful = False
+        self._touched = float("inf"), self.clock.utc()
         self._forbidden: tuple[str, ...] | None = None if self_test else ()
         self._test_task: asyncio.Task[Sequence[str]] | None = None
         self._tested_s = float("-inf")
@@ -191,11 +202,14 @@ class CompensationLoop:
         self._number = 0
         self._overruns = 0
         self._saved_s = float("-inf")
+        self._saving: asyncio.Future[bool] | None = None
+        self._unsaved = ""
         self._alarms: tuple[Alarm, ...] = ()
         self._alarms_s = float("-inf")
         self._identity = 0
         self._resume = False
         self._stopping = False
+        self._ended = False
         self._started = self.clock.utc()
         self._state_since = self._started
         self._names = tuple(output.name for output in compensation.model.outputs)
@@ -217,8 +231,8 @@ class CompensationLoop:
         RequestOutcome
             Whether it takes effect, and why not or what follows.
         """
-        if self._stopping:
-            return RequestOutcome(accepted=False, reason="the loop is being ended")
+        if self._stopping or self._ended:
+            return RequestOutcome(accepted=False, reason=_ENDING)
         self._identity += 1
         waiting = _Waiting(replace(request, identity=self._identity))
         if request.kind is RequestKind.MODEL:
@@ -226,6 +240,8 @@ class CompensationLoop:
             if refused:
                 self._tell(waiting.request, accepted=False, reason=refused)
                 return RequestOutcome(accepted=False, reason=refused)
+            if self._stopping or self._ended:  # while the model was read
+                return RequestOutcome(accepted=False, reason=_ENDING)
         self._waiting.append(waiting)
         return await waiting.answer
 
@@ -266,10 +282,11 @@ class CompensationLoop:
         try:
             await self._cycles(stop, cycles)
         finally:
+            self._ended = True
             if self._test_task is not None:
                 self._test_task.cancel()
             self._refuse_waiting()
-            self._save(self.clock.monotonic_s(), forced=True)
+            await self._save_last()
             self._event("stop", "", f"the loop of {self.settings.machine} ended")
             await self.source.close()
             await self.sink.close()
@@ -317,20 +334,19 @@ class CompensationLoop:
     async def _cycle(self, now_s: float, lateness_s: float) -> None:
         self._number += 1
         wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
+        if self._differs():  # a machine may take an offset over a little later than it answers
+            self._applied = await self.sink.read_back(wait_s)
         samples = await self.source.read(wait_s)
-        found = await self.sink.found(wait_s)
         self._watch_self_test(now_s)
-        if found is not None:
-            self._found_known = all(found.get(name) is not None for name in self._names)
+        found = await self._find(wait_s)
         connected = self.sink.connected and self._found_known and self._forbidden is not None
-        if not self.sink.connected:
-            self._found_known = False
         waiting, self._waiting = self._waiting, []
         reading = self._reading(now_s, samples, found, waiting, connected=connected)
         before = self._state.memory
         self._state, output = cycle(self.compensation, self._state, reading)
-        if connected:
+        if connected and not self._silent():
             correction_um = dict(zip(self._names, output.correction_um, strict=True))
+            self._touch()
             await self.sink.write(correction_um, wait_s)
             self._applied = await self.sink.read_back(wait_s)
         else:
@@ -353,6 +369,54 @@ class CompensationLoop:
         )
         self._publish(now_s, utc, lateness_s, samples, output, before)
         self._save(now_s)
+
+    async def _find(self, wait_s: float) -> Mapping[str, float | None] | None:
+        """Return the offsets from which the correction goes on, when they are news.
+
+        They are what the sink found at a connection, and what stands in the machine after a
+        silence: a program that was frozen finds its connection as it was, but not its offset.
+        """
+        before = self.clock.monotonic_s(), self.clock.utc()
+        found = await self.sink.found(wait_s)
+        if not self.sink.connected:
+            self._found_known = self._doubtful = False
+            return found
+        if found is None and self._forbidden is not None:
+            self._doubtful = self._doubtful or (self._found_known and self._silent())
+            if self._doubtful:
+                before = self.clock.monotonic_s(), self.clock.utc()
+                applied = await self.sink.read_back(wait_s)
+                found = {name: _standing_um(applied.get(name)) for name in self._names}
+        if found is not None:
+            self._found_known = all(found.get(name) is not None for name in self._names)
+            self._doubtful = self._doubtful and not self._found_known
+            self._touched = before
+        return found
+
+    def _touch(self) -> None:
+        self._touched = self.clock.monotonic_s(), self.clock.utc()
+
+    def _silent(self) -> bool:
+        """Whether the machine has not been looked at or written to for too long.
+
+        The time of day is asked as well: the other clock stands still while a computer sleeps.
+        """
+        at_s, at = self._touched
+        by_day_s = (self.clock.utc() - at) / timedelta(seconds=1)
+        silent_s = max(self.clock.monotonic_s() - at_s, by_day_s)
+        return silent_s > max(SILENCE_CYCLES * self.compensation.cycle_s, SHORTEST_SILENCE_S)
+
+    def _differs(self) -> bool:
+        """Whether the machine did not report what was written when it was last asked."""
+        if not self._applied or not self.sink.connected:
+            return False
+        tolerance_um = self.compensation.supervisor.read_back_tolerance_um
+        for name, correction_um in zip(self._names, self._state.correction_um, strict=True):
+            applied = self._applied.get(name)
+            accepted_um = None if applied is None else applied.accepted_um
+            if accepted_um is None or abs(accepted_um - correction_um) > tolerance_um:
+                return True
+        return False
 
     def _reading(
         self,
@@ -578,22 +642,44 @@ class CompensationLoop:
 
     # ---- state ----------------------------------------------------------------------------------
 
-    def _save(self, now_s: float, *, forced: bool = False) -> None:
-        if self._state_file is None or (not forced and now_s - self._saved_s < SAVED_EVERY_S):
+    def _save(self, now_s: float) -> None:
+        """Save the state beside the cycles, which wait for no disk."""
+        if self._state_file is None or now_s - self._saved_s < SAVED_EVERY_S:
             return
+        saving = self._saving
+        if saving is not None:
+            if not saving.done():
+                return
+            self._tell_unsaved(self._state_file.failure)
         self._saved_s = now_s
+        self._saving = self._begin_save(self._state_file, now_s)
+
+    def _begin_save(self, file: StateFile, now_s: float) -> "asyncio.Future[bool]":
         enabled = self._resume if self._stopping else self._state.memory.enabled
-        self._state_file.save(
-            SavedState(
-                self.clock.utc(),
-                now_s,
-                self.settings.model_sha256,
-                self.settings.model_file,
-                enabled,
-                self._state,
-            ),
-            self.compensation,
+        saved = SavedState(
+            self.clock.utc(),
+            now_s,
+            self.settings.model_sha256,
+            self.settings.model_file,
+            enabled,
+            self._state,
         )
+        return asyncio.ensure_future(asyncio.to_thread(file.save, saved, self.compensation))
+
+    async def _save_last(self) -> None:
+        """Save how it ends, as far as the disk answers in time."""
+        if self._saving is not None:
+            await asyncio.wait({self._saving}, timeout=LAST_SAVE_S)
+        if self._state_file is None or (self._saving is not None and not self._saving.done()):
+            return
+        self._saving = self._begin_save(self._state_file, self.clock.monotonic_s())
+        await asyncio.wait({self._saving}, timeout=LAST_SAVE_S)
+        self._tell_unsaved(self._state_file.failure)
+
+    def _tell_unsaved(self, failure: str) -> None:
+        if failure != self._unsaved:
+            self._event("alarm", "", failure or "gone: the state can be saved again")
+        self._unsaved = failure
 
     def _restore(self) -> None:
         """Take up a saved state as far as its age allows, and say what was taken."""
@@ -605,9 +691,10 @@ class CompensationLoop:
             return
         now, now_s = self.clock.utc(), self.clock.monotonic_s()
         age_s = (now - saved.utc) / timedelta(seconds=1)
-        if age_s < 0.0:
+        if age_s < -CLOCK_STEP_S:
             self._event("start", "", "the saved state is newer than now: it is not used")
             return
+        age_s = max(0.0, age_s)
         self._state, said = resumed(
             saved, self.compensation, self.settings, now_s=now_s, age_s=age_s
         )
@@ -680,6 +767,13 @@ def _with_self_test(compensation: Compensation) -> Compensation:
     if SELF_TEST in compensation.interlocks:
         raise ConfigurationError(f"an interlock is named {SELF_TEST}", where="interlock")
     return replace(compensation, interlocks=(SELF_TEST, *compensation.interlocks))
+
+
+def _standing_um(applied: Applied | None) -> float | None:
+    """Return where an offset stands: what acts where the machine tells, else what it accepted."""
+    if applied is None:
+        return None
+    return applied.accepted_um if applied.effective_um is None else applied.effective_um
 
 
 def _parts_of(compensation: Compensation) -> tuple[tuple[str, ...], ...]:

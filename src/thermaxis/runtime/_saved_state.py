@@ -28,6 +28,7 @@ from thermaxis.compensation import (
 STATE_FORMAT = "thermaxis-loop-state"
 STATE_VERSION = 1
 LARGEST_STATE_BYTES = 64 * 1024 * 1024
+_DAMAGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 
 
 @final
@@ -68,6 +69,7 @@ class StateFile:
         self.path = path
         self._places = (path, path.with_name(f"{path.name}.other"))
         self._turn = 0
+        self._saves = 0
         self.failure = ""
         """Why the last save failed, as a sentence; empty if it did not."""
 
@@ -87,21 +89,26 @@ class StateFile:
             Whether it was saved.
         """
         place = self._places[self._turn]
-        body = json.dumps(_to_json(saved, compensation), separators=(",", ":"))
+        fields = {**_to_json(saved, compensation), "saves": self._saves + 1}
+        body = json.dumps(fields, separators=(",", ":"))
         digest = hashlib.sha256(body.encode()).hexdigest()
         draft = place.with_name(f"{place.name}.new")
         try:
-            draft.write_text(f"{digest}\n{body}\n", encoding="utf-8")
+            with draft.open("w", encoding="utf-8") as file:
+                file.write(f"{digest}\n{body}\n")
+                file.flush()
+                os.fsync(file.fileno())  # else the new name may reach the disk before its content
             os.replace(draft, place)  # noqa: PTH105 - the one atomic step
         except OSError as error:
             self.failure = f"the state cannot be saved in {place.name}: {error.strerror}"
             return False
         self.failure = ""
         self._turn = 1 - self._turn
+        self._saves += 1
         return True
 
     def load(self, compensation: Compensation) -> tuple[SavedState | None, str]:
-        """Return the younger whole state, in the shape of a compensation.
+        """Return the whole state that was saved last, in the shape of a compensation.
 
         Parameters
         ----------
@@ -115,27 +122,27 @@ class StateFile:
         why : str
             Why there is none, as a sentence.
         """
-        found: list[tuple[SavedState, int]] = []
+        found: list[tuple[int, datetime, int, SavedState]] = []
         why = "there is no file"
         for turn, place in enumerate(self._places):
             if not place.exists():
                 continue
             try:
-                found.append((_read(place, compensation), turn))
-            except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+                saves, saved = _read(place, compensation)
+            except (OSError, *_DAMAGE) as error:
                 why = f"{place.name} is damaged ({type(error).__name__})"
+            else:
+                found.append((saves, saved.utc, turn, saved))
         if not found:
             return None, why
-        saved, turn = max(found, key=lambda one: one[0].utc)
+        self._saves, _, turn, saved = max(found, key=lambda one: one[:2])
         self._turn = 1 - turn
         return saved, ""
 
 
 def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
     state = saved.state
-    thermal = {
-        name: value for name, value in state.thermal._asdict().items() if name != "model"
-    }
+    thermal = {name: value for name, value in state.thermal._asdict().items() if name != "model"}
     return {
         "format": STATE_FORMAT,
         "version": STATE_VERSION,
@@ -150,7 +157,8 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
     }
 
 
-def _read(place: Path, compensation: Compensation) -> SavedState:
+def _read(place: Path, compensation: Compensation) -> tuple[int, SavedState]:
+    """Return how often a state had been saved before, which no clock can confuse, and the state."""
     if place.stat().st_size > LARGEST_STATE_BYTES:
         raise ValueError(place.name)
     digest, _, body = place.read_text(encoding="utf-8").partition("\n")
@@ -161,7 +169,7 @@ def _read(place: Path, compensation: Compensation) -> SavedState:
     if saved["format"] != STATE_FORMAT or saved["version"] != STATE_VERSION:
         raise ValueError(place.name)
     utc = datetime.fromisoformat(saved["utc"]).astimezone(UTC)
-    return SavedState(
+    return int(saved.get("saves", 0)), SavedState(
         utc,
         float(saved["monotonic_s"]),
         str(saved["model_sha256"]),
