@@ -9,14 +9,34 @@ import pytest
 from thermaxis.cli import COMMANDS, build_parser
 
 
-@pytest.fixture(scope="module")
-def parsers() -> dict[str, argparse.ArgumentParser]:
-    found = [
-        action
-        for action in build_parser()._actions
-        if isinstance(action, argparse._SubParsersAction)
-    ]
-    return dict(found[0].choices)
+def subparsers_of(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    found = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    return dict(found[0].choices) if found else {}
+
+
+def parsers_of(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """Return the parsers that take options, by their words: ``evaluate``, ``history export``."""
+    found: dict[str, argparse.ArgumentParser] = {}
+    for command, its in subparsers_of(parser).items():
+        actions = subparsers_of(its)
+        found |= {f"{command} {word}": action for word, action in actions.items()}
+        if not actions:
+            found[command] = its
+    return found
+
+
+PARSERS = parsers_of(build_parser())
+
+
+def section_for(words: str, section_of: dict[str, str]) -> str:
+    """Return the text on a command, or on one of its actions if it has some."""
+    command, _, action = words.partition(" ")
+    text = section_of[f"thermaxis {command}"]
+    if not action:
+        return text
+    parts = re.split(r"^### (.*)$", text, flags=re.MULTILINE)
+    actions = dict(zip(parts[1::2], parts[2::2], strict=True))
+    return actions.get(f"`thermaxis {words}`", "")
 
 
 def options_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
@@ -33,13 +53,11 @@ def test_every_command_is_in_the_documentation_and_in_the_readme(
     assert words in section_of
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_option_is_described_with_its_command(
-    parsers: dict[str, argparse.ArgumentParser], section_of: dict[str, str], command: str
-) -> None:
-    section = section_of[f"thermaxis {command}"]
+@pytest.mark.parametrize("words", PARSERS)
+def test_every_option_is_described_with_its_command(section_of: dict[str, str], words: str) -> None:
+    section = section_for(words, section_of)
     rows = [line for line in section.splitlines() if line.startswith("| `-")]
-    for action in options_of(parsers[command]):
+    for action in options_of(PARSERS[words]):
         named = [re.compile(rf"`{name}[ `]") for name in action.option_strings]
         mine = [row for row in rows if all(name.search(row) for name in named)]
         assert len(mine) == 1, f"{action.option_strings} has {len(mine)} rows of its own"
@@ -49,23 +67,30 @@ def test_every_option_is_described_with_its_command(
             assert str(action.metavar).replace("|", r"\|") in mine[0]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("words", PARSERS)
 def test_no_option_is_described_that_the_command_does_not_have(
-    parsers: dict[str, argparse.ArgumentParser], section_of: dict[str, str], command: str
+    section_of: dict[str, str], words: str
 ) -> None:
-    section = section_of[f"thermaxis {command}"]
-    known = {name for action in options_of(parsers[command]) for name in action.option_strings}
+    section = section_for(words, section_of)
+    known = {name for action in options_of(PARSERS[words]) for name in action.option_strings}
     first_cells = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `-")]
     described = {name for cell in first_cells for name in re.findall(r"`(--?[a-z][a-z-]*)", cell)}
     assert described == known
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_option_has_a_help_text(
-    parsers: dict[str, argparse.ArgumentParser], command: str
+@pytest.mark.parametrize("words", PARSERS)
+def test_every_option_has_a_help_text(words: str) -> None:
+    for action in PARSERS[words]._actions:
+        assert action.help, f"{words} {action.option_strings or action.dest}"
+
+
+@pytest.mark.parametrize("words", [words for words in PARSERS if " " in words])
+def test_every_action_of_a_command_is_named_in_its_section(
+    section_of: dict[str, str], words: str
 ) -> None:
-    for action in parsers[command]._actions:
-        assert action.help, f"{command} {action.option_strings or action.dest}"
+    command, _, action = words.partition(" ")
+    usage = section_of[f"thermaxis {command}"].split("```")[1]
+    assert re.search(rf"(?:thermaxis {command} |\|){action}\b", usage)
 
 
 def test_the_options_of_the_program_are_described(root: Path) -> None:

@@ -1,14 +1,19 @@
 """docs/json.md names every key of the JSON, and the JSON has every key that it names."""
 
+import asyncio
 import json
 import re
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
 
 from thermaxis.cli import main
+from thermaxis.cli.commission import _record
 from thermaxis.positioning import FIGURE_KEYS
+from thermaxis.runtime import EventRecord, StepProof, SystemClock
+from thermaxis.runtime.historian import HistorianSettings, SqlHistorian
 
 PROMISED = {
     "test": "targets cycles unidirectional kind start end header environment time_source",
@@ -41,7 +46,7 @@ FREE = (
     *(f"identify.outputs.NAME.{key}" for key in ("numerator", "denominator")),
     *("identify.joint_gains.gains", "verify.logs[].outputs.NAME.contribution_peak_to_peak_um"),
     *("model.reference_c", "model.provenance.figures"),
-    *("correct.options", "check-table.options"),
+    *("correct.options", "check-table.options", "events.events[].details"),
 )
 """Objects whose keys come from a file, are numbers of cycles, or options of one control."""
 
@@ -51,6 +56,7 @@ BY_FIGURE = ("plan.expected.figures",)
 BY_NAME = (
     *("identify.outputs", "verify.outputs", "compare.models[].outputs"),
     *("verify.logs[].outputs", "verify.logs[].outside_training_range"),
+    *(f"check.machine.{key}" for key in ("inputs", "interlocks", "outputs")),
 )
 """Objects with one object for each name that a user gave."""
 
@@ -86,6 +92,8 @@ SAME_KEYS = {
         ),
         "figures",
     ),
+    "check.warnings": "check.configuration",
+    "check.self_test": "check.configuration",
     "correct.input": "input",
     "check-table.input": "input",
     "correct.figures_without_drift": "correct.figures",
@@ -134,10 +142,12 @@ def keys_by_place(value: object, place: str, found: dict[str, set[str]]) -> None
             keys_by_place(part, f"{place}[]", found)
 
 
-def keys_written(words: list[str], place: str, found: dict[str, set[str]]) -> dict[str, object]:
+def keys_written(
+    words: list[str], place: str, found: dict[str, set[str]], *, code: int = 0
+) -> dict[str, object]:
     """Run a command, collect the keys of its JSON, and return it."""
     destination = Path(words[words.index("--json") + 1])
-    assert main(words) == 0
+    assert main(words) == code
     result: dict[str, object] = json.loads(destination.read_text(encoding="ascii"))
     keys_by_place(result, place, found)
     return result
@@ -198,7 +208,35 @@ def written(evaluated: tuple[Path, dict[str, object]], root: Path) -> dict[str, 
     words = ["field", before, before, after, "--run", str(run), "--times", "0", "1", "1.7"]
     keys_written([*words, *json_words], "field", found)
     write_thermal(root / "examples", folder, found)
+    write_machine(root / "examples" / "machine", folder, found)
     return found
+
+
+async def remembered(path: Path) -> None:
+    clock = SystemClock()
+    historian = SqlHistorian(f"sqlite:///{path}", HistorianSettings(), clock)
+    await historian.open(("Z_um",), ("T_spindle_C",))
+    historian.event(EventRecord(clock.utc(), "request", "novak", "enable was accepted"))
+    await historian.close(10.0)
+
+
+def write_machine(example: Path, folder: Path, found: dict[str, set[str]]) -> None:
+    """Collect the keys of the commands at the machine; there is no machine."""
+    path = Path(copytree(example, folder / "machine")) / "lathe.toml"
+    json_words = ["--json", str(folder / "machine.json")]
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("127.0.0.1:4840", "127.0.0.1:1"), encoding="utf-8")
+    looked = ["check", str(path), "--wait", "0.2", *json_words]
+    result = keys_written(looked, "check", found, code=1)
+    assert result["warnings"]
+    assert result["self_test"]
+    asyncio.run(remembered(folder / "machine" / "lathe.history.db"))
+    result = keys_written(["history", "events", str(path), *json_words], "events", found)
+    assert result["events"]
+    path.write_text(text.replace("largest_um", "largest"), encoding="utf-8")
+    keys_written(["check", str(path), *json_words], "check", found, code=2)
+    proof = StepProof("Z_um", 10.0, 0.0, 10.0, None, 10.1, 0.1, passed=True, verdict="proven")
+    keys_by_place(_record(proof), "commission", found)
 
 
 def write_thermal(examples: Path, folder: Path, found: dict[str, set[str]]) -> None:
