@@ -17,9 +17,12 @@ import time
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
+
+from asyncua import ua
+from asyncua.client import Client
 
 from thermaxis.compensation import CompensationModel, Output, Part, Section, SupervisorState
 from thermaxis.compensation._thermal_model import GainPoint
@@ -348,14 +351,12 @@ class Watcher:
             self._failed.append(error)
 
     async def _watch(self) -> None:
-        from asyncua import Client, ua
-
         names = ("offset_accepted_mm", "offset_effective_mm", "heartbeat", "watchdog_alive")
-        chance = random.Random(self.seed)
+        chance = random.Random(self.seed)  # noqa: S311 - repeatable
         async with Client(self.url) as client:
             index = await client.get_namespace_index("urn:thermaxis:lathe")
-            nodes = [client.get_node(ua.NodeId(name, index)) for name in names]
-            diameter = client.get_node(ua.NodeId("diameter_mm", index))
+            nodes = [client.get_node(f"ns={index};s={name}") for name in names]
+            diameter = client.get_node(f"ns={index};s=diameter_mm")
             due_s = jump_s = time.monotonic()
             jumps = 0
             while not self._end.is_set():
@@ -370,11 +371,10 @@ class Watcher:
 
     def _note(self, at_s: float, found: Sequence[Any]) -> None:
         accepted, effective, heartbeat, alive = (one.Value.Value for one in found)
-        stamp: datetime = found[1].ServerTimestamp
         self.looks.append(
             Look(
                 at_s,
-                stamp.timestamp(),
+                found[1].ServerTimestamp.timestamp(),
                 1e3 * accepted,
                 1e3 * effective,
                 int(heartbeat),
@@ -461,8 +461,7 @@ def fastest_um_per_s(looks: Sequence[Look], over_s: float = 1.0) -> float:
 
 def travelled_um(looks: Sequence[Look]) -> float:
     """Return the way that the offset has gone altogether. [µm]"""
-    pairs = zip(looks, looks[1:], strict=False)
-    return sum(abs(b.effective_um - a.effective_um) for a, b in pairs)
+    return sum(abs(b.effective_um - a.effective_um) for a, b in pairwise(looks))
 
 
 # ---- what was recorded --------------------------------------------------------------------------
@@ -548,7 +547,7 @@ class Judgement(NamedTuple):
 
 def campaign(folder: Path, kills: int, *, watchdog: str, seed: int) -> Campaign:
     """Kill the loop at random moments, and let it end in peace at last."""
-    chance = random.Random(seed)
+    chance = random.Random(seed)  # noqa: S311 - repeatable
     seen = Campaign()
     with lathe(folder, watchdog=watchdog) as url, Watcher(url, seed) as watcher:
         configuration = write_site(folder, url)
@@ -587,7 +586,10 @@ def judge(seen: Campaign) -> Judgement:
     moving = active = never = lost_cycles = 0
     to_active = start = lost = 0.0
     for life in seen.lives:
-        run = next((r for r in seen.runs if life.began_s <= r[0].monotonic_s <= life.killed_s), [])
+        run: list[CycleRecord] = []
+        for one in seen.runs:
+            if life.began_s <= one[0].monotonic_s <= life.killed_s:
+                run = one
         with_machine = [cycle for cycle in run if cycle.applied]
         lost_cycles = max(lost_cycles, life.writes - len(with_machine))
         if life.writes or any("correction: " in said.text for said in life.said):

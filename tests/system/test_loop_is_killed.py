@@ -1,4 +1,4 @@
-"""``thermaxis run`` is killed, frozen and ended beside a virtual lathe that a second client watches.
+"""``thermaxis run`` is killed, frozen and ended beside a virtual lathe that somebody watches.
 
 Limits are judged from the machine's side, by what acted on the tool.
 """
