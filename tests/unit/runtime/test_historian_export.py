@@ -141,6 +141,22 @@ def test_a_channel_that_is_called_time_is_another_column(tmp_path: Path) -> None
     assert "time" not in written.columns
 
 
+def test_a_spare_sensor_has_its_unit_at_the_end_of_its_heading(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    record = cycle_record(1)
+    spare = {
+        "T_table_C.spare": record.samples["T_table_C"],
+        "valve.1": record.samples["referenced"],
+    }
+    write(path, [replace(record, samples={**record.samples, **spare})])
+    with HistoryReader(url_of(path)) as reader:
+        export_history(reader, tmp_path / "log.csv")
+    log = read_thermal_log(tmp_path / "log.csv")
+    assert log.units["T_table_spare_C"] == "degC"
+    assert log.columns["T_table_spare_C"].tolist() == [record.samples["T_table_C"].value]
+    assert "valve.1" in log.columns
+
+
 def test_nothing_to_export_is_said_with_what_there_is(history: Path, tmp_path: Path) -> None:
     with HistoryReader(url_of(history)) as reader:
         with pytest.raises(DataError, match=r"no cycle in this span.*from 2026-11-03T06:00:00"):

@@ -169,12 +169,12 @@ def test_every_record_is_stored_once_or_counted_as_lost(
 
 
 def test_a_database_that_is_not_there_is_waited_for_and_gets_everything(tmp_path: Path) -> None:
-    path = tmp_path / "later" / "h.db"
+    path = tmp_path / "disk" / "later" / "h.db"
     recorder = Recorder(path)
     recorder.record(range(5))
     assert not recorder.writer.attempt()
     assert "cannot be written" in recorder.writer.trouble
-    path.parent.mkdir()
+    path.parent.parent.mkdir()  # the disk is mounted; the folder is made
     assert recorder.writer.attempt()
     assert recorder.writer.trouble == ""
     recorder.writer.close()
@@ -184,12 +184,12 @@ def test_a_database_that_is_not_there_is_waited_for_and_gets_everything(tmp_path
 
 
 def test_a_loss_is_told_with_its_number_and_its_span(tmp_path: Path) -> None:
-    path = tmp_path / "later" / "h.db"
+    path = tmp_path / "disk" / "later" / "h.db"
     recorder = Recorder(path, 100_000)
     recorder.event("before")
     recorder.record(range(500))
     assert not recorder.writer.attempt()
-    path.parent.mkdir()
+    path.parent.mkdir(parents=True)
     recorder.writer.attempt()
     recorder.writer.close()
     stored = numbers_in(path)
@@ -581,7 +581,7 @@ def test_a_record_that_is_none_counts_as_lost_and_raises_nothing(tmp_path: Path)
 
 def test_the_end_comes_within_its_time_and_counts_what_is_left(tmp_path: Path) -> None:
     async def scene() -> None:
-        one = SqlHistorian(url_of(tmp_path / "none" / "h.db"), QUICK, CountingClock())
+        one = SqlHistorian(url_of(tmp_path / "none" / "none" / "h.db"), QUICK, CountingClock())
         await one.open(OUTPUTS, CHANNELS)
         for k in range(20):
             one.record(cycle_record(k))

@@ -559,3 +559,24 @@ def test_a_server_that_is_not_there_is_said_so(runner: asyncio.Runner) -> None:
         runner.run(fetch_offers("opc.tcp://127.0.0.1:1", 1.0))
     with pytest.raises(ConfigurationError, match="no address"):
         runner.run(fetch_offers("127.0.0.1:1", 1.0))
+
+
+# ---- the page -----------------------------------------------------------------------------------
+
+
+def test_the_page_names_the_failures_as_they_are_said(root: Path) -> None:
+    page = (root / "docs/how-to/opc-ua-security.md").read_text(encoding="utf-8")
+    table = page.partition("## When it does not connect")[2].partition("## Not protected")[0]
+    rows = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("| ")]
+    codes = [
+        *("BadCertificateUntrusted", "BadTcpInternalError", "BadUserAccessDenied"),
+        *("BadIdentityTokenInvalid", "BadCertificateUriInvalid", "BadSecurityPolicyRejected"),
+        *("BadCertificateTimeInvalid", "BadTooManySessions"),
+    ]
+    errors = [
+        *(ua.UaStatusCodeError(getattr(ua.StatusCodes, code)) for code in codes),
+        *(ConnectionRefusedError(), ConnectionResetError(), TimeoutError()),
+    ]
+    said = [explain(error, plain_settings()) for error in errors]
+    assert [row for row in rows[1:] if not any(row in text for text in said)] == []
+    assert [text for text in said if not any(row in text for row in rows)] == []

@@ -67,15 +67,23 @@ def heading_of(column: SeriesColumn, outputs: Sequence[str]) -> str:
     -------
     str
         ``Z_correction_um`` for ``Z_um.correction``, ``Z_part_spindle_um`` for
-        ``Z_um.part.spindle``; the name of a channel stays as it is.
+        ``Z_um.part.spindle``, ``T_spindle_spare_C`` for ``T_spindle_C.spare``; the name of a
+        channel stays as it is.
     """
     output = next((name for name in outputs if column.name.startswith(f"{name}.")), None)
     if output is None or column.good is not None:
-        return column.name
-    stem = next((output.removesuffix(end) for end in _UNIT_ENDS if output.endswith(end)), output)
+        base, dot, which = column.name.partition(".")  # T_spindle_C.spare
+        stem, end = _stem_of(base)
+        return f"{stem}_{which}{end}" if dot and end else column.name
     quantity = column.name[len(output) + 1 :].replace(".", "_")
     unit = "" if column.unit == "1" else f"_{column.unit}"
-    return f"{stem}_{quantity}{unit}"
+    return f"{_stem_of(output)[0]}_{quantity}{unit}"
+
+
+def _stem_of(name: str) -> tuple[str, str]:
+    """Cut the unit from the end of a name."""
+    end = next((end for end in _UNIT_ENDS if name.endswith(end)), "")
+    return name.removesuffix(end), end
 
 
 def export_history(

@@ -73,7 +73,8 @@ def open_store(
 ) -> "Store":
     """Open a database for writing, check it, and make what is missing.
 
-    A damaged file of SQLite is put aside and a new one begun.
+    A damaged file of SQLite is put aside and a new one begun. The folder of the file is made where
+    only that one is missing.
 
     Parameters
     ----------
@@ -101,6 +102,8 @@ def open_store(
         If it cannot be reached or used.
     """
     path = sqlite_path(url)
+    if path is not None:  # its folder is made, but no folder above: a disk may not be mounted yet
+        path.parent.mkdir(exist_ok=True)
     lock = WriterLock(path) if path is not None else None
     store = None
     try:
