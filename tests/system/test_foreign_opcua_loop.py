@@ -200,9 +200,6 @@ def test_every_fault_of_the_machine_leads_to_its_state_and_heals_by_itself(tmp_p
     assert missing_cycles(read_history(tmp_path).cycles) == []
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the loop does not look where the machine stands after it was frozen itself"
-)
 def test_a_loop_that_was_frozen_moves_the_tool_no_faster_than_allowed_when_it_goes_on(
     tmp_path: Path,
 ) -> None:
@@ -272,10 +269,6 @@ def test_a_killed_loop_goes_on_where_the_machine_stands(tmp_path: Path) -> None:
     assert_nothing_is_left(told)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="the loop reads back before a PLC has taken the offset over, and then waits a cycle",
-)
 def test_a_machine_that_takes_offsets_over_a_little_later_is_compensated_as_fast(
     tmp_path: Path,
 ) -> None:
@@ -295,7 +288,6 @@ def test_a_machine_that_takes_offsets_over_a_little_later_is_compensated_as_fast
     assert took_s < 1.25 * 16.0 / rules.rate_um_per_s
 
 
-@pytest.mark.xfail(strict=True, reason="--enable is asked once, before the machine is reached")
 def test_enabling_at_the_start_waits_for_a_machine_that_says_no_other_compensation_is_active(
     tmp_path: Path,
 ) -> None:
