@@ -12,7 +12,7 @@ from asyncua.crypto.uacrypto import (
 from asyncua.ua.status_codes import StatusCodes
 from cryptography.exceptions import InvalidSignature
 
-from thermaxis.errors import ThermaxisError, printable
+from thermaxis.errors import ConfigurationError, ThermaxisError, printable
 from thermaxis.runtime._connection import ConnectionSettings
 
 FAILURES: Final = (
@@ -144,7 +144,33 @@ def explain(error: BaseException, settings: ConnectionSettings) -> str:
     return _sentence(_words(error), settings)
 
 
+def refuse(error: BaseException, settings: ConnectionSettings) -> ConfigurationError:
+    """Return a failure as an error, for a command that does not try again.
+
+    Parameters
+    ----------
+    error : BaseException
+        What was raised.
+    settings : ConnectionSettings
+        The connection.
+
+    Returns
+    -------
+    ConfigurationError
+        With the server's address as its place.
+    """
+    if isinstance(error, ConfigurationError):
+        return error
+    words = _filled(_words(error), settings)
+    return ConfigurationError(words.what, where=settings.url, remedy=words.remedy)
+
+
 def _sentence(words: _Words, settings: ConnectionSettings) -> str:
+    what, remedy = _filled(words, settings)
+    return printable(f"{settings.name}: {what}. {remedy}.", 500)
+
+
+def _filled(words: _Words, settings: ConnectionSettings) -> _Words:
     places = {
         "certificate": settings.certificate,
         "user": printable(settings.user) or "(anonymous)",
@@ -155,8 +181,7 @@ def _sentence(words: _Words, settings: ConnectionSettings) -> str:
         "port": settings.port,
         "timeout_s": settings.timeout_s,
     }
-    text = f"{settings.name}: {words.what}. {words.remedy}.".format_map(places)
-    return printable(_masked(text, settings), 500)
+    return _Words(*[_masked(word.format_map(places), settings) for word in words])
 
 
 def is_ambiguous(error: BaseException) -> bool:
@@ -243,7 +268,7 @@ def _network_words(error: OSError) -> _Words:
     if isinstance(error, ConnectionRefusedError):
         return _Words(
             "nothing listens on port {port} of {host}",
-            "Start the server on the machine, or correct the address; it is tried again",
+            "Start the server on the machine, or correct the address",
         )
     if isinstance(error, socket.gaierror):
         return _Words(
@@ -257,5 +282,5 @@ def _network_words(error: OSError) -> _Words:
         )
     return _Words(
         f"the network failed ({_braces(error.strerror or type(error).__name__)})",
-        "Check cables, address and firewall; it is tried again",
+        "Check cables, address and firewall",
     )

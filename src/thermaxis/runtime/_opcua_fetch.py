@@ -8,10 +8,9 @@ from typing import Any, final
 from asyncua import ua
 from asyncua.client.client import Client
 
-from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._certificates import Certificate, certificate_from
 from thermaxis.runtime._connection import SECURITIES, ConnectionSettings
-from thermaxis.runtime._opcua_failures import FAILURES, explain
+from thermaxis.runtime._opcua_failures import FAILURES, refuse
 
 MOST_ENDPOINTS = 100
 """More endpoints than this are not looked at. [1]"""
@@ -59,7 +58,7 @@ async def fetch_offers(url: str, timeout_s: float) -> tuple[ServerOffer, ...]:
         async with asyncio.timeout(4.0 * timeout_s):
             endpoints = await client.connect_and_get_server_endpoints()
     except FAILURES as error:
-        raise ConfigurationError(explain(error, settings).rstrip("."), where=url) from None
+        raise refuse(error, settings) from None
     finally:
         client.disconnect_socket()
         await asyncio.sleep(0)
