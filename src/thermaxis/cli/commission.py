@@ -175,20 +175,23 @@ async def _wait_for_machine(parts: "MachineParts") -> None:
 async def _gauge(sentence: str) -> float:
     """Ask a person for the gauge's reading; the heartbeat goes on meanwhile."""
     import asyncio  # noqa: PLC0415  --help needs none of these
+    import math  # noqa: PLC0415
 
-    def read() -> float:
-        while True:
-            sys.stdout.write(f"Now {sentence}. Gauge in um, away from the workpiece positive: ")
-            sys.stdout.flush()
-            line = sys.stdin.readline()
-            if not line:
-                raise EOFError
-            try:
-                return float(line.strip().replace(",", "."))
-            except ValueError:
-                sys.stdout.write("That is no number.\n")
+    from thermaxis.errors import DataError  # noqa: PLC0415
 
-    return await asyncio.to_thread(read)
+    while True:
+        sys.stdout.write(f"Now {sentence}. Gauge in um, away from the workpiece positive: ")
+        sys.stdout.flush()
+        line = await asyncio.to_thread(sys.stdin.readline)
+        if not line:
+            raise DataError("nobody answers any more: the offset goes back", where="the gauge")
+        try:
+            value = float(line.strip().replace(",", "."))
+        except ValueError:
+            value = math.nan
+        if math.isfinite(value):
+            return value
+        sys.stdout.write("That is no number.\n")
 
 
 def _probe(
@@ -196,6 +199,7 @@ def _probe(
 ) -> "Measure":
     """Return what reads a probe: the median of some readings."""
     import asyncio  # noqa: PLC0415  --help needs none of these
+    import math  # noqa: PLC0415
     from statistics import median  # noqa: PLC0415
 
     from thermaxis.errors import DataError  # noqa: PLC0415
@@ -208,7 +212,12 @@ def _probe(
         for _ in range(9):
             found = await session.read([arguments.probe], 1.0)
             value = None if found is None or found[0].Value is None else found[0].Value.Value
-            if found is not None and _is_good(found[0]) and isinstance(value, int | float):
+            if (
+                found is not None
+                and _is_good(found[0])
+                and isinstance(value, int | float)
+                and math.isfinite(value)
+            ):
                 readings.append(factor * float(value))
             await asyncio.sleep(0.2)
         if len(readings) < 5:

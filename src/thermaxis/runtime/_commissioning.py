@@ -5,7 +5,9 @@ loop does it. What the tool point did is measured by somebody or something else:
 a person reads, or a probe that the control shows.
 """
 
-from collections.abc import Awaitable, Callable
+import asyncio
+import math
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -21,6 +23,8 @@ SETTLE_S = 3.0
 """Time for which the offset stands before it is measured. [s]"""
 SIZE_TOLERANCE = 0.25
 """Share by which the measured step may differ: gauge, friction and drift, no wrong unit. [1]"""
+BACK_WITHIN_S = 60.0
+"""Time for which the way back is tried again when the machine does not take it. [s]"""
 _WAIT_S = 1.0
 _SAME_UM = 0.05
 
@@ -120,9 +124,9 @@ async def prove_step(
         If the machine is not there, does not take the offset, or the offset found plus the step
         lies outside the limits.
     """
-    found = await sink.found(_WAIT_S)
-    found_um = None if found is None else found.get(plan.output)
-    if found_um is None:
+    found = await sink.found(_WAIT_S) or {}
+    found_um = found.get(plan.output)
+    if found_um is None or any(offset is None for offset in found.values()):
         raise DataError(
             "the offset in the machine cannot be read",
             where=plan.output,
@@ -135,7 +139,7 @@ async def prove_step(
             where=plan.output,
             remedy="Bring the offset to zero on the machine, or step the other way",
         )
-    mover = _Mover(sink, clock, plan, found_um)
+    mover = _Mover(sink, clock, plan, {n: o for n, o in found.items() if o is not None})
     try:
         await mover.stand(SETTLE_S)
         before_um = await mover.measured(measure, "the offset stands as it was found")
@@ -144,7 +148,7 @@ async def prove_step(
         applied = (await sink.read_back(_WAIT_S)).get(plan.output)
         out_um = await mover.measured(measure, f"the offset stands {plan.step_um:+g} um further")
     finally:
-        await mover.go_to(found_um)
+        await mover.come_back(found_um)
     await mover.stand(SETTLE_S)
     after_um = await mover.measured(measure, "the offset stands again as it was found")
     accepted = None if applied is None else applied.accepted_um
@@ -175,6 +179,8 @@ def judge_step(asked_um: float, moved_um: float, left_um: float) -> tuple[bool, 
     verdict : str
         What follows, as a sentence.
     """
+    if not math.isfinite(moved_um) or not math.isfinite(left_um):
+        return False, "what was measured is no number: nothing is proven"
     ratio = moved_um / asked_um
     if abs(ratio) < SIZE_TOLERANCE:
         return False, (
@@ -199,16 +205,56 @@ def judge_step(asked_um: float, moved_um: float, left_um: float) -> tuple[bool, 
 
 
 class _Mover:
-    """Moves one offset at its rate, heartbeat included."""
+    """Moves one offset at its rate, heartbeat included; the other offsets stay as found."""
 
-    def __init__(self, sink: Sink, clock: Clock, plan: CommissioningPlan, found_um: float) -> None:
+    def __init__(
+        self, sink: Sink, clock: Clock, plan: CommissioningPlan, found_um: Mapping[str, float]
+    ) -> None:
         self.sink, self.clock, self.plan = sink, clock, plan
-        self.now_um = found_um
+        self.offsets_um = dict(found_um)
+
+    @property
+    def now_um(self) -> float:
+        return self.offsets_um[self.plan.output]
 
     async def go_to(self, goal_um: float) -> None:
         while self.now_um != goal_um:
-            wanted_um = limit_step(self.plan.limits, self.now_um, goal_um, self.plan.cycle_s)
-            await self._write(wanted_um)
+            await self._write(limit_step(self.plan.limits, self.now_um, goal_um, self.plan.cycle_s))
+
+    async def come_back(self, goal_um: float) -> None:
+        """Go back whatever happens: writes that fail are tried again for a bounded time.
+
+        Raises
+        ------
+        DataError
+            If the offset does not come back; the message names where it stands.
+        """
+        until_s = self.clock.monotonic_s() + BACK_WITHIN_S
+        while self.now_um != goal_um:
+            try:
+                await self.go_to(goal_um)
+            except DataError:
+                if self.clock.monotonic_s() >= until_s:
+                    raise await self._stranded(goal_um) from None
+                await self.clock.sleep_until(self.clock.monotonic_s() + self.plan.cycle_s)
+                await self._look_again()
+
+    async def _look_again(self) -> None:
+        """Take up what stands in the machine after a lost connection."""
+        found = await self.sink.found(_WAIT_S)
+        for name, offset in (found or {}).items():
+            if offset is not None:
+                self.offsets_um[name] = offset
+
+    async def _stranded(self, goal_um: float) -> DataError:
+        applied = (await self.sink.read_back(_WAIT_S)).get(self.plan.output)
+        read = None if applied is None else applied.accepted_um
+        where = "and cannot be read" if read is None else f"and stands at {read:.2f} um"
+        return DataError(
+            f"the offset did not come back to {goal_um:.2f} um {where}",
+            where=self.plan.output,
+            remedy="Take it back on the control before anything is machined",
+        )
 
     async def stand(self, seconds: float) -> None:
         """Keep the offset for a time, with the heartbeat moving."""
@@ -218,8 +264,6 @@ class _Mover:
 
     async def measured(self, measure: Measure, sentence: str) -> float:
         """Measure while the heartbeat keeps moving."""
-        import asyncio  # noqa: PLC0415 - only here
-
         task = asyncio.ensure_future(measure(sentence))
         try:
             while not task.done():
@@ -230,11 +274,12 @@ class _Mover:
 
     async def _write(self, wanted_um: float) -> None:
         begin_s = self.clock.monotonic_s()
-        if not await self.sink.write({self.plan.output: wanted_um}, _WAIT_S):
+        offsets_um = {**self.offsets_um, self.plan.output: wanted_um}
+        if not await self.sink.write(offsets_um, _WAIT_S):
             raise DataError(
                 f"the machine did not take an offset of {wanted_um:.2f} um",
                 where=self.plan.output,
-                remedy="Look at the control; the offset stands where it was last accepted",
+                remedy="Look at the control",
             )
-        self.now_um = wanted_um
+        self.offsets_um = offsets_um
         await self.clock.sleep_until(begin_s + self.plan.cycle_s)

@@ -1,0 +1,147 @@
+"""The 10 um step that proves sign and size, in virtual time."""
+
+import asyncio
+import math
+from itertools import pairwise
+
+import pytest
+
+from tests.unit.runtime.simulated import SimulatedMachine, SimulatedSink
+from thermaxis.compensation import Limits
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.runtime._commissioning import (
+    BACK_WITHIN_S,
+    CommissioningPlan,
+    StepProof,
+    judge_step,
+    prove_step,
+)
+from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+
+PLAN = CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0))
+
+
+class Refusing(SimulatedSink):
+    """A sink that refuses writes for a while."""
+
+    refuses = False
+
+    async def write(self, correction_um: object, deadline_s: float) -> bool:
+        if self.refuses:
+            return False
+        return await super().write(correction_um, deadline_s)  # type: ignore[arg-type]
+
+
+def proven(
+    machine: SimulatedMachine, factor: float, plan: CommissioningPlan = PLAN, shift: float = 0.0
+) -> StepProof:
+    """Prove a machine whose tool point moves by a factor of the offset."""
+
+    async def measure(_: str) -> float:
+        await asyncio.sleep(1.0)
+        return shift + factor * machine.offset_um[plan.output]
+
+    return run_in_virtual_time(prove_step(SimulatedSink(machine), VirtualClock(), plan, measure))
+
+
+@pytest.mark.parametrize(
+    ("factor", "passed", "word"),
+    [
+        (1.0, True, "sign and size are right"),
+        (0.9, True, "sign and size are right"),
+        (-1.0, False, "the other sentence"),
+        (1000.0, False, "unit"),
+        (0.001, False, "does not act"),
+        (0.5, False, "unit"),
+    ],
+)
+def test_the_verdict_names_sign_unit_or_a_dead_offset(
+    factor: float, passed: bool, word: str
+) -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+    proof = proven(machine, factor, shift=123.0)
+    assert proof.passed is passed
+    assert word in proof.verdict
+    assert machine.offset_um["Z_um"] == 0.0
+
+
+def test_the_offset_goes_out_and_back_at_the_rate_from_where_it_was_found() -> None:
+    machine = SimulatedMachine({}, ("Z_um", "X_um"))
+    machine.offset_um = {"Z_um": -7.0, "X_um": 3.5}
+    assert proven(machine, 1.0).found_um == -7.0
+    z = [-7.0, *(w["Z_um"] for w in machine.written)]
+    assert max(z) == 3.0
+    assert z[-1] == -7.0
+    assert max(abs(b - a) for a, b in pairwise(z)) <= 2.0 * PLAN.cycle_s + 1e-9
+    assert {w["X_um"] for w in machine.written} == {3.5}
+
+
+@pytest.mark.parametrize("left", [0.0, math.nan])
+@pytest.mark.parametrize("moved", [math.nan, math.inf])
+def test_what_is_no_number_proves_nothing(moved: float, left: float) -> None:
+    assert judge_step(10.0, moved, left)[0] is False
+    assert judge_step(10.0, 10.0, math.nan)[0] is False
+
+
+def test_a_way_back_that_is_not_complete_is_not_proven() -> None:
+    assert judge_step(10.0, 10.0, 4.0) == (
+        False,
+        "the way back left 4.0 um: friction, drift, or something else moves the axis",
+    )
+
+
+def test_a_refused_write_on_the_way_back_is_tried_again() -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+    sink = Refusing(machine)
+
+    async def measure(_: str) -> float:
+        value = machine.offset_um["Z_um"]
+        if value > 5.0:
+            asyncio.get_running_loop().call_later(1.0, setattr, sink, "refuses", True)
+            asyncio.get_running_loop().call_later(6.0, setattr, sink, "refuses", False)
+        return value
+
+    proof = run_in_virtual_time(prove_step(sink, VirtualClock(), PLAN, measure))
+    assert proof.passed
+    assert machine.offset_um["Z_um"] == 0.0
+
+
+def test_an_offset_that_does_not_come_back_is_said_with_where_it_stands() -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+    sink = Refusing(machine)
+
+    async def measure(_: str) -> float:
+        sink.refuses = machine.offset_um["Z_um"] > 5.0
+        return machine.offset_um["Z_um"]
+
+    async def play() -> float:
+        clock = VirtualClock()
+        begin_s = clock.monotonic_s()
+        with pytest.raises(DataError, match=r"stands at 10\.00 um"):
+            await prove_step(sink, clock, PLAN, measure)
+        return clock.monotonic_s() - begin_s
+
+    assert run_in_virtual_time(play()) >= BACK_WITHIN_S
+
+
+def test_a_measurement_that_fails_brings_the_offset_back() -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+
+    async def measure(_: str) -> float:
+        if machine.offset_um["Z_um"] > 5.0:
+            raise DataError("nobody answers", where="the gauge")
+        return 0.0
+
+    with pytest.raises(DataError, match="nobody answers"):
+        run_in_virtual_time(prove_step(SimulatedSink(machine), VirtualClock(), PLAN, measure))
+    assert machine.offset_um["Z_um"] == 0.0
+
+
+def test_a_step_beyond_the_limits_is_refused_before_anything_moves() -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+    machine.offset_um["Z_um"] = 45.0
+    with pytest.raises(DataError, match="outside of the limits"):
+        proven(machine, 1.0)
+    assert not machine.written
+    with pytest.raises(ConfigurationError):
+        CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0), step_um=60.0)
