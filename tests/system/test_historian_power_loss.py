@@ -86,7 +86,9 @@ def test_a_copy_of_the_files_at_any_moment_opens_clean(root: Path, tmp_path: Pat
         assert child.stdout is not None
         first = child.stdout.readline()
         time.sleep(0.5)
-        for k in range(SNAPSHOTS):
+        for k in range(10 * SNAPSHOTS):
+            if k >= SNAPSHOTS and len({copy.stat().st_size for copy, _ in copies}) > 2:
+                break  # what the log had went into the database meanwhile, more than once
             time.sleep(0.4 * rng.random())
             os.kill(child.pid, signal.SIGSTOP)
             end_s = time.monotonic()
@@ -98,7 +100,7 @@ def test_a_copy_of_the_files_at_any_moment_opens_clean(root: Path, tmp_path: Pat
             os.kill(child.pid, signal.SIGCONT)
         child.kill()
         taken = said(first + child.communicate()[0])
-    assert len({copy.stat().st_size for copy, _ in copies}) > 1  # what the log had went on
+    assert len({copy.stat().st_size for copy, _ in copies}) > 2
     for copy, end_s in copies:
         torn = copy.with_name("torn.db")
         log = copy.with_name("torn.db-wal")
@@ -125,11 +127,11 @@ def full_disk_scene(child: subprocess.Popen[str], make_room: Callable[[], None])
 
 def test_a_disk_without_room_loses_nothing_and_stops_nothing(root: Path, tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    with recording(root, path, 400.0, 1200, 400_000) as child:
+    with recording(root, path, 400.0, 2000, 120_000) as child:
         out = full_disk_scene(child, lambda: None)
     assert "storing=False" in out[0]
     assert "storing=True, waiting=0, lost=0, text=''" in out[1]
-    check_whole(path, dict.fromkeys(range(2400), 0.0), LOST_S + 1.0)
+    check_whole(path, dict.fromkeys(range(4000), 0.0), LOST_S + 1.0)
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a small disk")
@@ -140,13 +142,13 @@ def test_a_full_disk_loses_nothing_and_stops_nothing(root: Path, tmp_path: Path)
     def mount(*words: str) -> None:
         subprocess.run(["mount", "-t", "tmpfs", "-o", *words, "tmpfs", str(disk)], check=True)
 
-    mount("size=400k")
+    mount("size=300k")
     try:
-        with recording(root, disk / "h.db", 400.0, 1200, 10**9) as child:
+        with recording(root, disk / "h.db", 400.0, 2000, 10**9) as child:
             out = full_disk_scene(child, lambda: mount("remount,size=20m"))
         assert "storing=False" in out[0]
         assert "full" in out[0]
         assert "storing=True, waiting=0, lost=0, text=''" in out[1]
-        check_whole(disk / "h.db", dict.fromkeys(range(2400), 0.0), LOST_S + 1.0)
+        check_whole(disk / "h.db", dict.fromkeys(range(4000), 0.0), LOST_S + 1.0)
     finally:
         subprocess.run(["umount", str(disk)], check=True)
