@@ -10,8 +10,7 @@ import contextlib
 import logging
 from collections.abc import Coroutine, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from typing import Any, Final, NamedTuple, TypeVar, cast, final
+from typing import Any, Final, TypeVar, cast, final
 
 from asyncua import ua
 from asyncua.client.client import Client
@@ -37,7 +36,15 @@ from thermaxis.runtime._opcua_failures import (
     is_ambiguous,
 )
 from thermaxis.runtime._opcua_fetch import fetch_offers
-from thermaxis.runtime._opcua_nodes import node_id, parse_node
+from thermaxis.runtime._opcua_link import (
+    CLOCK_SLACK_S,
+    SERVER_TIME,
+    Link,
+    ReadRequest,
+    attribute_request,
+    aware_time,
+    value_request,
+)
 from thermaxis.runtime._opcua_values import (
     NOT_WRITTEN,
     node_type,
@@ -57,12 +64,6 @@ control has five or ten sessions, and a killed program leaves one. [ms]"""
 IDLE_S: Final = 3.0
 """A connection that nobody uses is tried so often: it keeps the session, and finds a server that
 is frozen. [s]"""
-CLOCK_SLACK_S: Final = 2.0
-"""A server's clock that seems to go back by more than this was set back. Above the second in
-which some servers step the time that they tell. [s]"""
-CLOCK_DRIFT: Final = 1e-3
-"""How fast two clocks may part without being noticed. [s/s]"""
-
 ASKED_EVERY_S: Final = 10.0
 """A server that refuses an encrypted connection without saying why is asked for its certificates
 so often. [s]"""
@@ -74,9 +75,7 @@ _POLICIES: Final[Mapping[str, type[SecurityPolicy]]] = {
 }
 _NEVER_S = 1e9
 _CONNECT_REQUESTS = 4.0
-_NO_TIME = datetime(1602, 1, 1, tzinfo=UTC)
 _NAMESPACES = ua.NodeId(ua.Int32(ObjectIds.Server_NamespaceArray))
-_SERVER_TIME = ua.NodeId(ua.Int32(ObjectIds.Server_ServerStatus_CurrentTime))
 _UNKNOWN_NODE = ua.DataValue(StatusCode=ua.StatusCode(ua.UInt32(StatusCodes.BadNodeIdUnknown)))
 _CURRENT_WRITE = 2
 _DESCRIBED = (
@@ -123,94 +122,6 @@ class NodeDescription:
     """Time since the value was stamped; None where there is no time stamp. [s]"""
 
 
-class _Reading(NamedTuple):
-    """A read request that was made ready once for a connection."""
-
-    parameters: ua.ReadParameters
-    known: tuple[int, ...]
-    total: int
-
-
-@final
-class _Link:
-    """One connection, from its beginning to its loss."""
-
-    def __init__(self, client: Client) -> None:
-        self.client = client
-        self.lost = asyncio.Event()
-        self.error: BaseException | None = None
-        self.namespaces: Sequence[str] = ()
-        self.server_ahead_s: float | None = None
-        self.seen_s = 0.0
-        self.used_s = 0.0
-        self.readings: dict[tuple[str, ...], _Reading] = {}
-        self.types: dict[str, ua.VariantType | None] = {}
-        self.ids: dict[str, ua.NodeId | None] = {}
-        self.under_way: set[asyncio.Task[Any]] = set()
-        self.writing: asyncio.Task[Any] | None = None
-
-    def lose(self, error: BaseException) -> None:
-        """Give the connection up."""
-        if not self.lost.is_set():
-            self.error = error
-            self.lost.set()
-
-    def id_of(self, node: str) -> ua.NodeId | None:
-        """Return the id of a node on this server; None if it has no such namespace."""
-        if node not in self.ids:
-            self.ids[node] = node_id(parse_node(node), self.namespaces)
-        return self.ids[node]
-
-    def reading(self, nodes: Sequence[str]) -> _Reading:
-        """Return the read request for nodes; the last one it asks for is the server's time."""
-        key = tuple(nodes)
-        found = self.readings.get(key)
-        if found is None:
-            ids = [self.id_of(node) for node in nodes]
-            known = tuple(i for i, one in enumerate(ids) if one is not None)
-            asked = [one for one in ids if one is not None]
-            found = _Reading(_value_request([*asked, _SERVER_TIME]), known, len(ids))
-            self.readings[key] = found
-        return found
-
-    def see_time(self, value: ua.DataValue, sent_s: float, now_s: float) -> None:
-        """Learn from the time that the server tells how far its clock is ahead of the own one.
-
-        Some servers step it once a second, so that the most it was ahead counts; the two clocks
-        may part slowly, and a large step means that the clock was set.
-        """
-        variant = value.Value
-        seen = None if variant is None else _aware(variant.Value)
-        if seen is None:
-            return
-        ahead_s = seen.timestamp() - 0.5 * (sent_s + now_s)
-        before_s = self.server_ahead_s
-        if before_s is not None and 0.0 <= before_s - ahead_s <= CLOCK_SLACK_S:
-            ahead_s = max(ahead_s, before_s - CLOCK_DRIFT * (now_s - self.seen_s))
-        self.server_ahead_s, self.seen_s = ahead_s, now_s
-
-
-def _value_request(nodes: Sequence[ua.NodeId]) -> ua.ReadParameters:
-    return _attribute_request([(node, AttributeIds.Value) for node in nodes])
-
-
-def _attribute_request(asked: Sequence[tuple[ua.NodeId, AttributeIds]]) -> ua.ReadParameters:
-    return ua.ReadParameters(
-        TimestampsToReturn=ua.TimestampsToReturn.Both,
-        NodesToRead=[
-            ua.ReadValueId(NodeId=node, AttributeId=attribute) for node, attribute in asked
-        ],
-    )
-
-
-def _aware(stamp: object) -> datetime | None:
-    """Return a time stamp, aware; None for none, or for the zero that stands for none."""
-    if not isinstance(stamp, datetime):
-        return None
-    aware = stamp if stamp.tzinfo is not None else stamp.replace(tzinfo=UTC)
-    return aware if aware > _NO_TIME else None
-
-
 @final
 class OpcUaSession:
     """A connection that source and sink share; it is made again by itself, without an end.
@@ -231,7 +142,7 @@ class OpcUaSession:
     def __init__(self, settings: ConnectionSettings, clock: Clock) -> None:
         self.settings = settings
         self._clock = clock
-        self._link: _Link | None = None
+        self._link: Link | None = None
         self._generation = 0
         self._last_error = ""
         self._finding = ""
@@ -277,7 +188,7 @@ class OpcUaSession:
             Not negative; None where there is no time stamp, one from the future, or the server
             does not tell its time. [s]
         """
-        stamp = _aware(value.SourceTimestamp)
+        stamp = aware_time(value.SourceTimestamp)
         ahead_s = None if self._link is None else self._link.server_ahead_s
         if stamp is None or ahead_s is None:
             return None
@@ -341,7 +252,7 @@ class OpcUaSession:
                 self._finding = explain_offer(offered, pinned, self.settings)
         return self._finding
 
-    async def _use(self, link: _Link) -> None:
+    async def _use(self, link: Link) -> None:
         """Offer a connection until it is lost."""
         self._generation += 1
         self._last_error = ""
@@ -369,9 +280,9 @@ class OpcUaSession:
             async with asyncio.timeout(self.settings.timeout_s):
                 await client.disconnect()
 
-    async def _connect(self) -> _Link:
+    async def _connect(self) -> Link:
         client = self._new_client()
-        link = _Link(client)
+        link = Link(client)
         connected = False
         try:
             async with asyncio.timeout(_CONNECT_REQUESTS * self.settings.timeout_s):
@@ -419,7 +330,7 @@ class OpcUaSession:
             client.set_user(self.settings.user)
             client.set_password(self.settings.password.reveal())
 
-    async def _look_around(self, link: _Link) -> None:
+    async def _look_around(self, link: Link) -> None:
         """Learn the namespaces and the clock of a server that was just reached."""
 
         async def lost(error: Exception) -> None:
@@ -427,14 +338,14 @@ class OpcUaSession:
 
         link.client.connection_lost_callback = lost
         sent_s = self._clock.monotonic_s()
-        found = await link.client.uaclient.session.read(_value_request([_NAMESPACES, _SERVER_TIME]))
+        found = await link.client.uaclient.session.read(value_request([_NAMESPACES, SERVER_TIME]))
         now_s = self._clock.monotonic_s()
         _expect(found, 2)
         link.namespaces = texts(found[0])
         link.see_time(found[1], sent_s, now_s)
         link.used_s = now_s
 
-    async def _look(self, link: _Link) -> None:
+    async def _look(self, link: Link) -> None:
         """Ask for the time: the session stays alive, and a server that is frozen is found."""
         await self._read(link, link.reading(()), self.settings.timeout_s + 1.0)
 
@@ -465,7 +376,7 @@ class OpcUaSession:
         return None if link is None else await self._read(link, link.reading(nodes), deadline_s)
 
     async def _read(
-        self, link: _Link, reading: _Reading, deadline_s: float
+        self, link: Link, reading: ReadRequest, deadline_s: float
     ) -> list[ua.DataValue] | None:
         sent_s = self._clock.monotonic_s()
         request = link.client.uaclient.session.read(reading.parameters)
@@ -554,7 +465,7 @@ class OpcUaSession:
         found = {node: link.types[node] for node in nodes}
         return {node: "" if kind is None else kind.name for node, kind in found.items()}
 
-    async def _learn_types(self, link: _Link, nodes: Sequence[str], deadline_s: float) -> bool:
+    async def _learn_types(self, link: Link, nodes: Sequence[str], deadline_s: float) -> bool:
         missing = [node for node in nodes if node not in link.types]
         if not missing:
             return True
@@ -569,7 +480,7 @@ class OpcUaSession:
         ]
         if not asked:
             return True
-        request = link.client.uaclient.session.read(_attribute_request(asked))
+        request = link.client.uaclient.session.read(attribute_request(asked))
         found = await self._ask(link, request, deadline_s, len(asked))
         if found is None:
             return False
@@ -604,7 +515,7 @@ class OpcUaSession:
         if one is None:
             return _no_such_node(node, "BadNodeIdUnknown")
         request = link.client.uaclient.session.read(
-            _attribute_request([(one, attribute) for attribute in _DESCRIBED])
+            attribute_request([(one, attribute) for attribute in _DESCRIBED])
         )
         found = await self._ask(link, request, deadline_s, len(_DESCRIBED))
         if found is None:
@@ -625,7 +536,7 @@ class OpcUaSession:
             age_s=self.age_s(value),
         )
 
-    def _current(self) -> _Link | None:
+    def _current(self) -> Link | None:
         """Return the connection; a task that ended by a mistake in the program says so."""
         if self._task is not None and self._task.done():
             self._task.result()
@@ -634,7 +545,7 @@ class OpcUaSession:
 
     async def _ask(
         self,
-        link: _Link,
+        link: Link,
         request: Coroutine[Any, Any, list[T]],
         deadline_s: float,
         count: int,
@@ -665,7 +576,7 @@ class OpcUaSession:
             return None
         return found
 
-    def _answered(self, link: _Link, task: "asyncio.Task[Any]") -> None:
+    def _answered(self, link: Link, task: "asyncio.Task[Any]") -> None:
         link.under_way.discard(task)
         if link.writing is task:
             link.writing = None
