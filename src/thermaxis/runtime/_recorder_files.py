@@ -15,7 +15,6 @@ Not protected: a disk that reports a write as done and loses it; a folder on a n
 import errno
 import os
 import re
-import sys
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -24,12 +23,8 @@ from pathlib import Path
 from typing import Final, NamedTuple, final
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._lock import FileLock
 from thermaxis.runtime._recorder_clock import as_text, moment_of
-
-if sys.platform == "win32":
-    fcntl = None
-else:
-    import fcntl
 
 SOURCES_FOLDER: Final = "sources"
 """Folder of the files of sources, inside that of the logs: `*.csv` means logs only."""
@@ -540,25 +535,19 @@ def sole_writer(folder: Path, name: str) -> Generator[None]:
     ConfigurationError
         If the folder cannot be made or written to, or another recording of that name runs.
     """
-    path = folder / f".{name}.lock"
+    taken = ConfigurationError(
+        f"another recording writes logs named {name} here",
+        where=str(folder),
+        remedy="End it, or choose another folder or another name",
+    )
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        lock = FileLock(folder / f".{name}.lock", taken, required=False)
     except OSError as error:
         raise ConfigurationError(
             f"the folder cannot be written to ({error.strerror or type(error).__name__})",
             where=str(folder),
             remedy="Check its name, its permissions and the room on its disk",
         ) from None
-    try:
-        if fcntl is not None:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    with lock:
         yield
-    except BlockingIOError:
-        raise ConfigurationError(
-            f"another recording writes logs named {name} here",
-            where=str(folder),
-            remedy="End it, or choose another folder or another name",
-        ) from None
-    finally:
-        os.close(descriptor)

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._lock import FileLock
 
 
 @contextmanager
@@ -29,27 +30,22 @@ def sole_runner(state_file: Path, machine: str) -> Generator[None]:
     Raises
     ------
     ConfigurationError
-        If another program holds it, or the folder cannot be written to.
+        If another program holds it, the folder cannot be written to, or there are no locks here.
     """
-    import fcntl  # noqa: PLC0415 - not on every system; only what acts on a machine needs it
-
     path = state_file.with_name(f"{state_file.name}.lock")
+    taken = ConfigurationError(
+        f"another program already runs {machine}",
+        where=str(path),
+        remedy="End it first: two would fight over one offset",
+    )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = path.open("a", encoding="utf-8")
+        lock = FileLock(path, taken, required=True)
     except OSError as error:
         raise ConfigurationError(
             f"the folder of the state cannot be written to: {error.strerror}",
             where=str(path.parent),
             remedy="State another state_file, or grant the right",
         ) from None
-    with file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise ConfigurationError(
-                f"another program already runs {machine}",
-                where=str(path),
-                remedy="End it first: two would fight over one offset",
-            ) from None
+    with lock:
         yield

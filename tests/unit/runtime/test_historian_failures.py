@@ -28,7 +28,7 @@ from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime.historian import _database, _store, _tables, _writer
 from thermaxis.runtime.historian._backlog import Backlog, Item
 from thermaxis.runtime.historian._database import parse_url
-from thermaxis.runtime.historian._integrity import WriterLock, check_file, put_aside
+from thermaxis.runtime.historian._integrity import check_file, put_aside, writer_lock
 from thermaxis.runtime.historian._reading import HistoryReader
 from thermaxis.runtime.historian._rows import RowPacker
 from thermaxis.runtime.historian._settings import HistorianSettings
@@ -453,12 +453,12 @@ def test_a_reader_sees_that_the_file_was_put_aside(tmp_path: Path) -> None:
 
 
 def test_the_lock_of_a_writer_is_gone_with_it(tmp_path: Path) -> None:
-    lock = WriterLock(tmp_path / "h.db")
+    lock = writer_lock(tmp_path / "h.db")
     with pytest.raises(ConfigurationError, match="another program"):
-        WriterLock(tmp_path / "h.db")
+        writer_lock(tmp_path / "h.db")
     lock.release()
     lock.release()
-    WriterLock(tmp_path / "h.db").release()
+    writer_lock(tmp_path / "h.db").release()
 
 
 def test_a_history_of_a_newer_program_is_refused_by_writer_and_reader(tmp_path: Path) -> None:

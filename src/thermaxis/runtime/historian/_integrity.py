@@ -1,13 +1,13 @@
 """Whether SQLite's file is sound, and what becomes of one that is not."""
 
-import os
 import sqlite3
 import time
 from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple, final
+from typing import NamedTuple
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._lock import FileLock
 
 _MAGIC = b"SQLite format 3\0"
 _STEPS = 100_000
@@ -140,16 +140,21 @@ def put_aside(path: Path, utc: datetime) -> Path:
     return target
 
 
-@final
-class WriterLock:
-    """Keeps a second program from writing to the same file; gone with the program that holds it.
+def writer_lock(path: Path) -> FileLock:
+    """Keep a second program from writing to the same file.
 
-    Not protected: on systems without ``fcntl``, and on network drives that do not pass locks on.
+    Not protected: on systems without locks on files, and on network drives that do not pass them
+    on.
 
     Parameters
     ----------
     path : Path
         The database; the lock is an empty file beside it, ``NAME.lock``, which stays.
+
+    Returns
+    -------
+    FileLock
+        The lock, which is held; gone with the program that holds it.
 
     Raises
     ------
@@ -158,27 +163,9 @@ class WriterLock:
     OSError
         If the file cannot be made.
     """
-
-    def __init__(self, path: Path) -> None:
-        self._descriptor = os.open(
-            path.with_name(path.name + ".lock"), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644
-        )
-        try:
-            import fcntl  # noqa: PLC0415 - not on every system
-        except ImportError:
-            return
-        try:
-            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            self.release()
-            raise ConfigurationError(
-                "another program writes to this history",
-                where=str(path),
-                remedy="Give each machine a history of its own, or end the other program",
-            ) from error
-
-    def release(self) -> None:
-        """Let others write."""
-        if self._descriptor >= 0:
-            os.close(self._descriptor)
-            self._descriptor = -1
+    taken = ConfigurationError(
+        "another program writes to this history",
+        where=str(path),
+        remedy="Give each machine a history of its own, or end the other program",
+    )
+    return FileLock(path.with_name(path.name + ".lock"), taken, required=False)

@@ -19,6 +19,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from thermaxis import __version__
 from thermaxis.compensation._supervisor import SupervisorState
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._lock import FileLock
 from thermaxis.runtime.historian import _tables as t
 from thermaxis.runtime.historian._backlog import Item
 from thermaxis.runtime.historian._database import (
@@ -29,9 +30,9 @@ from thermaxis.runtime.historian._database import (
 )
 from thermaxis.runtime.historian._integrity import (
     Soundness,
-    WriterLock,
     check_file,
     put_aside,
+    writer_lock,
 )
 from thermaxis.runtime.historian._layout import Layout, SeriesColumn
 from thermaxis.runtime.historian._rows import (
@@ -104,7 +105,7 @@ def open_store(
     path = sqlite_path(url)
     if path is not None:  # its folder is made, but no folder above: a disk may not be mounted yet
         path.parent.mkdir(exist_ok=True)
-    lock = WriterLock(path) if path is not None else None
+    lock = writer_lock(path) if path is not None else None
     store = None
     try:
         if path is not None:
@@ -151,11 +152,11 @@ class Store:
         The address.
     path : Path or None
         The file of SQLite.
-    lock : WriterLock or None
+    lock : FileLock or None
         Lock of that file; it is released with `close`.
     """
 
-    def __init__(self, url: URL, path: Path | None, lock: WriterLock | None) -> None:
+    def __init__(self, url: URL, path: Path | None, lock: FileLock | None) -> None:
         self._where = shown_url(url)
         self._path = path
         self._lock = lock

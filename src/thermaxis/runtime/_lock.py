@@ -1,0 +1,83 @@
+"""A lock on a file: what one program does, a second one must not do at the same time."""
+
+import os
+from pathlib import Path
+from typing import Self, final
+
+from thermaxis.errors import ConfigurationError
+
+
+@final
+class FileLock:
+    """Holds a file for this program; gone with the program, however it ends.
+
+    Not protected: another computer, and a network drive that does not pass locks on. Where the
+    system has no such locks at all, only what `required` says keeps a second program out.
+
+    Parameters
+    ----------
+    path : Path
+        An empty file, which is made and stays.
+    taken : ConfigurationError
+        What is raised if another program holds it.
+    required : bool
+        Whether nothing may go on without the lock, as for what acts on a machine. Otherwise a
+        system without locks is passed over.
+
+    Raises
+    ------
+    ConfigurationError
+        If another program holds it; if it is required and cannot be had here.
+    OSError
+        If the file cannot be made.
+    """
+
+    def __init__(self, path: Path, taken: ConfigurationError, *, required: bool) -> None:
+        self._descriptor = os.open(
+            path, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o644
+        )
+        failure = _lock(self._descriptor)
+        if failure is None:
+            return
+        if isinstance(failure, BlockingIOError):
+            self.release()
+            raise taken
+        if required:
+            self.release()
+            raise ConfigurationError(
+                "that this is the only program at the machine cannot be made sure here:"
+                f" {_reason(failure)}",
+                where=str(path),
+                remedy="Run on Linux, with the file on a disk of this computer",
+            )
+
+    def release(self) -> None:
+        """Let others have it."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+    def __enter__(self) -> Self:
+        """Return the lock, which is held."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let others have it."""
+        self.release()
+
+
+def _lock(descriptor: int) -> OSError | ImportError | None:
+    """Lock an open file; return why it is not locked."""
+    try:
+        import fcntl  # noqa: PLC0415 - not on every system
+
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (OSError, ImportError) as error:
+        return error
+    return None
+
+
+def _reason(failure: OSError | ImportError) -> str:
+    if isinstance(failure, OSError):
+        return f"the disk keeps no locks ({failure.strerror or type(failure).__name__})"
+    return "the system has no locks on files"
