@@ -25,7 +25,7 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.files import read_model
-from thermaxis.runtime._loop import Borders, CompensationLoop, LoopSettings
+from thermaxis.runtime._loop import AtStop, Borders, CompensationLoop, LoopSettings
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
 from thermaxis.virtual._lathe_axis import OffsetRules
 from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
@@ -73,7 +73,9 @@ def compensated(model: CompensationModel, diameter_mm: float | None) -> np.ndarr
         clock = VirtualClock()
         loop = CompensationLoop(
             compensation,
-            LoopSettings(machine="lathe", model_file="lathe.json", model_sha256=""),
+            LoopSettings(
+                machine="lathe", model_file="lathe.json", model_sha256="", at_stop=AtStop.LEAVE
+            ),
             Borders(
                 LatheSource(lathe, clock), LatheSink(lathe, clock), SimulatedHistorian(), clock
             ),

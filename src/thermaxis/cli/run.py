@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import asyncio
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from thermaxis.cli._machine_parts import MachineParts
     from thermaxis.runtime._config_settings import MachineConfiguration
@@ -50,7 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
     Returns
     -------
     int
-        0 when it was told to end, or the log was at its end.
+        0 when it was told to end, or the log was at its end; 1 if an offset stands in the machine
+        that should have faded.
 
     Raises
     ------
@@ -69,11 +70,16 @@ def run(arguments: argparse.Namespace) -> int:
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = read_machine(arguments.configuration)
     with sole_runner(configuration.state_file, configuration.name):
-        asyncio.run(_run(configuration, arguments))
-    return 0
+        standing = asyncio.run(_run(configuration, arguments))
+    for name, value in standing.items():
+        sys.stderr.write(f"thermaxis: {name}: an offset of {value:+.2f} um stands in the machine\n")
+    return 1 if standing and configuration.at_stop == "fade" else 0
 
 
-async def _run(configuration: "MachineConfiguration", arguments: argparse.Namespace) -> None:
+async def _run(
+    configuration: "MachineConfiguration", arguments: argparse.Namespace
+) -> dict[str, float]:
+    """Run the loop; return the offsets other than zero that it leaves in the machine. [um]"""
     import asyncio  # noqa: PLC0415  --help needs none of these
 
     from thermaxis.cli._machine_parts import (  # noqa: PLC0415
@@ -121,16 +127,21 @@ async def _run(configuration: "MachineConfiguration", arguments: argparse.Namesp
     running = asyncio.ensure_future(loop.run(stop, arguments.cycles))
     _end_by_signal(stop, running)
     asking = asyncio.ensure_future(_ask_first(loop, arguments))
+    standing: Mapping[str, float] = {}
     try:
-        await running
+        standing = await running
     except asyncio.CancelledError:
-        _say("ended at once: the last offset stands in the machine", quiet=False)
+        _say("ended at once", quiet=False)
+        status = loop.status
+        if status is not None:
+            standing = dict(zip(status.outputs, status.output.correction_um, strict=True))
     finally:
         asking.cancel()
         if metrics is not None:
             await metrics.close()
         if server is not None:
             await server.close()
+    return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
 
 
 def _self_test(
@@ -180,7 +191,7 @@ async def _machine_there(loop: "CompensationLoop") -> None:
         loop.listeners.remove(look)
 
 
-def _end_by_signal(stop: "asyncio.Event", running: "asyncio.Future[None]") -> None:
+def _end_by_signal(stop: "asyncio.Event", running: "asyncio.Future[Mapping[str, float]]") -> None:
     import asyncio  # noqa: PLC0415  --help needs none of these
     import signal  # noqa: PLC0415
 

@@ -3,6 +3,7 @@
 import asyncio
 import math
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from contextlib import AsyncExitStack
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from enum import StrEnum
@@ -66,6 +67,9 @@ LAST_SAVE_S = 2.0
 """Time that the last save is waited for. [s]"""
 ALARMS_EVERY_S = 1.0
 """Alarms are looked for so often, and whenever the state changes. [s]"""
+LARGEST_FOUND_UM = 1e5
+"""A found offset of a hundred millimetres and more is a wrong unit: nothing is written. [µm]"""
+_UNKNOWN = Applied(None, None)
 _ENDING = "the loop is being ended"
 
 
@@ -264,7 +268,7 @@ class CompensationLoop:
 
     # ---- life -----------------------------------------------------------------------------------
 
-    async def run(self, stop: asyncio.Event, cycles: int | None = None) -> None:
+    async def run(self, stop: asyncio.Event, cycles: int | None = None) -> Mapping[str, float]:
         """Run until told to stop, then fade as configured, and leave everything closed.
 
         Parameters
@@ -272,25 +276,43 @@ class CompensationLoop:
         stop : asyncio.Event
             Set when the loop is to end.
         cycles : int, optional
-            End after so many cycles. Default: never. [1]
+            End after so many cycles, as if told to. Default: never. [1]
+
+        Returns
+        -------
+        mapping
+            What stands in the machine at the end, by output, as far as it is known; zero where it
+            has faded. [µm]
         """
-        await self.historian.open(self._names, self._channels())
-        self._restore()
-        self._event("start", "", f"the loop of {self.settings.machine} started")
-        await self.source.open()
-        await self.sink.open()
-        try:
-            await self._cycles(stop, cycles)
-        finally:
-            self._ended = True
-            if self._test_task is not None:
-                self._test_task.cancel()
-            self._refuse_waiting()
-            await self._save_last()
-            self._event("stop", "", f"the loop of {self.settings.machine} ended")
-            await self.source.close()
-            await self.sink.close()
-            await self.historian.close(5.0)
+        async with AsyncExitStack() as closing:
+            await self.historian.open(self._names, self._channels())
+            closing.push_async_callback(self.historian.close, 5.0)
+            self._restore()
+            self._event("start", "", f"the loop of {self.settings.machine} started")
+            closing.push_async_callback(self.sink.close)
+            closing.push_async_callback(self.source.close)
+            await self.source.open()
+            await self.sink.open()
+            try:
+                await self._cycles(stop, cycles)
+            finally:
+                self._ended = True
+                if self._test_task is not None:
+                    self._test_task.cancel()
+                self._refuse_waiting()
+                await self._save_last()
+                self._event("stop", "", self._last_words())
+        return dict(zip(self._names, self._state.correction_um, strict=True))
+
+    def _last_words(self) -> str:
+        """Return what stands in the machine when the loop ends."""
+        standing = [
+            f"{name} {value:+.2f} um"
+            for name, value in zip(self._names, self._state.correction_um, strict=True)
+            if value
+        ]
+        left = f"; left in the machine: {', '.join(standing)}" if standing else ""
+        return f"the loop of {self.settings.machine} ended{left}"
 
     async def _cycles(self, stop: asyncio.Event, cycles: int | None) -> None:
         cycle_s = self.compensation.cycle_s
@@ -299,11 +321,8 @@ class CompensationLoop:
         while True:
             now_s = self.clock.monotonic_s()
             await self._cycle(now_s, max(0.0, now_s - due_s))
-            if cycles is not None and self._number >= cycles:
-                return
-            if self.source.ended:
-                return
-            if stop.is_set() and not self._stopping:
+            told = stop.is_set() or (cycles is not None and self._number >= cycles)
+            if (told or self.source.ended) and not self._stopping:
                 self._stopping = True
                 last_s = now_s + self.settings.stop_within_s
                 self._begin_stop()
@@ -347,8 +366,10 @@ class CompensationLoop:
         if connected and not self._silent():
             correction_um = dict(zip(self._names, output.correction_um, strict=True))
             self._touch()
-            await self.sink.write(correction_um, wait_s)
+            written = await self.sink.write(correction_um, wait_s)
             self._applied = await self.sink.read_back(wait_s)
+            if not written:
+                self._go_back()
         else:
             self._applied = {}
         self._answer(waiting, output.answers)
@@ -386,12 +407,27 @@ class CompensationLoop:
             if self._doubtful:
                 before = self.clock.monotonic_s(), self.clock.utc()
                 applied = await self.sink.read_back(wait_s)
-                found = {name: _standing_um(applied.get(name)) for name in self._names}
+                found = {name: _standing_um(applied.get(name, _UNKNOWN)) for name in self._names}
         if found is not None:
-            self._found_known = all(found.get(name) is not None for name in self._names)
+            self._found_known = all(_is_offset(found.get(name)) for name in self._names)
+            if not self._found_known:
+                self._event(
+                    "alarm", "", "what stands in the machine is no offset: nothing is written"
+                )
             self._doubtful = self._doubtful and not self._found_known
             self._touched = before
+            found = {name: self._snapped(name, found.get(name)) for name in self._names}
         return found
+
+    def _snapped(self, name: str, found_um: float | None) -> float | None:
+        """Return an offset that is beyond its total by a rounding of the machine as the total."""
+        if found_um is None:
+            return None
+        total_um = self.compensation.limits[name].total_um
+        beyond_um = abs(found_um) - total_um
+        if 0.0 < beyond_um <= self.compensation.supervisor.read_back_tolerance_um:
+            return math.copysign(total_um, found_um)
+        return found_um
 
     def _touch(self) -> None:
         self._touched = self.clock.monotonic_s(), self.clock.utc()
@@ -406,14 +442,28 @@ class CompensationLoop:
         silent_s = max(self.clock.monotonic_s() - at_s, by_day_s)
         return silent_s > max(SILENCE_CYCLES * self.compensation.cycle_s, SHORTEST_SILENCE_S)
 
+    def _go_back(self) -> None:
+        """Go on from what acts where the machine refuses writes and took its offset back.
+
+        What it accepted before still stands there, so that it stays a difference, and a fault.
+        """
+        tolerance_um = self.compensation.supervisor.read_back_tolerance_um
+        corrections = list(self._state.correction_um)
+        for k, name in enumerate(self._names):
+            _, accepted_um, effective_um = self._applied.get(name, _UNKNOWN)
+            if accepted_um is None or effective_um is None:
+                continue
+            if abs(effective_um - accepted_um) > tolerance_um:
+                corrections[k] = self._snapped(name, effective_um) or 0.0
+        self._state = self._state._replace(correction_um=tuple(corrections))
+
     def _differs(self) -> bool:
         """Whether the machine did not report what was written when it was last asked."""
         if not self._applied or not self.sink.connected:
             return False
         tolerance_um = self.compensation.supervisor.read_back_tolerance_um
         for name, correction_um in zip(self._names, self._state.correction_um, strict=True):
-            applied = self._applied.get(name)
-            accepted_um = None if applied is None else applied.accepted_um
+            accepted_um = self._applied.get(name, _UNKNOWN).accepted_um
             if accepted_um is None or abs(accepted_um - correction_um) > tolerance_um:
                 return True
         return False
@@ -692,7 +742,12 @@ class CompensationLoop:
         now, now_s = self.clock.utc(), self.clock.monotonic_s()
         age_s = (now - saved.utc) / timedelta(seconds=1)
         if age_s < -CLOCK_STEP_S:
-            self._event("start", "", "the saved state is newer than now: it is not used")
+            said = "the saved state is newer than now: it is not used"
+            old = saved.state.memory
+            if old.state is SupervisorState.FAULT:
+                self._state = self._state._replace(memory=_latched(old))
+                said = f"{said}, but for the fault, which stands: {old.fault}"
+            self._event("start", "", said)
             return
         age_s = max(0.0, age_s)
         self._state, said = resumed(
@@ -751,13 +806,23 @@ def resumed(
     )
     said = f"{kept}; it is {'enabled as before' if enabled else 'off'}"
     if old.state is SupervisorState.FAULT:
-        memory = Memory(state=SupervisorState.FAULT, enabled=old.enabled, fault=old.fault)
+        memory = _latched(old)
         said = f"{kept}; the fault stands: {old.fault}"
     trims = tuple(
         trim._replace(left_s=trim.left_s - age_s) if trim.left_s > age_s else type(trim)()
         for trim in state.trims
     )
     return state._replace(memory=memory, trims=trims), said
+
+
+def _latched(memory: Memory) -> Memory:
+    """Return the memory of a fault that no restart forgets."""
+    return Memory(state=SupervisorState.FAULT, enabled=memory.enabled, fault=memory.fault)
+
+
+def _is_offset(found_um: float | None) -> bool:
+    """Whether what was found can be an offset at all; another unit gives far larger numbers."""
+    return found_um is not None and abs(found_um) <= LARGEST_FOUND_UM
 
 
 def _with_self_test(compensation: Compensation) -> Compensation:
@@ -769,10 +834,8 @@ def _with_self_test(compensation: Compensation) -> Compensation:
     return replace(compensation, interlocks=(SELF_TEST, *compensation.interlocks))
 
 
-def _standing_um(applied: Applied | None) -> float | None:
+def _standing_um(applied: Applied) -> float | None:
     """Return where an offset stands: what acts where the machine tells, else what it accepted."""
-    if applied is None:
-        return None
     return applied.accepted_um if applied.effective_um is None else applied.effective_um
 
 

@@ -234,3 +234,56 @@ def test_an_open_interlock_fades_at_once_and_heals() -> None:
         assert loop.status.output.state is SupervisorState.ACTIVE
 
     bench.play(script)
+
+
+def test_a_loop_that_ends_after_some_cycles_fades_first_and_says_what_it_leaves() -> None:
+    bench = Bench()
+
+    async def play(within_s: float) -> dict[str, float]:
+        loop = bench.loop(stop_within_s=within_s)
+        running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles=100))
+        await enable(loop)
+        return dict(await running)
+
+    assert run_in_virtual_time(play(300.0)) == {"Z_um": 0.0}
+    assert bench.machine.offset_um["Z_um"] == 0.0
+    bench.machine.generation += 1
+    standing = run_in_virtual_time(play(10.0))
+    assert standing["Z_um"] == bench.machine.offset_um["Z_um"] < -20.0
+    assert "left in the machine: Z_um -" in bench.historian.events[-1].text
+
+
+def test_a_fault_survives_a_clock_that_was_set_back(tmp_path: Path) -> None:
+    bench = Bench(tmp_path / "state.json")
+
+    async def faulty(bench: Bench, loop: CompensationLoop) -> None:
+        await enable(loop)
+        await asyncio.sleep(60.0)
+        bench.machine.obeys = False
+        await asyncio.sleep(30.0)
+
+    bench.play(faulty, at_stop=AtStop.LEAVE)
+    bench.machine.obeys = True
+    bench.machine.generation += 1
+    bench.clock = VirtualClock(START_UTC - timedelta(days=1))
+
+    async def again(bench: Bench, loop: CompensationLoop) -> None:
+        await asyncio.sleep(5.0)
+        assert loop.status is not None
+        assert loop.status.output.state is SupervisorState.FAULT
+        refused = await loop.submit(Request(RequestKind.ENABLE, "Jana"))
+        assert not refused.accepted
+
+    bench.play(again)
+
+
+def test_an_offset_in_the_wrong_unit_is_never_written_over() -> None:
+    bench = Bench()
+    bench.machine.offset_um["Z_um"] = 1e7
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await asyncio.sleep(10.0)
+        assert not bench.machine.written
+
+    bench.play(script)
+    assert any("is no offset" in e.text for e in bench.historian.events)
