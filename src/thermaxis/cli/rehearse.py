@@ -19,6 +19,10 @@ true tool point with and without the compensation is shown for every measuring p
 """
 
 
+MOST_HOURS = 24.0 * 14
+"""Longest rehearsal: two weeks; every cycle is kept for the file. [h]"""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command.
 
@@ -48,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " once",
     )
     add("-o", "--output", metavar="FILE", type=Path, help="true displacements and states, as CSV")
-    add("--history", action="store_true", help="record into the configuration's historian, too")
+    add("--history", metavar="FILE", type=Path, help="record every cycle into this new SQLite file")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -91,9 +95,15 @@ def run(arguments: argparse.Namespace) -> int:
     lathe = VirtualLathe(arguments.scenario, arguments.seed, None, faults)
     endless = lathe.scenario.endless
     hours = arguments.hours or (24.0 if endless else lathe.scenario.duration_s / 3600.0)
-    if not 0.0 < hours <= 24.0 * 366:
-        raise ConfigurationError("not more than nothing and at most a year", where="--hours")
-    rehearsal = _Rehearsal(configuration, lathe, arguments.diameter, history=arguments.history)
+    if not 0.0 < hours <= MOST_HOURS:
+        raise ConfigurationError(f"not from more than 0 to {MOST_HOURS:g}", where="--hours")
+    if arguments.history is not None and arguments.history.exists():
+        raise ConfigurationError(
+            "the file is there already",
+            where=str(arguments.history),
+            remedy="Name a new one: invented cycles must not mix with measured ones",
+        )
+    rehearsal = _Rehearsal(configuration, lathe, arguments.diameter, arguments.history)
     run_in_virtual_time(rehearsal.play(hours))
     sys.stdout.write(rehearsal.said(hours))
     if arguments.output is not None:
@@ -110,8 +120,7 @@ class _Rehearsal:
         configuration: "MachineConfiguration",
         lathe: "VirtualLathe",
         diameter_mm: float | None,
-        *,
-        history: bool,
+        history: Path | None,
     ) -> None:
         self.configuration, self.lathe, self.diameter_mm = configuration, lathe, diameter_mm
         self.history = history
@@ -164,14 +173,14 @@ class _Rehearsal:
         await running
 
     def _historian(self, clock: "Clock") -> "Historian":
-        if not self.history:
+        if self.history is None:
             from thermaxis.runtime.historian.none import NoHistorian  # noqa: PLC0415
 
             return NoHistorian()
         from thermaxis.runtime.historian._sql import SqlHistorian  # noqa: PLC0415
 
-        configuration = self.configuration
-        return SqlHistorian(configuration.historian_url, configuration.historian, clock)
+        url = f"sqlite:///{self.history.absolute()}"
+        return SqlHistorian(url, self.configuration.historian, clock)
 
     def _see(self, status: "RuntimeStatus") -> None:
         lathe, output = self.lathe, status.output

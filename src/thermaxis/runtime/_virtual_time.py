@@ -129,10 +129,16 @@ class VirtualClock:
 
     def __init__(self, start: datetime = START_UTC) -> None:
         self._start = start
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     def monotonic_s(self) -> float:
-        """Return the virtual time. [s]"""
-        return asyncio.get_running_loop().time()
+        """Return the virtual time; a thread is told that of the loop that asked last. [s]"""
+        try:
+            self._loop = asyncio.get_running_loop()
+        except RuntimeError:
+            if self._loop is None:
+                raise
+        return self._loop.time()
 
     def utc(self) -> datetime:
         """Return the time of day in UTC."""
