@@ -8,7 +8,7 @@ is sent and answers nothing, as a frozen one does; and it can be plugged into an
 import asyncio
 import contextlib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
 from typing import final
 
@@ -172,6 +172,8 @@ class Cable:
     def __init__(self) -> None:
         self.port = 0
         self._target = 0
+        self.spoil: Callable[[bytes], bytes] = bytes
+        """What becomes of the server's answers on their way."""
         self._listener: asyncio.Server | None = None
         self._flowing = asyncio.Event()
         self._flowing.set()
@@ -223,7 +225,7 @@ class Cable:
             self._ends.update(ends)
             async with asyncio.TaskGroup() as group:
                 group.create_task(self._pump(reader, back))
-                group.create_task(self._pump(there, writer))
+                group.create_task(self._pump(there, writer, spoiled=True))
         except* OSError:
             pass
         finally:
@@ -234,10 +236,12 @@ class Cable:
             self._ends.difference_update(ends)
             self._tasks.discard(task)
 
-    async def _pump(self, source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> None:
+    async def _pump(
+        self, source: asyncio.StreamReader, sink: asyncio.StreamWriter, *, spoiled: bool = False
+    ) -> None:
         while chunk := await source.read(65536):
             await self._flowing.wait()
-            sink.write(chunk)
+            sink.write(self.spoil(chunk) if spoiled else chunk)
         sink.close()
         raise ConnectionResetError
 

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import math
+import random
 import re
 from collections.abc import Awaitable, Callable, Iterator
 from datetime import UTC, datetime, timedelta
@@ -851,6 +852,44 @@ def test_what_listens_and_is_no_opcua_server_is_said_so_and_tried_again(
             await session.close()
 
     runner.run(life())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_answers_with_wrong_bytes_cost_a_connection_at_most(
+    wired, seed: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.CRITICAL, "asyncua")
+    chance = random.Random(seed)  # noqa: S311 - the same damage every time
+
+    def spoil(chunk: bytes) -> bytes:
+        spoiled = bytearray(chunk)
+        if chance.random() < 0.2:
+            spoiled[chance.randrange(len(spoiled))] = chance.randrange(256)
+        if chance.random() < 0.05:
+            del spoiled[chance.randrange(len(spoiled)) :]
+        return bytes(spoiled)
+
+    async def act(wire: Wire) -> None:
+        source = await wire.source(a=degrees("T1"), b=flag("On"))
+        sink = await wire.sink(z=offset())
+        wire.cable.spoil = spoil
+        loop = asyncio.get_running_loop()
+        end_s = loop.time() + 0.7
+        while loop.time() < end_s:
+            found = await source.read(0.02)
+            assert set(found) == {"a", "b"}
+            await sink.found(0.02)
+            await sink.write({"z": 1.0}, 0.02)
+            await sink.read_back(0.02)
+            await asyncio.sleep(0)
+        wire.cable.spoil = bytes
+        await until(lambda: wire.session.connected)
+        while not (await source.read(1.0))["a"].good:
+            await asyncio.sleep(0.01)
+        await sink.close()
+        await source.close()
+
+    wired(act, timeout_s=0.3)
 
 
 def test_a_mistake_in_the_program_is_not_taken_for_a_lost_machine(
