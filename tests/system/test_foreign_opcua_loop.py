@@ -3,6 +3,7 @@
 Limits are judged from the machine's side: by its own record of every offset that it took over.
 """
 
+import hashlib
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +23,8 @@ from tests.system.opcua.compensated import (
     running,
     stays,
 )
-from tests.system.opcua.foreign_server import ForeignServer, Line, install, missing
+from tests.system.opcua.foreign_server import WATCH_S, ForeignServer, Line, install, missing
+from thermaxis.cli import main
 from thermaxis.compensation import SupervisorState
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
@@ -300,3 +302,34 @@ def test_enabling_at_the_start_waits_for_a_machine_that_says_no_other_compensati
             machine.tell(flags={"OwnCompensation": True})
             loop.wait_for(SupervisorState.FAULT, 5.0)
             assert loop.stop(60.0) == 0
+
+
+def test_a_user_makes_and_fetches_certificates_is_trusted_and_finds_the_machine_as_configured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with ForeignServer(tmp_path / "machine", users=USERS) as machine:
+        configuration = make_site(tmp_path, machine, Rules())
+        own, key = tmp_path / "own.der", tmp_path / "own.pem"
+        control = tmp_path / "control.der"
+        shown = hashlib.sha256(control.read_bytes()).hexdigest()  # as the machine shows it
+        for path in (own, key, control):
+            path.unlink()
+        assert main(["certificate", "new", str(own), str(key), "--host", "127.0.0.1"]) == 0
+        assert key.stat().st_mode & 0o077 == 0
+        fetch = ["certificate", "fetch", machine.url, "-o", str(control), "--fingerprint"]
+        assert main([*fetch, "00" * 32]) != 0
+        assert not control.exists()
+        assert main([*fetch, shown]) == 0
+        assert hashlib.sha256(control.read_bytes()).hexdigest() == shown
+        check = ["check", str(configuration), "--wait"]
+        capsys.readouterr()
+        (machine.pki / "trusted" / "certs" / "own.der").unlink()
+        assert main([*check, "6"]) != 0
+        said = capsys.readouterr()
+        assert "does not trust the own certificate" in said.out + said.err
+        machine.trust_rejected()
+        assert main([*check, str(WATCH_S)]) == 0
+        assert machine.record()[-1].kind == "start"  # nothing was written
+        assert main([*check, str(WATCH_S), "--write"]) == 0
+        machine.tell(plc_cycle=True)
+        assert {one.accepted_um["Z"] for one in machine.record() if one.accepted_um} == {0.0}
