@@ -56,7 +56,7 @@ _FAULTS = {
     ),
     Reason.DOUBLE_COMPENSATION: (
         "high",
-        "The machine's own thermal compensation is on, or its state cannot be read.",
+        "The machine's own thermal compensation is on.",
         "Switch one of the two off, then acknowledge.",
     ),
 }
@@ -219,6 +219,15 @@ def _of_output(
 ) -> Iterator[_Found]:
     output, limits = status.output, compensation.bounds[index]
     correction_um = output.correction_um[index]
+    tolerance_um = compensation.supervisor.read_back_tolerance_um
+    if output.state is SupervisorState.OFF and abs(correction_um) > tolerance_um:
+        yield _Found(
+            f"standing offset {name}",
+            "medium",
+            f"An offset of {correction_um:+.1f} µm stands in {name}, and the compensation is off.",
+            "It stood there when the program was started; its heartbeat keeps it there.",
+            "Enable the compensation and go on from it, or enable and disable to fade it out.",
+        )
     if status.enabled and output.at_limit[index]:
         yield _Found(
             f"limit {name}",

@@ -37,7 +37,19 @@ def test_an_undisturbed_machine_has_no_alarm() -> None:
 @pytest.mark.parametrize("state", list(SupervisorState))
 def test_a_state_alone_is_no_alarm(state: SupervisorState) -> None:
     reasons = () if state is SupervisorState.ACTIVE else (Reason.INTERLOCK_OPEN,)
-    assert found(with_output(state=state, reasons=reasons)) == {}
+    assert (
+        found(
+            with_output(state=state, correction_um=(0.0,) * len(status().outputs), reasons=reasons)
+        )
+        == {}
+    )
+
+
+def test_an_offset_that_stands_while_it_is_off_is_told_with_the_way_out() -> None:
+    alarm = found(with_output(state=SupervisorState.OFF))["standing offset Z_um"]
+    assert alarm.priority == "medium"
+    assert "stands in Z_um" in alarm.text
+    assert "fade it out" in alarm.remedy
 
 
 @pytest.mark.parametrize(
