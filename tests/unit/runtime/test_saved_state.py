@@ -1,0 +1,497 @@
+"""The saved state: what is saved comes back exactly, and what is damaged never comes back."""
+
+import asyncio
+import json
+import math
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.unit.runtime.simulated import (
+    SimulatedHistorian,
+    SimulatedMachine,
+    SimulatedSink,
+    SimulatedSource,
+)
+from thermaxis.compensation import (
+    Compensation,
+    CompensationModel,
+    CycleReading,
+    CycleState,
+    Limits,
+    Memory,
+    Output,
+    Part,
+    Reason,
+    Sample,
+    Section,
+    SensorRules,
+    SensorState,
+    SupervisorRules,
+    SupervisorState,
+    ThermalState,
+    Trim,
+    cycle,
+    cycle_state,
+)
+from thermaxis.runtime._loop import AtStop, Borders, CompensationLoop, LoopSettings, resumed
+from thermaxis.runtime._saved_state import SavedState, StateFile
+from thermaxis.runtime._virtual_time import START_UTC, VirtualClock, run_in_virtual_time
+
+NOW = datetime(2030, 5, 6, 7, 8, 9, 101112, tzinfo=UTC)
+SHA = "ab" * 32
+
+
+def compensation(
+    channels: Sequence[str] = ("s", "c"),
+    outputs: Sequence[str] = ("Z_um", "X_um"),
+    longest_gap_s: float = 600.0,
+    gain: float = 2.0,
+) -> Compensation:
+    plus, minus = channels
+    part = Part("spindle", plus, minus, gain, (Section(10.0, 300.0), Section(-1.0, 20.0)))
+    model = CompensationModel(
+        outputs=tuple(Output(name, (part,)) for name in outputs), longest_gap_s=longest_gap_s
+    )
+    return Compensation(
+        model=model,
+        sensors={n: SensorRules(lowest_c=1.0, highest_c=90.0) for n in channels},
+        limits={name: Limits(60.0, 0.5) for name in outputs},
+        supervisor=SupervisorRules(settle_s=5.0),
+    )
+
+
+MACHINE = compensation()
+WARM = (Sample(22.0), Sample(20.0))
+
+
+def lived(machine: Compensation, seconds: int, begin_s: float = 50.0) -> CycleState:
+    """Return the state of a warm machine after some time."""
+    state = cycle_state(machine)
+    state = state._replace(
+        memory=Memory(state=SupervisorState.WARMING, enabled=True),
+        trims=(Trim(1.5, "Jana", 3000.0), *machine.no_trims[1:]),
+        diameter_mm=1500.0,
+    )
+    for k in range(seconds):
+        samples = (Sample(20.0 + 0.01 * k), Sample(20.0))
+        back_um = state.correction_um
+        state, _ = cycle(machine, state, CycleReading(begin_s + k, samples, read_back_um=back_um))
+    return state
+
+
+def saved(state: CycleState, **changes: object) -> SavedState:
+    values: dict[str, object] = {
+        "utc": NOW,
+        "monotonic_s": 350.25,
+        "model_sha256": SHA,
+        "model_file": "lathe.json",
+        "enabled": True,
+        "state": state,
+    }
+    return SavedState(**{**values, **changes})  # type: ignore[arg-type]
+
+
+def reloaded(folder: Path, one: SavedState) -> SavedState:
+    file = StateFile(folder / "state.json")
+    assert file.save(one, MACHINE)
+    found, why = StateFile(folder / "state.json").load(MACHINE)
+    assert why == ""
+    assert found is not None
+    return found
+
+
+# ---- round trip ---------------------------------------------------------------------------------
+
+numbers = st.floats(width=64)
+rows = st.lists(numbers, max_size=5).map(tuple)
+sensors = st.tuples(*(st.builds(SensorState, numbers, numbers, numbers) for _ in range(2)))
+states = st.builds(
+    CycleState,
+    thermal=st.builds(
+        ThermalState,
+        time_s=st.none() | numbers,
+        reference=rows,
+        value=rows,
+        good_s=rows,
+        filtered=rows,
+        raw=rows,
+        sections=rows,
+        history=st.lists(st.tuples(numbers, rows), max_size=4).map(tuple),
+        warm=st.booleans(),
+        model=st.none(),
+        pace=st.tuples(numbers, rows),
+    ),
+    sensors=sensors,
+    spares=sensors,
+    memory=st.builds(
+        Memory,
+        state=st.sampled_from(SupervisorState),
+        since_s=numbers,
+        enabled=st.booleans(),
+        held=st.booleans(),
+        fault=st.none() | st.sampled_from(Reason),
+        running_s=numbers,
+        ready_s=numbers,
+        input_lost_s=numbers,
+        connection_lost_s=numbers,
+        interlock_open_s=numbers,
+        held_s=numbers,
+        differs_s=numbers,
+        at_limit_s=numbers,
+        halted_s=numbers,
+        calm=st.booleans(),
+    ),
+    time_s=numbers,
+    correction_um=st.tuples(numbers, numbers),
+    goal_um=st.tuples(numbers, numbers),
+    trims=st.tuples(*(st.builds(Trim, numbers, st.text(), numbers) for _ in range(2))),
+    diameter_mm=st.none() | numbers,
+)
+
+
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    state=states,
+    utc=st.datetimes(min_value=datetime(1971, 1, 1), max_value=datetime(2200, 1, 1)),  # noqa: DTZ001
+    enabled=st.booleans(),
+    name=st.text(),
+)
+def test_what_is_saved_comes_back_exactly(
+    tmp_path: Path, state: CycleState, utc: datetime, enabled: bool, name: str
+) -> None:
+    one = saved(state, utc=utc.replace(tzinfo=UTC), enabled=enabled, model_file=name)
+    found = reloaded(tmp_path, one)
+    # Where the corrections go is asked anew, and the model is not in the file.
+    wanted = state._replace(goal_um=state.correction_um)
+    assert repr(found.state) == repr(wanted)  # repr: every bit of a number, and NaN is NaN
+    assert (found.utc, found.enabled) == (one.utc, enabled)
+    assert (found.model_file, found.monotonic_s) == (name, one.monotonic_s)
+
+
+def test_a_reloaded_state_goes_on_exactly_like_the_one_that_was_saved(tmp_path: Path) -> None:
+    state = lived(MACHINE, 100)
+    other = reloaded(tmp_path, saved(state)).state
+    output = None
+    for k in range(100, 200):
+        reading = CycleReading(
+            50.0 + k,
+            (Sample(20.0 + 0.01 * k), Sample(20.0)),
+            read_back_um=state.correction_um,
+        )
+        state, output = cycle(MACHINE, state, reading)
+        other, again = cycle(MACHINE, other, reading)
+        assert output.correction_um == again.correction_um
+        assert output.model_um == again.model_um
+    assert output is not None
+    assert output.state is SupervisorState.ACTIVE
+
+
+# ---- damage -------------------------------------------------------------------------------------
+
+
+def two_files(folder: Path) -> tuple[Path, Path]:
+    """Save twice; return the older file and the younger one."""
+    file = StateFile(folder / "state.json")
+    state = lived(MACHINE, 20)
+    assert file.save(saved(state, model_file="older"), MACHINE)
+    younger = saved(state, model_file="younger", utc=NOW + timedelta(seconds=1))
+    assert file.save(younger, MACHINE)
+    return folder / "state.json", folder / "state.json.other"
+
+
+def name_found(folder: Path) -> str | None:
+    found, why = StateFile(folder / "state.json").load(MACHINE)
+    assert (found is None) is bool(why)
+    return None if found is None else found.model_file
+
+
+def test_a_file_that_is_torn_anywhere_gives_way_to_the_other_one(tmp_path: Path) -> None:
+    _, younger = two_files(tmp_path)
+    whole = younger.read_bytes()
+    assert name_found(tmp_path) == "younger"
+    for length in range(0, len(whole) - 1, 7):
+        younger.write_bytes(whole[:length])
+        assert name_found(tmp_path) == "older"
+    younger.write_bytes(whole[:-1])  # but for its last line end it is whole
+    assert name_found(tmp_path) == "younger"
+
+
+def test_a_bit_that_flips_anywhere_is_noticed(tmp_path: Path) -> None:
+    _, younger = two_files(tmp_path)
+    whole = younger.read_bytes()
+    for k in range(0, 8 * len(whole), 11):
+        flipped = bytearray(whole)
+        flipped[k // 8] ^= 1 << k % 8
+        younger.write_bytes(flipped)
+        assert name_found(tmp_path) == "older", k
+
+
+def test_two_damaged_files_are_said_and_no_state(tmp_path: Path) -> None:
+    older, younger = two_files(tmp_path)
+    older.write_bytes(b"")
+    younger.write_bytes(b"\xff\xfe" * 100)
+    found, why = StateFile(older).load(MACHINE)
+    assert found is None
+    assert why == "state.json.other is damaged (UnicodeDecodeError)"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "[]",
+        "null",
+        "{}",
+        '{"format": "thermaxis-loop-state", "version": 2}',
+        "[" * 100_000,
+        '{"format": "thermaxis-loop-state", "version": 1, "utc": "2030-05-06", "saves": 1e999}',
+        '{"format": "thermaxis-loop-state", "version": 1, "utc": 7}',
+    ],
+)
+def test_a_file_with_a_right_checksum_and_wrong_content_is_damaged(
+    tmp_path: Path, body: str
+) -> None:
+    path = tmp_path / "state.json"
+    path.write_text(f"{sha256(body.encode()).hexdigest()}\n{body}\n", encoding="utf-8")
+    found, why = StateFile(path).load(MACHINE)
+    assert found is None
+    assert "damaged" in why
+
+
+def test_a_field_that_is_missing_is_damage_or_a_beginning_anew(tmp_path: Path) -> None:
+    older, younger = two_files(tmp_path)
+    younger.unlink()
+    whole = json.loads(older.read_text(encoding="utf-8").partition("\n")[2])
+    thermal = whole["state"]["thermal"]
+    for place in (whole, whole["state"], thermal):
+        for key in sorted(set(place) - {"saves", "goal_um"}):  # asked anew, or new
+            kept = place.pop(key)
+            body = json.dumps(whole)
+            older.write_text(f"{sha256(body.encode()).hexdigest()}\n{body}\n", encoding="utf-8")
+            found, _ = StateFile(older).load(MACHINE)
+            if place is thermal and found is not None:  # the model checks what is not its own
+                _, output = cycle(MACHINE, found.state, CycleReading(90.0, WARM))
+                assert math.isfinite(output.model_um[0]), key
+            else:
+                assert found is None, key
+            place[key] = kept
+
+
+# ---- turns --------------------------------------------------------------------------------------
+
+
+def test_the_state_that_was_saved_last_is_taken_whatever_the_clock_said(tmp_path: Path) -> None:
+    path, state = tmp_path / "state.json", lived(MACHINE, 3)
+    for k, utc in enumerate((NOW, NOW + timedelta(days=1), NOW - timedelta(days=1))):
+        file = StateFile(path)
+        file.load(MACHINE)
+        assert file.save(saved(state, utc=utc, model_file=str(k)), MACHINE)
+        assert name_found(tmp_path) == str(k)
+
+
+def test_a_save_never_touches_the_file_that_was_saved_last(tmp_path: Path) -> None:
+    older, younger = two_files(tmp_path)
+    file = StateFile(older)
+    file.load(MACHINE)
+    before = younger.read_bytes()
+    assert file.save(saved(lived(MACHINE, 3), model_file="third"), MACHINE)
+    assert younger.read_bytes() == before
+    assert name_found(tmp_path) == "third"
+
+
+def test_a_full_disk_is_said_and_leaves_what_was_saved(tmp_path: Path) -> None:
+    older, younger = two_files(tmp_path)
+    file = StateFile(older)
+    file.load(MACHINE)
+    for place in (older, younger):
+        place.with_name(f"{place.name}.new").symlink_to("/dev/full")
+    assert not file.save(saved(lived(MACHINE, 3)), MACHINE)
+    assert file.failure == "the state cannot be saved in state.json: No space left on device"
+    assert name_found(tmp_path) == "younger"
+    older.with_name(f"{older.name}.new").unlink()
+    assert file.save(saved(lived(MACHINE, 3), model_file="third"), MACHINE)
+    assert file.failure == ""
+    assert name_found(tmp_path) == "third"
+
+
+# ---- what a restart takes up --------------------------------------------------------------------
+
+SETTINGS = LoopSettings(
+    machine="lathe", model_file="lathe.json", model_sha256=SHA, at_stop=AtStop.LEAVE
+)
+
+
+def test_a_state_of_before_a_restart_of_the_computer_is_put_on_the_new_clock(
+    tmp_path: Path,
+) -> None:
+    found = reloaded(tmp_path, saved(lived(MACHINE, 300), monotonic_s=349.0))
+    state, said = resumed(found, MACHINE, SETTINGS, now_s=12.0, age_s=4.0)
+    assert said == "sections and references are taken up; it is enabled as before"
+    assert state.time_s == pytest.approx(8.0)
+    assert state.thermal.time_s == pytest.approx(8.0)
+    assert state.thermal.sections == found.state.thermal.sections
+    assert state.memory.state is SupervisorState.WARMING
+    assert state.trims[0].left_s == pytest.approx(found.state.trims[0].left_s - 4.0)
+    straight = lived(MACHINE, 300)
+    for k in range(30):
+        samples = (Sample(23.0), Sample(20.0))
+        straight, wanted = cycle(MACHINE, straight, CycleReading(353.0 + k, samples))
+        state, output = cycle(MACHINE, state, CycleReading(12.0 + k, samples))
+        assert output.model_um == pytest.approx(wanted.model_um, rel=1e-12)
+
+
+def test_a_state_older_than_the_model_s_gap_starts_at_the_steady_state_with_its_references(
+    tmp_path: Path,
+) -> None:
+    found = reloaded(tmp_path, saved(lived(MACHINE, 300), monotonic_s=349.0))
+    state, said = resumed(found, MACHINE, SETTINGS, now_s=5000.0, age_s=700.0)
+    assert said.startswith("the model starts at the steady state, with the saved references")
+    _, output = cycle(MACHINE, state, CycleReading(5000.0, (Sample(22.0), Sample(20.0))))
+    assert output.model_um == pytest.approx((2.0 * (2.0 + 10.0 - 1.0),) * 2)  # reference 20, 20
+
+
+def test_a_state_of_another_model_gives_its_references_only(tmp_path: Path) -> None:
+    found = reloaded(tmp_path, saved(lived(MACHINE, 300), monotonic_s=349.0))
+    machine = compensation(gain=5.0)
+    other = LoopSettings(machine="lathe", model_file="new.json", model_sha256="cd" * 32)
+    state, said = resumed(found, machine, other, now_s=350.0, age_s=1.0)
+    assert said.startswith("it is of another model, the references are taken up")
+    assert state.correction_um == found.state.correction_um
+    _, output = cycle(machine, state, CycleReading(350.0, (Sample(22.0), Sample(20.0))))
+    assert output.model_um == pytest.approx((2.0 * (5.0 + 10.0 - 1.0),) * 2)
+
+
+def test_a_state_of_other_channels_and_outputs_keeps_what_has_the_same_name(
+    tmp_path: Path,
+) -> None:
+    state = lived(MACHINE, 300)
+    state = state._replace(correction_um=(7.0, -3.0))
+    assert StateFile(tmp_path / "state.json").save(saved(state), MACHINE)
+    machine = compensation(channels=("new", "s"), outputs=("Y_um", "X_um"))
+    found, _ = StateFile(tmp_path / "state.json").load(machine)
+    assert found is not None
+    assert found.state.correction_um == (0.0, -3.0)
+    assert math.isnan(found.state.sensors[0].good_c)
+    assert found.state.sensors[1] == state.sensors[0]
+    reference = dict(zip(machine.model.channels, found.state.thermal.reference, strict=True))
+    assert math.isnan(reference["new"])
+    assert reference["s"] == 20.0
+    new, output = cycle(machine, found.state, CycleReading(400.0, (Sample(31.0), Sample(22.0))))
+    assert output.model_um == pytest.approx((11.0 * (0.0 - 2.0),) * 2)
+    assert new.trims[1] == state.trims[1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "enabled"),
+    [({}, True), ({"resume_enabled": False}, False), ({"resume_within_s": 3.0}, False)],
+)
+def test_it_is_enabled_again_only_as_configured(changes: dict[str, float], enabled: bool) -> None:
+    settings_ = LoopSettings(machine="m", model_file="m", model_sha256=SHA, **changes)  # type: ignore[arg-type]
+    state, said = resumed(saved(lived(MACHINE, 30)), MACHINE, settings_, now_s=360.0, age_s=4.0)
+    assert state.memory.enabled is enabled
+    wanted = SupervisorState.WARMING if enabled else SupervisorState.OFF
+    assert state.memory.state is wanted
+    assert ("enabled as before" in said) is enabled
+
+
+def test_a_fault_stands_after_a_restart_until_it_is_acknowledged() -> None:
+    state = lived(MACHINE, 30)
+    memory = state.memory._replace(
+        state=SupervisorState.FAULT, fault=Reason.READ_BACK_DIFFERS, enabled=True
+    )
+    state, said = resumed(
+        saved(state._replace(memory=memory)), MACHINE, SETTINGS, now_s=360.0, age_s=4.0
+    )
+    assert state.memory.state is SupervisorState.FAULT
+    assert "the machine does not report the offset that was written" in said
+
+
+def test_a_hold_and_a_trim_grow_older_while_nothing_runs() -> None:
+    state = lived(MACHINE, 30)
+    memory = state.memory._replace(held=True, held_s=100.0)
+    state = state._replace(memory=memory, trims=(Trim(1.0, "Jana", 50.0), Trim(2.0, "Jana", 10.0)))
+    state, _ = resumed(saved(state), MACHINE, SETTINGS, now_s=400.0, age_s=20.0)
+    assert state.memory.held_s == pytest.approx(120.0)
+    assert state.trims == (Trim(1.0, "Jana", 30.0), Trim())
+
+
+# ---- in the loop --------------------------------------------------------------------------------
+
+
+def started(path: Path, *, after_s: float) -> tuple[SimulatedHistorian, CompensationLoop]:
+    """Run a loop for a few seconds, with a state that was saved before its time of day."""
+    historian = SimulatedHistorian()
+    machine = SimulatedMachine({"s": 22.0, "c": 20.0}, ("Z_um", "X_um"))
+
+    async def life() -> CompensationLoop:
+        loop = CompensationLoop(
+            MACHINE,
+            SETTINGS,
+            Borders(
+                SimulatedSource(machine),
+                SimulatedSink(machine),
+                historian,
+                VirtualClock(NOW + timedelta(seconds=after_s)),
+            ),
+            state_file=StateFile(path),
+        )
+        await loop.run(asyncio.Event(), cycles=10)
+        return loop
+
+    return historian, run_in_virtual_time(life())
+
+
+@pytest.mark.parametrize(
+    ("after_s", "said", "enabled"),
+    [
+        (30.0, "a state saved 30 s ago: sections and references are taken up", True),
+        (-5.0, "a state saved 0 s ago: sections and references are taken up", True),
+        (-60.0, "the saved state is newer than now: it is not used", False),
+        (86_400.0, "a state saved 86400 s ago: the model starts at the steady state", False),
+    ],
+)
+def test_the_age_of_the_state_decides_and_is_said(
+    tmp_path: Path, after_s: float, said: str, enabled: bool
+) -> None:
+    path = tmp_path / "state.json"
+    StateFile(path).save(saved(lived(MACHINE, 300)), MACHINE)
+    historian, loop = started(path, after_s=after_s)
+    texts = [event.text for event in historian.events if event.kind == "start"]
+    assert texts[0].startswith(said)
+    assert loop.status is not None
+    assert loop.status.enabled is enabled
+
+
+def test_a_full_disk_stops_no_cycle_and_is_told_once(tmp_path: Path) -> None:
+    path = tmp_path / "state.json"
+    for name in ("state.json.new", "state.json.other.new"):
+        (tmp_path / name).symlink_to("/dev/full")
+    historian, loop = started(path, after_s=0.0)
+    assert loop.status is not None
+    assert loop.status.number == 10
+    told = [event.text for event in historian.events if "cannot be saved" in event.text]
+    assert told == ["the state cannot be saved in state.json: No space left on device"]
+    (tmp_path / "state.json.new").unlink()
+    historian, _ = started(path, after_s=0.0)
+    assert StateFile(path).load(MACHINE)[0] is not None
+
+
+def test_the_loop_saves_once_a_second_and_at_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "state.json"
+    _, loop = started(path, after_s=0.0)
+    found, _ = StateFile(path).load(MACHINE)
+    assert found is not None
+    assert found.utc == NOW + timedelta(seconds=9.0)
+    assert loop.status is not None
+    assert found.state.correction_um == loop.status.output.correction_um
+    body = json.loads(path.read_text(encoding="utf-8").partition("\n")[2])
+    other = path.with_name("state.json.other").read_text(encoding="utf-8")
+    assert {body["saves"], json.loads(other.partition("\n")[2])["saves"]} == {10, 11}
+    assert START_UTC != NOW
