@@ -115,7 +115,7 @@ def test_a_static_regression_on_the_same_logs_stays_under_fourfold(
             replace(o, parts=tuple(map(static_part, o.parts)), offset_um=0.0) for o in model.outputs
         ),
     )
-    ratios = [reduction(compensated(static, POSITIONS[p]), p) for p in ("TCP", "D3000")]
+    ratios = [reduction(compensated(static, at), position) for position, at in POSITIONS.items()]
     assert max(ratios) < 4.0
 
 
