@@ -227,43 +227,46 @@ def cycle(
     output : CycleOutput
         What is to be written, and everything that a person should see.
     """
-    time_s, elapsed_s = _clock(state, reading.time_s)
-    in_force, memory, trims = state.correction_um, state.memory, state.trims
-    if reading.found_um is not None:
-        in_force = _rebased(in_force, reading.found_um)
-    outside = _outside(compensation, in_force)
+    # Taken apart once: to ask a tuple for its fields by name costs a tenth of the cycle.
+    before, sensors, spares, memory, before_s, in_force, old_goal_um, trims, diameter_mm = state
+    read_s, _, _, interlocks, connected, read_back_um, found_um, other, requests = reading
+    time_s, elapsed_s = _clock(before_s, read_s)
+    if found_um is not None:
+        in_force = _rebased(in_force, found_um)
+    # A calm cycle has left its corrections inside.
+    outside = (not memory.calm or found_um is not None) and _outside(compensation, in_force)
     if outside:
         in_force = _finite(in_force)
     if trims is not compensation.no_trims:
         trims = _aged(compensation, trims, elapsed_s)
-    sensors, spares, diameter_mm = state.sensors, state.spares, state.diameter_mm
     answers: tuple[Answer, ...] = ()
-    if reading.requests:
+    if requests:
         asked = _Asked(compensation, memory, trims, diameter_mm, in_force, reading)
-        answers = tuple([asked.answer(request) for request in reading.requests])
+        answers = tuple([asked.answer(request) for request in requests])
         memory, trims, diameter_mm = asked.memory, asked.trims, asked.diameter_mm
         if asked.acknowledged:
             sensors = spares = (_UNKNOWN_SENSOR,) * len(sensors)
     values, qualities, sensors, spares = _judged(
         compensation, sensors, spares, reading, (time_s, elapsed_s)
     )
-    thermal, model = advance(compensation.model, state.thermal, reading.time_s, values, diameter_mm)
-    weights = compensation.ones if not model.outcomes else _weights(compensation, thermal, model)
-    wanted_um, at_limit = _wanted(compensation, weights, model.model_um, trims)
-    agrees = reading.read_back_um == in_force or _agrees(compensation, in_force, reading)
+    thermal, model = advance(compensation.model, before, read_s, values, diameter_mm)
+    _, model_um, contribution_um, quality, outcomes = model
+    weights = compensation.ones if not outcomes else _weights(compensation, thermal, model)
+    wanted_um, at_limit = _wanted(compensation, weights, model_um, trims)
+    agrees = read_back_um == in_force or _agrees(compensation, in_force, reading)
     reasons: tuple[Reason, ...] = ()
     calm = (
         memory.calm
         and qualities is compensation.all_good
-        and not model.outcomes
+        and not outcomes
         and agrees
         and at_limit is compensation.falses
         and not outside
-        and reading.connected is True
-        and reading.other_compensation is False
-        and reading.interlocks == compensation.met
+        and connected is True
+        and other is False
+        and interlocks == compensation.met
     )
-    goal_um = wanted_um
+    goal_um, said_s, since_s = wanted_um, time_s, memory.since_s
     if not calm:
         signals = _signals(compensation, reading, values, model, agrees)
         memory, reasons = supervisor_step(
@@ -278,23 +281,24 @@ def cycle(
             time_s,
             elapsed_s or compensation.cycle_s,
         )
-        if memory.state is not SupervisorState.ACTIVE or model.quality is Quality.BAD or not agrees:
+        if memory.state is not SupervisorState.ACTIVE or quality is Quality.BAD or not agrees:
             goal_um = _goal_unless_active(compensation, memory.state, in_force, reading, agrees)
+        said_s, since_s = _number_or_zero(time_s), _number_or_zero(memory.since_s)
     longest_s = LONGEST_STEP_CYCLES * compensation.cycle_s
     step_s = min(longest_s, elapsed_s)
-    goal_um, correction_um = _limited(compensation, in_force, state.goal_um, goal_um, step_s)
+    goal_um, correction_um = _limited(compensation, in_force, old_goal_um, goal_um, step_s)
     new = CycleState(
         thermal, sensors, spares, memory, time_s, correction_um, goal_um, trims, diameter_mm
     )
     return new, CycleOutput(
-        time_s if time_s == time_s else 0.0,  # noqa: PLR0124 - NaN: no time was ever read
+        said_s,
         memory.state,
-        memory.since_s if memory.since_s == memory.since_s else 0.0,
+        since_s,
         reasons,
         correction_um,
         wanted_um,
-        model.model_um,
-        model.contribution_um,
+        model_um,
+        contribution_um,
         weights,
         compensation.zeros if trims is compensation.no_trims else _trims_um(trims),
         in_force,
@@ -302,8 +306,8 @@ def cycle(
         at_limit,
         values,
         qualities,
-        model.quality,
-        model.outcomes,
+        quality,
+        outcomes,
         answers,
     )
 
@@ -396,9 +400,8 @@ def _of(names: Sequence[str], values: Sequence[_T], name: str, otherwise: _T) ->
 # ---- reading ------------------------------------------------------------------------------------
 
 
-def _clock(state: CycleState, time_s: float) -> tuple[float, float]:
+def _clock(before_s: float, time_s: float) -> tuple[float, float]:
     """Return the time of the cycle and the time since the last one, never negative."""
-    before_s = state.time_s
     if type(time_s) is not float or not -LATEST_S <= time_s <= LATEST_S:
         usable_s = _usable(time_s, LATEST_S)
         if usable_s is None:
@@ -420,9 +423,14 @@ def _rebased(in_force: _Floats, found_um: tuple[float | None, ...]) -> _Floats:
     return tuple(c if f is None else f for c, f in zip(in_force, found, strict=False))
 
 
+def _number_or_zero(value: float) -> float:
+    """Return a finite number: zero for a time before any was read, or a stored state's NaN."""
+    return value if math.isfinite(value) else 0.0
+
+
 def _finite(in_force: _Floats) -> _Floats:
-    """Return the corrections in force of a stored state of any origin: no number counts as zero."""
-    return tuple([c if math.isfinite(c) else 0.0 for c in in_force])
+    """Return the corrections in force, those of a stored state of any origin too."""
+    return tuple([_number_or_zero(c) for c in in_force])
 
 
 _Judged = tuple[
@@ -462,7 +470,9 @@ def _judged(
     if compensation.spares:
         found = list(qualities)
         spares = _with_spares(compensation, spares, reading, clock, (values, found))
-        qualities = compensation.all_good if found == [*qualities] else tuple(found)
+        qualities = tuple(found)
+        if qualities == compensation.all_good:
+            qualities = compensation.all_good
     return tuple(values), qualities, tuple(remembered), spares
 
 
@@ -543,7 +553,7 @@ def _met(compensation: Compensation, reading: CycleReading) -> bool:
     if not wanted:
         return True
     met = reading.interlocks
-    return len(met) >= wanted and all(one is True or one is None for one in met[:wanted])
+    return len(met) >= wanted and all(one in (True, None) for one in met[:wanted])
 
 
 def _agrees(compensation: Compensation, in_force: _Floats, reading: CycleReading) -> bool:
@@ -804,8 +814,9 @@ def _limited(
         if deadband and -deadband <= wanted - before <= deadband and wanted not in {0.0, c}:
             goal = before
         step = rate * step_s
-        after = min(total, goal)
-        after = max(after, -total)
+        after = goal
+        if not -total <= goal <= total:
+            after = total if goal > 0.0 else -total
         if after > c + step:
             after = c + step
         elif after < c - step:

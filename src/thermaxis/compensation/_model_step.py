@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import expm1
 from types import MappingProxyType
-from typing import NamedTuple, cast, final
+from typing import NamedTuple, final
 
 from thermaxis.compensation._quality import Outcome, Quality
 from thermaxis.compensation._thermal_model import (
@@ -294,7 +294,7 @@ def _present(
     """Return the value of every channel, when each was last good, and what that is worth."""
     if None in fresh:
         return _held(model, state, fresh, time_s, outcomes)
-    value = cast("_Floats", tuple(fresh))
+    value: _Floats = tuple(fresh)  # pyright: ignore[reportAssignmentType] - None is not in it
     return value, (time_s,) * len(value), Quality.GOOD
 
 
@@ -326,13 +326,18 @@ def _held(
 
 def _inputs(layout: Layout, value: _Floats, reference: _Floats, outcomes: list[Outcome]) -> _Floats:
     """Return every input relative to its reference."""
-    relative = [v - r for v, r in zip(value, reference)]
-    raw = tuple([relative[p] if m < 0 else relative[p] - relative[m] for p, m in layout.wires])
-    for u, (lowest, highest) in zip(raw, layout.ranges):
+    raw: list[float] = []
+    inside = True
+    for (plus, minus), (lowest, highest) in zip(layout.wires, layout.ranges):
+        u = value[plus] - reference[plus]
+        if minus >= 0:
+            u -= value[minus] - reference[minus]
         if not lowest <= u <= highest:
-            outcomes.append(Outcome.OUTSIDE_VALIDITY)
-            break
-    return raw
+            inside = False
+        raw.append(u)
+    if not inside:
+        outcomes.append(Outcome.OUTSIDE_VALIDITY)
+    return tuple(raw)
 
 
 # ---- sections -----------------------------------------------------------------------------------
@@ -341,9 +346,10 @@ def _inputs(layout: Layout, value: _Floats, reference: _Floats, outcomes: list[O
 def _start_reason(
     model: CompensationModel, state: ThermalState, time_s: float, outcomes: list[Outcome]
 ) -> Outcome | None:
-    if state.time_s is None:
+    before_s = state.time_s
+    if before_s is None:
         return Outcome.STARTED
-    elapsed_s = time_s - state.time_s
+    elapsed_s = time_s - before_s
     if 0.0 < elapsed_s <= model.longest_gap_s:
         return None
     if elapsed_s < 0.0:
@@ -374,20 +380,20 @@ def _advanced(
     model: CompensationModel, state: ThermalState, raw: _Floats, time_s: float
 ) -> _Advanced:
     """Return filtered inputs, sections and history at the time of the reading."""
-    before_s = state.time_s if state.time_s is not None else time_s
+    last_s, _, _, _, acting, raw_before, states, _, _, pace, _ = state
+    before_s = last_s if last_s is not None else time_s
     elapsed_s = time_s - before_s
-    layout, acting = model.layout, state.filtered
+    layout = model.layout
     filtered = raw
     if model.input_filter_s > 0.0:
         alpha = -expm1(-elapsed_s / model.input_filter_s)
-        filtered = tuple([f + alpha * (u - f) for f, u in zip(acting, state.raw)])
-    pace = state.pace
+        filtered = tuple([f + alpha * (u - f) for f, u in zip(acting, raw_before)])
     if pace[0] != elapsed_s or not pace[1]:
         pace = elapsed_s, tuple([-expm1(-elapsed_s / tau_s) for tau_s in layout.taus_s])
     if layout.delayed:
         return (*_advanced_with_delays(layout, state, filtered, time_s, before_s), pace)
     sections = tuple(
-        [x + alpha * (acting[k] - x) for x, alpha, k in zip(state.sections, pace[1], layout.drives)]
+        [x + alpha * (acting[k] - x) for x, alpha, k in zip(states, pace[1], layout.drives)]
     )
     return filtered, sections, ((time_s, filtered),), pace
 
@@ -521,19 +527,14 @@ def _output(
         said[k] += gain * x[i]
     if layout.gained:
         _multiply(layout, said, diameter_mm, outcomes)
+    row = tuple(said)
     model_um: list[float] = []
     contribution_um: list[_Floats] = []
-    for first, behind, offset_um in layout.spans:
-        row = said[first:behind]
-        contribution_um.append(tuple(row))
-        model_um.append(offset_um + sum(row))
-    return ModelOutput(
-        time_s,
-        tuple(model_um),
-        tuple(contribution_um),
-        quality,
-        tuple(outcomes),
-    )
+    for span, offset_um in zip(layout.slices, layout.offsets_um):
+        part = row[span]
+        contribution_um.append(part)
+        model_um.append(offset_um + sum(part))
+    return ModelOutput(time_s, tuple(model_um), tuple(contribution_um), quality, tuple(outcomes))
 
 
 def _multiply(

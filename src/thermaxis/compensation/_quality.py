@@ -185,13 +185,13 @@ def judge(
         if allowance_k != 0.0 or not changed_s <= time_s:  # after a loss, or the clock was set back
             state = SensorState(value, min(time_s, changed_s))
         return SampleQuality.GOOD, state
-    rate_k = rules.largest_rate_k_per_s * elapsed_s
-    if not -rules.step_k <= moved_k <= rules.step_k and (
-        abs(moved_k) > rules.step_k + rate_k + allowance_k
-    ):
-        most_k = max(allowance_k, 2.0 * rules.step_k)
-        allowance_k = min(allowance_k + rate_k, most_k)
-        return SampleQuality.TOO_FAST, state._replace(allowance_k=allowance_k)
+    step_k = rules.step_k
+    if not -step_k <= moved_k <= step_k:
+        rate_k = rules.largest_rate_k_per_s * elapsed_s
+        if abs(moved_k) > step_k + rate_k + allowance_k:
+            most_k = max(allowance_k, 2.0 * step_k)
+            allowance_k = min(allowance_k + rate_k, most_k)
+            return SampleQuality.TOO_FAST, state._replace(allowance_k=allowance_k)
     return SampleQuality.GOOD, SensorState(value, time_s)
 
 

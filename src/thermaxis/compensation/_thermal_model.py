@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from types import MappingProxyType
-from typing import NamedTuple, final
+from typing import final
 
 from thermaxis.errors import ConfigurationError
 
@@ -197,7 +197,8 @@ class TrainingLog:
 
 
 @final
-class Layout(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Layout:
     """A model as flat rows: parts in the order of the outputs, sections in that of the parts.
 
     An input is a channel, or the difference of two; parts that share it are driven by one number.
@@ -224,6 +225,10 @@ class Layout(NamedTuple):
     """By further section: number of its part, gain, its own number. [µm/K]"""
     spans: tuple[tuple[int, int, float], ...]
     """By output: first part, part behind the last, and offset. [µm]"""
+    slices: tuple[slice, ...]
+    """By output: its parts, as a slice."""
+    offsets_um: tuple[float, ...]
+    """By output: offset. [µm]"""
     gained: tuple[int, ...]
     """Numbers of the parts with a gain by diameter."""
     delayed: tuple[int, ...]
@@ -260,6 +265,8 @@ def _layout_of(outputs: tuple[Output, ...], channels: tuple[str, ...]) -> Layout
             (k, gains[i], i) for i, k in enumerate(owners) if i and owners[i - 1] == k
         ),
         spans=_spans_of(outputs),
+        slices=tuple(slice(first, behind) for first, behind, _ in _spans_of(outputs)),
+        offsets_um=tuple(output.offset_um for output in outputs),
         gained=tuple(k for k, part in enumerate(parts) if part.gain_by_diameter),
         delayed=tuple(k for k, part in enumerate(parts) if part.delay_s > 0.0),
         longest_delay_s=max(part.delay_s for part in parts),

@@ -25,7 +25,9 @@ def test_magnitude_and_rate_are_never_passed(asked: list[tuple[float, float]]) -
         before = after
 
 
-@pytest.mark.parametrize(("goal", "seconds"), [(20.0, 40.0), (-20.0, 40.0), (70.0, 100.0)])
+@pytest.mark.parametrize(
+    ("goal", "seconds"), [(20.0, 40.0), (-20.0, 40.0), (70.0, 100.0), (-70.0, 100.0)]
+)
 def test_a_goal_is_reached_as_fast_as_the_rate_allows(goal: float, seconds: float) -> None:
     value, steps = 0.0, 0
     reached = max(min(goal, 50.0), -50.0)
@@ -59,3 +61,51 @@ def test_a_correction_outside_a_narrowed_limit_comes_back_at_the_rate():
 def test_limits_that_limit_nothing_are_refused(wrong: tuple[float, float]) -> None:
     with pytest.raises(ConfigurationError):
         Limits(*wrong)
+
+
+def test_what_follows_from_the_magnitude() -> None:
+    limits = Limits(50.0, 0.5)
+    assert (limits.total_um, limits.soft_um, limits.deadband_um) == (50.0, 40.0, 0.0)
+    assert limits.largest_trim_um == 5.0
+    assert Limits(50.0, 0.5, 60.0, 1.0, 45.0, 7.0) == Limits(
+        50.0, 0.5, total_um=60.0, deadband_um=1.0, soft_um=45.0, largest_trim_um=7.0
+    )
+    small = Limits(3.0, 0.5)
+    assert (small.total_um, small.largest_trim_um) == (3.0, 3.0)
+    assert Limits(3.0, 0.5, 8.0).largest_trim_um == 5.0
+
+
+def test_the_ends_of_the_limits_are_taken() -> None:
+    widest = Limits(1e4, 1e3, 1e4, 1e4, 1e4, 1e4)
+    assert widest.largest_rate_um_per_s == 1e3
+    assert Limits(50.0, 0.5, 50.0, 0.0, 50.0, 0.0).largest_trim_um == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("largest_um", 1.0001e4),
+        ("largest_rate_um_per_s", 1.0001e3),
+        ("total_um", 49.0),
+        ("total_um", 1.0001e4),
+        ("total_um", -50.0),
+        ("total_um", math.nan),
+        ("deadband_um", -0.1),
+        ("deadband_um", 50.1),
+        ("soft_um", -1.0),
+        ("soft_um", 50.1),
+        ("largest_trim_um", -1.0),
+        ("largest_trim_um", 50.1),
+        ("largest_trim_um", math.nan),
+    ],
+)
+def test_a_limit_that_does_not_fit_the_others_is_named(name: str, wrong: float) -> None:
+    numbers = {"largest_um": 50.0, "largest_rate_um_per_s": 0.5} | {name: wrong}
+    with pytest.raises(ConfigurationError, match=name):
+        Limits(**numbers)
+
+
+def test_a_correction_in_force_that_is_no_number_counts_as_zero() -> None:
+    assert limit_step(LIMITS, math.nan, 9.0, 2.0) == 1.0
+    assert limit_step(LIMITS, math.inf, -9.0, 2.0) == -1.0
+    assert limit_step(LIMITS, 3.0, -9.0, math.inf) == 3.0

@@ -1,0 +1,657 @@
+"""Known answers of the whole cycle: what is written, in which cycle, and why."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tests.unit.compensation.bench import LARGEST, RATE, Bench, lathe
+from tests.unit.compensation.hostile import quick_lathe
+from thermaxis.compensation import (
+    CompensationModel,
+    CycleReading,
+    GainPoint,
+    Limits,
+    Outcome,
+    Output,
+    Part,
+    Quality,
+    Request,
+    RequestKind,
+    Sample,
+    SampleQuality,
+    SensorRules,
+    SupervisorState,
+    Trim,
+    cycle,
+    cycle_state,
+    shifted,
+    with_compensation,
+)
+
+OFF, WARMING, ACTIVE = SupervisorState.OFF, SupervisorState.WARMING, SupervisorState.ACTIVE
+HOLDING, FADING, FAULT = SupervisorState.HOLDING, SupervisorState.FADING, SupervisorState.FAULT
+ENABLE, DISABLE, HOLD = RequestKind.ENABLE, RequestKind.DISABLE, RequestKind.HOLD
+ACKNOWLEDGE, DIAMETER = RequestKind.ACKNOWLEDGE, RequestKind.DIAMETER
+
+
+def trim(value: Any, duration_s: Any = 10.0, output: str = "Z_um") -> Request:
+    return Request(RequestKind.TRIM, "Jana", output, value, duration_s)
+
+
+# ---- the way of the correction -------------------------------------------------------------------
+
+
+def test_from_off_to_minus_the_model_and_back_to_exactly_zero() -> None:
+    bench = Bench()
+    assert bench.step(ENABLE).state is WARMING
+    assert [bench.step().state for _ in range(3)] == [WARMING, WARMING, ACTIVE]
+    assert bench.um == 1.0
+    bench.steps(30)
+    assert bench.um == 10.0
+    assert bench.output.model_um == (-10.0,)
+    assert bench.output.rate_um_per_s == (0.0,)
+    assert bench.step(DISABLE).state is FADING
+    bench.steps(20)
+    assert (bench.now, bench.um) == (OFF, 0.0)
+    assert bench.output.wanted_um == (10.0,)
+
+
+def test_a_found_offset_is_where_the_correction_goes_on_from() -> None:
+    bench = Bench().to(ACTIVE)
+    output = bench.step(found_um=(-7.0,))
+    assert (output.before_um, output.correction_um) == ((-7.0,), (-6.0,))
+    assert output.rate_um_per_s == (1.0,)
+
+
+@pytest.mark.parametrize("found", [None, math.nan, math.inf, 1e7, "5", True])
+def test_an_offset_that_was_not_found_lets_nothing_move(found: Any) -> None:
+    bench = Bench().to(ACTIVE)
+    bench.warmth_k = -6.0
+    output = bench.step(found_um=(found,), read_back_um=None)
+    assert (output.state, output.correction_um) == (ACTIVE, (5.0,))
+    assert [bench.step(read_back_um=None).state for _ in range(3)] == [ACTIVE, ACTIVE, FAULT]
+
+
+def test_the_largest_offset_that_is_believed_is_a_metre() -> None:
+    bench = Bench()
+    assert bench.step(found_um=(1e6,)).before_um == (1e6,)
+    assert bench.step(found_um=(-1e6,)).before_um == (-1e6,)
+
+
+def test_a_late_cycle_moves_by_no_more_than_two() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.warmth_k = -10.0
+    assert bench.step(seconds=0.25).correction_um == (5.25,)
+    assert bench.step(seconds=1.75).correction_um == (7.0,)
+    assert bench.step(seconds=100.0).correction_um == (9.0,)
+    assert bench.output.elapsed_s == 100.0
+
+
+def test_a_clock_that_goes_back_moves_nothing_and_the_model_settles_anew() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.warmth_k = -10.0
+    output = bench.step(seconds=-86_400.0)
+    assert (output.state, output.correction_um, output.elapsed_s) == (HOLDING, (5.0,), 0.0)
+    assert Outcome.CLOCK_BACKWARD in output.outcomes
+    assert output.in_state_s == 0.0
+    assert [bench.step().state for _ in range(3)] == [HOLDING, HOLDING, ACTIVE]
+    assert bench.um == 6.0
+
+
+def test_whole_numbers_of_seconds_are_a_time() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.warmth_k = -10.0
+    output = bench.step(time_s=int(bench.time_s) + 1)
+    assert (output.correction_um, output.time_s) == ((6.0,), bench.time_s)
+
+
+@pytest.mark.parametrize("time_s", [math.nan, math.inf, 1.0000001e15, None, "x", True])
+def test_a_time_that_is_none_moves_nothing(time_s: Any) -> None:
+    bench = Bench().to(ACTIVE)
+    bench.warmth_k = -10.0
+    before = bench.state.time_s
+    output = bench.step(time_s=time_s)
+    assert (output.correction_um, output.elapsed_s, output.time_s) == ((5.0,), 0.0, before)
+    assert output.quality is Quality.BAD
+    fresh = Bench()
+    output = fresh.step(time_s=time_s)
+    assert (output.time_s, output.since_s) == (0.0, 0.0)
+    assert fresh.step().since_s == fresh.time_s
+
+
+def test_the_latest_time_is_a_time() -> None:
+    bench = Bench()
+    assert bench.step(time_s=-1e15).time_s == -1e15
+    assert bench.step(time_s=1e15).elapsed_s == 2e15
+
+
+def test_a_correction_that_was_found_outside_stays_while_off_and_else_comes_back() -> None:
+    bench = Bench().steps(3)
+    assert bench.step(found_um=(-30.0,)).correction_um == (-30.0,)
+    assert bench.step().correction_um == (-30.0,)
+    accepted, reason = bench.answer(ENABLE)
+    assert not accepted
+    assert "outside the limits" in reason
+    bench = Bench().to(ACTIVE)
+    assert bench.step(found_um=(-30.0,)).state is FAULT
+    assert bench.um == -29.0
+    accepted, reason = bench.answer(ACKNOWLEDGE)
+    assert (accepted, bench.um) == (False, -28.0)
+    assert bench.steps(8).um == -20.0
+    assert bench.answer(ACKNOWLEDGE)[0]
+    assert bench.steps(30).now is OFF
+    assert bench.um == 0.0
+
+
+def test_the_total_itself_is_inside() -> None:
+    assert Bench().to(ACTIVE).step(found_um=(20.0,)).state is ACTIVE
+    assert Bench().to(ACTIVE).step(found_um=(-20.0,)).state is ACTIVE
+    assert Bench().to(ACTIVE).step(found_um=(20.000001,)).state is FAULT
+
+
+def test_a_stored_correction_that_is_no_number_counts_as_zero() -> None:
+    bench = Bench()
+    bench.state = bench.state._replace(correction_um=(math.nan,))
+    assert bench.step().correction_um == (0.0,)
+
+
+def test_the_magnitude_bounds_the_model_and_the_total_both() -> None:
+    bench = Bench(lathe(Limits(6.0, RATE, 7.0, largest_trim_um=5.0))).to(ACTIVE)
+    bench.warmth_k = -9.0
+    output = bench.steps(2).output
+    assert (bench.um, output.wanted_um, output.at_limit) == (6.0, (6.0,), (True,))
+    output = bench.steps(1, requests=(trim(5.0),)).output
+    assert (output.wanted_um, output.trim_um) == ((7.0,), (5.0,))
+    bench.warmth_k = 9.0
+    output = bench.steps(1, requests=(trim(-5.0),)).output
+    assert (output.wanted_um, output.at_limit) == ((-7.0,), (True,))
+
+
+def test_at_the_magnitude_itself_nothing_is_at_the_limit() -> None:
+    bench = Bench().to(ACTIVE)
+    assert bench.step(samples=(Sample(10.0),)).at_limit == (False,)
+    assert bench.step(samples=(Sample(30.0),)).at_limit == (False,)
+    assert bench.step(samples=(Sample(30.001),)).at_limit == (True,)
+
+
+def test_the_deadband_keeps_a_goal_until_another_differs_by_more() -> None:
+    bench = Bench(lathe(Limits(LARGEST, RATE, deadband_um=1.0))).to(ACTIVE)
+    assert bench.um == 5.0
+    bench.warmth_k = -3.0
+    assert bench.steps(3).um == 5.0
+    bench.warmth_k = -3.0625
+    assert bench.steps(3).um == 6.125
+    bench.warmth_k = -2.5625
+    assert bench.steps(3).um == 6.125
+    bench.step(DISABLE)
+    assert bench.steps(9).um == 0.0
+
+
+def test_a_deadband_does_not_keep_the_last_micrometre_from_zero() -> None:
+    bench = Bench(lathe(Limits(LARGEST, 0.5, deadband_um=1.0))).to(WARMING)
+    bench.warmth_k = -1.0
+    bench.steps(9)
+    assert bench.um == 2.0
+    bench.warmth_k = 0.0
+    assert bench.steps(9).um == 0.0
+
+
+# ---- the machine does not follow -----------------------------------------------------------------
+
+
+def test_a_faulty_correction_waits_for_a_machine_that_keeps_another_offset() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.steps(4, read_back_um=(8.0,))
+    assert (bench.now, bench.um) == (FAULT, 5.0)
+    assert bench.steps(5, read_back_um=(8.0,)).um == 5.0
+    assert bench.steps(2, read_back_um=(5.0,)).um == 4.0
+    assert bench.steps(1).um == 3.0
+    assert bench.steps(1, read_back_um=(3.5,)).um == 2.0
+    assert bench.steps(4, read_back_um=(-3.0,)).um == 0.0
+    assert bench.steps(4, read_back_um=(-3.0,)).um == 0.0
+
+
+def test_a_faulty_correction_goes_as_far_as_the_machine_is_seen_to_follow() -> None:
+    for sign in (1.0, -1.0):
+        bench = Bench().to(ACTIVE)
+        bench.step(found_um=(sign * 5.0,), read_back_um=None, other_compensation=True)
+        assert bench.um == sign * 4.0
+        assert bench.step(read_back_um=(sign * 3.4,)).correction_um == (sign * 3.4,)
+        assert bench.step(read_back_um=(sign * 9.0,)).correction_um == (sign * 3.4,)
+        assert bench.step(read_back_um=(sign * 1.0,)).correction_um == (sign * 2.4,)
+        assert bench.step(read_back_um=(sign * -1.0,)).correction_um == (sign * 2.4 - sign,)
+        assert bench.step(read_back_um=None).correction_um[0] == pytest.approx(sign * 0.4)
+
+
+def test_outputs_that_follow_fade_while_another_is_waited_for() -> None:
+    compensation = quick_lathe(settle_s=0.0, heal_s=0.0)
+    state = cycle_state(compensation)
+    samples = (Sample(20.0), Sample(20.0), Sample(20.0))
+    base = CycleReading(0.0, samples, interlocks=(True, True))
+    state, _ = cycle(
+        compensation, state, base._replace(found_um=(6.0, 6.0), requests=(Request(ENABLE),))
+    )
+    reading = base._replace(time_s=1.0, read_back_um=(9.0, 6.0), other_compensation=True)
+    state, output = cycle(compensation, state, reading)
+    assert output.state is FAULT
+    assert output.correction_um == (6.0, 4.7)
+
+
+@pytest.mark.parametrize(
+    ("said", "believed"),
+    [(5.5, True), (4.5, True), (5.51, False), (4.49, False), (5, True), (math.nan, False)],
+)
+def test_a_read_back_is_believed_within_the_tolerance(said: Any, believed: bool) -> None:
+    bench = Bench().to(ACTIVE)
+    bench.warmth_k = -6.0
+    assert bench.step(read_back_um=(said,)).correction_um == ((6.0,) if believed else (5.0,))
+
+
+@pytest.mark.parametrize("said", [None, (), (5.0, 5.0), (None,), ("5",), (True,)])
+def test_what_is_no_read_back_lets_nothing_move(said: Any) -> None:
+    bench = Bench().to(ACTIVE)
+    bench.warmth_k = -6.0
+    assert bench.step(read_back_um=said).correction_um == (5.0,)
+
+
+def test_a_report_that_lies_never_makes_a_step() -> None:
+    for lie in (0.0, -1.0, 2.0, -20.0):
+        bench = Bench().to(ACTIVE)
+        last = bench.um
+        for _ in range(30):
+            bench.step(read_back_um=(lie * bench.um,))
+            assert abs(bench.um) <= abs(last)
+            assert abs(bench.um - last) <= RATE
+            last = bench.um
+
+
+def test_disabled_while_the_machine_is_lost_it_fades_what_is_found_on_return() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.step(DISABLE, connected=False, read_back_um=None)
+    bench.steps(30, connected=False, read_back_um=None)
+    assert (bench.now, bench.um) == (FADING, 0.0)
+    assert bench.step(found_um=(5.0,)).correction_um == (4.0,)
+    assert bench.steps(10).now is OFF
+    assert bench.um == 0.0
+
+
+def test_a_model_that_has_nothing_to_say_moves_nothing() -> None:
+    bench = Bench(lathe(longest_hold_s=0.5, grace_s=9.0, settle_s=0.0)).to(ACTIVE)
+    bench.warmth_k = -6.0
+    output = bench.step(samples=())
+    assert (output.state, output.quality, bench.um) == (ACTIVE, Quality.BAD, 5.0)
+
+
+# ---- requests ------------------------------------------------------------------------------------
+
+
+def test_every_answer_in_words() -> None:
+    bench = Bench()
+    assert bench.answer(HOLD) == (
+        False,
+        "there is nothing to hold: it is not enabled, or in the state Fault",
+    )
+    assert bench.answer(ENABLE) == (True, "it is active as soon as everything is there")
+    assert bench.answer(ENABLE) == (True, "it was enabled already")
+    assert bench.answer(HOLD) == (True, "it is held, for at most 6 s")
+    assert bench.answer(RequestKind.RESUME) == (True, "the hold is ended")
+    assert bench.answer(DISABLE) == (True, "the correction fades at the allowed rate")
+    assert bench.answer(RequestKind.MODEL) == (False, "nobody here can do that")
+    assert bench.answer(ACKNOWLEDGE) == (
+        True,
+        "there is no fault; the present values of the sensors are accepted",
+    )
+    assert bench.answer(ENABLE, other_compensation=None) == (
+        False,
+        "whether another compensation is active cannot be read",
+    )
+    assert bench.answer(ENABLE, other_compensation=True) == (
+        False,
+        "another compensation is active on the axis: switch one off",
+    )
+    assert bench.answer(trim(1.0, output="W_um")) == (False, "outputs are Z_um")
+    assert bench.answer(trim(5.01)) == (False, "a trim is a number from -5 to 5 um")
+    assert bench.answer(trim(1.0, None)) == (
+        False,
+        "a trim expires within 28800 s: state when",
+    )
+    assert bench.answer(trim(0.0, None)) == (True, "the trim is taken back")
+    assert bench.answer(trim(-5.0, 28_800.0)) == (True, "the trim is added")
+    assert bench.answer(Request(DIAMETER, value=-1.0)) == (
+        False,
+        "a diameter is a number from 0 to 100000 mm",
+    )
+    assert bench.answer(Request(DIAMETER, value=None)) == (
+        True,
+        "the gain follows at the allowed rate",
+    )
+
+
+def test_every_answer_in_the_state_fault() -> None:
+    bench = Bench().to(FAULT)
+    other = {"other_compensation": True}
+    refused = "it is in the state Fault: remove the cause and acknowledge first"
+    assert bench.answer(ENABLE, **other) == (False, refused)
+    assert not bench.answer(HOLD, **other)[0]
+    assert bench.answer(trim(1.0), **other) == (False, "it is in the state Fault")
+    assert bench.answer(ACKNOWLEDGE, **other) == (
+        False,
+        "another compensation is active on the axis still: switch one off",
+    )
+    assert not bench.answer(ACKNOWLEDGE, other_compensation=None)[0]
+    assert bench.answer(DISABLE, **other)[0]
+    assert bench.now is FAULT
+    assert bench.answer(ACKNOWLEDGE) == (
+        True,
+        "the fault is acknowledged; it is off until it is enabled",
+    )
+    assert bench.now in {FADING, OFF}
+    bench = Bench().to(ACTIVE).steps(4, read_back_um=None)
+    said = "the machine does not report the offset that was written still: check the connection"
+    for loss in ({"read_back_um": None}, {"connected": False}):
+        accepted, reason = bench.answer(ACKNOWLEDGE, **loss)
+        assert (accepted, reason) == (False, f"{said} and the axis")
+    assert bench.answer(ACKNOWLEDGE)[0]
+
+
+def test_an_acknowledged_read_back_is_forgotten() -> None:
+    bench = Bench().to(ACTIVE).steps(4, read_back_um=None)
+    bench.step(ACKNOWLEDGE)
+    assert [bench.step(read_back_um=None).state for _ in range(3)] == [FADING] * 3
+
+
+def test_requests_are_answered_in_their_order_and_take_effect_in_it() -> None:
+    bench = Bench()
+    output = bench.step(HOLD, ENABLE, HOLD, DISABLE, ENABLE)
+    assert [answer.accepted for answer in output.answers] == [False, True, True, True, True]
+    assert [answer.request.kind for answer in output.answers] == [
+        HOLD,
+        ENABLE,
+        HOLD,
+        DISABLE,
+        ENABLE,
+    ]
+    assert not bench.state.memory.held
+
+
+def test_enabling_ends_a_hold_and_heals_first() -> None:
+    bench = Bench().steps(9)
+    assert bench.step(ENABLE).state is WARMING
+    assert bench.step().state is ACTIVE
+    bench.step(HOLD)
+    bench.step(DISABLE)
+    assert bench.state.memory.held is False
+    bench.step(ENABLE)
+    assert bench.state.memory.ready_s == 1.0
+
+
+@pytest.mark.parametrize("nonsense", [None, 3, "enable", Request([]), Request(None), Request("x")])  # type: ignore[arg-type]
+def test_what_is_no_request_is_refused(nonsense: Any) -> None:
+    output = Bench().step(requests=(nonsense,))
+    assert [(a.request, a.accepted) for a in output.answers] == [(nonsense, False)]
+
+
+def test_the_word_of_a_request_is_as_good_as_its_kind() -> None:
+    assert Bench().step(requests=(Request("enable"),)).state is WARMING  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("value", [None, math.nan, math.inf, "1", True, 5.1, -5.1])
+def test_a_trim_of_no_number_or_too_large_is_refused(value: Any) -> None:
+    assert not Bench().answer(trim(value))[0]
+
+
+@pytest.mark.parametrize("duration_s", [None, math.nan, 0.0, -1.0, 28_800.1, "9"])
+def test_a_trim_without_an_end_is_refused(duration_s: Any) -> None:
+    assert not Bench().answer(trim(1.0, duration_s))[0]
+
+
+def test_a_trim_is_added_at_the_rate_expires_and_is_taken_back() -> None:
+    bench = Bench().to(ACTIVE)
+    output = bench.step(trim(3.0, 4.0))
+    assert output.trim_um == (3.0,)
+    assert bench.state.trims == (Trim(3.0, "Jana", 4.0),)
+    assert [bench.step().correction_um[0] for _ in range(7)] == [7.0, 8.0, 8.0, 7.0, 6.0, 5.0, 5.0]
+    assert bench.state.trims == (Trim(),)
+    bench.step(trim(3.0, 99.0))
+    bench.step(trim(0))
+    assert bench.steps(5).um == 5.0
+
+
+def test_a_trim_that_expires_while_held_is_gone_after_it() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.step(trim(3.0, 2.5))
+    bench.step(HOLD)
+    assert bench.um == 6.0
+    assert [bench.step().correction_um for _ in range(3)] == [(6.0,)] * 3
+    assert bench.output.trim_um == (0.0,)
+    assert bench.step(RequestKind.RESUME).correction_um == (5.0,)
+
+
+def test_a_trim_of_one_output_leaves_the_other_alone() -> None:
+    compensation = quick_lathe()
+    state = cycle_state(compensation)
+    asked = (trim(2.0, output="X_um"), trim(1.0, 5.0), trim(0.5, output="X_um"))
+    reading = CycleReading(0.0, (), requests=asked)
+    state, output = cycle(compensation, state, reading)
+    assert output.trim_um == (1.0, 0.5)
+    state, output = cycle(compensation, state, reading._replace(time_s=5.0, requests=()))
+    assert output.trim_um == (0.0, 0.5)
+
+
+def test_the_diameter_changes_the_gain_at_the_rate() -> None:
+    points = (GainPoint(0.0, 1.0), GainPoint(1000.0, 2.0))
+    bench = Bench(lathe(part=Part("s", "s", "", 2.0, gain_by_diameter=points))).to(ACTIVE)
+    bench.step(Request(DIAMETER, value=500.0))
+    assert bench.state.diameter_mm == 500.0
+    assert bench.steps(4).um == 7.5
+    assert bench.answer(Request(DIAMETER, value=1e5))[0]
+    assert bench.answer(Request(DIAMETER, value=0.0))[0]
+    assert not bench.answer(Request(DIAMETER, value=100_000.1))[0]
+    assert not bench.answer(Request(DIAMETER, value=math.nan))[0]
+    assert bench.state.diameter_mm == 0.0
+    bench.step(Request(DIAMETER))
+    assert bench.state.diameter_mm is None
+
+
+# ---- inputs --------------------------------------------------------------------------------------
+
+
+def test_an_acknowledgement_believes_sensors_that_have_jumped() -> None:
+    sensor = SensorRules(lowest_c=1.0, highest_c=60.0)
+    bench = Bench(lathe(sensor=sensor))
+    bench.steps(3)
+    bench.warmth_k = 10.0
+    assert bench.step().qualities == (SampleQuality.TOO_FAST,)
+    assert bench.steps(50).output.qualities == (SampleQuality.TOO_FAST,)
+    assert bench.step(ACKNOWLEDGE).qualities == (SampleQuality.GOOD,)
+    bench = Bench(lathe(sensor=replace(sensor, step_k=3.0))).to(FAULT)
+    jumped = {"samples": (Sample(45.0),)}
+    assert bench.step(**jumped).qualities == (SampleQuality.TOO_FAST,)
+    bench.step(ACKNOWLEDGE, other_compensation=True, **jumped)
+    assert bench.output.qualities == (SampleQuality.TOO_FAST,)
+    assert bench.step(ACKNOWLEDGE, **jumped).qualities == (SampleQuality.GOOD,)
+
+
+def two_sensors(first: Any, second: Any, **options: Any) -> Any:
+    bench = Bench(lathe(spares=frozenset({"s"}), **options)).to(ACTIVE)
+    return bench.step(samples=(first,), spares=(second,))
+
+
+def test_a_second_sensor_stands_in_or_contradicts() -> None:
+    lost = Sample(None)
+    cases = (
+        (Sample(17.5), Sample(19.0), 17.5, SampleQuality.GOOD),
+        (Sample(17.5), lost, 17.5, SampleQuality.GOOD),
+        (Sample(17.5), None, 17.5, SampleQuality.GOOD),
+        (lost, Sample(19.0), 19.0, SampleQuality.SPARE),
+        (lost, lost, None, SampleQuality.MISSING),
+        (Sample(17.5), Sample(20.5), 17.5, SampleQuality.GOOD),
+        (Sample(17.5), Sample(20.75), None, SampleQuality.DISAGREES),
+        (Sample(17.5), Sample(14.25), None, SampleQuality.DISAGREES),
+    )
+    for first, second, value, quality in cases:
+        output = two_sensors(first, second)
+        assert (output.values, output.qualities) == ((value,), (quality,))
+    assert Bench().to(ACTIVE).step(spares=(Sample(40.0),)).values == (17.5,)
+
+
+def test_samples_are_taken_in_order_and_missing_ones_are_missing() -> None:
+    compensation = quick_lathe()
+    _, output = cycle(
+        compensation, cycle_state(compensation), CycleReading(0.0, (Sample(21.0), Sample(22.0)))
+    )
+    assert output.values == (21.0, 22.0, None)
+    _, output = cycle(
+        compensation,
+        cycle_state(compensation),
+        CycleReading(0.0, (None, 5.0, Sample(22.0), Sample(9.0))),  # type: ignore[arg-type]
+    )
+    assert output.values == (None, None, 22.0)
+    assert output.qualities[:2] == (SampleQuality.MISSING,) * 2
+
+
+@pytest.mark.parametrize(
+    ("warmth_k", "weight"),
+    [(4.0, 1.0), (5.0, 0.75), (7.0, 0.25), (9.0, 0.1), (-3.0, 0.75), (-9.0, 0.1)],
+)
+def test_outside_the_range_of_its_training_a_model_loses_its_weight(
+    warmth_k: float, weight: float
+) -> None:
+    part = Part("s", "s", "", 2.0, lowest_k=-2.0, highest_k=4.0)
+    compensation = lathe(part=part, validity_margin_k=4.0, lowest_weight=0.1)
+    bench = Bench(compensation)
+    bench.warmth_k = warmth_k
+    output = bench.step()
+    assert output.weight == (weight,)
+    assert output.wanted_um == (-weight * 2.0 * warmth_k,)
+
+
+def test_each_output_has_the_weight_of_its_own_parts() -> None:
+    z = Output("Z_um", (Part("s", "s", "", 1.0, lowest_k=0.0, highest_k=1.0),))
+    x = Output("X_um", (Part("t", "t", "", 1.0, lowest_k=0.0, highest_k=9.0),))
+    model = CompensationModel(
+        outputs=(z, x), reference="stated", reference_c={"s": 20.0, "t": 20.0}
+    )
+    wide = SensorRules(lowest_c=1.0, highest_c=60.0)
+    compensation = replace(
+        lathe(),
+        model=model,
+        sensors={"s": wide, "t": wide},
+        limits={"Z_um": Limits(50.0, 1.0), "X_um": Limits(50.0, 1.0)},
+    )
+    reading = CycleReading(0.0, (Sample(22.0), Sample(30.0)))
+    _, output = cycle(compensation, cycle_state(compensation), reading)
+    assert output.weight == (0.8, 0.8)
+    _, output = cycle(
+        compensation,
+        cycle_state(compensation),
+        reading._replace(samples=(Sample(22.0), Sample(25.0))),
+    )
+    assert output.weight == (0.8, 1.0)
+
+
+# ---- other models, other clocks ------------------------------------------------------------------
+
+
+def test_another_model_takes_over_without_a_bump() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.step(trim(1.0, 500.0), Request(DIAMETER, value=7.0))
+    old, before = bench.compensation, bench.um
+    new = lathe(part=Part("s", "s", "", -2.0))
+    bench.state, bench.compensation = with_compensation(new, old, bench.state), new
+    assert bench.step().correction_um == (before,)
+    assert bench.output.model_um == (5.0,)
+    assert bench.state.diameter_mm == 7.0
+    last = bench.um
+    for _ in range(20):
+        bench.step()
+        assert abs(bench.um - last) <= RATE
+        last = bench.um
+    assert bench.um == -4.0
+
+
+def test_another_model_keeps_references_sensors_and_corrections_by_name() -> None:
+    def two(outputs: tuple[str, ...], channels: tuple[str, ...]) -> Any:
+        model = CompensationModel(
+            outputs=tuple(
+                Output(name, tuple(Part(c, c, "", 2.0, ()) for c in channels)) for name in outputs
+            )
+        )
+        rules = SensorRules(lowest_c=1.0, highest_c=60.0)
+        return replace(
+            lathe(),
+            model=model,
+            sensors=dict.fromkeys(channels, rules),
+            limits=dict.fromkeys(outputs, Limits(20.0, 1.0)),
+            interlocks=(),
+        )
+
+    old, new = two(("A_um", "B_um"), ("p", "q")), two(("B_um", "C_um"), ("q", "r"))
+    state = cycle_state(old, {"p": 10.0})
+    samples = (Sample(12.0), Sample(15.0))
+    reading = CycleReading(
+        5.0,
+        samples,
+        found_um=(3.0, 4.0),
+        requests=(trim(2.0, 50.0, "B_um"), trim(1.0, 50.0, "A_um")),
+    )
+    state, _ = cycle(old, state, reading)
+    changed = with_compensation(new, old, state)
+    assert changed.correction_um == (4.0, 0.0)
+    assert changed.goal_um == (4.0, 0.0)
+    assert changed.trims == (Trim(2.0, "Jana", 50.0), Trim())
+    assert changed.thermal.reference[0] == 15.0
+    assert math.isnan(changed.thermal.reference[1])
+    assert changed.thermal.warm
+    assert changed.sensors[0].good_c == 15.0
+    assert math.isnan(changed.sensors[1].good_c)
+    assert changed.time_s == 5.0
+    fresh = with_compensation(new, old, cycle_state(old))
+    assert not fresh.thermal.warm
+
+
+def test_a_stated_reference_of_the_new_model_counts() -> None:
+    old = replace(
+        lathe(), model=CompensationModel(outputs=(Output("Z_um", (Part("s", "s", "", 2.0),)),))
+    )
+    state = cycle_state(old, {"s": 33.0})
+    assert with_compensation(lathe(), old, state).thermal.reference == (20.0,)
+    assert with_compensation(old, lathe(), cycle_state(lathe())).thermal.reference == (20.0,)
+
+
+def test_a_model_change_while_it_fades_lets_it_fade_on() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.step(DISABLE)
+    bench.state = with_compensation(bench.compensation, bench.compensation, bench.state)
+    assert [bench.step().correction_um for _ in range(4)] == [(3.0,), (2.0,), (1.0,), (0.0,)]
+    assert bench.step().state is OFF
+
+
+def test_every_time_moves_with_the_clock() -> None:
+    compensation = replace(
+        lathe(part=Part("s", "s", "", 2.0, delay_s=5.0)), spares=frozenset({"s"})
+    )
+    bench = Bench(compensation)
+    bench.steps(3, spares=(Sample(15.0),))
+    moved = shifted(bench.state, 1000.0)
+    assert moved.time_s == bench.state.time_s + 1000.0
+    assert moved.thermal.time_s == moved.time_s
+    assert moved.thermal.good_s == (moved.time_s,)
+    assert [t for t, _ in moved.thermal.history] == [1101.0, 1102.0, 1103.0]
+    assert moved.sensors[0].changed_s == moved.spares[0].changed_s == 1101.0
+    assert moved.memory.since_s == 1101.0
+    assert shifted(cycle_state(compensation), 5.0).thermal.time_s is None
+
+
+def test_a_new_state_is_off_and_empty() -> None:
+    compensation = quick_lathe()
+    state = cycle_state(compensation)
+    assert (state.correction_um, state.goal_um) == ((0.0, 0.0), (0.0, 0.0))
+    assert state.memory.state is OFF
+    assert not state.memory.enabled
+    assert math.isnan(state.time_s)
+    assert state.diameter_mm is None
+    assert len(state.sensors) == len(state.spares) == 3
+    assert cycle_state(compensation, {"s": 3.0}).thermal.reference[0] == 3.0

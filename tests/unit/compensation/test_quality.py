@@ -1,0 +1,187 @@
+"""When a value of a sensor is believed: every rule at its edge, and what is remembered."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from thermaxis.compensation import Sample, SampleQuality, SensorRules, SensorState, judge
+from thermaxis.errors import ConfigurationError
+
+RULES = SensorRules(
+    lowest_c=1.0, highest_c=60.0, largest_rate_k_per_s=0.5, longest_age_s=10.0, frozen_s=100.0
+)
+BEFORE = SensorState(20.0, 90.0)
+GOOD = SampleQuality.GOOD
+
+
+def told(sample: Sample, state: SensorState = BEFORE, rules: SensorRules = RULES) -> SampleQuality:
+    return judge(rules, state, sample, 100.0, 2.0)[0]
+
+
+@pytest.mark.parametrize(
+    ("sample", "quality"),
+    [
+        (Sample(20.5), GOOD),
+        (Sample(None), SampleQuality.MISSING),
+        (Sample(math.nan), SampleQuality.MISSING),
+        (Sample(math.inf), SampleQuality.MISSING),
+        (Sample(-math.inf), SampleQuality.MISSING),
+        (Sample("20"), SampleQuality.MISSING),  # type: ignore[arg-type]
+        (Sample(True), SampleQuality.MISSING),
+        (Sample(None, good=False), SampleQuality.MISSING),
+        (Sample(math.nan, good=False), SampleQuality.MISSING),
+        (Sample(20.0, good=False), SampleQuality.STATUS_BAD),
+        (Sample(20.0, good=1), SampleQuality.STATUS_BAD),  # type: ignore[arg-type]
+        (Sample(20.0, good=None), SampleQuality.STATUS_BAD),  # type: ignore[arg-type]
+        (Sample(20.0, age_s=None), SampleQuality.NO_TIME_STAMP),
+        (Sample(20.0, age_s=10.0), GOOD),
+        (Sample(20.0, age_s=10.001), SampleQuality.OLD),
+        (Sample(20.0, age_s=-10.0), GOOD),
+        (Sample(20.0, age_s=-10.001), SampleQuality.OLD),
+        (Sample(20.0, age_s=math.nan), SampleQuality.OLD),
+        (Sample(20.0, age_s=math.inf), SampleQuality.OLD),
+        (Sample(20.0, age_s="0"), SampleQuality.OLD),  # type: ignore[arg-type]
+        (Sample(0.0), SampleQuality.OUT_OF_RANGE),
+        (Sample(60.001), SampleQuality.OUT_OF_RANGE),
+        (Sample(0.0, good=False), SampleQuality.STATUS_BAD),
+        (Sample(22.0), GOOD),
+        (Sample(18.0), GOOD),
+        (Sample(22.001), SampleQuality.TOO_FAST),
+        (Sample(17.999), SampleQuality.TOO_FAST),
+    ],
+)
+def test_what_is_wrong_with_a_value(sample: Sample, quality: SampleQuality) -> None:
+    assert told(sample) is quality
+
+
+def test_the_ends_of_the_range_are_in_it() -> None:
+    assert told(Sample(1.0), SensorState()) is GOOD
+    assert told(Sample(60.0), SensorState()) is GOOD
+
+
+def test_a_value_without_a_time_stamp_is_taken_where_the_rules_say_so() -> None:
+    rules = replace(RULES, time_stamp_required=False)
+    assert judge(rules, BEFORE, Sample(20.5, age_s=None), 100.0, 2.0) == (
+        GOOD,
+        SensorState(20.5, 100.0),
+    )
+    assert told(Sample(None, age_s=None), rules=rules) is SampleQuality.MISSING
+    assert told(Sample(0.0, age_s=None), rules=rules) is SampleQuality.OUT_OF_RANGE
+
+
+def test_the_first_value_is_believed_wherever_it_is_in_the_range() -> None:
+    assert judge(RULES, SensorState(), Sample(55.0), 7.0, 0.0) == (GOOD, SensorState(55.0, 7.0))
+
+
+def test_a_value_that_moves_is_remembered_with_its_time() -> None:
+    assert judge(RULES, BEFORE, Sample(20.25), 100.0, 2.0)[1] == SensorState(20.25, 100.0)
+    assert judge(RULES, BEFORE, Sample(20.0), 100.0, 2.0)[1] == BEFORE
+
+
+def test_a_value_that_does_not_change_at_all_is_frozen_after_its_time() -> None:
+    assert judge(RULES, BEFORE, Sample(20.0), 190.0, 2.0) == (GOOD, BEFORE)
+    assert judge(RULES, BEFORE, Sample(20.0), 190.5, 2.0) == (SampleQuality.FROZEN, BEFORE)
+    assert judge(RULES, BEFORE, Sample(20.1), 190.5, 2.0)[0] is GOOD
+    still = replace(RULES, frozen_s=0.0)
+    assert judge(still, BEFORE, Sample(20.0), 1e9, 2.0) == (GOOD, BEFORE)
+
+
+@pytest.mark.parametrize(
+    "sample",
+    [
+        Sample(None),
+        Sample(20.0, good=False),
+        Sample(20.0, age_s=99.0),
+        Sample(20.0, age_s=None),
+        Sample(0.0),
+        Sample(math.nan),
+    ],
+)
+def test_while_nothing_is_read_a_value_may_move_on_at_its_rate(sample: Sample) -> None:
+    state = BEFORE
+    for k in range(3):
+        _, state = judge(RULES, state, sample, 100.0 + 2.0 * k, 2.0)
+    assert state == SensorState(20.0, 90.0, 3.0)
+    assert judge(RULES, state, Sample(25.0), 108.0, 2.0) == (GOOD, SensorState(25.0, 108.0))
+    assert judge(RULES, state, Sample(25.001), 108.0, 2.0)[0] is SampleQuality.TOO_FAST
+    assert judge(RULES, state, Sample(20.0), 108.0, 2.0) == (GOOD, BEFORE)
+    lost_long = judge(RULES, BEFORE, sample, 1e9, 1e8)[1]
+    assert lost_long.allowance_k == 1e6
+
+
+def test_a_swapped_sensor_stays_refused_however_long_one_waits() -> None:
+    state = BEFORE
+    for k in range(1000):
+        quality, state = judge(RULES, state, Sample(24.5), 100.0 + 2.0 * k, 2.0)
+        assert quality is SampleQuality.TOO_FAST
+    assert state == SensorState(20.0, 90.0, 2.0)
+
+
+def test_a_value_that_jumped_is_believed_when_it_comes_back_within_three_steps() -> None:
+    state = BEFORE
+    for k in range(1000):
+        state = judge(RULES, state, Sample(30.0), 100.0 + 2.0 * k, 2.0)[1]
+    assert judge(RULES, state, Sample(24.001), 3000.0, 2.0)[0] is SampleQuality.TOO_FAST
+    assert judge(RULES, state, Sample(24.0), 3000.0, 2.0) == (GOOD, SensorState(24.0, 3000.0))
+    assert judge(RULES, state, Sample(16.0), 3000.0, 2.0)[0] is GOOD
+
+
+def test_what_it_may_have_moved_while_unread_is_not_taken_back_by_a_jump() -> None:
+    state = SensorState(20.0, 90.0, 7.0)
+    quality, after = judge(RULES, state, Sample(50.0), 100.0, 2.0)
+    assert (quality, after) == (SampleQuality.TOO_FAST, state)
+
+
+def test_a_clock_that_was_set_back_does_not_let_a_frozen_sensor_live_longer() -> None:
+    quality, state = judge(RULES, SensorState(20.0, 9e4), Sample(20.0), 100.0, 0.0)
+    assert (quality, state) == (GOOD, SensorState(20.0, 100.0))
+    quality, state = judge(RULES, SensorState(20.0, math.nan), Sample(20.0), 100.0, 0.0)
+    assert (quality, state) == (GOOD, SensorState(20.0, 100.0))
+    assert judge(RULES, state, Sample(20.0), 201.0, 1.0)[0] is SampleQuality.FROZEN
+
+
+def test_a_loss_does_not_hide_that_a_sensor_is_frozen() -> None:
+    _, state = judge(RULES, BEFORE, Sample(None), 100.0, 2.0)
+    _, state = judge(RULES, state, Sample(20.0), 102.0, 2.0)
+    assert state == BEFORE
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        *(
+            (name, value)
+            for name in ("largest_rate_k_per_s", "longest_age_s")
+            for value in (0.0, -1.0, 1.1e6, math.nan)
+        ),
+        *(("largest_difference_k", value) for value in (0.0, -1.0, math.inf)),
+        *((name, value) for name in ("step_k", "frozen_s") for value in (-1e-9, 1.1e6, math.nan)),
+        ("lowest_c", 60.0),
+        ("lowest_c", -1.1e6),
+        ("lowest_c", math.nan),
+        ("highest_c", 1.1e6),
+        ("highest_c", 1.0),
+    ],
+)
+def test_rules_that_rule_nothing_are_refused(name: str, wrong: float) -> None:
+    numbers: dict[str, Any] = {"lowest_c": 1.0, "highest_c": 60.0} | {name: wrong}
+    with pytest.raises(ConfigurationError, match=name):
+        SensorRules(**numbers)
+
+
+def test_the_ends_of_the_rules_are_taken_and_the_defaults_are_those_of_the_docs() -> None:
+    wide = SensorRules(
+        lowest_c=-1e6,
+        highest_c=1e6,
+        largest_rate_k_per_s=1e6,
+        longest_age_s=1e6,
+        largest_difference_k=1e6,
+        step_k=0.0,
+        frozen_s=1e6,
+    )
+    assert (wide.step_k, wide.frozen_s, wide.time_stamp_required) == (0.0, 1e6, True)
+    plain = SensorRules(lowest_c=1.0, highest_c=60.0)
+    assert (plain.largest_rate_k_per_s, plain.step_k, plain.longest_age_s) == (0.1, 1.0, 10.0)
+    assert (plain.frozen_s, plain.largest_difference_k) == (14_400.0, 3.0)
