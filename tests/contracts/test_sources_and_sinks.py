@@ -257,10 +257,7 @@ def test_every_source_keeps_its_contract(stand) -> None:
     [
         LatheSinkStand,
         LinuxCncStand,
-        pytest.param(
-            DryStand,
-            marks=pytest.mark.xfail(reason="it takes writes before found, and what is no number"),
-        ),
+        DryStand,
     ],
 )
 def test_every_sink_keeps_its_contract(stand) -> None:

@@ -1,5 +1,6 @@
 """A sink that moves nothing: what would have been written stands in the historian and on screen."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import final
 
@@ -40,7 +41,9 @@ class DrySink(Sink):
         return dict.fromkeys(self._correction_um, 0.0)
 
     async def write(self, correction_um: Mapping[str, float], deadline_s: float) -> bool:  # noqa: ARG002 - the port's
-        """Remember the corrections."""
+        """Remember the corrections; nothing before `found`, and no number that is not finite."""
+        if not self._told or not all(map(math.isfinite, correction_um.values())):
+            return False
         self._correction_um.update(correction_um)
         return True
 
