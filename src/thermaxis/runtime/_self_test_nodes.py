@@ -15,6 +15,7 @@ from thermaxis.runtime._config_settings import (
     InputSettings,
     OutputSettings,
 )
+from thermaxis.runtime._flag import flag_of
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
 
 if TYPE_CHECKING:
@@ -299,11 +300,23 @@ def judge_interlock(where: str, node: "NodeDescription", settings: FlagSettings)
         return warning(
             where,
             f"there is no value: {node.status}",
-            "Without a value the interlock counts as not met, and nothing is corrected",
+            "Without a value the interlock counts as a lost input: nothing is enabled, and a"
+            " correction at work is held for a while and then fades",
         )
-    if bool(node.value) is settings.value:
+    flag = flag_of(node.value)
+    if flag is None:
+        return _no_flag(where, node.value)
+    if flag is settings.value:
         return ok(where, "it is met")
     return warning(where, "it is not met at present", "Until it is met, nothing is corrected")
+
+
+def _no_flag(where: str, value: float) -> Finding:
+    return error(
+        where,
+        f"its value is {value:g}, and a flag is 0 or 1",
+        "Name a node that is true or false, or 0 or 1; any other number counts as no value",
+    )
 
 
 def judge_other_compensation(
@@ -334,7 +347,10 @@ def judge_other_compensation(
             f"there is no value: {node.status}",
             "Make sure by other means that the builder's own compensation is off",
         )
-    if bool(node.value) is settings.value:
+    flag = flag_of(node.value)
+    if flag is None:
+        return _no_flag(where, node.value)
+    if flag is settings.value:
         return error(
             where,
             "another compensation is active on the machine, and two of them are wrong for certain",

@@ -68,6 +68,13 @@ def test_a_fault_says_that_it_waits_to_be_acknowledged(reason: Reason, priority:
     assert "acknowledge" in one.remedy
 
 
+def test_a_double_compensation_is_one_that_was_read_as_active() -> None:
+    fault = with_output(state=SupervisorState.FAULT, reasons=(Reason.DOUBLE_COMPENSATION,))
+    (one,) = found(fault).values()
+    assert "is on" in one.cause
+    assert "cannot be read" not in one.cause
+
+
 @pytest.mark.parametrize(
     "quality", [q for q in SampleQuality if q not in {SampleQuality.GOOD, SampleQuality.SPARE}]
 )

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from asyncua import ua
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -37,6 +38,7 @@ from thermaxis.runtime._self_test_nodes import (
 )
 from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, TOWARDS
 from thermaxis.runtime.sinks.dry import DrySink
+from thermaxis.runtime.sources.opcua import NodeSettings, _number_in
 
 RULES = SensorRules(lowest_c=5.0, highest_c=90.0)
 LIMITS = Limits(100.0, 0.5)
@@ -185,12 +187,35 @@ def test_another_compensation_forbids_a_correction(value: bool) -> None:
     assert found.level is (Level.ERROR if value else Level.OK)
 
 
+@pytest.mark.parametrize("value", [2, -1, 255])
+@pytest.mark.parametrize("wanted", [True, False])
+def test_a_number_that_is_no_truth_value_is_refused_as_the_source_refuses_it(
+    value: int, wanted: bool
+) -> None:
+    flag = FlagSettings("ns=2;s=X", wanted)
+    for judge in (judge_interlock, judge_other_compensation):
+        found = judge("", node(value, data_type="Int16"), flag)
+        assert found.level is Level.ERROR
+        assert "0 or 1" in found.what
+    assert _number_in(
+        ua.DataValue(ua.Variant(value, ua.VariantType.Int16)),
+        NodeSettings(node="ns=2;s=X", unit="bool"),
+    ) == (None, False)
+
+
+def test_an_interlock_that_cannot_be_read_is_said_to_be_a_lost_input() -> None:
+    missing = node(None, data_type="Boolean", status="BadNoCommunication")
+    found = judge_interlock("", missing, FlagSettings("ns=2;s=X", value=True))
+    assert "lost input" in found.remedy
+
+
 def test_a_flag_without_a_value_is_a_warning_and_one_of_another_type_an_error() -> None:
     flag = FlagSettings("ns=2;s=X", value=True)
     for judge in (judge_interlock, judge_other_compensation):
         missing = node(None, data_type="Boolean", status="BadNoCommunication")
         assert judge("", missing, flag).level is Level.WARNING
         assert judge("", node(1.5), flag).level is Level.ERROR
+        assert "counts as not met" not in judge("", missing, flag).remedy
         assert judge("", node(exists=False), flag).level is Level.ERROR
 
 

@@ -8,6 +8,7 @@ from typing import Final, final
 from asyncua import ua
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._flag import flag_of
 from thermaxis.runtime._opcua_nodes import parse_node
 from thermaxis.runtime._opcua_session import OpcUaSession
 from thermaxis.runtime._opcua_values import WRONG_TYPE, plain_number
@@ -134,7 +135,8 @@ def _number_in(value: ua.DataValue, settings: NodeSettings) -> tuple[float | Non
     if raw is None:
         return None, False
     if settings.unit == "bool":
-        return float(raw), raw in {0, 1}
+        flag = flag_of(raw)
+        return (None if flag is None else float(flag)), flag is not None
     if isinstance(raw, bool):
         return None, False
     factor, shift = VALUE_UNITS[settings.unit]
