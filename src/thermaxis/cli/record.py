@@ -164,13 +164,16 @@ def _stop_by_signals(stop: "asyncio.Event") -> "Callable[[], None]":
 
 
 def _tell(text: str) -> None:
-    from datetime import UTC, datetime  # noqa: PLC0415  --help needs none of these
+    """Say what happened, if anybody can be told: a full disk or a closed pipe ends no recording."""
+    from contextlib import suppress  # noqa: PLC0415  --help needs none of these
+    from datetime import UTC, datetime  # noqa: PLC0415
 
     from thermaxis.errors import printable  # noqa: PLC0415
 
     now = datetime.now(UTC).strftime("%H:%M:%SZ")
-    sys.stderr.write(f"{now} {printable(text, 500)}\n")
-    sys.stderr.flush()
+    with suppress(OSError):
+        sys.stderr.write(f"{now} {printable(text, 500)}\n")
+        sys.stderr.flush()
 
 
 def _about(settings: "RecordSettings", folder: Path, duration_s: float | None) -> list[str]:
