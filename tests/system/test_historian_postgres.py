@@ -28,6 +28,7 @@ from tests.unit.runtime.history_records import (
 from thermaxis.cli import main
 from thermaxis.compensation._requests import Answer, Request, RequestKind
 from thermaxis.errors import DataError
+from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._ports import CycleRecord
 from thermaxis.runtime.historian._backlog import Backlog
 from thermaxis.runtime.historian._condition import check_history
@@ -43,7 +44,7 @@ from thermaxis.runtime.historian._writer import Writer
 pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
 
 PASSWORD = "not a secret: of a server that lives for a test"  # noqa: S105 - see its text
-QUICK = HistorianSettings(batch_s=0.01, retry_s=0.1, password=PASSWORD)
+QUICK = HistorianSettings(batch_s=0.01, retry_s=0.1, password=Secret(PASSWORD))
 
 
 def program(name: str) -> str:
@@ -300,7 +301,7 @@ def test_a_second_writer_is_refused_until_the_first_has_ended(server: Server) ->
 def test_a_wrong_password_is_said_without_a_password(server: Server) -> None:
     async def scene() -> None:
         wrong = "wrong but not to be shown either"
-        settings = HistorianSettings(password=wrong, retry_s=0.1)
+        settings = HistorianSettings(password=Secret(wrong), retry_s=0.1)
         one = SqlHistorian(server.url, settings, CountingClock())
         await one.open(OUTPUTS, CHANNELS)
         one.record(cycle_record(0))

@@ -17,6 +17,10 @@ _DESCRIPTION = """\
 Read the history that the loop writes, while it runs or later. HISTORY is a file of SQLite, the
 URL of a database, or a machine's configuration (MACHINE.toml), which names it. Nothing is changed.
 """
+_APART = (
+    "Write it into a file that only its owner can read, give that as --password-file, and change"
+    " the password: other users of this computer may have seen it"
+)
 
 
 def _moment(text: str) -> datetime:
@@ -96,6 +100,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_history(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("history", metavar="HISTORY", help="file, URL, or MACHINE.toml")
+    parser.add_argument(
+        "--password-file",
+        metavar="FILE",
+        type=Path,
+        help="file with the password that the database of a URL asks for",
+    )
 
 
 def _add_span(parser: argparse.ArgumentParser) -> None:
@@ -130,21 +140,34 @@ def run(arguments: argparse.Namespace) -> int:
     ThermaxisError
         If the history cannot be found or read, is damaged, or has nothing of what is asked for.
     """
-    url, password = _address_of(arguments.history)
+    url, password = _address_of(arguments.history, arguments.password_file)
     actions = {"export": _export, "events": _events, "check": _check, "copy": _copy}
     actions[arguments.action](arguments, url, password)
     return 0
 
 
-def _address_of(text: str) -> tuple[str, str]:
+def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
     """Return URL and password of what the user names."""
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime._private_files import read_secret  # noqa: PLC0415
+    from thermaxis.runtime.historian._url import refuse_password  # noqa: PLC0415
+
     if "://" in text:
-        return text, ""
+        refuse_password(text, where="HISTORY", remedy=_APART)
+        if password_file is None:
+            return text, ""
+        return text, read_secret(password_file, where="--password-file").reveal()
+    if password_file is not None:
+        raise ConfigurationError(
+            "a password belongs to the URL of a database",
+            where="--password-file",
+            remedy="Leave it out: a file has none, and a configuration names its own",
+        )
     if text.casefold().endswith(".toml"):
         from thermaxis.runtime._config import read_machine  # noqa: PLC0415  --help needs none
 
         machine = read_machine(text)
-        return machine.historian_url, machine.historian.password
+        return machine.historian_url, machine.historian.password.reveal()
     return f"sqlite:///{text}", ""
 
 

@@ -6,7 +6,6 @@ sentences with file, key, the nearest known key and a remedy.
 """
 
 import os
-import stat
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
@@ -32,6 +31,8 @@ from pydantic_core import PydanticCustomError
 
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.runtime._connection import ConnectionSettings, Secret
+from thermaxis.runtime._private_files import read_secret as secret_in
+from thermaxis.runtime._private_files import refuse_readable, unreadable
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -40,8 +41,6 @@ Security: TypeAlias = Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "
 """Security policies that are offered; all but none sign and encrypt."""
 FILE_LIMIT_BYTES: Final = 1_000_000
 """Largest configuration file. [byte]"""
-SECRET_LIMIT_BYTES: Final = 4096
-"""Largest file with a password. [byte]"""
 _MOST_PROBLEMS = 8
 _NO_TABLE = ("this is not a table", "Write keys with values below [...]")
 _NO_NUMBER = ("this is not a number", "Write digits without quotation marks")
@@ -285,63 +284,7 @@ def read_secret(
                 remedy="Set it before the program starts",
             )
         return Secret(text)
-    where = f"{where}, {key}_file"
-    path = folder / file
-    refuse_readable(path, where=where)
-    content = b""
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(SECRET_LIMIT_BYTES + 1)
-        text = content.decode().partition("\n")[0].removesuffix("\r")
-    except OSError as error:
-        raise _unreadable(path, error, where) from None
-    except UnicodeDecodeError:
-        text = ""
-    if not text or len(content) > SECRET_LIMIT_BYTES or "\x00" in text:
-        raise ConfigurationError(
-            f"{path} does not hold a secret",
-            where=where,
-            remedy="Write the secret as its first line, as UTF-8",
-        )
-    return Secret(text)
-
-
-def refuse_readable(path: Path, *, where: str) -> None:
-    """Check that a file with a secret is there and readable by its owner only.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    where : str
-        Which key names it, for the error.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is missing, no regular file, or readable by group or others.
-    """
-    try:
-        mode = path.stat().st_mode
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, error, where) from None
-    if not stat.S_ISREG(mode):
-        raise ConfigurationError(f"{path} is no file", where=where, remedy="Name the file itself")
-    if os.name == "posix" and mode & 0o077:
-        raise ConfigurationError(
-            f"{path} can be read or changed by others than its owner",
-            where=where,
-            remedy=f"Run chmod 600 {path.name} in its folder, and consider the secret as known",
-        )
-
-
-def _unreadable(path: Path, error: OSError | ValueError, where: str) -> ConfigurationError:
-    reason = getattr(error, "strerror", None) or type(error).__name__
-    return ConfigurationError(
-        f"{path} cannot be read ({reason})",
-        where=where,
-        remedy="Check the name; relative names count from the folder of the configuration file",
-    )
+    return secret_in(folder / file, where=f"{where}, {key}_file")
 
 
 def _file(name: str, folder: Path, where: str) -> Path | None:
@@ -351,7 +294,7 @@ def _file(name: str, folder: Path, where: str) -> Path | None:
     try:
         found = path.is_file()
     except (OSError, ValueError) as error:
-        raise _unreadable(path, error, where) from None
+        raise unreadable(path, error, where=where) from None
     if not found:
         raise ConfigurationError(
             f"there is no file {path}",

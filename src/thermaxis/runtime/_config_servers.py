@@ -1,22 +1,26 @@
 """The tables ``[historian]``, ``[server]`` and ``[metrics]``: what is stored, and who may look."""
 
 from pathlib import Path
-from urllib.parse import parse_qs, urlsplit
 
-from thermaxis.runtime._config_connection import read_secret, refuse_readable
+from thermaxis.runtime._config_connection import read_secret
 from thermaxis.runtime._config_problems import Problems
 from thermaxis.runtime._config_sections import HistorianSection, MetricsSection, ServerSection
 from thermaxis.runtime._config_settings import MetricsSettings, ServerSettings
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._loopback import is_loopback
+from thermaxis.runtime._private_files import refuse_readable
 from thermaxis.runtime.historian._settings import HistorianSettings
+from thermaxis.runtime.historian._url import check_encryption, refuse_password
 
 _FORGOTTEN_DATABASES = ("", "/", "/:memory:")
-_ENCRYPTED_MODES = ("require", "verify-ca", "verify-full")
 _POSTGRESQL = ("postgresql", "postgresql+psycopg")
 _URL_REMEDY = (
     'Write url = "sqlite:///lathe.history.db", or "postgresql+psycopg://user@127.0.0.1/database"'
     " with password_file"
+)
+_APART = (
+    "Write it into a file that only its owner can read, name that as password_file, and change the"
+    " password"
 )
 _OWN_ADDRESS = "or take the address 127.0.0.1"
 
@@ -44,24 +48,14 @@ def historian_settings(
     """
     table = "[historian]"
     url = section.url or f"sqlite:///{default}"
-    try:
-        parts = urlsplit(url)
-        host, password, query = parts.hostname or "", parts.password, parse_qs(parts.query)
-    except ValueError:
-        problems.add(f"{table}, url", "this is no address of a database", _URL_REMEDY)
-        return None
+    place = f"{table}, url"
+    scheme = problems.guarded(place, lambda: _scheme_of(url, place))
     secret = _secret(
         table, section.password_file, section.password_environment, problems, key="password"
     )
-    if password is not None or "password" in query:
-        problems.add(
-            f"{table}, url",
-            "the address contains a password",
-            "Write it into a file that only its owner can read, name that as password_file, and"
-            " change the password",
-        )
+    if scheme is None:
         return None
-    if parts.scheme == "sqlite":
+    if scheme == "sqlite":
         checked = _sqlite_url(url, problems)
         if secret:
             problems.add(
@@ -69,25 +63,22 @@ def historian_settings(
                 "SQLite has no password",
                 "Leave it out; who may read the file is decided by its folder's permissions",
             )
-    elif parts.scheme in _POSTGRESQL:
+    elif scheme in _POSTGRESQL:
         checked = url
-        encrypted = query.get("sslmode", [""])[-1] in _ENCRYPTED_MODES
-        if host and not is_loopback(host) and not encrypted:
-            problems.add(
-                f"{table}, url",
-                "the connection to another computer is not encrypted for certain",
-                f"End the address with ?sslmode={_ENCRYPTED_MODES[-1]}",
-            )
+        problems.guarded(place, lambda: check_encryption(url, where=place))
     else:
         problems.add(f"{table}, url", "this database is not known", _URL_REMEDY)
         return None
     if checked is None or secret is None:
         return None
     stated = section.stated(HistorianSettings)
-    settings = problems.guarded(
-        table, lambda: HistorianSettings(password=secret.reveal(), **stated)
-    )
+    settings = problems.guarded(table, lambda: HistorianSettings(password=secret, **stated))
     return None if settings is None else (checked, settings)
+
+
+def _scheme_of(url: str, place: str) -> str:
+    refuse_password(url, where=place, remedy=_APART)
+    return url.partition(":")[0].casefold()
 
 
 def _sqlite_url(url: str, problems: Problems) -> str | None:

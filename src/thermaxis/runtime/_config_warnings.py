@@ -12,6 +12,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._config_settings import MachineConfiguration
 from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._self_test_nodes import Finding, error, warning
+from thermaxis.runtime.historian._url import Encryption, encryption_of
 
 VISIBLE_STEP_UM: Final = 1.0
 """A correction that moves further from one cycle to the next may mark the surface. [µm]"""
@@ -41,6 +42,7 @@ def warnings_of(configuration: MachineConfiguration, now: datetime) -> tuple[Fin
         *_about_protection(configuration),
         *_about_outputs(configuration),
         *_about_connections(configuration),
+        *_about_the_history(configuration),
         *_about_files(configuration),
         *_about_certificates(configuration, now),
     )
@@ -245,6 +247,16 @@ def _about_connections(configuration: MachineConfiguration) -> Iterator[Finding]
                 f"a request may take {settings.timeout_s:g} s, more than half a cycle",
                 "Lower timeout_s",
             )
+
+
+def _about_the_history(configuration: MachineConfiguration) -> Iterator[Finding]:
+    if encryption_of(configuration.historian_url) is Encryption.UNPROVEN:
+        yield warning(
+            "[historian], url",
+            "sslmode=require encrypts, and believes whoever answers to be the database: somebody in"
+            " between would get the password and the history",
+            "Write sslmode=verify-full with sslrootcert",
+        )
 
 
 def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:

@@ -139,6 +139,25 @@ def test_the_largest_displacement_of_the_training_takes_the_worst_of_every_part(
     assert largest_of_training(Output("Z_um", (Part("x", "A"),))) is None
 
 
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("a@plant.example/x?sslmode=require", True),
+        ("a@127.0.0.1/x?host=plant.example&sslmode=require", True),
+        ("a@plant.example/x?sslmode=verify-full", False),
+        ("a@127.0.0.1/x?sslmode=require", False),
+        ("/x?host=%2Frun%2Fpostgresql", False),
+    ],
+)
+def test_a_database_that_does_not_prove_who_it_is_is_said(
+    tmp_path: Path, address: str, said: bool
+) -> None:
+    found = warned(
+        tmp_path, ('url = "sqlite:///history/lathe.db"', f'url = "postgresql://{address}"')
+    )
+    assert ("verify-full" in texts(found)) is said
+
+
 def test_a_folder_that_is_not_there_is_an_error(tmp_path: Path) -> None:
     found = warnings_of(read_machine(machine_file(tmp_path)), NOW)
     errors = [finding for finding in found if finding.level is Level.ERROR]

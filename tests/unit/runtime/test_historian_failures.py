@@ -25,6 +25,7 @@ from tests.unit.runtime.history_records import (
     url_of,
 )
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.runtime._connection import Secret
 from thermaxis.runtime.historian import _database, _store, _tables, _writer
 from thermaxis.runtime.historian._backlog import Backlog, Item
 from thermaxis.runtime.historian._database import parse_url
@@ -616,9 +617,12 @@ def test_a_historian_that_was_never_opened_can_be_closed(tmp_path: Path) -> None
         ("sqlite:///h.db?mode=ro", "names no file"),
         ("mysql://user@host/db", "not kept in"),
         ("postgresql+asyncpg://user@host/db", "not kept in"),
-        ("postgresql://user@plant/db?sslmode=prefer", "without encryption"),
-        ("postgresql://user@plant/db?sslmode=disable", "without encryption"),
-        ("postgresql://user@127.0.0.1/db?host=plant&sslmode=allow", "without encryption"),
+        ("postgresql://user@plant/db?sslmode=prefer", "not encrypted for certain"),
+        ("postgresql://user@plant/db?sslmode=disable", "not encrypted for certain"),
+        ("postgresql://user@plant/db", "not encrypted for certain"),
+        ("postgresql://user@127.0.0.1/db?host=plant", "not encrypted for certain"),
+        ("postgresql://user@127.0.0.1/db?hostaddr=10.0.0.1", "not encrypted for certain"),
+        ("postgresql://user@127.0.0.1/db?host=plant&sslmode=allow", "not encrypted for certain"),
     ],
 )
 def test_a_url_that_cannot_be_used_is_refused_before_anything_runs(url: str, message: str) -> None:
@@ -629,8 +633,7 @@ def test_a_url_that_cannot_be_used_is_refused_before_anything_runs(url: str, mes
 @pytest.mark.parametrize(
     ("url", "mode"),
     [
-        ("postgresql://user@plant/db", "require"),
-        ("postgresql://user@127.0.0.1/db?host=plant", "require"),
+        ("postgresql://user@plant/db?sslmode=require", "require"),
         ("postgresql://user@plant/db?sslmode=verify-full", "verify-full"),
         ("postgresql://user@127.0.0.1:5433/db", None),
         ("postgresql://user@localhost/db", None),
@@ -655,4 +658,4 @@ def test_settings_out_of_range_are_refused() -> None:
     ):
         with pytest.raises(ConfigurationError):
             HistorianSettings(**wrong)  # type: ignore[arg-type]
-    assert "hidden" not in repr(HistorianSettings(password="hidden"))  # noqa: S106 - not one
+    assert "hidden" not in repr(HistorianSettings(password=Secret("hidden")))

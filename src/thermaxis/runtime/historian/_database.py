@@ -3,7 +3,6 @@
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final
 
 import sqlalchemy as sa
 from sqlalchemy import event
@@ -11,6 +10,7 @@ from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime.historian._url import check_encryption
 
 URL_REMEDY = (
     "Write sqlite:///lathe.history.db, or postgresql+psycopg://user@host/database with the password"
@@ -19,8 +19,6 @@ URL_REMEDY = (
 """How a URL is written, for errors."""
 _SQLITE = "sqlite"
 _POSTGRESQL = "postgresql"
-_LOOPBACK: Final = frozenset({"localhost", "127.0.0.1", "::1"})
-_ENCRYPTED: Final = frozenset({"require", "verify-ca", "verify-full"})
 _BUSY_S = 5.0
 
 
@@ -37,7 +35,7 @@ def parse_url(url: str, password: str = "") -> URL:
     Returns
     -------
     sqlalchemy.engine.URL
-        The address. Elsewhere than on this computer PostgreSQL is asked for encryption.
+        The address.
 
     Raises
     ------
@@ -67,31 +65,8 @@ def parse_url(url: str, password: str = "") -> URL:
     parsed = parsed.set(drivername=f"{_POSTGRESQL}+psycopg")
     if password:
         parsed = parsed.set(password=password)
-    return parsed if _is_near(parsed) else _encrypted(parsed)
-
-
-def _is_near(url: URL) -> bool:
-    """Return whether a URL of PostgreSQL can only mean this computer."""
-    hosts = [url.host] if url.host else []
-    for key in ("host", "hostaddr"):
-        value = url.query.get(key, ())
-        hosts += [value] if isinstance(value, str) else list(value)
-    listed = [part for host in hosts for part in host.split(",")]
-    names = [part if "::" in part else part.partition(":")[0] for part in listed]
-    return all(name in _LOOPBACK or name.startswith("/") for name in names)
-
-
-def _encrypted(url: URL) -> URL:
-    mode = url.query.get("sslmode")
-    if mode is None:
-        return url.update_query_dict({"sslmode": "require"})
-    if mode not in _ENCRYPTED:
-        raise ConfigurationError(
-            f"sslmode {mode} allows a connection to another computer without encryption",
-            where="historian url",
-            remedy="Write sslmode=verify-full with sslrootcert, or leave sslmode out",
-        )
-    return url
+    check_encryption(url, where="historian url")
+    return parsed
 
 
 def absolute_url(url: str, folder: Path) -> str:

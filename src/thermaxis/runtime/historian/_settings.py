@@ -1,9 +1,12 @@
 """What the historian is told: where to, for how long, how much it may keep in memory."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._connection import Secret
+
+_NONE = Secret("")
 
 
 @final
@@ -20,7 +23,7 @@ class HistorianSettings:
     retention_days: int = 90
     """Days with records that are kept. Days on which nothing was recorded do not count, so that a
     clock that is wrong for once deletes nothing. Default: a quarter. [d]"""
-    password: str = field(default="", repr=False)
+    password: Secret = _NONE
     """Password of the database's user; empty where none is needed."""
     largest_waiting_bytes: int = 32_000_000
     """Memory for what cannot be stored at the moment; then the oldest cycles are lost. Default:

@@ -55,7 +55,7 @@ class SqlHistorian(Historian):
         self._packer = RowPacker()
         self._backlog = Backlog(settings.largest_waiting_bytes)
         self._writer = Writer(
-            parse_url(url, settings.password), settings, clock, self._backlog, self._packer
+            parse_url(url, settings.password.reveal()), settings, clock, self._backlog, self._packer
         )
         self._thread: threading.Thread | None = None
         self._begun = False
