@@ -1,9 +1,6 @@
 """Certificates of OPC UA connections: make, read, check, and say when they expire."""
 
 import ipaddress
-import os
-import stat
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
@@ -18,6 +15,7 @@ from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime._private_files import read_private, unreadable, whole_file
 
 WARNED_DAYS: Final = 30
 """The end of a certificate is warned of so early. [day]"""
@@ -33,6 +31,14 @@ LARGEST_FILE_BYTES: Final = 65_536
 """Largest certificate or key. [byte]"""
 _CLOCK_MARGIN = timedelta(days=1)
 _PEM = b"-----BEGIN"
+_FILE_REMEDY = (
+    "Check the name and the permissions; thermaxis certificate new makes own ones, fetch stores"
+    " that of a server"
+)
+_KEY_REMEDY = (
+    "Run chmod 600 on it; if others may have read it, make a new one and let the machine trust"
+    " only that"
+)
 
 
 class CertificateUse(StrEnum):
@@ -201,8 +207,9 @@ def private_key_of(path: Path) -> PrivateKey:
     ConfigurationError
         If it cannot be read, others can read or change it, or it is no such key.
     """
-    _refuse_open_to_others(path)
-    content = _content(path)
+    content = read_private(
+        path, limit_bytes=LARGEST_FILE_BYTES, where="private key", remedy=_KEY_REMEDY
+    )
     try:
         if content.lstrip().startswith(_PEM):
             key = serialization.load_pem_private_key(content, password=None)
@@ -233,26 +240,12 @@ def _pem_of(key: rsa.RSAPrivateKey) -> bytes:
     )
 
 
-def _refuse_open_to_others(path: Path) -> None:
-    try:
-        mode = path.stat().st_mode
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, error) from None
-    if os.name == "posix" and stat.S_IMODE(mode) & 0o077:
-        raise ConfigurationError(
-            "others than its owner can read or change the private key",
-            where=str(path),
-            remedy="Run chmod 600 on it; if others may have read it, make a new one and let the"
-            " machine trust only that",
-        )
-
-
 def _content(path: Path) -> bytes:
     try:
         with path.open("rb") as stream:
             content = stream.read(LARGEST_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
-        raise _unreadable(path, error) from None
+        raise unreadable(path, error, where="certificate", remedy=_FILE_REMEDY) from None
     if len(content) > LARGEST_FILE_BYTES:
         raise ConfigurationError(
             f"the file is longer than {LARGEST_FILE_BYTES} bytes",
@@ -260,16 +253,6 @@ def _content(path: Path) -> bytes:
             remedy="Name the certificate or key itself",
         )
     return content
-
-
-def _unreadable(path: Path, error: OSError | ValueError) -> ConfigurationError:
-    reason = getattr(error, "strerror", None) or type(error).__name__
-    return ConfigurationError(
-        f"the file cannot be read ({reason})",
-        where=str(path),
-        remedy="Check the name and the permissions; thermaxis certificate new makes own ones, fetch"
-        " stores that of a server",
-    )
 
 
 def check_own_pair(
@@ -505,8 +488,8 @@ def write_pair(
                 remedy="Choose another name, or say --replace to renew certificate and key",
             )
     der, pem = pair
-    _write_whole(key, pem, mode=0o600)
-    _write_whole(certificate, der, mode=0o644)
+    _write(key, pem, mode=0o600)
+    _write(certificate, der, mode=0o644)
 
 
 def write_certificate(path: Path, certificate: Certificate, *, replace: bool = False) -> None:
@@ -534,20 +517,9 @@ def write_certificate(path: Path, certificate: Certificate, *, replace: bool = F
             where=str(path),
             remedy="Choose another name, or say --replace if the machine was really renewed",
         )
-    _write_whole(path, certificate.der, mode=0o644)
+    _write(path, certificate.der, mode=0o644)
 
 
-def _write_whole(path: Path, content: bytes, *, mode: int) -> None:
-    """Write a file that is whole or not there, with its permissions from the first moment."""
-    descriptor, name = tempfile.mkstemp(prefix=path.name, dir=path.parent)  # 0600
-    try:
-        with os.fdopen(descriptor, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        if os.name == "posix":
-            Path(name).chmod(mode)
-        Path(name).replace(path)
-    except OSError:
-        Path(name).unlink(missing_ok=True)
-        raise
+def _write(path: Path, content: bytes, *, mode: int) -> None:
+    with whole_file(path, mode=mode) as stream:
+        stream.write(content)

@@ -17,6 +17,7 @@ from thermaxis.errors import ConfigurationError, printable
 from thermaxis.runtime._config_settings import MetricsSettings
 from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import NOT_READ, Clock
+from thermaxis.runtime._private_files import refuse_readable
 from thermaxis.runtime._status import RuntimeStatus
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
@@ -345,8 +346,8 @@ class MetricsServer:
         Raises
         ------
         ConfigurationError
-            If certificate or key cannot be read, the address is not this computer's, or the port
-            is taken.
+            If certificate or key cannot be read, others may read the key, the address is not this
+            computer's, or the port is taken.
         """
         settings = self._settings
         context = None
@@ -476,6 +477,7 @@ def _response(line: str, body: bytes, content_type: str, header: str = "") -> by
 
 
 def _tls(certificate: Path, key: Path) -> ssl.SSLContext:
+    refuse_readable(key, where="metrics, private_key")
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:

@@ -1,10 +1,9 @@
 """Complete logs of a recording as Parquet beside them: an eighth of the size, read at once."""
 
-import os
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from pathlib import Path
 
+from thermaxis.runtime._private_files import whole_file
 from thermaxis.runtime._recorder_files import SOURCES_FOLDER
 
 _TIME_FORMAT = "%Y-%m-%dT%H:%M:%S%.3fZ"
@@ -54,17 +53,10 @@ def _write(path: Path, *, numbers: bool) -> Path:
             .dt.replace_time_zone("UTC")
         )
     target = path.with_suffix(".parquet")
-    beside = path.with_suffix(".parquet-part")
-    try:
-        with beside.open("wb") as stream:
-            frame.write_parquet(stream)
-            stream.flush()
-            os.fsync(stream.fileno())
-        beside.replace(target)
-    except OSError:
-        with suppress(OSError):
-            beside.unlink()
-        raise
+    for left in target.parent.glob(f".{target.name}.*.new"):  # of a recording that was killed
+        left.unlink(missing_ok=True)
+    with whole_file(target) as stream:
+        frame.write_parquet(stream)
     return target
 
 

@@ -13,7 +13,6 @@ It is read again when it changes. While it cannot be read nobody is known: the s
 import asyncio
 import contextlib
 import os
-import stat
 import sys
 import threading
 import tomllib
@@ -29,6 +28,7 @@ from argon2 import PasswordHasher, Type, extract_parameters
 from argon2.exceptions import InvalidHashError, VerificationError
 
 from thermaxis.errors import ConfigurationError, ThermaxisError, printable
+from thermaxis.runtime._private_files import read_private, whole_file
 
 LONGEST_NAME = 64
 """Longest name of a user. [1]"""
@@ -208,7 +208,12 @@ def read_users(path: Path | str) -> tuple[User, ...]:
         key is unknown or missing, a name stands twice, or a hash is no argon2id hash.
     """
     where = str(path)
-    content = _read_private(Path(path))
+    content = read_private(
+        Path(path),
+        limit_bytes=LARGEST_FILE_BYTES,
+        where=str(path),
+        remedy="Say chmod 600, and choose new passwords if it was so for long",
+    )
     try:
         tables = cast("dict[str, object]", tomllib.loads(content.decode("utf-8")))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -230,27 +235,6 @@ def read_users(path: Path | str) -> tuple[User, ...]:
     if twice is not None:
         raise ConfigurationError(f"user {twice} stands twice", where=where)
     return users
-
-
-def _read_private(path: Path) -> bytes:
-    """Return the content of a file that only its owner may read or write."""
-    try:
-        with path.open("rb") as stream:
-            mode = os.fstat(stream.fileno()).st_mode
-            content = stream.read(LARGEST_FILE_BYTES + 1)
-    except OSError as error:
-        raise ConfigurationError(
-            f"the file of users cannot be read: {error.strerror or error}", where=str(path)
-        ) from None
-    if os.name == "posix" and mode & (stat.S_IRWXG | stat.S_IRWXO):
-        raise ConfigurationError(
-            "others than its owner may read or write the file of users",
-            where=str(path),
-            remedy="Say chmod 600, and choose new passwords if it was so for long",
-        )
-    if len(content) > LARGEST_FILE_BYTES:
-        raise ConfigurationError("the file of users is too large", where=str(path))
-    return content
 
 
 def _user(row: object, where: str) -> User:
@@ -312,27 +296,8 @@ def write_users(users: Sequence[User], path: Path | str) -> None:
         f'[[user]]\nname = "{check_name(u.name)}"\nrole = "{u.role}"\nhash = "{u.hash}"\n\n'
         for u in users
     )
-    beside = target.with_name(f".{target.name}.{os.getpid()}.new")
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
-    try:
-        with os.fdopen(os.open(beside, flags, 0o600), "wb") as stream:
-            stream.write(text.encode())
-            stream.flush()
-            os.fsync(stream.fileno())
-            _keep_owner(target, stream.fileno())
-        beside.replace(target)
-    except OSError:
-        beside.unlink(missing_ok=True)
-        raise
-
-
-def _keep_owner(old: Path, new: int) -> None:
-    """Give a new file the old one's owner, where an administrator writes a service's file."""
-    if os.name != "posix" or not old.exists():
-        return
-    found = old.stat()
-    with contextlib.suppress(PermissionError):
-        os.fchown(new, found.st_uid, found.st_gid)
+    with whole_file(target, mode=0o600) as stream:
+        stream.write(text.encode())
 
 
 @final

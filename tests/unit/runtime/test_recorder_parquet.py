@@ -8,7 +8,7 @@ import pytest
 
 from tests.unit.runtime.recording import START, Recording, channel, rows_of, settings
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime import _recorder_parquet
+from thermaxis.runtime import _private_files
 from thermaxis.runtime._recorder_parquet import parquet_writer, write_parquet
 
 NAME = "lathe-2026-11-21.csv"
@@ -50,7 +50,7 @@ def test_a_file_that_cannot_be_written_leaves_nothing_and_is_tried_again(
     def full(_descriptor: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(_recorder_parquet.os, "fsync", full)
+    monkeypatch.setattr(_private_files.os, "fsync", full)
     write([log])
     assert told == [f"{NAME} cannot be written as Parquet (No space left on device)"]
     assert list(log.parent.rglob("*.parquet*")) == []

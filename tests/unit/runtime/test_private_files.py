@@ -1,0 +1,123 @@
+"""Files with secrets, and files that are whole or not there."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._private_files import (
+    SECRET_LIMIT_BYTES,
+    read_private,
+    read_secret,
+    refuse_readable,
+    whole_file,
+)
+
+
+def private(path: Path, content: bytes, mode: int = 0o600) -> Path:
+    path.write_bytes(content)
+    path.chmod(mode)
+    return path
+
+
+@pytest.mark.parametrize("bit", [0o040, 0o020, 0o010, 0o004, 0o002, 0o001])
+def test_every_right_of_others_makes_a_file_no_secret(tmp_path: Path, bit: int) -> None:
+    path = private(tmp_path / "secret", b"hunter2\n", 0o600 | bit)
+    for look in (
+        lambda: refuse_readable(path, where="here"),
+        lambda: read_private(path, limit_bytes=100, where="here"),
+        lambda: read_secret(path, where="here"),
+    ):
+        with pytest.raises(ConfigurationError, match="others than its owner") as refused:
+            look()
+        assert refused.value.where == "here"
+        assert "chmod 600" in refused.value.remedy
+        assert "hunter2" not in str(refused.value)
+
+
+def test_the_first_line_is_the_secret_and_is_never_shown(tmp_path: Path) -> None:
+    path = private(tmp_path / "secret", "häslo 1 \r\nmore".encode())
+    found = read_secret(path, where="here")
+    assert found.reveal() == "häslo 1 "
+    assert "1" not in f"{found} {found!r}"
+
+
+@pytest.mark.parametrize("content", [b"", b"\nx", b"a\x00b", b"\xff\xfe", b"x" * 5000])
+def test_what_is_no_secret_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = private(tmp_path / "secret", content)
+    with pytest.raises(ConfigurationError, match="does not hold a secret"):
+        read_secret(path, where="here")
+
+
+def test_the_largest_file_is_taken_and_a_larger_one_is_not(tmp_path: Path) -> None:
+    longest = private(tmp_path / "longest", b"x" * SECRET_LIMIT_BYTES)
+    assert len(read_secret(longest, where="here").reveal()) == SECRET_LIMIT_BYTES
+    assert len(read_private(longest, limit_bytes=SECRET_LIMIT_BYTES, where="x")) == 4096
+    with pytest.raises(ConfigurationError, match="larger than 4095 bytes"):
+        read_private(longest, limit_bytes=SECRET_LIMIT_BYTES - 1, where="here")
+
+
+def test_a_pipe_and_a_folder_are_refused_without_waiting(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe, 0o600)
+    for path in (pipe, tmp_path):
+        with pytest.raises(ConfigurationError, match="is no file"):
+            read_secret(path, where="here")
+    with pytest.raises(ConfigurationError, match="cannot be read"):
+        read_secret(tmp_path / "none", where="here")
+
+
+@pytest.mark.parametrize("umask", [0o000, 0o022, 0o077])
+def test_a_file_has_its_permissions_whatever_the_umask(tmp_path: Path, umask: int) -> None:
+    before = os.umask(umask)
+    try:
+        for mode in (0o600, 0o644):
+            path = tmp_path / f"{mode:o}"
+            with whole_file(path, mode=mode) as stream:
+                (beside,) = tmp_path.glob(f".{path.name}.*.new")
+                assert stat.S_IMODE(beside.stat().st_mode) == mode & 0o600 & ~umask
+                stream.write(b"x")
+            assert stat.S_IMODE(path.stat().st_mode) == mode
+        plain = tmp_path / "plain"
+        with whole_file(plain) as stream:
+            stream.write(b"x")
+        assert stat.S_IMODE(plain.stat().st_mode) == 0o666 & ~umask
+    finally:
+        os.umask(before)
+
+
+@pytest.mark.parametrize("failure", [OSError(28, "full"), KeyboardInterrupt(), ValueError("x")])
+def test_an_error_leaves_the_old_file_and_nothing_beside_it(
+    tmp_path: Path, failure: BaseException
+) -> None:
+    path = private(tmp_path / "file", b"old")
+
+    def fail() -> None:
+        with whole_file(path, mode=0o600) as stream:
+            stream.write(b"half")
+            raise failure
+
+    with pytest.raises(type(failure)):
+        fail()
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_is_on_the_disk_before_it_has_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = private(tmp_path / "file", b"old")
+    seen: list[bytes] = []
+    synced = os.fsync
+
+    def look(descriptor: int) -> None:
+        seen.append(path.read_bytes())
+        synced(descriptor)
+
+    monkeypatch.setattr(os, "fsync", look)
+    with whole_file(path, mode=0o600) as stream:
+        stream.write(b"new")
+    assert seen == [b"old"]
+    assert path.read_bytes() == b"new"
