@@ -1,7 +1,8 @@
 """The loop is killed (SIGKILL) at random moments: what the machine saw, what the history lost.
 
-It compensates a virtual lathe, which a second client watches twenty times a second. Half of the kills with a machine that keeps its offset, half with one whose watchdog takes it back
-after two seconds. The moments are seeded, from the program's start to the midst of its work.
+It compensates a virtual lathe, which a second client watches twenty times a second. Half of the
+kills with a machine that keeps its offset, half with one whose watchdog takes it back after two
+seconds. The moments are seeded, from the program's start to the midst of its work.
 """
 
 import argparse

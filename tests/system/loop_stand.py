@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
 from asyncua import ua
-from asyncua.client import Client
+from asyncua.client.client import Client
 
 from thermaxis.compensation import CompensationModel, Output, Part, Section, SupervisorState
 from thermaxis.compensation._thermal_model import GainPoint
@@ -592,8 +592,11 @@ def judge(seen: Campaign) -> Judgement:
                 run = one
         with_machine = [cycle for cycle in run if cycle.applied]
         lost_cycles = max(lost_cycles, life.writes - len(with_machine))
-        if life.writes or any("correction: " in said.text for said in life.said):
-            lost = max(lost, life.killed_s - (run[-1].monotonic_s if run else life.began_s))
+        printed_s = [said.at_s for said in life.said if "correction: " in said.text]
+        if run:
+            lost = max(lost, life.killed_s - run[-1].monotonic_s)
+        elif printed_s:  # not even the first cycle was recorded
+            lost = max(lost, life.killed_s - printed_s[0])
         if not with_machine:
             continue
         start = max(start, with_machine[0].monotonic_s - life.began_s)

@@ -198,6 +198,7 @@ class CompensationLoop:
         self._applied: Mapping[str, Applied] = {}
         self._found_known = False
         self._doubtful = False
+        self._refused = False
         self._touched = float("inf"), self.clock.utc()
         self._forbidden: tuple[str, ...] | None = None if self_test else ()
         self._test_task: asyncio.Task[Sequence[str]] | None = None
@@ -353,8 +354,10 @@ class CompensationLoop:
     async def _cycle(self, now_s: float, lateness_s: float) -> None:
         self._number += 1
         wait_s = min(max(0.5 * self.compensation.cycle_s, SHORTEST_WAIT_S), LONGEST_WAIT_S)
-        if self._differs():  # a machine may take an offset over a little later than it answers
+        if self._refused or self._differs():  # it may have taken the offset over meanwhile
             self._applied = await self.sink.read_back(wait_s)
+            if self._refused:
+                self._go_back()
         samples = await self.source.read(wait_s)
         self._watch_self_test(now_s)
         found = await self._find(wait_s)
@@ -366,12 +369,11 @@ class CompensationLoop:
         if connected and not self._silent():
             correction_um = dict(zip(self._names, output.correction_um, strict=True))
             self._touch()
-            written = await self.sink.write(correction_um, wait_s)
+            self._refused = not await self.sink.write(correction_um, wait_s)
             self._applied = await self.sink.read_back(wait_s)
-            if not written:
-                self._go_back()
         else:
-            self._applied = {}
+            self._applied, self._refused = {}, False
+            self._doubtful = self._found_known  # without a heartbeat nothing stays where it is
         self._answer(waiting, output.answers)
         utc = self.clock.utc()
         self.historian.record(
@@ -410,7 +412,7 @@ class CompensationLoop:
                 found = {name: _standing_um(applied.get(name, _UNKNOWN)) for name in self._names}
         if found is not None:
             self._found_known = all(_is_offset(found.get(name)) for name in self._names)
-            if not self._found_known:
+            if not self._found_known and not self._doubtful:
                 self._event(
                     "alarm", "", "what stands in the machine is no offset: nothing is written"
                 )
