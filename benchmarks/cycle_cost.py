@@ -82,7 +82,7 @@ def readings(compensation: Compensation) -> tuple[CycleState, list[CycleReading]
 
 
 def empty(
-    compensation: Compensation,
+    compensation: Compensation,  # noqa: ARG001 - the signature of the cycle
     state: CycleState,
     reading: CycleReading,
 ) -> tuple[CycleState, CycleReading]:
@@ -94,7 +94,7 @@ def nothing() -> None:
     """Do nothing."""
 
 
-def passes(function: Callable[..., Any]) -> Callable[[Any, Any, list[Any]], float]:
+def passes(function: Callable[..., Any]) -> Callable[..., float]:
     """Return the time of one loop over the readings with a function of the cycle's signature."""
 
     def seconds(compensation: Any, state: Any, made: list[Any]) -> float:
@@ -106,8 +106,9 @@ def passes(function: Callable[..., Any]) -> Callable[[Any, Any, list[Any]], floa
     return seconds
 
 
-def bare(compensation: Any, state: Any, made: list[Any]) -> float:
+def bare(*given: Any) -> float:
     """Return the time of one loop over the readings that calls a bare function."""
+    made: list[Any] = given[-1]
     begun = time.thread_time()
     for _ in made:
         nothing()

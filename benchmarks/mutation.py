@@ -73,7 +73,7 @@ def is_text(node: ast.AST) -> bool:
     return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
-def changes(node: ast.AST) -> Iterator[tuple[str, ast.AST | None]]:
+def changes(node: ast.AST) -> Iterator[tuple[str, ast.AST | None]]:  # noqa: C901 - a list
     """Yield what a node may be changed to, with words; None leaves a statement out."""
     if isinstance(node, ast.Compare):
         for i, one in enumerate(node.ops):
@@ -165,14 +165,18 @@ class Changed(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     def find_spec(
         self, fullname: str, path: object = None, target: object = None
     ) -> importlib.machinery.ModuleSpec | None:
+        """Find the one module."""
+        del path, target
         if fullname != self.name:
             return None
         return importlib.util.spec_from_loader(fullname, self, origin=self.file)
 
     def create_module(self, spec: importlib.machinery.ModuleSpec) -> ModuleType | None:
-        return None
+        """Let the interpreter make it."""
+        del spec
 
     def exec_module(self, module: ModuleType) -> None:
+        """Run the tree."""
         exec(compile(self.tree, self.file, "exec"), module.__dict__)  # noqa: S102 - its purpose
 
 

@@ -196,7 +196,7 @@ def judge(
 
 
 def _why_unread(rules: SensorRules, sample: Sample) -> SampleQuality | None:
-    """Return why nothing was read, or None where there is a number with good status and age."""
+    """Return why nothing was read; None where there is a number that needs no time stamp."""
     value, good, age_s = sample
     if type(value) is not float or not math.isfinite(value):
         return SampleQuality.MISSING
@@ -204,6 +204,4 @@ def _why_unread(rules: SensorRules, sample: Sample) -> SampleQuality | None:
         return SampleQuality.STATUS_BAD
     if age_s is None:
         return SampleQuality.NO_TIME_STAMP if rules.time_stamp_required else None
-    if type(age_s) is float and -rules.longest_age_s <= age_s <= rules.longest_age_s:
-        return None
     return SampleQuality.OLD

@@ -39,9 +39,7 @@ HOLDING, FADING, FAULT = SupervisorState.HOLDING, SupervisorState.FADING, Superv
 def number(value: object, largest: float = 1e6) -> float | None:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
-    if value != value or abs(value) > largest:
-        return None
-    return float(value)
+    return float(value) if abs(value) <= largest else None
 
 
 def clamped(value: float, largest: float) -> float:
@@ -51,7 +49,7 @@ def clamped(value: float, largest: float) -> float:
 # ---- sensors ------------------------------------------------------------------------------------
 
 
-def plain_judge(
+def plain_judge(  # noqa: PLR0911 - one rule after the other
     rules: SensorRules, sensor: SensorState, sample: Sample, time_s: float, elapsed_s: float
 ) -> tuple[SampleQuality, SensorState]:
     value, good, age_s = sample
@@ -128,7 +126,7 @@ class World:
         accepted, reason = self.answered(request)
         return Answer(request, accepted, reason)
 
-    def answered(self, request: Request) -> tuple[bool, str]:
+    def answered(self, request: Request) -> tuple[bool, str]:  # noqa: C901, PLR0911, PLR0912 - a plain list
         memory, kind = self.memory, request.kind
         faulty = memory.state is FAULT
         if kind == RequestKind.ENABLE:
@@ -220,7 +218,7 @@ class World:
 # ---- supervisor ---------------------------------------------------------------------------------
 
 
-def plain_supervisor(
+def plain_supervisor(  # noqa: C901, PLR0912 - the table, row by row
     rules: SupervisorRules, memory: Memory, now: dict[str, bool], time_s: float, elapsed_s: float
 ) -> tuple[Memory, tuple[Reason, ...]]:
     state = memory.state
@@ -324,7 +322,7 @@ RESTARTS = {
 }
 
 
-def plain_cycle(
+def plain_cycle(  # noqa: C901, PLR0912, PLR0915 - one step after the other
     compensation: Compensation, state: CycleState, reading: CycleReading
 ) -> tuple[CycleState, CycleOutput]:
     model, rules = compensation.model, compensation.supervisor
@@ -432,12 +430,12 @@ def plain_cycle(
         elif memory.state is FAULT:
             goal, moves = 0.0, True
             read = world.read_back()[k]
-            if connected and not agrees and read is not None:
-                if abs(read - c) > rules.read_back_tolerance_um:
-                    goal = min(c, max(0.0, read)) if c > 0.0 else max(c, min(0.0, read))
-        if moves and goal != 0.0 and goal != c:
-            if abs(goal - state.goal_um[k]) <= bounds.deadband_um:
-                goal = state.goal_um[k]
+            away = read is not None and abs(read - c) > rules.read_back_tolerance_um
+            if connected and not agrees and away:
+                goal = min(c, max(0.0, read)) if c > 0.0 else max(c, min(0.0, read))
+        near = abs(goal - state.goal_um[k]) <= bounds.deadband_um
+        if moves and near and goal not in {0.0, c}:
+            goal = state.goal_um[k]
         after = c
         if moves:
             step = bounds.largest_rate_um_per_s * step_s

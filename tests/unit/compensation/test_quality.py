@@ -6,7 +6,15 @@ from typing import Any
 
 import pytest
 
-from thermaxis.compensation import Sample, SampleQuality, SensorRules, SensorState, judge
+from thermaxis.compensation import (
+    Outcome,
+    Quality,
+    Sample,
+    SampleQuality,
+    SensorRules,
+    SensorState,
+    judge,
+)
 from thermaxis.errors import ConfigurationError
 
 RULES = SensorRules(
@@ -84,6 +92,9 @@ def test_a_value_that_does_not_change_at_all_is_frozen_after_its_time() -> None:
     assert judge(RULES, BEFORE, Sample(20.0), 190.0, 2.0) == (GOOD, BEFORE)
     assert judge(RULES, BEFORE, Sample(20.0), 190.5, 2.0) == (SampleQuality.FROZEN, BEFORE)
     assert judge(RULES, BEFORE, Sample(20.1), 190.5, 2.0)[0] is GOOD
+    quick = replace(RULES, frozen_s=0.5)
+    assert judge(quick, BEFORE, Sample(20.0), 90.5, 2.0)[0] is GOOD
+    assert judge(quick, BEFORE, Sample(20.0), 90.75, 2.0)[0] is SampleQuality.FROZEN
     still = replace(RULES, frozen_s=0.0)
     assert judge(still, BEFORE, Sample(20.0), 1e9, 2.0) == (GOOD, BEFORE)
 
@@ -117,6 +128,15 @@ def test_a_swapped_sensor_stays_refused_however_long_one_waits() -> None:
         quality, state = judge(RULES, state, Sample(24.5), 100.0 + 2.0 * k, 2.0)
         assert quality is SampleQuality.TOO_FAST
     assert state == SensorState(20.0, 90.0, 2.0)
+
+
+def test_a_jump_is_forgiven_by_twice_its_own_step() -> None:
+    fine, state = replace(RULES, step_k=0.5), BEFORE
+    for k in range(10):
+        state = judge(fine, state, Sample(30.0), 100.0 + 2.0 * k, 2.0)[1]
+    assert state == SensorState(20.0, 90.0, 1.0)
+    assert judge(fine, state, Sample(22.5), 130.0, 2.0)[0] is GOOD
+    assert judge(fine, state, Sample(22.501), 130.0, 2.0)[0] is SampleQuality.TOO_FAST
 
 
 def test_a_value_that_jumped_is_believed_when_it_comes_back_within_three_steps() -> None:
@@ -159,9 +179,9 @@ def test_a_loss_does_not_hide_that_a_sensor_is_frozen() -> None:
         *(("largest_difference_k", value) for value in (0.0, -1.0, math.inf)),
         *((name, value) for name in ("step_k", "frozen_s") for value in (-1e-9, 1.1e6, math.nan)),
         ("lowest_c", 60.0),
-        ("lowest_c", -1.1e6),
+        ("lowest_c", -1_000_000.5),
         ("lowest_c", math.nan),
-        ("highest_c", 1.1e6),
+        ("highest_c", 1_000_000.5),
         ("highest_c", 1.0),
     ],
 )
@@ -185,3 +205,23 @@ def test_the_ends_of_the_rules_are_taken_and_the_defaults_are_those_of_the_docs(
     plain = SensorRules(lowest_c=1.0, highest_c=60.0)
     assert (plain.largest_rate_k_per_s, plain.step_k, plain.longest_age_s) == (0.1, 1.0, 10.0)
     assert (plain.frozen_s, plain.largest_difference_k) == (14_400.0, 3.0)
+
+
+def test_every_sentence_is_there() -> None:
+    assert {quality.name for quality in SampleQuality} == {
+        *("GOOD", "SPARE", "MISSING", "STATUS_BAD", "OLD", "NO_TIME_STAMP"),
+        *("OUT_OF_RANGE", "TOO_FAST", "FROZEN", "DISAGREES"),
+    }
+    assert {outcome.name for outcome in Outcome} == {
+        *("STARTED", "WAITING", "CLOCK_BACKWARD", "CLOCK_UNUSABLE", "CLOCK_STILL"),
+        *("STATE_UNUSABLE", "GAP", "INPUT_HELD", "INPUT_FAILED"),
+        *("DIAMETER_HELD", "DIAMETER_UNKNOWN", "OUTSIDE_VALIDITY"),
+    }
+    assert [quality.value for quality in Quality] == ["good", "held", "bad"]
+
+
+def test_a_sensor_that_was_never_read_is_allowed_nothing() -> None:
+    state = SensorState()
+    assert math.isnan(state.good_c)
+    assert math.isnan(state.changed_s)
+    assert state.allowance_k == 0.0

@@ -439,8 +439,8 @@ def test_the_longest_times_and_a_small_tolerance_are_taken_and_none_is_not() -> 
 def test_a_new_memory_is_off_and_has_counted_nothing() -> None:
     memory = Memory()
     assert memory.state is OFF
-    assert memory.since_s != memory.since_s  # noqa: PLR0124 - NaN: it has not begun
-    assert not (memory.enabled or memory.held or memory.calm)
+    assert memory.since_s != memory.since_s
+    assert (memory.enabled, memory.held, memory.calm) == (False, False, False)
     assert memory.fault is None
     assert memory[5:-1] == (0.0,) * 9
 
