@@ -55,6 +55,10 @@ TELL_S = 1.0
 """All other values so often; a value that is read is always that of the last cycle. [s]"""
 STALE_CYCLES = 3.0
 """After so many cycles without a status every value is called uncertain. [1]"""
+MOST_FAILURES = 3
+"""After so many failures to tell subscribers within `FAILURES_WITHIN_S` the server is ended. [1]"""
+FAILURES_WITHIN_S = 60.0
+"""Failures that lie further back do not count. [s]"""
 _SHORTEST_STALE_S = 2.0
 """... but never sooner. [s]"""
 _MOST_WAITING = 20
@@ -128,6 +132,8 @@ class StatusServer:
 
     A value is computed when somebody reads it: a status that nobody looks at costs nothing.
     Subscribers are told what has changed, states and alarms within 0.2 s, the rest every second.
+    Should that fail it begins anew, and ends with all its connections at the third failure in a
+    minute: a subscriber never keeps a good value that nobody renews.
 
     Not protected: the server runs in the loop's own program. A flood of connections costs the
     loop time, and an operator who may log in may ask for everything an operator may.
@@ -182,6 +188,8 @@ class StatusServer:
         self._problem = ""
         self._waiting = 0
         self._task: asyncio.Task[None] | None = None
+        self._ending: asyncio.Task[None] | None = None
+        self._failed_s: list[float] = []
 
     # ---- life -----------------------------------------------------------------------------------
 
@@ -236,7 +244,7 @@ class StatusServer:
             ) from None
         tree.show_time(self._clock.utc)
         self._server = server
-        self._task = asyncio.create_task(self._tell(tree), name="status server")
+        self._begin_telling(tree)
 
     async def _secure(self, server: GuardedServer, *, anonymous: bool) -> None:
         """Give the server its certificate and the ways in that the settings allow."""
@@ -293,9 +301,15 @@ class StatusServer:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
             self._task = None
-        if self._server is not None:
-            await self._server.stop()
-            self._server = None
+        if self._ending is not None:
+            await asyncio.gather(self._ending, return_exceptions=True)
+            self._ending = None
+        await self._stop()
+
+    async def _stop(self) -> None:
+        server, self._server = self._server, None
+        if server is not None:
+            await server.stop()
             if self._users is not None:
                 await self._users.close()
 
@@ -335,6 +349,29 @@ class StatusServer:
         return data_value(kind, told.value, quality, time, self._clock.utc())
 
     # ---- what is told to subscribers ------------------------------------------------------------
+
+    def _begin_telling(self, tree: Tree) -> None:
+        self._told.clear()
+        task = asyncio.create_task(self._tell(tree), name="status server")
+        self._task = task
+        task.add_done_callback(partial(self._telling_ended, tree))
+
+    def _telling_ended(self, tree: Tree, task: asyncio.Task[None]) -> None:
+        """Begin anew after a failure, or end: a good value that no longer changes deceives."""
+        error = None if task.cancelled() else task.exception()
+        if error is None or task is not self._task:
+            return
+        self._task = None
+        now_s = self._clock.monotonic_s()
+        self._failed_s = [s for s in self._failed_s if now_s - s < FAILURES_WITHIN_S] + [now_s]
+        again = len(self._failed_s) < MOST_FAILURES
+        follows = "it begins anew" if again else "it is ended, and every connection with it"
+        text = f"the status server cannot tell its subscribers ({printable(repr(error), 200)})"
+        self._audit(EventRecord(self._clock.utc(), "alarm", "", f"{text}: {follows}"))
+        if again:
+            self._begin_telling(tree)
+        else:
+            self._ending = asyncio.create_task(self._stop(), name="end of the status server")
 
     async def _tell(self, tree: Tree) -> None:
         """Tell subscribers what has changed, and make the nodes of a new shape."""

@@ -42,7 +42,13 @@ from thermaxis.runtime._config_settings import ServerSettings
 from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import Applied, EventRecord, RequestOutcome
 from thermaxis.runtime._status_nodes import Shape, leaves_of
-from thermaxis.runtime._status_server import NAMESPACE, StatusServer, check_server
+from thermaxis.runtime._status_server import (
+    FAILURES_WITHIN_S,
+    MOST_FAILURES,
+    NAMESPACE,
+    StatusServer,
+    check_server,
+)
 from thermaxis.runtime._users import Role, User, read_users, write_users
 
 
@@ -355,6 +361,80 @@ def test_a_subscriber_is_told_of_a_state_at_once_and_of_numbers_within_a_second(
                 await clock.move(0.2)
             await listener.until("Status/State", "Holding", "UncertainLastUsableValue")
             await subscription.delete()
+
+    run(scene)
+
+
+def test_a_failure_to_tell_is_audited_and_subscribers_are_told_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told = StatusServer._tell_changes
+    fail = False
+
+    async def tell_changes(self: StatusServer, tree: Any, *, everything: bool) -> None:
+        if fail:
+            raise RuntimeError("a subscription that is broken")
+        await told(self, tree, everything=everything)
+
+    monkeypatch.setattr(StatusServer, "_tell_changes", tell_changes)
+
+    async def scene() -> None:
+        nonlocal fail
+        clock, events = HandClock(), list[EventRecord]()
+        async with (
+            served(viewers(), clock=clock, audit=events) as server,
+            client(server) as one,
+        ):
+            server.publish(status())
+            await clock.move(0.2)
+            listener = Listener()
+            subscription = await one.create_subscription(100, listener)
+            nodes = [one.get_node(await node_id(one, "Status/State"))]
+            await subscription.subscribe_data_change(nodes)
+            await listener.until("Status/State", "Active")
+            for state in (SupervisorState.HOLDING, SupervisorState.FADING, SupervisorState.OFF):
+                server.publish(status(output=output(state=state)))
+                fail = True
+                await clock.move(0.2)
+                assert server.port > 0
+                fail = False
+                await clock.move(0.2)
+                await listener.until("Status/State", state.value)
+                await clock.move(FAILURES_WITHIN_S)  # seldom enough to go on for ever
+            alarms = [event.text for event in events if event.kind == "alarm"]
+            assert len(alarms) == 3
+            assert all("is broken" in text and "begins anew" in text for text in alarms)
+            await subscription.delete()
+
+    run(scene)
+
+
+def test_a_server_that_cannot_tell_ends_with_its_connections_instead_of_deceiving(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def fail(*_: object, **__: object) -> None:
+        raise RuntimeError("a subscription that is broken")
+
+    async def scene() -> None:
+        clock, events = HandClock(), list[EventRecord]()
+        async with served(viewers(), clock=clock, audit=events) as server:
+            server.publish(status())
+            await clock.move(0.2)
+            monkeypatch.setattr(StatusServer, "_tell_changes", fail)
+            host, port = "127.0.0.1", server.port
+            reader, writer = await asyncio.open_connection(host, port)
+            for _ in range(MOST_FAILURES):
+                await clock.move(0.2)
+            async with asyncio.timeout(2.0):
+                assert await reader.read() == b""
+            writer.close()
+            assert server.port == 0
+            with pytest.raises(ConnectionRefusedError):
+                await asyncio.open_connection(host, port)
+            alarms = [event.text for event in events if event.kind == "alarm"]
+            assert len(alarms) == MOST_FAILURES
+            assert "is ended" in alarms[-1]
+            server.publish(status())  # the loop goes on as if nobody looked
 
     run(scene)
 
