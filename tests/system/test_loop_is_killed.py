@@ -5,12 +5,17 @@ Limits are judged from the machine's side, by what acted on the tool.
 
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tests.system.linuxcnc import machine as linuxcnc
+from tests.system.linuxcnc.offset_machine import running, wait_for
 from tests.system.loop_stand import (
     CYCLE_S,
+    LARGEST_UM,
     LATE_UM,
     RATE_UM_PER_S,
     ROUNDED_UM,
@@ -26,7 +31,10 @@ from tests.system.loop_stand import (
     read_runs,
     write_site,
 )
-from thermaxis.compensation import SupervisorState
+from thermaxis.compensation import Limits, SupervisorState
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._sign import AWAY
+from thermaxis.runtime.sinks.linuxcnc import LinuxCncOutput, hal_text
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
@@ -144,3 +152,53 @@ def test_a_loop_whose_lines_nobody_reads_any_more_goes_on(tmp_path: Path) -> Non
             loop.signal(signal.SIGTERM)
             assert loop.popen.wait(60.0) == 0
         assert watcher.last.alive or watcher.last.effective_um == 0.0
+
+
+LINUXCNC_OUTPUT = f"""\
+joint = 2
+unit = "mm"
+sign = "{AWAY}"
+"""
+
+
+def test_a_frozen_loop_on_linuxcnc_is_taken_back_by_the_watchdog_and_heals_without_a_step(
+    tmp_path: Path,
+) -> None:
+    """Temperatures by OPC UA from the virtual lathe, the offset through HAL, all in programs."""
+    reason = linuxcnc.missing()
+    if reason:
+        pytest.fail(reason, pytrace=False)
+    with linuxcnc.one_at_a_time(), lathe(tmp_path, watchdog="off") as url:
+        configuration = write_site(
+            tmp_path, url, sink='kind = "linuxcnc"\n', output=LINUXCNC_OUTPUT
+        )
+        settings = read_machine(configuration).sink.linuxcnc
+        assert settings is not None
+        other = LinuxCncOutput(0, "mm", AWAY, Limits(LARGEST_UM, RATE_UM_PER_S))
+        both = replace(settings, outputs={**settings.outputs, "X_um": other})
+        with running(hal_text(both)) as machine:
+            machine.order("home")
+
+            def offset_um() -> float:
+                return 1e3 * float(machine.trace().offset[-1])
+
+            with compensating(configuration, "--enable") as loop:
+                loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
+                wait_for(lambda: offset_um() < -9.0, 20.0, "it has gone somewhere")
+                frozen_s = loop.signal(signal.SIGSTOP)
+                time.sleep(FROZEN_S)
+                assert offset_um() == 0.0
+                thawed_s = loop.signal(signal.SIGCONT)
+                wait_for(lambda: offset_um() < -9.0, 20.0, "it is there again")
+                loop.signal(signal.SIGTERM)
+                assert loop.wait(60.0) == 0
+            time.sleep(0.5)
+            trace = machine.trace()
+    step_um = 1e3 * np.max(np.abs(np.diff(trace.offset)))
+    assert step_um <= 1.001e-3 * RATE_UM_PER_S  # per servo period of a millisecond
+    assert 1e3 * np.max(np.abs(trace.offset)) <= LARGEST_UM
+    frozen = (trace.clock_s > frozen_s + 0.2) & (trace.clock_s < thawed_s)
+    tripped_s = trace.clock_s[frozen & ~trace.ok][0]
+    assert tripped_s - frozen_s == pytest.approx(2.0, abs=0.4)
+    assert np.all(trace.offset[frozen & (trace.clock_s > tripped_s + 3.0)] == 0.0)
+    assert trace.offset[-1] == pytest.approx(0.0, abs=1e-9)
