@@ -90,6 +90,8 @@ class PrivateKey:
     """PEM, not encrypted."""
     modulus: int = field(repr=False)
     """Modulus. [1]"""
+    loaded: rsa.RSAPrivateKey = field(repr=False)
+    """The same, ready for use: to read it takes a tenth of a second."""
 
 
 def certificate_of(path: Path) -> Certificate:
@@ -229,7 +231,7 @@ def private_key_of(path: Path) -> PrivateKey:
             where=str(path),
             remedy="Make certificate and key with thermaxis certificate new",
         )
-    return PrivateKey(_pem_of(key), key.public_key().public_numbers().n)
+    return PrivateKey(_pem_of(key), key.public_key().public_numbers().n, key)
 
 
 def _pem_of(key: rsa.RSAPrivateKey) -> bytes:

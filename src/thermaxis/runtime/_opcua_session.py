@@ -20,13 +20,11 @@ from asyncua.crypto.security_policies import (
     SecurityPolicyAes256Sha256RsaPss,
     SecurityPolicyBasic256Sha256,
 )
-from asyncua.crypto.uacrypto import CertProperties
 from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.object_ids import ObjectIds
 from asyncua.ua.status_codes import StatusCodes
 
 from thermaxis.errors import ThermaxisError
-from thermaxis.runtime._certificates import certificate_of, check_own_pair, private_key_of
 from thermaxis.runtime._connection import ConnectionSettings
 from thermaxis.runtime._opcua_failures import (
     FAILURES,
@@ -45,6 +43,7 @@ from thermaxis.runtime._opcua_link import (
     aware_time,
     value_request,
 )
+from thermaxis.runtime._opcua_pair import PairFiles
 from thermaxis.runtime._opcua_values import (
     NOT_WRITTEN,
     node_type,
@@ -99,6 +98,16 @@ class _NoPasswords(logging.Filter):
 _no_passwords = _NoPasswords()
 
 
+def _quiet_library() -> None:
+    """Keep what the library logs to itself: failures are told in words by the session.
+
+    Whoever looks for a fault sets a level for ``asyncua``, which then stays.
+    """
+    library = logging.getLogger("asyncua")
+    if library.level == logging.NOTSET:
+        library.setLevel(logging.CRITICAL)
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class NodeDescription:
@@ -140,7 +149,9 @@ class OpcUaSession:
     """
 
     def __init__(self, settings: ConnectionSettings, clock: Clock) -> None:
+        _quiet_library()
         self.settings = settings
+        self._files = PairFiles(settings)
         self._clock = clock
         self._link: Link | None = None
         self._generation = 0
@@ -207,7 +218,7 @@ class OpcUaSession:
             used, or others can read the key.
         """
         if self.settings.encrypted:
-            self._read_certificates()
+            self._files.load()
         self._users += 1
         if self._task is None:
             self._ending = False
@@ -245,7 +256,7 @@ class OpcUaSession:
         elif now_s - self._asked_s >= ASKED_EVERY_S:
             self._asked_s, self._finding = now_s, ""
             with contextlib.suppress(ThermaxisError, TimeoutError):
-                pinned = self._read_certificates()[2]
+                pinned = (await self._files.load_aside()).server_der
                 async with asyncio.timeout(self.settings.timeout_s):
                     offers = await fetch_offers(self.settings.url, self.settings.timeout_s)
                 offered = {offer.certificate.der: offer.policies for offer in offers}
@@ -308,24 +319,13 @@ class OpcUaSession:
         client.session_timeout = int(SESSION_TIMEOUT_MS)
         return client
 
-    def _read_certificates(self) -> tuple[bytes, bytes, bytes]:
-        settings = self.settings
-        if not (settings.certificate and settings.private_key and settings.server_certificate):
-            raise ValueError("the settings let nobody encrypt without certificates")
-        own = certificate_of(settings.certificate)
-        key = private_key_of(settings.private_key)
-        check_own_pair(own, key, settings.application_uri, where=str(settings.certificate))
-        return own.der, key.pem, certificate_of(settings.server_certificate).der
-
     async def _secure(self, client: Client) -> None:
-        own, key, server = self._read_certificates()
-        await client.set_security(
-            _POLICIES[self.settings.security],
-            certificate=CertProperties(own, "der"),
-            private_key=CertProperties(key, "pem"),
-            server_certificate=CertProperties(server, "der"),
-            mode=ua.MessageSecurityMode.SignAndEncrypt,
+        pair = await self._files.load_aside()
+        policy = _POLICIES[self.settings.security](
+            pair.server, pair.own, pair.key, ua.MessageSecurityMode.SignAndEncrypt
         )
+        client.security_policy = policy
+        client.uaclient.set_security(policy)
         if self.settings.user:
             client.set_user(self.settings.user)
             client.set_password(self.settings.password.reveal())

@@ -14,6 +14,7 @@ import pytest
 from asyncua import ua
 from asyncua.client.client import Client
 from asyncua.common.utils import ServiceError
+from asyncua.crypto import uacrypto
 from asyncua.crypto.uacrypto import check_certificate
 from cryptography import x509
 from cryptography.hazmat.primitives import serialization
@@ -21,11 +22,13 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 from tests.opcua_server import NAMESPACE, Cable, Machine, OneUser, start_machine, until
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import _opcua_pair
 from thermaxis.runtime._certificates import (
     DEFAULT_DAYS,
     KEY_BITS,
     CertificateUse,
     NewCertificate,
+    PrivateKey,
     certificate_from,
     certificate_of,
     check_own_pair,
@@ -38,6 +41,7 @@ from thermaxis.runtime._certificates import (
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime._opcua_failures import FAILURES, explain
 from thermaxis.runtime._opcua_fetch import fetch_offers
+from thermaxis.runtime._opcua_pair import PairFiles
 from thermaxis.runtime._opcua_session import OpcUaSession
 from thermaxis.runtime._ports import SystemClock
 
@@ -156,8 +160,75 @@ def test_nothing_on_the_wire_can_be_read(connect, monkeypatch: pytest.MonkeyPatc
         assert word.encode() not in sent
 
 
+def test_files_are_read_again_only_when_they_have_changed(
+    pki: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reads: list[Path] = []
+
+    def counted(path: Path) -> PrivateKey:
+        reads.append(path)
+        return private_key_of(path)
+
+    monkeypatch.setattr(_opcua_pair, "private_key_of", counted)
+    for name in ("own.der", "own.pem", "server.der"):
+        (tmp_path / name).write_bytes((pki / name).read_bytes())
+    key = tmp_path / "own.pem"
+    key.chmod(0o600)
+    files = PairFiles(
+        plain_settings(
+            security="Basic256Sha256",
+            certificate=tmp_path / "own.der",
+            private_key=key,
+            server_certificate=tmp_path / "server.der",
+        )
+    )
+    first = files.load()
+    assert files.load() is first
+    assert asyncio.run(files.load_aside()) is first
+    assert len(reads) == 1
+    key.chmod(0o640)
+    for _ in range(2):  # a refusal is not remembered as a success
+        with pytest.raises(ConfigurationError, match="others than its owner"):
+            files.load()
+    key.chmod(0o600)
+    (tmp_path / "server.der").write_bytes((pki / "stranger.der").read_bytes())
+    changed = asyncio.run(files.load_aside())
+    assert changed.server_der == certificate_of(pki / "stranger.der").der != first.server_der
+    (tmp_path / "own.der").unlink()
+    with pytest.raises(ConfigurationError, match="cannot be read"):
+        asyncio.run(files.load_aside())
+
+
+def test_a_lost_connection_comes_back_without_parsing_a_key(
+    connect, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def act(session: OpcUaSession, cable: Cable) -> None:
+        await until(lambda: session.connected)
+        monkeypatch.setattr(_opcua_pair, "private_key_of", None)
+        monkeypatch.setattr(uacrypto, "load_private_key", None)
+        await cable.cut()
+        await until(lambda: not session.connected)
+        await cable.mend()
+        await until(lambda: session.generation == 2)
+        assert await session.write([(NODE + "Offset", 0.5)], 5.0) == ["Good"]
+
+    connect(act)
+
+
+def test_the_library_is_quiet_unless_somebody_has_set_its_level() -> None:
+    library = logging.getLogger("asyncua")
+    before = library.level
+    try:
+        for stated, then in ((logging.NOTSET, logging.CRITICAL), (logging.INFO, logging.INFO)):
+            library.setLevel(stated)
+            OpcUaSession(plain_settings(), SystemClock())
+            assert library.level == then
+    finally:
+        library.setLevel(before)
+
+
 def test_no_password_appears_in_any_log(connect, caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level(logging.DEBUG)
+    caplog.set_level(logging.DEBUG, logger="asyncua")
 
     async def act(session: OpcUaSession, cable: Cable) -> None:
         await until(lambda: session.connected)
@@ -169,7 +240,7 @@ def test_no_password_appears_in_any_log(connect, caplog: pytest.LogCaptureFixtur
 
 
 def test_a_wrong_password_is_said_without_being_repeated(connect, caplog) -> None:
-    caplog.set_level(logging.DEBUG)
+    caplog.set_level(logging.DEBUG, logger="asyncua")
 
     async def act(session: OpcUaSession, cable: Cable) -> None:
         words = await refused(session)
