@@ -352,26 +352,32 @@ def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
     class Freezing(RoughSink):
         frozen = 0
 
-        async def found(self, deadline_s: float) -> Mapping[str, float | None] | None:
-            found = await super().found(deadline_s)
+        async def read_back(self, deadline_s: float) -> Mapping[str, Applied]:
+            found = await super().read_back(deadline_s)
             if self.machine.freezes_s:
                 self.machine.freezes_s, frozen_s = 0.0, self.machine.freezes_s
                 freeze(frozen_s)
                 self.frozen += 1
             return found
 
+    class Calm(RoughSource):
+        async def read(self, deadline_s: float) -> Mapping[str, SourceSample]:
+            self.machine.freezes_s, frozen_s = 0.0, self.machine.freezes_s
+            found = await super().read(deadline_s)
+            self.machine.freezes_s = frozen_s
+            return found
+
     async def life() -> None:
         loop, stop = bench.loop(), asyncio.Event()
-        sink = Freezing(bench.machine)
-        loop.sink = sink
-        bench.machine.freezes_s = 0.0
+        sink = loop.sink = Freezing(bench.machine)
+        loop.source = Calm(bench.machine)
         async with asyncio.TaskGroup() as group:
             group.create_task(loop.run(stop))
             await ask(loop, RequestKind.ENABLE)
             await asyncio.sleep(60.0)
-            sink.machine = bench.machine
-            loop.source = _Calm(bench.machine)
+            assert bench.machine.effective_um < -20.0
             bench.machine.freezes_s = 10.0
+            freeze(2.0)  # so that it looks, and what it sees grows old before it writes
             await asyncio.sleep(30.0)
             assert sink.frozen == 1
             assert state_of(loop) is SupervisorState.ACTIVE
@@ -381,14 +387,28 @@ def test_a_freeze_between_the_look_and_the_write_writes_nothing() -> None:
     bench.assert_law()
 
 
-class _Calm(RoughSource):
-    """A source that leaves freezing to others."""
+@pytest.mark.parametrize("left_s", [0.05, 0.15, 0.25, 0.35])
+def test_an_offset_that_the_watchdog_takes_back_during_the_self_test_is_looked_at_again(
+    left_s: float,
+) -> None:
+    bench = Bench(cycle_s=0.1)
+    bench.machine.watched = True
 
-    async def read(self, deadline_s: float) -> Mapping[str, SourceSample]:
-        frozen_s, self.machine.freezes_s = self.machine.freezes_s, 0.0
-        found = await super().read(deadline_s)
-        self.machine.freezes_s = frozen_s
-        return found
+    async def self_test() -> tuple[str, ...]:
+        await asyncio.sleep(0.3)
+        return ()
+
+    bench.self_test = self_test
+
+    async def life() -> None:
+        bench.machine.set_offset(-20.0)  # left by a loop that was killed
+        bench.machine.heard_s += left_s - WATCHDOG_S
+        loop = bench.loop()
+        await loop.run(asyncio.Event(), cycles=30)
+
+    run_in_virtual_time(life())
+    assert bench.machine.writes
+    bench.assert_law()
 
 
 def test_a_source_that_hangs_up_to_its_deadline_is_held_for_and_the_loop_keeps_its_pace() -> None:
