@@ -494,6 +494,8 @@ class Life(NamedTuple):
     """When it was started, monotonic. [s]"""
     killed_s: float
     """When it was killed. [s]"""
+    first_beat: int
+    """The machine's count of writes before its first one. [1]"""
     writes: int
     """How often it wrote, counted by the machine. [1]"""
     said: tuple[Said, ...]
@@ -542,7 +544,8 @@ class Judgement(NamedTuple):
     lost_cycles: int
     """Most cycles that the machine had seen written by one run and that are not recorded. [1]"""
     lost_s: float
-    """Longest time between the last recorded cycle and the kill. [s]"""
+    """Longest time between the first cycle that the machine or a printed line proves, and that is
+    not recorded, and the kill. [s]"""
 
 
 def campaign(folder: Path, kills: int, *, watchdog: str, seed: int) -> Campaign:
@@ -568,7 +571,9 @@ def campaign(folder: Path, kills: int, *, watchdog: str, seed: int) -> Campaign:
                 killed_s = program.kill()
                 time.sleep(2.5 * LOOKED_EVERY_S)
                 writes = watcher.last.heartbeat - before
-                seen.lives.append(Life(program.began_s, killed_s, writes, tuple(program.said)))
+                seen.lives.append(
+                    Life(program.began_s, killed_s, before, writes, tuple(program.said))
+                )
                 if watchdog != "off" and chance.random() < 0.3:
                     time.sleep(2.5)  # else the watchdog would hardly ever trip
         with compensating(configuration) as last:
@@ -579,6 +584,25 @@ def campaign(folder: Path, kills: int, *, watchdog: str, seed: int) -> Campaign:
         time.sleep(2.5 * LOOKED_EVERY_S)
     seen.looks, seen.runs = watcher.looks, read_runs(folder)
     return seen
+
+
+def lost_s(life: Life, looks: Iterable[Look], run: Sequence[CycleRecord]) -> float:
+    """Return how long before the kill the first cycle was that is proven and not recorded. [s]"""
+    recorded = sum(bool(cycle.applied) for cycle in run)
+    last_s = run[-1].monotonic_s if run else life.began_s
+    proven_s = [
+        look.at_s - LOOKED_EVERY_S
+        for look in looks
+        if life.began_s <= look.at_s <= life.killed_s
+        and look.heartbeat - life.first_beat > recorded
+    ]
+    # A line is read a moment after its cycle began, which may be a recorded one.
+    proven_s += [
+        said.at_s
+        for said in life.said
+        if "correction: " in said.text and said.at_s > last_s + 2.0 * CYCLE_S
+    ]
+    return life.killed_s - min(proven_s, default=life.killed_s)
 
 
 def judge(seen: Campaign) -> Judgement:
@@ -592,11 +616,7 @@ def judge(seen: Campaign) -> Judgement:
                 run = one
         with_machine = [cycle for cycle in run if cycle.applied]
         lost_cycles = max(lost_cycles, life.writes - len(with_machine))
-        printed_s = [said.at_s for said in life.said if "correction: " in said.text]
-        if run:
-            lost = max(lost, life.killed_s - run[-1].monotonic_s)
-        elif printed_s:  # not even the first cycle was recorded
-            lost = max(lost, life.killed_s - printed_s[0])
+        lost = max(lost, lost_s(life, seen.looks, run))
         if not with_machine:
             continue
         start = max(start, with_machine[0].monotonic_s - life.began_s)
