@@ -25,7 +25,6 @@ _OF_SERVER = {
     "rate": "--rate",
     "clamp": "--clamp",
 }
-_LONGEST_PASSWORD = 1000
 
 
 def _time(text: str) -> float:
@@ -71,7 +70,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     log("--every", metavar="TIME", type=_time, help="time between rows (default: 10s)")
     log("--truth", action="store_true", help="the true displacements beside the measured ones")
     serve = parser.add_argument_group("serve by OPC UA").add_argument
-    serve("--address", metavar="A", help="address to listen on (default: 127.0.0.1)")
+    serve(
+        "--address", metavar="A", help="address of this computer to listen on (default: 127.0.0.1)"
+    )
     serve("--port", metavar="N", type=int, help="port; 0 for a free one (default: 4840)")
     serve("--speed", metavar="F", type=float, help="times faster than real time (default: 1)")
     serve("--stop-after", metavar="TIME", type=_time, help="end by itself (default: never)")
@@ -216,15 +217,10 @@ def _server_settings(arguments: argparse.Namespace) -> "LatheServerSettings":
 
 
 def _password(path: Path | None) -> "Secret":
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
-    from thermaxis.runtime._connection import Secret  # noqa: PLC0415
+    from thermaxis.runtime._connection import Secret  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime._private_files import read_secret  # noqa: PLC0415
 
-    if path is None:
-        return Secret("")
-    text = path.read_bytes()[: _LONGEST_PASSWORD + 1].decode("utf-8", "replace").strip()
-    if not 1 <= len(text) <= _LONGEST_PASSWORD:
-        raise ConfigurationError("no password stands in the file", where=f"--password-file {path}")
-    return Secret(text)
+    return Secret("") if path is None else read_secret(path, where="--password-file")
 
 
 def _serve(arguments: argparse.Namespace, lathe: "VirtualLathe") -> int:

@@ -28,6 +28,7 @@ from asyncua.ua.status_codes import StatusCodes
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import Clock
 from thermaxis.virtual._lathe_faults import FaultKind
 from thermaxis.virtual._lathe_gate import NetworkGate
@@ -75,11 +76,11 @@ class LatheServerSettings:
     ------
     ConfigurationError
         If the speed is not from above 0 to 3600, certificate, key, user and password do not go
-        together, or another address than this computer's own is asked for without them.
+        together, or another address than this computer's own is asked for.
     """
 
     address: str = "127.0.0.1"
-    """Address to listen on. Default: this computer only."""
+    """Address of this computer to listen on."""
     port: int = DEFAULT_PORT
     """Port to listen on; 0 for a free one. [1]"""
     speed: float = 1.0
@@ -111,11 +112,12 @@ class LatheServerSettings:
                 where="--user",
                 remedy="State --certificate and --private-key as well",
             )
-        if self.address not in {"127.0.0.1", "localhost"} and not self.user:
+        if not is_loopback(self.address):
             raise ConfigurationError(
-                "an address that others can reach needs encryption and a user",
+                "the virtual lathe is served on this computer only",
                 where="--address",
-                remedy="Take 127.0.0.1, or state --certificate, --private-key and --user",
+                remedy="Take 127.0.0.1: a session of the server beneath can be taken over by"
+                " others, with a user as well",
             )
 
 

@@ -88,7 +88,12 @@ def test_what_does_not_go_together_is_refused(
 def test_a_password_comes_from_a_file_that_holds_one(tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.write_text("\n", encoding="ascii")
-    with pytest.raises(ConfigurationError, match="no password"):
+    empty.chmod(0o600)
+    with pytest.raises(ConfigurationError, match="does not hold a secret"):
+        run("--user", "anna", "--password-file", empty, "--port", "0")
+    empty.write_text("word\n", encoding="ascii")
+    empty.chmod(0o644)
+    with pytest.raises(ConfigurationError, match="others than its owner"):
         run("--user", "anna", "--password-file", empty, "--port", "0")
 
 

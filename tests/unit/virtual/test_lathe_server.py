@@ -279,7 +279,19 @@ def test_a_port_that_is_taken_is_said() -> None:
         ({"speed": 0.0}, "above 0"),
         ({"speed": math.inf}, "above 0"),
         ({"port": 70_000}, "port"),
-        ({"address": "0.0.0.0"}, "encryption"),  # noqa: S104 - refused
+        ({"address": "0.0.0.0"}, "this computer only"),  # noqa: S104 - refused
+        ({"address": "::"}, "this computer only"),
+        ({"address": "lathe.plant.example"}, "this computer only"),
+        (
+            {
+                "address": "10.0.0.1",
+                "user": "anna",
+                "password": Secret("x"),
+                "certificate": Path("a"),
+                "private_key": Path("b"),
+            },
+            "this computer only",
+        ),
         ({"user": "anna"}, "password"),
         ({"user": "anna", "password": Secret("x")}, "encrypted"),
     ],
