@@ -70,9 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     log("--every", metavar="TIME", type=_time, help="time between rows (default: 10s)")
     log("--truth", action="store_true", help="the true displacements beside the measured ones")
     serve = parser.add_argument_group("serve by OPC UA").add_argument
-    serve(
-        "--address", metavar="A", help="address of this computer to listen on (default: 127.0.0.1)"
-    )
+    serve("--address", metavar="A", help="this computer's own address (default: 127.0.0.1)")
     serve("--port", metavar="N", type=int, help="port; 0 for a free one (default: 4840)")
     serve("--speed", metavar="F", type=float, help="times faster than real time (default: 1)")
     serve("--stop-after", metavar="TIME", type=_time, help="end by itself (default: never)")

@@ -3,6 +3,7 @@
 import asyncio
 import os
 import sqlite3
+import threading
 import time
 from collections.abc import Callable, Sequence
 from datetime import timedelta
@@ -532,27 +533,32 @@ def test_the_loop_never_waits_and_nothing_raises_while_the_database_hangs(
 ) -> None:
     path = tmp_path / "h.db"
     opened = _writer.open_store
+    asked, answers = threading.Event(), threading.Event()
+    ended: list[bool] = []
 
     def slow(*arguments: object, **keywords: object) -> Store:
-        time.sleep(0.5)
+        asked.set()
+        ended.append(answers.wait(30.0))
         return opened(*arguments, **keywords)  # type: ignore[arg-type]
 
     monkeypatch.setattr(_writer, "open_store", slow)
-    monkeypatch.setattr(_writer, "_SILENT_S", 0.1)
+    monkeypatch.setattr(_writer, "_SILENT_S", -1.0)  # every silence is a long one
 
     async def scene() -> None:
         one = SqlHistorian(url_of(path), QUICK, CountingClock())
         await one.open(OUTPUTS, CHANNELS)
-        began_s = time.monotonic()
+        assert await asyncio.to_thread(asked.wait, 30.0)
         for k in range(200):
             one.record(cycle_record(k))
         one.event(event_record("x"))
-        assert time.monotonic() - began_s < 0.3  # the database takes half a second to open
         assert one.status.waiting == 201
-        await asyncio.sleep(0.2)
         assert not one.status.storing
         assert "being opened" in one.status.text
+        assert not ended  # all this while the database has not answered
+        monkeypatch.setattr(_writer, "_SILENT_S", 60.0)
+        answers.set()
         assert await one.drain(10.0)
+        assert ended == [True]
         assert one.status == (True, 0, 0, "")
         await one.close(5.0)
 

@@ -283,16 +283,18 @@ def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
                 await asyncio.open_connection("127.0.0.1", server.port)
                 for _ in range(_metrics.MOST_CONNECTIONS)
             ]
-            while len(server._serving) < len(held):
-                await asyncio.sleep(0)
+            async with asyncio.timeout(10.0):
+                while len(server._serving) < len(held):
+                    await asyncio.sleep(0)
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
             async with asyncio.timeout(_metrics.REQUEST_S / 2.0):
                 assert await reader.read() == b""  # at once, not for want of a request
             writer.close()
             for _, one in held:
                 one.close()
-            while server._serving:
-                await asyncio.sleep(0.001)
+            async with asyncio.timeout(10.0):
+                while server._serving:
+                    await asyncio.sleep(0.001)
             assert (await exchange(server, get()))[0] == "HTTP/1.1 200 OK"
 
     run(scene)
@@ -302,8 +304,9 @@ def test_the_end_does_not_wait_for_somebody_who_keeps_silent() -> None:
     async def scene() -> None:
         async with serving() as server:
             _, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            while not server._serving:
-                await asyncio.sleep(0)
+            async with asyncio.timeout(10.0):
+                while not server._serving:
+                    await asyncio.sleep(0)
             async with asyncio.timeout(0.5):
                 await server.close()
             assert server.port == 0

@@ -303,8 +303,9 @@ def test_a_lost_connection_ends_its_session_at_once(pairs: Pairs) -> None:
             inner: Any = server._server
             assert len(inner.iserver._external_sessions) == 1
             one.disconnect_socket()
-            while inner.iserver._external_sessions:
-                await asyncio.sleep(0.005)
+            async with asyncio.timeout(10.0):
+                while inner.iserver._external_sessions:
+                    await asyncio.sleep(0.005)
             assert (
                 not inner.iserver.aspace[ua.NodeId(2258)]
                 .attributes[ua.AttributeIds.Value]
@@ -477,8 +478,9 @@ def test_connections_are_bounded_and_a_freed_place_is_free() -> None:
             for _, one in held:
                 one.close()
             inner: Any = server._server
-            while inner.bserver.clients:
-                await asyncio.sleep(0.005)
+            async with asyncio.timeout(10.0):
+                while inner.bserver.clients:
+                    await asyncio.sleep(0.005)
             async with client(server) as one:
                 await one.nodes.objects.get_children()
 
