@@ -98,13 +98,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _intention(configuration: "MachineConfiguration", plan: "CommissioningPlan") -> str:
+    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime._sign import offset_factor  # noqa: PLC0415
+
     output = configuration.outputs[plan.output]
+    raw = plan.step_um * offset_factor(output.unit, output.sign)
     seconds = abs(plan.step_um) / plan.limits.largest_rate_um_per_s
     direction = "away from" if plan.step_um > 0.0 else "towards"
     return (
-        f"{configuration.name}, output {plan.output}: the offset goes by {plan.step_um:+g} um and"
-        f" comes back, {seconds:.0f} s each way.\n"
+        f"{printable(configuration.name)}, output {plan.output}: the offset goes by"
+        f" {plan.step_um:+g} um and comes back, {seconds:.0f} s each way.\n"
         f"The configuration says: {output.sign}; unit {output.unit}.\n"
+        f"The node gets {raw:+g} {output.unit} more than it holds now.\n"
         f"So the tool must move {abs(plan.step_um):g} um {direction} the workpiece.\n"
     )
 
@@ -141,7 +146,8 @@ async def _prove(
                 remedy="Run thermaxis check",
             )
         measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
-        proof = await prove_step(parts.sink, clock, plan, measure)
+        probed = bool(arguments.probe)
+        proof = await prove_step(parts.sink, clock, plan, measure, automatic=probed)
         parts.historian.event(
             EventRecord(
                 clock.utc(), "commission", "the command line", proof.verdict, _record(proof)

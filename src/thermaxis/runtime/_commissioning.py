@@ -25,6 +25,14 @@ SIZE_TOLERANCE = 0.25
 """Share by which the measured step may differ: gauge, friction and drift, no wrong unit. [1]"""
 BACK_WITHIN_S = 60.0
 """Time for which the way back is tried again when the machine does not take it. [s]"""
+TRIED_SHARE = 0.1
+"""Share of the step that is tried first where a probe measures. [1]"""
+FAR_UM = 3.0
+"""What noise and drift of a probe may add to it. [µm]"""
+AGREES_UM = 0.5
+"""Difference of read-back and written offset that is believed. [µm]"""
+MOST_DIFFERING = 3
+"""Writes in a row after which a difference is no delay any more. [1]"""
 _WAIT_S = 1.0
 _SAME_UM = 0.05
 
@@ -91,8 +99,25 @@ Measure = Callable[[str], Awaitable[float]]
 that says what stands now."""
 
 
+async def _try_a_little(
+    mover: "_Mover", plan: CommissioningPlan, measure: Measure, before_um: float
+) -> None:
+    """Move by a tenth of the step first, and go no further where the probe moved by far more."""
+    little_um = TRIED_SHARE * plan.step_um
+    await mover.go_to(mover.now_um + little_um)
+    await mover.stand(SETTLE_S)
+    moved_um = await mover.measured(measure, f"the offset stands {little_um:+g} um further")
+    if not abs(moved_um - before_um) <= FAR_UM + 5.0 * abs(little_um):
+        raise DataError(
+            f"the tool point moved by {moved_um - before_um:.1f} um where {little_um:+g} um was"
+            " asked for: the offset goes back",
+            where=plan.output,
+            remedy="Check the unit of this output before anything else",
+        )
+
+
 async def prove_step(
-    sink: Sink, clock: Clock, plan: CommissioningPlan, measure: Measure
+    sink: Sink, clock: Clock, plan: CommissioningPlan, measure: Measure, *, automatic: bool = False
 ) -> StepProof:
     """Move the offset out and back, and say what the tool point did.
 
@@ -112,6 +137,9 @@ async def prove_step(
         Output, limits and step.
     measure : callable
         Measures the displacement.
+    automatic : bool
+        Whether it measures by itself: then a tenth of the step is tried first. Default: a person
+        reads a gauge, twice is enough.
 
     Returns
     -------
@@ -121,8 +149,8 @@ async def prove_step(
     Raises
     ------
     DataError
-        If the machine is not there, does not take the offset, or the offset found plus the step
-        lies outside the limits.
+        If the machine is not there, does not take the offset or reports another one, the offset
+        found plus the step lies outside the limits, or a tenth of the step moved far more.
     """
     found = await sink.found(_WAIT_S) or {}
     found_um = found.get(plan.output)
@@ -143,6 +171,8 @@ async def prove_step(
     try:
         await mover.stand(SETTLE_S)
         before_um = await mover.measured(measure, "the offset stands as it was found")
+        if automatic:
+            await _try_a_little(mover, plan, measure, before_um)
         await mover.go_to(goal_um)
         await mover.stand(SETTLE_S)
         applied = (await sink.read_back(_WAIT_S)).get(plan.output)
@@ -212,6 +242,8 @@ class _Mover:
     ) -> None:
         self.sink, self.clock, self.plan = sink, clock, plan
         self.offsets_um = dict(found_um)
+        self.differing = 0
+        self.returning = False
 
     @property
     def now_um(self) -> float:
@@ -229,6 +261,7 @@ class _Mover:
         DataError
             If the offset does not come back; the message names where it stands.
         """
+        self.returning = True
         until_s = self.clock.monotonic_s() + BACK_WITHIN_S
         while self.now_um != goal_um:
             try:
@@ -272,6 +305,22 @@ class _Mover:
             task.cancel()
         return task.result()
 
+    async def _agree(self, wanted_um: float) -> None:
+        """Stop where the machine reports another offset: a clamp, a wrong unit, another writer."""
+        applied = (await self.sink.read_back(_WAIT_S)).get(self.plan.output)
+        accepted_um = None if applied is None else applied.accepted_um
+        if accepted_um is None or abs(accepted_um - wanted_um) <= AGREES_UM:
+            self.differing = 0
+            return
+        self.differing += 1
+        if self.differing >= MOST_DIFFERING and not self.returning:
+            raise DataError(
+                f"the machine reports an offset of {accepted_um:.2f} um where {wanted_um:.2f} um"
+                " was written: it goes back",
+                where=self.plan.output,
+                remedy="Check unit and limits on the machine, and who else writes the offset",
+            )
+
     async def _write(self, wanted_um: float) -> None:
         begin_s = self.clock.monotonic_s()
         offsets_um = {**self.offsets_um, self.plan.output: wanted_um}
@@ -282,4 +331,5 @@ class _Mover:
                 remedy="Look at the control",
             )
         self.offsets_um = offsets_um
+        await self._agree(wanted_um)
         await self.clock.sleep_until(begin_s + self.plan.cycle_s)

@@ -145,3 +145,35 @@ def test_a_step_beyond_the_limits_is_refused_before_anything_moves() -> None:
     assert not machine.written
     with pytest.raises(ConfigurationError):
         CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0), step_um=60.0)
+
+
+def test_a_wrong_unit_is_noticed_by_the_probe_at_a_tenth_of_the_step() -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+
+    async def measure(_: str) -> float:
+        return 1000.0 * machine.offset_um["Z_um"]
+
+    with pytest.raises(DataError, match="Check the unit"):
+        run_in_virtual_time(
+            prove_step(SimulatedSink(machine), VirtualClock(), PLAN, measure, automatic=True)
+        )
+    assert max(w["Z_um"] for w in machine.written) <= 1.0
+    assert machine.offset_um["Z_um"] == 0.0
+
+
+def test_a_machine_that_reports_another_offset_ends_the_step_early() -> None:
+    machine = SimulatedMachine({}, ("Z_um",))
+
+    class Clamped(SimulatedSink):
+        async def write(self, correction_um: object, deadline_s: float) -> bool:
+            taken = await super().write(correction_um, deadline_s)  # type: ignore[arg-type]
+            machine.offset_um["Z_um"] = min(machine.offset_um["Z_um"], 2.0)
+            return taken
+
+    async def measure(_: str) -> float:
+        return machine.offset_um["Z_um"]
+
+    with pytest.raises(DataError, match="who else writes"):
+        run_in_virtual_time(prove_step(Clamped(machine), VirtualClock(), PLAN, measure))
+    assert max(w["Z_um"] for w in machine.written) <= 7.0
+    assert machine.offset_um["Z_um"] == 0.0
