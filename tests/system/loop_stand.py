@@ -27,6 +27,7 @@ from asyncua.client.client import Client
 from thermaxis.compensation import CompensationModel, Output, Part, Section, SupervisorState
 from thermaxis.compensation._thermal_model import GainPoint
 from thermaxis.files.model_json import write_model
+from thermaxis.runtime._loop import SHORTEST_WAIT_S
 from thermaxis.runtime._ports import CycleRecord
 from thermaxis.runtime.historian._reading import HistoryReader
 
@@ -42,6 +43,9 @@ CYCLE_S: Final = 0.1
 """Cycle of the loop. [s]"""
 LATE_UM: Final = 2.0 * RATE_UM_PER_S * CYCLE_S
 """A late cycle may move the offset by what the rate allows in two. [µm]"""
+AHEAD_UM: Final = LATE_UM + RATE_UM_PER_S * SHORTEST_WAIT_S
+"""So far it may be ahead of its rate between any two moments: a write follows the begin of its
+cycle by what the reading took, up to its deadline, and the next one may follow at once. [µm]"""
 SETTLE_S: Final = 0.5
 """Time after which the model may act. [s]"""
 HEAL_S: Final = 0.2
@@ -415,13 +419,15 @@ class Excess(NamedTuple):
     """Beyond the largest magnitude."""
     rate_um: float
     """Beyond what the rate allows between any two moments of one stay."""
+    step_um: float
+    """Beyond what the writes between two looks may move, each of them a late cycle's."""
     return_um: float
     """Beyond what one late cycle may move, from where the watchdog had left the offset."""
 
 
 def excess(looks: Iterable[Look]) -> Excess:
     """Hold what acted on the tool against the limits; what the watchdog takes back is not told."""
-    magnitude = ahead = back = float("-inf")
+    magnitude = ahead = step = back = float("-inf")
     lowest = lowest_down = 0.0
     before: Look | None = None
     for look in looks:
@@ -437,10 +443,13 @@ def excess(looks: Iterable[Look]) -> Excess:
                 taken_um = max(0.0, abs(before.effective_um) - abs(value))
                 moved_um = abs(value - before.effective_um) - taken_um
                 back = max(back, moved_um - passed_um - LATE_UM)
-        ahead = max(ahead, value - due - lowest - LATE_UM, -value - due - lowest_down - LATE_UM)
+        else:
+            writes = max(1, look.heartbeat - before.heartbeat)  # the last one may still act
+            step = max(step, abs(value - before.effective_um) - writes * LATE_UM)
+        ahead = max(ahead, value - due - lowest - AHEAD_UM, -value - due - lowest_down - AHEAD_UM)
         lowest, lowest_down = min(lowest, value - due), min(lowest_down, -value - due)
         before = look
-    return Excess(magnitude, ahead, back)
+    return Excess(magnitude, ahead, step, back)
 
 
 def fastest_um_per_s(looks: Sequence[Look], over_s: float = 1.0) -> float:
@@ -653,6 +662,10 @@ def broken_promises(found: Judgement) -> Mapping[str, object]:
             found.excess,
         ),
         "no step beyond the rate": (found.excess.rate_um <= ROUNDED_UM, found.excess),
+        "no step of a write beyond that of a late cycle": (
+            found.excess.step_um <= ROUNDED_UM,
+            found.excess,
+        ),
         "it goes on where the watchdog left it": (
             found.excess.return_um <= ROUNDED_UM,
             found.excess,

@@ -77,6 +77,7 @@ def test_a_frozen_loop_looks_before_it_writes_and_goes_on_from_where_the_watchdo
     print(found)
     assert found.magnitude_um <= 0.0
     assert found.rate_um <= ROUNDED_UM
+    assert found.step_um <= ROUNDED_UM
     assert found.return_um <= ROUNDED_UM
     assert gaps(cycles) == []
     tripped = next(look for look in watcher.looks if look.at_s > frozen_s and not look.alive)
@@ -122,6 +123,7 @@ def test_a_loop_that_is_asked_to_end_fades_at_its_rate_and_at_once_when_it_is_as
     found = excess(watcher.looks)
     assert found.magnitude_um <= 0.0
     assert found.rate_um <= ROUNDED_UM
+    assert found.step_um <= ROUNDED_UM
     assert fastest_um_per_s(watcher.looks) > 0.8 * RATE_UM_PER_S
     assert all(gaps(run) == [] for run in read_runs(tmp_path))
 
