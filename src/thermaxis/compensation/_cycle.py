@@ -18,9 +18,11 @@ from thermaxis.compensation._compensation import (
 from thermaxis.compensation._model_step import (
     LATEST_S,
     ModelOutput,
+    Reading,
     ThermalState,
     advance,
     initial_state,
+    model_step,
 )
 from thermaxis.compensation._quality import (
     LARGEST_RULE,
@@ -268,18 +270,20 @@ def cycle(
     )
     goal_um, said_s, since_s = wanted_um, time_s, memory.since_s
     if not calm:
-        signals = _signals(compensation, reading, values, model, agrees)
+        signals = Signals(
+            inputs_usable=elapsed_s > 0.0 and _inputs_usable(reading, values, quality),
+            model_runs=_RESTARTS.isdisjoint(outcomes),
+            connected=connected is True,
+            interlocks_met=_met(compensation, reading),
+            read_back_agrees=agrees,
+            at_limit=True in at_limit,
+            other_compensation=other is True,
+            offset_outside=outside,
+            at_zero=not any(in_force),
+        )
+        counted_s = elapsed_s or compensation.cycle_s
         memory, reasons = supervisor_step(
-            compensation.supervisor,
-            memory,
-            signals._replace(
-                inputs_usable=signals.inputs_usable and elapsed_s > 0.0,
-                at_limit=True in at_limit,
-                offset_outside=outside,
-                at_zero=not any(in_force),
-            ),
-            time_s,
-            elapsed_s or compensation.cycle_s,
+            compensation.supervisor, memory, signals, time_s, counted_s
         )
         if memory.state is not SupervisorState.ACTIVE or quality is Quality.BAD or not agrees:
             goal_um = _goal_unless_active(compensation, memory.state, in_force, reading, agrees)
@@ -312,7 +316,12 @@ def cycle(
     )
 
 
-def with_compensation(new: Compensation, old: Compensation, state: CycleState) -> CycleState:
+def with_compensation(
+    new: Compensation,
+    old: Compensation,
+    state: CycleState,
+    past: Sequence[tuple[float, Mapping[str, float]]] = (),
+) -> CycleState:
     """Return the state with which another model goes on, without a bump.
 
     The correction in force stays and the new model takes over at the allowed rate once it has
@@ -327,6 +336,10 @@ def with_compensation(new: Compensation, old: Compensation, state: CycleState) -
         Those of the state.
     state : CycleState
         State of the old one.
+    past : sequence
+        Rows of time [s] and values by channel [degC], oldest first: the new model runs along them,
+        so that it is where it would be. Default: none; it starts at the steady state of its first
+        reading, which a machine that warms up or cools is not in.
 
     Returns
     -------
@@ -343,6 +356,9 @@ def with_compensation(new: Compensation, old: Compensation, state: CycleState) -
     thermal = initial_state(new.model, known)
     if state.thermal.time_s is not None:
         thermal = thermal._replace(warm=True)
+    for time_s, values in past:
+        if all(channel in values for channel in new.model.channels):
+            thermal, _ = model_step(new.model, thermal, Reading(time_s, values))
     return CycleState(
         thermal,
         tuple(_of(channels, state.sensors, c, _UNKNOWN_SENSOR) for c in new.model.channels),
@@ -524,27 +540,14 @@ def _weights(compensation: Compensation, thermal: ThermalState, model: ModelOutp
 # ---- signals ------------------------------------------------------------------------------------
 
 
-def _signals(
-    compensation: Compensation,
-    reading: CycleReading,
-    values: tuple[float | None, ...],
-    model: ModelOutput,
-    agrees: bool,  # noqa: FBT001 - a signal
-) -> Signals:
-    """Return what the supervisor is told of inputs and machine."""
-    return Signals(
-        inputs_usable=None not in values
-        and model.quality is not Quality.BAD
+def _inputs_usable(
+    reading: CycleReading, values: tuple[float | None, ...], quality: Quality
+) -> bool:
+    return (
+        None not in values
+        and quality is not Quality.BAD
         and None not in reading.interlocks
-        and reading.other_compensation is not None,
-        model_runs=_RESTARTS.isdisjoint(model.outcomes),
-        connected=reading.connected is True,
-        interlocks_met=_met(compensation, reading),
-        read_back_agrees=agrees,
-        at_limit=False,
-        other_compensation=reading.other_compensation is True,
-        offset_outside=False,
-        at_zero=False,
+        and reading.other_compensation is not None
     )
 
 
@@ -649,11 +652,11 @@ class _Asked:
             return False, f"{Reason.OFFSET_OUTSIDE}: bring it back within them first"
         if memory.enabled:
             return True, "it was enabled already"
-        self.memory = memory._replace(calm=False, enabled=True, held=False, held_s=0.0, ready_s=0.0)
+        self.memory = memory._replace(calm=False, enabled=True, held=False, ready_s=0.0)
         return True, "it is active as soon as everything is there"
 
     def _disable(self, _: Request) -> tuple[bool, str]:
-        self.memory = self.memory._replace(calm=False, enabled=False, held=False, held_s=0.0)
+        self.memory = self.memory._replace(calm=False, enabled=False, held=False)
         return True, "the correction fades at the allowed rate"
 
     def _hold(self, _: Request) -> tuple[bool, str]:
@@ -666,7 +669,7 @@ class _Asked:
         return True, f"it is held, for at most {longest_s:g} s"
 
     def _resume(self, _: Request) -> tuple[bool, str]:
-        self.memory = self.memory._replace(calm=False, held=False, held_s=0.0)
+        self.memory = self.memory._replace(calm=False, held=False)
         return True, "the hold is ended"
 
     def _trim(self, request: Request) -> tuple[bool, str]:

@@ -225,6 +225,15 @@ def test_a_faulty_correction_goes_as_far_as_the_machine_is_seen_to_follow() -> N
         assert bench.step(read_back_um=None).correction_um[0] == pytest.approx(sign * 0.4)
 
 
+def test_outside_the_total_a_faulty_correction_waits_at_the_total() -> None:
+    for sign in (1.0, -1.0):
+        bench = Bench().to(ACTIVE)
+        bench.step(found_um=(sign * 21.5,), read_back_um=None)
+        assert (bench.now, bench.um) == (FAULT, sign * 20.5)
+        assert bench.steps(1, read_back_um=(sign * 25.0,)).um == sign * 20.0
+        assert bench.steps(9, read_back_um=(sign * 25.0,)).um == sign * 20.0
+
+
 def test_outputs_that_follow_fade_while_another_is_waited_for() -> None:
     compensation = quick_lathe(settle_s=0.0, heal_s=0.0)
     state = cycle_state(compensation)
@@ -655,3 +664,10 @@ def test_a_new_state_is_off_and_empty() -> None:
     assert state.diameter_mm is None
     assert len(state.sensors) == len(state.spares) == 3
     assert cycle_state(compensation, {"s": 3.0}).thermal.reference[0] == 3.0
+
+
+def test_limits_of_less_than_a_micrometre_are_limits() -> None:
+    bench = Bench(lathe(Limits(0.5, 0.25, largest_trim_um=0.25))).to(WARMING)
+    bench.warmth_k = -0.375
+    assert bench.steps(6).um == 0.5
+    assert bench.output.at_limit == (True,)
