@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+from collections import deque
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field, replace
@@ -65,6 +66,10 @@ CLOCK_STEP_S = 10.0
 """A saved state may be newer than now by so much: a clock that was set. [s]"""
 LAST_SAVE_S = 2.0
 """Time that the last save is waited for. [s]"""
+PAST_EVERY_S = 60.0
+"""Inputs are kept so often for a model that takes over later. [s]"""
+PAST_ROWS = 1440
+"""So many of them: a day. [1]"""
 ALARMS_EVERY_S = 1.0
 """Alarms are looked for so often, and whenever the state changes. [s]"""
 LARGEST_FOUND_UM = 1e5
@@ -217,6 +222,8 @@ class CompensationLoop:
         self._ended = False
         self._started = self.clock.utc()
         self._state_since = self._started
+        self._past: deque[tuple[float, Mapping[str, float]]] = deque(maxlen=PAST_ROWS)
+        self._past_s = float("-inf")
         self._names = tuple(output.name for output in compensation.model.outputs)
         self._parts = _parts_of(compensation)
         self._gain: tuple[float | None, tuple[tuple[float, ...], ...]] = (math.nan, ())
@@ -322,8 +329,10 @@ class CompensationLoop:
         while True:
             now_s = self.clock.monotonic_s()
             await self._cycle(now_s, max(0.0, now_s - due_s))
+            if self.source.ended:
+                return
             told = stop.is_set() or (cycles is not None and self._number >= cycles)
-            if (told or self.source.ended) and not self._stopping:
+            if told and not self._stopping:
                 self._stopping = True
                 last_s = now_s + self.settings.stop_within_s
                 self._begin_stop()
@@ -366,15 +375,17 @@ class CompensationLoop:
         reading = self._reading(now_s, samples, found, waiting, connected=connected)
         before = self._state.memory
         self._state, output = cycle(self.compensation, self._state, reading)
-        if connected and not self._silent():
+        if connected and not self._silent() and output.state is not SupervisorState.OFF:
             correction_um = dict(zip(self._names, output.correction_um, strict=True))
             self._touch()
             self._refused = not await self.sink.write(correction_um, wait_s)
             self._applied = await self.sink.read_back(wait_s)
         else:
-            self._applied, self._refused = {}, False
+            self._applied = {}
+            self._refused = False
             self._doubtful = self._found_known  # without a heartbeat nothing stays where it is
         self._answer(waiting, output.answers)
+        self._remember(now_s, output)
         utc = self.clock.utc()
         self.historian.record(
             CycleRecord(
@@ -392,6 +403,14 @@ class CompensationLoop:
         )
         self._publish(now_s, utc, lateness_s, samples, output, before)
         self._save(now_s)
+
+    def _remember(self, now_s: float, output: CycleOutput) -> None:
+        """Keep a row of inputs now and then, for a model that takes over later."""
+        if now_s - self._past_s >= PAST_EVERY_S and None not in output.values:
+            self._past_s = now_s
+            channels = self.compensation.model.channels
+            values = {c: v for c, v in zip(channels, output.values, strict=True) if v is not None}
+            self._past.append((now_s, values))
 
     async def _find(self, wait_s: float) -> Mapping[str, float | None] | None:
         """Return the offsets from which the correction goes on, when they are news.
@@ -534,7 +553,8 @@ class CompensationLoop:
         if waiting.change is None:
             return
         new, sha256 = waiting.change
-        self._state = with_compensation(new, self.compensation, self._state)
+        past = tuple(self._past)
+        self._state = with_compensation(new, self.compensation, self._state, past)
         self.compensation = new
         self._parts = _parts_of(new)
         self._gain = (math.nan, ())
@@ -795,10 +815,15 @@ def resumed(
     kept = "sections and references are taken up"
     if saved.model_sha256 != settings.model_sha256:
         state = with_compensation(compensation, compensation, state)
-        kept = "it is of another model, the references are taken up"
+        kept = (
+            f"it is of another model, {saved.model_file}; the references are taken up, and somebody"
+            " must enable it"
+        )
     elif age_s > compensation.model.longest_gap_s:
         kept = "the model starts at the steady state, with the saved references"
-    enabled = saved.enabled and settings.resume_enabled and age_s <= settings.resume_within_s
+    same = saved.model_sha256 == settings.model_sha256
+    soon = age_s <= settings.resume_within_s
+    enabled = saved.enabled and settings.resume_enabled and soon and same
     memory = Memory(
         state=SupervisorState.WARMING if enabled else SupervisorState.OFF,
         enabled=enabled,

@@ -79,8 +79,8 @@ class SimulatedSink(Sink):
         return True
 
     async def read_back(self, deadline_s: float) -> Mapping[str, Applied]:
-        last = self.machine.written[-1]
-        return {n: Applied(last[n], c) for n, c in self.machine.offset_um.items()}
+        last = self.machine.written[-1] if self.machine.written else {}
+        return {n: Applied(last.get(n), c) for n, c in self.machine.offset_um.items()}
 
     async def close(self) -> None: ...
 

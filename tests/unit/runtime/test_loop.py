@@ -209,7 +209,9 @@ def test_a_loop_that_nobody_enabled_leaves_a_found_offset_alone() -> None:
 
     async def script(bench: Bench, loop: CompensationLoop) -> None:
         await asyncio.sleep(30.0)
-        assert {w["Z_um"] for w in bench.machine.written} == {-12.0}
+        assert not bench.machine.written
+        assert loop.status is not None
+        assert loop.status.output.correction_um == (-12.0,)
         await enable(loop)
         await asyncio.sleep(100.0)
 
@@ -287,3 +289,24 @@ def test_an_offset_in_the_wrong_unit_is_never_written_over() -> None:
 
     bench.play(script)
     assert any("is no offset" in e.text for e in bench.historian.events)
+
+
+def test_an_equal_model_that_takes_over_changes_nothing(tmp_path: Path) -> None:
+    bench = Bench()
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        loop._models = lambda _: (compensation(), "other")
+        await enable(loop)
+        for k in range(1500):  # the machine warms up all the time
+            bench.machine.values["s"] = 20.0 + 0.002 * k
+            await asyncio.sleep(1.0)
+        assert loop.status is not None
+        before = loop.status.output.model_um[0]
+        assert before > 15.0
+        answer = await loop.submit(Request(RequestKind.MODEL, "Petr", text="copy.json"))
+        assert answer.accepted
+        await asyncio.sleep(1.0)
+        assert loop.status.model_file == "copy.json"
+        assert abs(loop.status.output.model_um[0] - before) < 1.0  # the steady state is 36 um
+
+    bench.play(script)

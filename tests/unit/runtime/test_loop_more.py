@@ -404,7 +404,9 @@ def test_an_offset_that_the_watchdog_takes_back_during_the_self_test_is_looked_a
         bench.machine.set_offset(-20.0)  # left by a loop that was killed
         bench.machine.heard_s += left_s - WATCHDOG_S
         loop = bench.loop()
-        await loop.run(asyncio.Event(), cycles=30)
+        running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles=30))
+        await loop.submit(Request(RequestKind.ENABLE, "Jana"))
+        await running
 
     run_in_virtual_time(life())
     assert bench.machine.writes
