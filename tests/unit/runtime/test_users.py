@@ -407,10 +407,10 @@ def test_a_name_that_does_not_exist_takes_as_long_as_one_that_does(tmp_path: Pat
                 await users.identify(name, "wrong")
                 times.append(time.perf_counter() - before_s)
         await users.close()
-        return sorted(spent_s["operator"])[3], sorted(spent_s["nobody"])[3]
+        return min(spent_s["operator"]), min(spent_s["nobody"])
 
     known_s, unknown_s = asyncio.run(scene())
-    assert 0.5 < known_s / unknown_s < 2.0
+    assert 0.4 < known_s / unknown_s < 2.5
 
 
 def test_no_password_reaches_a_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
