@@ -7,7 +7,7 @@ to that class, so that a default stands in one place.
 from dataclasses import fields
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias, TypeVar, cast, final
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from thermaxis.compensation._limits import Limits
@@ -20,9 +20,18 @@ from thermaxis.runtime.sinks._linuxcnc_hal import LinuxCncSettings
 _Table = TypeVar("_Table")
 Rules: TypeAlias = SensorRules | Limits | SupervisorRules | HistorianSettings | LinuxCncSettings
 """What has fields, defaults and checks of its own."""
-Word = Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+def _shown(text: str) -> str:
+    """Refuse what a terminal would obey instead of showing it."""
+    if not text.isprintable():
+        raise PydanticCustomError("shown", "a control character stands in it")
+    return text
+
+
+Word = Annotated[str, Field(min_length=1, max_length=1000), AfterValidator(_shown)]
 """A text that says something."""
-Text = Annotated[str, Field(max_length=1000)]
+Text = Annotated[str, Field(max_length=1000), AfterValidator(_shown)]
 """A text that may be empty, which is the same as leaving it out."""
 Scale = Annotated[float, Field(gt=0.0, le=1e6)]
 """A positive factor."""

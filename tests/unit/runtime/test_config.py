@@ -675,3 +675,14 @@ def test_any_value_at_any_key_gives_a_configuration_or_a_sentence(
         assert found
         assert all(problem.what and problem.remedy for problem in found)
         assert all(re.match(r"line \d+, \[", problem.place) for problem in found)
+
+
+def test_a_name_that_a_terminal_would_obey_is_refused(tmp_path: Path) -> None:
+    text = Path("examples/machine/lathe.toml")
+    source = (Path(__file__).resolve().parents[3] / text).read_text(encoding="utf-8")
+    hostile = source.replace('name = "virtual lathe"', r'name = "\u001b[31mRED\u0007"')
+    file = tmp_path / "lathe.toml"
+    file.write_text(hostile, encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="control character") as caught:
+        read_machine(file)
+    assert "\x1b" not in str(caught.value)
