@@ -6,6 +6,9 @@ BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
 .PHONY: help setup setup-dev demo test system check format bench
 
+# Tests run side by side: threads inside each would only get in each other's way.
+test system check: export OMP_NUM_THREADS = 1
+
 help:
 	@echo "make demo    set everything up and evaluate the example run"
 	@echo "make test    set everything up and run the tests"

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, date, datetime
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import printable
@@ -20,6 +20,10 @@ MODEL_AGE_DAYS = 365.0
 """A model older than this should be measured again. Default: the year after which instruments are
 calibrated. [d]"""
 _LONGEST_TEXT = 300
+
+
+FOLLOWS_S: Final = 10.0
+"""What acts may be behind what was accepted by so long at the allowed rate. [s]"""
 
 
 class _Found(NamedTuple):
@@ -228,6 +232,18 @@ def _of_output(
             "It stood there when the program was started; its heartbeat keeps it there.",
             "Enable the compensation and go on from it, or enable and disable to fade it out.",
         )
+    applied = status.applied.get(name)
+    if applied is not None and applied.accepted_um is not None and applied.effective_um is not None:
+        behind_um = abs(applied.effective_um - applied.accepted_um)
+        if behind_um > tolerance_um + FOLLOWS_S * limits.largest_rate_um_per_s:
+            yield _Found(
+                f"no effect {name}",
+                "high",
+                f"{name} was taken over as {applied.accepted_um:+.1f} µm, but"
+                f" {applied.effective_um:+.1f} µm acts.",
+                "The machine's watchdog, its own rate, or a release that is missing.",
+                "Look at the control; compare the cycle with the time of its watchdog.",
+            )
     if status.enabled and output.at_limit[index]:
         yield _Found(
             f"limit {name}",

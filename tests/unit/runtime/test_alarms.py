@@ -18,7 +18,7 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.runtime._alarms import PRIORITIES, alarms_of
-from thermaxis.runtime._ports import HistorianStatus, SourceSample
+from thermaxis.runtime._ports import Applied, HistorianStatus, SourceSample
 from thermaxis.runtime._status import Alarm, RuntimeStatus
 
 
@@ -238,3 +238,12 @@ def test_every_alarm_has_all_its_words_and_the_gravest_come_first(
         assert one.cause.endswith(".")
         assert one.remedy.endswith(".")
         assert f"{one.text}{one.cause}{one.remedy}".isprintable()
+
+
+def test_an_offset_that_is_accepted_and_does_not_act_is_told() -> None:
+    acting = {name: Applied(-40.0, -40.0, -39.5) for name in status().outputs}
+    assert not any(key.startswith("no effect") for key in found(status(applied=acting)))
+    dead = {name: Applied(-40.0, -40.0, 0.0) for name in status().outputs}
+    alarm = found(status(applied=dead))["no effect Z_um"]
+    assert alarm.priority == "high"
+    assert "+0.0 µm acts" in alarm.text
