@@ -81,7 +81,7 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     """
     parser = argparse.ArgumentParser(
         prog="thermaxis",
-        description="Measure machine axes without thermal drift.",
+        description="Measure machine axes without thermal drift, and compensate thermal errors.",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"thermaxis {__version__}")
