@@ -22,7 +22,8 @@ import random
 import signal
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -113,8 +114,8 @@ def skipped(node: ast.AST) -> bool:
     return isinstance(node, ast.Import | ast.ImportFrom | ast.Assert)
 
 
-def mutants(tree: ast.Module) -> Iterator[tuple[int, str, ast.Module]]:
-    """Yield line, words and tree of every mutant."""
+def mutants(tree: ast.Module) -> Iterator[tuple[int, str, Callable[[], ast.Module]]]:
+    """Yield line, words and what makes the tree of every mutant."""
     places: list[tuple[tuple[str | int, ...], ast.AST]] = []
 
     def walk(node: ast.AST, path: tuple[str | int, ...]) -> None:
@@ -136,7 +137,7 @@ def mutants(tree: ast.Module) -> Iterator[tuple[int, str, ast.Module]]:
         for words, new in changes(node):
             if top_level and new is None:
                 continue
-            yield getattr(node, "lineno", 0), words, replaced(tree, path, new)
+            yield getattr(node, "lineno", 0), words, partial(replaced, tree, path, new)
 
 
 def replaced(tree: ast.Module, path: Sequence[str | int], new: ast.AST | None) -> ast.Module:
@@ -215,7 +216,7 @@ def main(arguments: Sequence[str]) -> int:
     sys.path.insert(0, str(ROOT))
     place = arguments[1].split(":") if arguments[:1] == ["--at"] else None
     chosen = [place[0]] if place else list(arguments) or list(MODULES)
-    work: list[tuple[str, int, str, ast.Module]] = []
+    work: list[tuple[str, int, str, Callable[[], ast.Module]]] = []
     for module in chosen:
         tree = ast.parse((FOLDER / f"{module}.py").read_text(encoding="utf-8"))
         if not survives(module, tree):
@@ -223,17 +224,17 @@ def main(arguments: Sequence[str]) -> int:
             return 1
         work.extend((module, *one) for one in mutants(tree))
     if place:
-        for module, line, words, tree in work:
+        for module, line, words, made in work:
             if line == int(place[1]):
-                print(f"{words}: {'survives' if survives(module, tree, loud=True) else 'killed'}")
+                print(f"{words}: {'survives' if survives(module, made(), loud=True) else 'killed'}")
         return 0
     random.Random(SEED).shuffle(work)  # noqa: S311 - a sample, no secret
     begun, tried, left = time.monotonic(), 0, []
-    for module, line, words, tree in work:
+    for module, line, words, made in work:
         if time.monotonic() - begun > MOST_SECONDS:
             break
         tried += 1
-        if survives(module, tree):
+        if survives(module, made()):
             left.append((module, line, words))
             print(f"survives: {module}.py:{line}: {words}", flush=True)
     print(f"{len(work)} mutants, {tried} tried, {tried - len(left)} killed, {len(left)} survive")

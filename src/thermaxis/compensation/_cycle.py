@@ -720,7 +720,6 @@ class _Asked:
             held=False,
             fault=None,
             differs_s=0.0,
-            at_limit_s=0.0,
         )
         return True, "the fault is acknowledged; it is off until it is enabled"
 

@@ -21,6 +21,7 @@ from thermaxis.compensation import (
     RequestKind,
     Sample,
     SampleQuality,
+    Section,
     SensorRules,
     SupervisorState,
     Trim,
@@ -617,8 +618,30 @@ def test_another_model_keeps_references_sensors_and_corrections_by_name() -> Non
     assert changed.sensors[0].good_c == 15.0
     assert math.isnan(changed.sensors[1].good_c)
     assert changed.time_s == 5.0
+    half = with_compensation(new, old, state, [(1.0, {"q": 15.0})])
+    assert half.thermal.time_s is None
     fresh = with_compensation(new, old, cycle_state(old))
     assert not fresh.thermal.warm
+
+
+def test_another_model_that_runs_along_the_past_is_where_it_would_be() -> None:
+    bench = Bench(lathe(settle_s=3.0, heal_s=4.0)).to(WARMING)
+    bench.steps(12)
+    assert bench.now is ACTIVE
+    slow = lathe(part=Part("s", "s", "", 0.0, (Section(4.0, 50.0),)), settle_s=3.0, heal_s=4.0)
+    past = [(bench.time_s - 20.0, {"s": 20.0}), (bench.time_s - 19.0, {"s": 15.0})]
+    past += [(bench.time_s - 10.0, {"w": 99.0}), (bench.time_s, {"s": 15.0, "w": 99.0})]
+    bench.state = with_compensation(slow, bench.compensation, bench.state, past)
+    bench.compensation = slow
+    sections = bench.state.thermal.sections
+    assert sections == pytest.approx((5.0 * math.expm1(-19.0 / 50.0),))
+    states = [bench.step().state for _ in range(5)]
+    assert states == [HOLDING, HOLDING, HOLDING, ACTIVE, ACTIVE]
+    assert bench.output.model_um == pytest.approx((20.0 * math.expm1(-24.0 / 50.0),))
+    assert bench.state.memory.running_s == 3.0
+    empty = with_compensation(slow, slow, bench.state, [(1.0, {})])
+    assert empty.thermal.time_s is None
+    assert empty.memory.running_s == empty.memory.ready_s == 0.0
 
 
 def test_a_stated_reference_of_the_new_model_counts() -> None:
@@ -664,6 +687,17 @@ def test_a_new_state_is_off_and_empty() -> None:
     assert state.diameter_mm is None
     assert len(state.sensors) == len(state.spares) == 3
     assert cycle_state(compensation, {"s": 3.0}).thermal.reference[0] == 3.0
+
+
+def test_a_cycle_without_time_has_no_rate() -> None:
+    assert Bench().to(ACTIVE).step(seconds=0.0).rate_um_per_s == (0.0,)
+
+
+def test_a_small_total_is_waited_at_too() -> None:
+    bench = Bench(lathe(Limits(0.5, 0.25, largest_trim_um=0.25))).to(WARMING)
+    assert bench.step(found_um=(0.9,)).state is FAULT
+    assert bench.um == 0.65
+    assert bench.step(read_back_um=(5.0,)).correction_um == (0.5,)
 
 
 def test_limits_of_less_than_a_micrometre_are_limits() -> None:
