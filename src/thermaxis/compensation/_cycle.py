@@ -259,7 +259,6 @@ def cycle(
     reasons: tuple[Reason, ...] = ()
     calm = (
         memory.calm
-        and qualities is compensation.all_good
         and not outcomes
         and agrees
         and at_limit is compensation.falses
@@ -487,8 +486,6 @@ def _judged(
         found = list(qualities)
         spares = _with_spares(compensation, spares, reading, clock, (values, found))
         qualities = tuple(found)
-        if qualities == compensation.all_good:
-            qualities = compensation.all_good
     return tuple(values), qualities, tuple(remembered), spares
 
 

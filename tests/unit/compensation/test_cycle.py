@@ -243,7 +243,7 @@ def test_outputs_that_follow_fade_while_another_is_waited_for() -> None:
     state, _ = cycle(
         compensation, state, base._replace(found_um=(6.0, 6.0), requests=(Request(ENABLE),))
     )
-    reading = base._replace(time_s=1.0, read_back_um=(9.0, 6.0), other_compensation=True)
+    reading = base._replace(time_s=1.0, read_back_um=(9.0, 6.5), other_compensation=True)
     state, output = cycle(compensation, state, reading)
     assert output.state is FAULT
     assert output.correction_um == (6.0, 4.7)
@@ -618,6 +618,8 @@ def test_another_model_keeps_references_sensors_and_corrections_by_name() -> Non
     assert changed.sensors[0].good_c == 15.0
     assert math.isnan(changed.sensors[1].good_c)
     assert changed.time_s == 5.0
+    foreign = state._replace(thermal=state.thermal._replace(reference=()))
+    assert math.isnan(with_compensation(new, old, foreign).thermal.reference[0])
     half = with_compensation(new, old, state, [(1.0, {"q": 15.0})])
     assert half.thermal.time_s is None
     fresh = with_compensation(new, old, cycle_state(old))
@@ -691,6 +693,13 @@ def test_a_new_state_is_off_and_empty() -> None:
 
 def test_a_cycle_without_time_has_no_rate() -> None:
     assert Bench().to(ACTIVE).step(seconds=0.0).rate_um_per_s == (0.0,)
+
+
+def test_the_rate_is_the_change_by_the_time_that_it_took() -> None:
+    bench = Bench().to(ACTIVE)
+    bench.warmth_k = -10.0
+    assert bench.step(seconds=0.5).rate_um_per_s == (1.0,)
+    assert bench.step(seconds=4.0).rate_um_per_s == (0.5,)
 
 
 def test_a_small_total_is_waited_at_too() -> None:
