@@ -622,6 +622,7 @@ def test_another_model_keeps_references_sensors_and_corrections_by_name() -> Non
     assert math.isnan(with_compensation(new, old, foreign).thermal.reference[0])
     half = with_compensation(new, old, state, [(1.0, {"q": 15.0})])
     assert half.thermal.time_s is None
+    assert half.thermal.value == ()
     fresh = with_compensation(new, old, cycle_state(old))
     assert not fresh.thermal.warm
 
