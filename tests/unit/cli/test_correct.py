@@ -849,7 +849,7 @@ class Forgetful(Control):
     def format_program(self, request: ProgramRequest) -> str:
         raise NotImplementedError
 
-    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:  # noqa: ARG002
+    def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
         return GridRule(
             equidistant=False,
             most_points=None,
@@ -865,10 +865,10 @@ class Forgetful(Control):
 
     def read_table(
         self,
-        text: str,  # noqa: ARG002
-        path: str,  # noqa: ARG002
+        text: str,
+        path: str,
         kind: AxisKind,
-        options: Mapping[str, str],  # noqa: ARG002
+        options: Mapping[str, str],
     ) -> ReadTable:
         assert self.last is not None
         k = self.last.position.size - self.lost
