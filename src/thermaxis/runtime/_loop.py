@@ -825,7 +825,7 @@ def resumed(
     soon = age_s <= settings.resume_within_s
     enabled = saved.enabled and settings.resume_enabled and soon and same
     memory = Memory(
-        state=SupervisorState.WARMING if enabled else SupervisorState.OFF,
+        state=_begun(old, enabled=enabled),
         enabled=enabled,
         held=old.held and enabled,
         held_s=old.held_s + age_s if old.held else 0.0,
@@ -840,6 +840,14 @@ def resumed(
         for trim in state.trims
     )
     return state._replace(memory=memory, trims=trims), said
+
+
+def _begun(old: Memory, *, enabled: bool) -> SupervisorState:
+    """Return the state after a restart: a fade that was asked for goes on."""
+    if enabled:
+        return SupervisorState.WARMING
+    fading = old.state is SupervisorState.FADING and not old.enabled
+    return SupervisorState.FADING if fading else SupervisorState.OFF
 
 
 def _latched(memory: Memory) -> Memory:

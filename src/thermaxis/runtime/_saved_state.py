@@ -185,6 +185,7 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
     model, thermal = compensation.model, raw["thermal"]
     names = [output.name for output in model.outputs]
     corrections = dict(zip(saved["outputs"], raw["correction_um"], strict=True))
+    goals = dict(zip(saved["outputs"], raw["goal_um"], strict=True))
     trims = dict(zip(saved["outputs"], raw["trims"], strict=True))
     if saved["channels"] == list(model.channels) and saved["outputs"] == names:
         restored = ThermalState(**{name: _tuples(value) for name, value in thermal.items()})
@@ -203,7 +204,7 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
         ),
         time_s=float(raw["time_s"]),
         correction_um=tuple(float(corrections.get(name, 0.0)) for name in names),
-        goal_um=tuple(float(corrections.get(name, 0.0)) for name in names),
+        goal_um=tuple(float(goals.get(name, 0.0)) for name in names),
         trims=tuple(Trim(*trims[name]) if name in trims else Trim() for name in names),
         diameter_mm=raw["diameter_mm"],
     )

@@ -310,3 +310,31 @@ def test_an_equal_model_that_takes_over_changes_nothing(tmp_path: Path) -> None:
         assert abs(loop.status.output.model_um[0] - before) < 1.0  # the steady state is 36 um
 
     bench.play(script)
+
+
+def test_a_fade_that_was_cut_short_by_a_kill_goes_on(tmp_path: Path) -> None:
+    bench = Bench(tmp_path / "state.json")
+
+    async def killed() -> None:
+        loop = bench.loop()
+        task = asyncio.ensure_future(loop.run(asyncio.Event()))
+        await enable(loop)
+        await asyncio.sleep(80.0)
+        assert (await loop.submit(Request(RequestKind.DISABLE, "Jana"))).accepted
+        await asyncio.sleep(10.0)
+        loop._state_file = None  # a kill saves nothing any more
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+    run_in_virtual_time(killed())
+    assert bench.machine.offset_um["Z_um"] < -20.0
+    bench.machine.come_back()
+    bench.clock = VirtualClock(START_UTC + timedelta(seconds=110.0))
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await asyncio.sleep(100.0)
+        assert loop.status is not None
+        assert loop.status.output.state is SupervisorState.OFF
+
+    bench.play(script, at_stop=AtStop.LEAVE)
+    assert bench.machine.offset_um["Z_um"] == 0.0

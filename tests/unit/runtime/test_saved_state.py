@@ -169,9 +169,7 @@ def test_what_is_saved_comes_back_exactly(
 ) -> None:
     one = saved(state, utc=utc.replace(tzinfo=UTC), enabled=enabled, model_file=name)
     found = reloaded(tmp_path, one)
-    # Where the corrections go is asked anew, and the model is not in the file.
-    wanted = state._replace(goal_um=state.correction_um)
-    assert repr(found.state) == repr(wanted)  # repr: every bit of a number, and NaN is NaN
+    assert repr(found.state) == repr(state)  # repr: every bit of a number, and NaN is NaN
     assert (found.utc, found.enabled) == (one.utc, enabled)
     assert (found.model_file, found.monotonic_s) == (name, one.monotonic_s)
 
@@ -271,7 +269,7 @@ def test_a_field_that_is_missing_is_damage_or_a_beginning_anew(tmp_path: Path) -
     whole = json.loads(older.read_text(encoding="utf-8").partition("\n")[2])
     thermal = whole["state"]["thermal"]
     for place in (whole, whole["state"], thermal):
-        for key in sorted(set(place) - {"saves", "goal_um"}):  # asked anew, or new
+        for key in sorted(set(place) - {"saves"}):  # new
             kept = place.pop(key)
             body = json.dumps(whole)
             older.write_text(f"{sha256(body.encode()).hexdigest()}\n{body}\n", encoding="utf-8")
