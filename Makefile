@@ -62,3 +62,5 @@ bench: setup-dev
 	$(BIN)/python benchmarks/start_up.py
 	$(BIN)/python benchmarks/many_runs.py
 	$(BIN)/python benchmarks/drift_speed.py
+	$(BIN)/python benchmarks/cycle_cost.py
+	$(BIN)/python benchmarks/loop_cost.py
