@@ -293,28 +293,32 @@ def judge_interlock(where: str, node: "NodeDescription", settings: FlagSettings)
     Finding
         What was found.
     """
-    lacking = next(_lacking(where, node, _FLAGS, "a Boolean or a whole number"), None)
-    if lacking is not None:
-        return lacking
-    if node.value is None:
-        return warning(
-            where,
-            f"there is no value: {node.status}",
-            "Without a value the interlock counts as a lost input: nothing is enabled, and a"
-            " correction at work is held for a while and then fades",
-        )
-    flag = flag_of(node.value)
-    if flag is None:
-        return _no_flag(where, node.value)
+    flag = _flag_or_finding(
+        where,
+        node,
+        "Without a value the interlock counts as a lost input: nothing is enabled, and a"
+        " correction at work is held for a while and then fades",
+    )
+    if isinstance(flag, Finding):
+        return flag
     if flag is settings.value:
         return ok(where, "it is met")
     return warning(where, "it is not met at present", "Until it is met, nothing is corrected")
 
 
-def _no_flag(where: str, value: float) -> Finding:
+def _flag_or_finding(where: str, node: "NodeDescription", without: str) -> bool | Finding:
+    """Return a node's flag, or why it has none; `without` says what follows from no value."""
+    lacking = next(_lacking(where, node, _FLAGS, "a Boolean or a whole number"), None)
+    if lacking is not None:
+        return lacking
+    if node.value is None:
+        return warning(where, f"there is no value: {node.status}", without)
+    flag = flag_of(node.value)
+    if flag is not None:
+        return flag
     return error(
         where,
-        f"its value is {value:g}, and a flag is 0 or 1",
+        f"its value is {node.value:g}, and a flag is 0 or 1",
         "Name a node that is true or false, or 0 or 1; any other number counts as no value",
     )
 
@@ -338,18 +342,11 @@ def judge_other_compensation(
     Finding
         What was found.
     """
-    lacking = next(_lacking(where, node, _FLAGS, "a Boolean or a whole number"), None)
-    if lacking is not None:
-        return lacking
-    if node.value is None:
-        return warning(
-            where,
-            f"there is no value: {node.status}",
-            "Make sure by other means that the builder's own compensation is off",
-        )
-    flag = flag_of(node.value)
-    if flag is None:
-        return _no_flag(where, node.value)
+    flag = _flag_or_finding(
+        where, node, "Make sure by other means that the builder's own compensation is off"
+    )
+    if isinstance(flag, Finding):
+        return flag
     if flag is settings.value:
         return error(
             where,
