@@ -34,10 +34,10 @@ def test_readings_of_a_lost_sensor_count_as_missing(tmp_path: Path, sentinel: fl
     spindle[1000:1010] = sentinel
     path = written(tmp_path / "log.csv", T_spindle_C=spindle)
     result = identified(path, tmp_path, *INPUT)
-    assert result["outputs"]["Z_um"]["fit_percent"] > 99.0  # type: ignore[index]
-    assert any("count as missing" in w for w in result["warnings"])  # type: ignore[union-attr]
+    assert result["outputs"]["Z_um"]["fit_percent"] > 99.0
+    assert any("count as missing" in w for w in result["warnings"])
     chosen = identified(path, tmp_path, "--candidates", "T_*")
-    assert chosen["outputs"]["Z_um"]["fit_percent"] > 90.0  # type: ignore[index]
+    assert chosen["outputs"]["Z_um"]["fit_percent"] > 90.0
 
 
 def test_a_stuck_sensor_is_named_when_a_model_is_verified(
@@ -59,8 +59,8 @@ def test_a_model_that_is_no_better_than_a_static_regression_says_so(tmp_path: Pa
     random = np.random.default_rng(1)
     path = written(tmp_path / "noise.csv", T_spindle_C=22.0 + random.normal(0.0, 2.0, 5040))
     result = identified(path, tmp_path, *INPUT)
-    said = result["outputs"]["Z_um"]["warnings"]  # type: ignore[index]
-    figures = result["outputs"]["Z_um"]["training_rmse_um"]  # type: ignore[index]
+    said = result["outputs"]["Z_um"]["warnings"]
+    figures = result["outputs"]["Z_um"]["training_rmse_um"]
     assert figures["model"] >= figures["static"]
     assert any("static regression" in w and "to be used" in w for w in said)
 
@@ -73,13 +73,13 @@ def test_candidates_of_a_slower_recorder_are_used_at_their_own_rate(tmp_path: Pa
     path = written(tmp_path / "slow.csv", **slow)
     result = identified(path, tmp_path, "--candidates", "T_s*", "--candidates", "T_c*")
     assert result["sample_time_s"] == 60.0
-    assert result["outputs"]["Z_um"]["fit_percent"] > 90.0  # type: ignore[index]
+    assert result["outputs"]["Z_um"]["fit_percent"] > 90.0
 
 
 def test_another_probe_is_no_candidate(tmp_path: Path) -> None:
     path = written(tmp_path / "log.csv", X_um=np.linspace(0.0, 5.0, 5040))
     result = identified(path, tmp_path, "--candidates", "*")
-    names = [part["input"] for part in result["outputs"]["Z_um"]["parts"]]  # type: ignore[index]
+    names = [part["input"] for part in result["outputs"]["Z_um"]["parts"]]
     assert "X_um" not in names
 
 

@@ -453,7 +453,7 @@ def test_a_wrong_password_is_said_so_and_never_shown(
     guarded: tuple[ForeignServer, Identity],
 ) -> None:
     machine, identity = guarded
-    said = refusal(secured_settings(machine, identity, password="guessed-wrong"), machine)  # noqa: S106
+    said = refusal(secured_settings(machine, identity, password="guessed-wrong"), machine)  # noqa: S106 - a wrong one
     assert "refuses user operator" in said
     assert "guessed-wrong" not in said
 

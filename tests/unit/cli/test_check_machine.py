@@ -315,8 +315,8 @@ def test_the_loop_learns_what_the_flags_mean(machine: Path) -> None:
 def test_source_and_sink_share_one_connection(machine: Path) -> None:
     parts = build_parts(read_machine(machine), SystemClock())
     assert list(parts.sessions) == ["control"]
-    assert parts.source.session is parts.sessions["control"]  # type: ignore[attr-defined]
-    assert parts.sink.session is parts.sessions["control"]  # type: ignore[attr-defined]
+    assert parts.source.session is parts.sessions["control"]
+    assert parts.sink.session is parts.sessions["control"]
 
 
 def test_there_is_no_server_unless_it_is_configured(machine: Path) -> None:

@@ -263,8 +263,8 @@ class HostileWorld:
 
 
 def _number(value: object) -> float | None:
-    if type(value) in {int, float} and abs(value) <= 1e6:  # type: ignore[arg-type]
-        return float(value)  # type: ignore[arg-type]
+    if type(value) in {int, float} and abs(value) <= 1e6:
+        return float(value)
     return None
 
 

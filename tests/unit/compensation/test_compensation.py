@@ -71,4 +71,4 @@ def test_rules_cannot_be_changed_behind_its_back() -> None:
     sensors["s"] = replace(RULES, highest_c=1e6)
     assert compensation.sensors["s"].highest_c == 60.0
     with pytest.raises(TypeError):
-        compensation.sensors["s"] = RULES  # type: ignore[index]
+        compensation.sensors["s"] = RULES

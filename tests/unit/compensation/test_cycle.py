@@ -397,14 +397,14 @@ def test_enabling_ends_a_hold_and_heals_first() -> None:
     assert bench.state.memory.ready_s == 1.0
 
 
-@pytest.mark.parametrize("nonsense", [None, 3, "enable", Request([]), Request(None), Request("x")])  # type: ignore[arg-type]
+@pytest.mark.parametrize("nonsense", [None, 3, "enable", Request([]), Request(None), Request("x")])
 def test_what_is_no_request_is_refused(nonsense: Any) -> None:
     output = Bench().step(requests=(nonsense,))
     assert [(a.request, a.accepted) for a in output.answers] == [(nonsense, False)]
 
 
 def test_the_word_of_a_request_is_as_good_as_its_kind() -> None:
-    assert Bench().step(requests=(Request("enable"),)).state is WARMING  # type: ignore[arg-type]
+    assert Bench().step(requests=(Request("enable"),)).state is WARMING
 
 
 @pytest.mark.parametrize("value", [None, math.nan, math.inf, "1", True, 5.1, -5.1])
@@ -516,7 +516,7 @@ def test_samples_are_taken_in_order_and_missing_ones_are_missing() -> None:
     _, output = cycle(
         compensation,
         cycle_state(compensation),
-        CycleReading(0.0, (None, 5.0, Sample(22.0), Sample(9.0))),  # type: ignore[arg-type]
+        CycleReading(0.0, (None, 5.0, Sample(22.0), Sample(9.0))),
     )
     assert output.values == (None, None, 22.0)
     assert output.qualities[:2] == (SampleQuality.MISSING,) * 2

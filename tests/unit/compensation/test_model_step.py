@@ -30,11 +30,11 @@ GAINS = (14.0, 26.0, -18.0)
 
 def one_part(**options: object) -> Part:
     sections = tuple(Section(g, t) for g, t in zip(GAINS, TIME_CONSTANTS, strict=True))
-    return Part(**{"name": "spindle", "plus": "a", "sections": sections} | options)  # type: ignore[arg-type]
+    return Part(**{"name": "spindle", "plus": "a", "sections": sections} | options)
 
 
 def one_output(*parts: Part, **options: object) -> CompensationModel:
-    return CompensationModel(outputs=(Output("Z_um", parts),), **options)  # type: ignore[arg-type]
+    return CompensationModel(outputs=(Output("Z_um", parts),), **options)
 
 
 def run(
@@ -49,7 +49,7 @@ def run(
     return np.array(said), outcomes
 
 
-def matrix_exponential(time_s: np.ndarray, u: np.ndarray, gains, taus) -> np.ndarray:  # type: ignore[no-untyped-def]
+def matrix_exponential(time_s: np.ndarray, u: np.ndarray, gains, taus) -> np.ndarray:
     """Return the lags' sum by the matrix exponential of the held system: a second way."""
     n = len(taus)
     system = np.zeros((n + 1, n + 1))
@@ -228,7 +228,7 @@ def test_whatever_is_read_the_cycle_returns_finite_numbers(
     )
     state = initial_state(model)
     for time_s, values, diameter in readings:
-        state, output = model_step(model, state, Reading(time_s, values, diameter))  # type: ignore[arg-type]
+        state, output = model_step(model, state, Reading(time_s, values, diameter))
         assert all(math.isfinite(y) for y in output.model_um)
         assert all(math.isfinite(y) for row in output.contribution_um for y in row)
         assert isinstance(state, ThermalState)
@@ -251,7 +251,7 @@ def test_whatever_is_read_the_cycle_returns_finite_numbers(
         lambda: one_output(one_part(), sample_time_s=0.0),
     ],
 )
-def test_a_model_that_cannot_be_is_refused(wrong) -> None:  # type: ignore[no-untyped-def]
+def test_a_model_that_cannot_be_is_refused(wrong) -> None:
     with pytest.raises(ConfigurationError):
         wrong()
 
@@ -336,5 +336,5 @@ def test_a_state_of_another_model_or_of_damaged_numbers_is_survived(
 def test_a_reading_without_values_is_one_in_which_all_failed() -> None:
     model = one_output(one_part())
     state, _ = model_step(model, initial_state(model), Reading(0.0, {"a": 20.0}))
-    _, output = model_step(model, state, Reading(1.0, None))  # type: ignore[arg-type]
+    _, output = model_step(model, state, Reading(1.0, None))
     assert output.quality is Quality.HELD

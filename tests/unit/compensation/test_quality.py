@@ -36,13 +36,13 @@ def told(sample: Sample, state: SensorState = BEFORE, rules: SensorRules = RULES
         (Sample(math.nan), SampleQuality.MISSING),
         (Sample(math.inf), SampleQuality.MISSING),
         (Sample(-math.inf), SampleQuality.MISSING),
-        (Sample("20"), SampleQuality.MISSING),  # type: ignore[arg-type]
+        (Sample("20"), SampleQuality.MISSING),
         (Sample(True), SampleQuality.MISSING),
         (Sample(None, good=False), SampleQuality.MISSING),
         (Sample(math.nan, good=False), SampleQuality.MISSING),
         (Sample(20.0, good=False), SampleQuality.STATUS_BAD),
-        (Sample(20.0, good=1), SampleQuality.STATUS_BAD),  # type: ignore[arg-type]
-        (Sample(20.0, good=None), SampleQuality.STATUS_BAD),  # type: ignore[arg-type]
+        (Sample(20.0, good=1), SampleQuality.STATUS_BAD),
+        (Sample(20.0, good=None), SampleQuality.STATUS_BAD),
         (Sample(20.0, age_s=None), SampleQuality.NO_TIME_STAMP),
         (Sample(20.0, age_s=10.0), GOOD),
         (Sample(20.0, age_s=10.001), SampleQuality.OLD),
@@ -50,7 +50,7 @@ def told(sample: Sample, state: SensorState = BEFORE, rules: SensorRules = RULES
         (Sample(20.0, age_s=-10.001), SampleQuality.OLD),
         (Sample(20.0, age_s=math.nan), SampleQuality.OLD),
         (Sample(20.0, age_s=math.inf), SampleQuality.OLD),
-        (Sample(20.0, age_s="0"), SampleQuality.OLD),  # type: ignore[arg-type]
+        (Sample(20.0, age_s="0"), SampleQuality.OLD),
         (Sample(0.0), SampleQuality.OUT_OF_RANGE),
         (Sample(60.001), SampleQuality.OUT_OF_RANGE),
         (Sample(0.0, good=False), SampleQuality.STATUS_BAD),

@@ -45,7 +45,7 @@ def plan_of(**changes: object) -> TestPlan:
         "recording_s": 0.5,
         "overrun": 5.0,
     }
-    return TestPlan(**{**fields, **changes})  # type: ignore[arg-type]
+    return TestPlan(**{**fields, **changes})
 
 
 def program_of(plan: TestPlan, *sets: str, warm_up: int = 0, **changes: object) -> str:
@@ -56,7 +56,7 @@ def program_of(plan: TestPlan, *sets: str, warm_up: int = 0, **changes: object) 
         "axis": plan.axis,
         "options": check_options(FANUC, sets, purpose="program"),
     }
-    return FANUC.format_program(ProgramRequest(**{**fields, **changes}))  # type: ignore[arg-type]
+    return FANUC.format_program(ProgramRequest(**{**fields, **changes}))
 
 
 # ---- a small interpreter of the program, which shares nothing with the writer --------------------
@@ -205,7 +205,7 @@ def test_what_the_control_cannot_drive_is_refused(
     changes: dict[str, object], sets: list[str], more: dict[str, object]
 ) -> None:
     with pytest.raises(ConfigurationError):
-        program_of(plan_of(**changes), *sets, **more)  # type: ignore[arg-type]
+        program_of(plan_of(**changes), *sets, **more)
 
 
 # ---- tables -------------------------------------------------------------------------------------
@@ -237,7 +237,7 @@ def simple(deviation: list[float], *, start: float, step: float, **changes: obje
         "reference_position": 0.0,
         **changes,
     }
-    return CompensationTable(**fields)  # type: ignore[arg-type]
+    return CompensationTable(**fields)
 
 
 MANUAL = (2, 1, 1, -2, 0, -1, 0, -1, 2, 1, 0, -1, -1, -2, 0, 1, 2)
@@ -517,7 +517,7 @@ def test_what_the_control_cannot_hold_is_refused(
         **changes,
     }
     with pytest.raises(ConfigurationError):
-        made(simple(**fields), *sets)  # type: ignore[arg-type]
+        made(simple(**fields), *sets)
 
 
 GOOD = made(simple([0.0, -2.0, -5.0], start=-50.0, step=50.0)).text

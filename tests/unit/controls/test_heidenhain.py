@@ -46,7 +46,7 @@ def plan_of(**changes: object) -> TestPlan:
         "recording_s": 0.5,
         "overrun": 5.0,
     }
-    return TestPlan(**{**fields, **changes})  # type: ignore[arg-type]
+    return TestPlan(**{**fields, **changes})
 
 
 def program_of(
@@ -59,7 +59,7 @@ def program_of(
         "axis": plan.axis,
         "options": check_options(control, sets, purpose="program"),
     }
-    return control.format_program(ProgramRequest(**{**fields, **changes}))  # type: ignore[arg-type]
+    return control.format_program(ProgramRequest(**{**fields, **changes}))
 
 
 # ---- a small interpreter of Klartext, which shares nothing with the writer -----------------------
@@ -226,7 +226,7 @@ def test_what_the_control_cannot_drive_is_refused(
     changes: dict[str, object], more: dict[str, object]
 ) -> None:
     with pytest.raises(ConfigurationError):
-        program_of(ITNC, plan_of(**changes), **more)  # type: ignore[arg-type]
+        program_of(ITNC, plan_of(**changes), **more)
 
 
 def test_a_name_that_is_none_is_refused() -> None:
@@ -259,7 +259,7 @@ def table_of(control: Control, kind: AxisKind = LINEAR, **changes: object) -> Co
         **changes,
     }
     position = table_points(LEVELS.target, spacing=100.0, decimals=rule.decimals)
-    return compensation_table(LEVELS, position, **fields)  # type: ignore[arg-type]
+    return compensation_table(LEVELS, position, **fields)
 
 
 def written(control: Control, table: CompensationTable, *sets: str) -> str:

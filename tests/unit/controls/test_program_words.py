@@ -22,7 +22,7 @@ def plan_of(**changes: object) -> TestPlan:
         "recording_s": 0.5,
         "overrun": 5.0,
     }
-    return TestPlan(**{**fields, **changes})  # type: ignore[arg-type]
+    return TestPlan(**{**fields, **changes})
 
 
 @given(

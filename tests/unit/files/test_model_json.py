@@ -94,7 +94,7 @@ def test_only_what_a_model_needs_is_enough(tmp_path: Path) -> None:
         (lambda t: t.update(reference="stated", reference_c={}), "is not stated"),
     ],
 )
-def test_a_mistake_is_named_with_its_place(tmp_path: Path, change, said: str) -> None:  # type: ignore[no-untyped-def]
+def test_a_mistake_is_named_with_its_place(tmp_path: Path, change, said: str) -> None:
     table = json.loads(format_model(example()))
     change(table)
     path = tmp_path / "model.json"

@@ -112,7 +112,7 @@ def written(folder: Path, name: str) -> Path:
 def from_text(folder: Path, text: str, **keywords: object) -> ThermalLog:
     path = folder / "log.csv"
     path.write_bytes(text.encode())
-    return read_thermal_log(path, **keywords)  # type: ignore[arg-type]
+    return read_thermal_log(path, **keywords)
 
 
 @pytest.mark.parametrize("name", WRITERS)

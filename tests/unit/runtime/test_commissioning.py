@@ -29,7 +29,7 @@ class Refusing(SimulatedSink):
     async def write(self, correction_um: object, deadline_s: float) -> bool:
         if self.refuses:
             return False
-        return await super().write(correction_um, deadline_s)  # type: ignore[arg-type]
+        return await super().write(correction_um, deadline_s)
 
 
 def proven(
@@ -166,7 +166,7 @@ def test_a_machine_that_reports_another_offset_ends_the_step_early() -> None:
 
     class Clamped(SimulatedSink):
         async def write(self, correction_um: object, deadline_s: float) -> bool:
-            taken = await super().write(correction_um, deadline_s)  # type: ignore[arg-type]
+            taken = await super().write(correction_um, deadline_s)
             machine.offset_um["Z_um"] = min(machine.offset_um["Z_um"], 2.0)
             return taken
 

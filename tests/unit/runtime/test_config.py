@@ -101,9 +101,9 @@ def test_without_a_node_for_it_the_written_node_is_read_back(tmp_path: Path) -> 
 def test_a_configuration_cannot_be_changed(tmp_path: Path) -> None:
     found = read_machine(machine_file(tmp_path))
     with pytest.raises(AttributeError):
-        found.name = "other"  # type: ignore[misc]
+        found.name = "other"
     with pytest.raises(TypeError):
-        found.outputs["Z_um"] = found.outputs["Z_um"]  # type: ignore[index]
+        found.outputs["Z_um"] = found.outputs["Z_um"]
 
 
 def test_an_input_that_the_model_does_not_need_is_read_all_the_same(tmp_path: Path) -> None:

@@ -84,7 +84,7 @@ class Trouble:
     def open_store(self, *arguments: object, **keywords: object) -> Store:
         if self.mode == "no database":
             raise OSError("no such host")
-        store = self._open(*arguments, **keywords)  # type: ignore[arg-type]
+        store = self._open(*arguments, **keywords)
         write, close_block = store.write, store.close_block
 
         def troubled(items: Sequence[Item], packer: RowPacker) -> None:
@@ -100,8 +100,8 @@ class Trouble:
                 raise refused("server closed the connection unexpectedly")
             return made
 
-        store.write = troubled  # type: ignore[method-assign]
-        store.close_block = troubled_block  # type: ignore[method-assign]
+        store.write = troubled
+        store.close_block = troubled_block
         return store
 
 
@@ -525,7 +525,7 @@ def test_another_database_is_no_history(tmp_path: Path) -> None:
 
 
 def run(scene: Callable[[], object]) -> None:
-    asyncio.run(scene())  # type: ignore[arg-type]
+    asyncio.run(scene())
 
 
 def test_the_loop_never_waits_and_nothing_raises_while_the_database_hangs(
@@ -539,7 +539,7 @@ def test_the_loop_never_waits_and_nothing_raises_while_the_database_hangs(
     def slow(*arguments: object, **keywords: object) -> Store:
         asked.set()
         ended.append(answers.wait(30.0))
-        return opened(*arguments, **keywords)  # type: ignore[arg-type]
+        return opened(*arguments, **keywords)
 
     monkeypatch.setattr(_writer, "open_store", slow)
     monkeypatch.setattr(_writer, "_SILENT_S", -1.0)  # every silence is a long one
@@ -572,8 +572,8 @@ def test_a_record_that_is_none_counts_as_lost_and_raises_nothing(tmp_path: Path)
     async def scene() -> None:
         one = SqlHistorian(url_of(path), QUICK, CountingClock())
         await one.open(OUTPUTS, CHANNELS)
-        one.record(None)  # type: ignore[arg-type]
-        one.event(None)  # type: ignore[arg-type]
+        one.record(None)
+        one.event(None)
         one.record(cycle_record(1))
         assert await one.drain(10.0)
         assert one.status == (True, 0, 2, "2 records were lost")
@@ -663,5 +663,5 @@ def test_settings_out_of_range_are_refused() -> None:
         {"check_s": float("nan")},
     ):
         with pytest.raises(ConfigurationError):
-            HistorianSettings(**wrong)  # type: ignore[arg-type]
+            HistorianSettings(**wrong)
     assert "hidden" not in repr(HistorianSettings(password=Secret("hidden")))

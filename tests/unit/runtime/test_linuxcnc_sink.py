@@ -722,7 +722,7 @@ def on_a_pipe(
     async def life() -> None:
         reader = asyncio.StreamReader()
         commands = Commands(reader, answer)
-        pipe = HalPipe(commands, reader)  # type: ignore[arg-type]
+        pipe = HalPipe(commands, reader)
         await act(pipe, commands)
         await pipe.close()
         assert commands.closed

@@ -148,7 +148,7 @@ def test_what_is_no_table_or_no_toml_is_said(tmp_path: Path) -> None:
     path.write_bytes(b"#" * 1_000_001)
     with pytest.raises(ConfigurationError, match="longer than"):
         read_tables(path)
-    assert "not a table" in refusal(3)  # type: ignore[arg-type]
+    assert "not a table" in refusal(3)
 
 
 def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:

@@ -94,7 +94,7 @@ def saved(state: CycleState, **changes: object) -> SavedState:
         "enabled": True,
         "state": state,
     }
-    return SavedState(**{**values, **changes})  # type: ignore[arg-type]
+    return SavedState(**{**values, **changes})
 
 
 def reloaded(folder: Path, one: SavedState) -> SavedState:
@@ -392,7 +392,7 @@ def test_a_state_of_other_channels_and_outputs_keeps_what_has_the_same_name(
     [({}, True), ({"resume_enabled": False}, False), ({"resume_within_s": 3.0}, False)],
 )
 def test_it_is_enabled_again_only_as_configured(changes: dict[str, float], enabled: bool) -> None:
-    settings_ = LoopSettings(machine="m", model_file="m", model_sha256=SHA, **changes)  # type: ignore[arg-type]
+    settings_ = LoopSettings(machine="m", model_file="m", model_sha256=SHA, **changes)
     state, said = resumed(saved(lived(MACHINE, 30)), MACHINE, settings_, now_s=360.0, age_s=4.0)
     assert state.memory.enabled is enabled
     wanted = SupervisorState.WARMING if enabled else SupervisorState.OFF

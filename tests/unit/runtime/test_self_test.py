@@ -57,7 +57,7 @@ def node(value: float | bool | None = 20.0, **changes: object) -> NodeDescriptio
         value=value,
         age_s=0.2,
     )
-    return replace(good, **changes)  # type: ignore[arg-type]
+    return replace(good, **changes)
 
 
 def one(findings: Sequence[Finding]) -> Finding:
@@ -71,7 +71,7 @@ def one(findings: Sequence[Finding]) -> Finding:
 def of_input(
     described: NodeDescription, unit: str = "degC", scale: float = 1.0, rules: SensorRules = RULES
 ) -> Finding:
-    settings = InputSettings("ns=2;s=X", unit, "", scale)  # type: ignore[arg-type]
+    settings = InputSettings("ns=2;s=X", unit, "", scale)
     return one(tuple(judge_input("[input.T]", described, settings, rules)))
 
 
@@ -128,7 +128,7 @@ def test_zero_is_told_as_an_input_that_is_perhaps_not_connected() -> None:
 def test_what_is_wrong_with_an_input_is_said(
     changes: dict[str, object], level: Level, said: str
 ) -> None:
-    found = of_input(node(**changes))  # type: ignore[arg-type]
+    found = of_input(node(**changes))
     assert found.level is level
     assert said in found.what
     assert found.remedy
@@ -150,7 +150,7 @@ def test_every_suggested_unit_makes_the_value_plausible_and_none_is_suggested_in
     raw: float, unit: str, scale: float, lowest_c: float, width_k: float
 ) -> None:
     rules = SensorRules(lowest_c=lowest_c, highest_c=lowest_c + width_k)
-    settings = InputSettings("ns=2;s=X", unit, "", scale)  # type: ignore[arg-type]
+    settings = InputSettings("ns=2;s=X", unit, "", scale)
     suggested = units_that_fit(raw, settings, rules)
     if of_input(node(raw), unit, scale, rules).level is Level.OK:
         assert suggested == ()
@@ -231,7 +231,7 @@ def test_a_flag_without_a_value_is_a_warning_and_one_of_another_type_an_error() 
     ],
 )
 def test_a_diameter_must_be_one_of_a_workpiece(raw: float | None, unit: str, level: Level) -> None:
-    settings = DiameterSettings("ns=2;s=D", unit)  # type: ignore[arg-type]
+    settings = DiameterSettings("ns=2;s=D", unit)
     assert judge_diameter("", node(raw), settings, model()).level is level
 
 
@@ -239,7 +239,7 @@ def test_a_diameter_must_be_one_of_a_workpiece(raw: float | None, unit: str, lev
 
 
 def of_output(described: NodeDescription, **changes: object) -> tuple[Finding, ...]:
-    settings = replace(OUTPUT, **changes)  # type: ignore[arg-type]
+    settings = replace(OUTPUT, **changes)
     return tuple(judge_output("[output.Z_um]", described, settings, LIMITS))
 
 
@@ -286,7 +286,7 @@ def test_an_offset_of_another_unit_is_told_from_one_that_is_too_large(
     ],
 )
 def test_what_forbids_to_write_an_offset_is_an_error(changes: dict[str, object], said: str) -> None:
-    found = of_output(node(**{"value": 0.0, **changes}))  # type: ignore[arg-type]
+    found = of_output(node(**{"value": 0.0, **changes}))
     assert any(f.level is Level.ERROR and said in f.what for f in found)
 
 
@@ -437,7 +437,7 @@ def test_exactly_the_offset_that_stands_there_is_written_back_and_nothing_else(
 def test_an_offset_that_is_in_doubt_is_not_written_back(
     configuration: MachineConfiguration, server: Server, changes: dict[str, object]
 ) -> None:
-    server.nodes["ns=2;s=Z_offset"] = node(**{"value": 0.0, **changes})  # type: ignore[arg-type]
+    server.nodes["ns=2;s=Z_offset"] = node(**{"value": 0.0, **changes})
     assert reasons_against(look_at(server, configuration, write=True))
     assert server.written == []
 
@@ -501,6 +501,6 @@ def test_linuxcnc_that_does_not_run_is_an_error_with_its_reason() -> None:
         connected = False
         last_error = "LinuxCNC: it does not run."
 
-    found = judge_linuxcnc(Missing())  # type: ignore[arg-type]
+    found = judge_linuxcnc(Missing())
     assert found.level is Level.ERROR
     assert "it does not run" in found.what

@@ -267,7 +267,7 @@ def test_nothing_is_answered_before_the_log_in_and_one_session_is_enough(pairs: 
             await one.activate_session(username="operator", password=PASSWORD)
             assert await call(one, "WhoAmI") == ["operator", "operator"]
             # a log-in that fails leaves what was there, one that succeeds takes its place
-            assert await code_of(one.activate_session(username="engineer", password="wrong"))  # noqa: S106
+            assert await code_of(one.activate_session(username="engineer", password="wrong"))  # noqa: S106 - a wrong one
             assert await call(one, "WhoAmI") == ["operator", "operator"]
             await one.uaclient.close_session(True)
             assert await code_of(read(one, "Status/State")) == "BadSessionIdInvalid"
@@ -546,7 +546,7 @@ def test_twenty_failed_log_ins_do_not_delay_a_cycle_of_a_tenth_of_a_second(pairs
             before = len(late_s)
             codes = await asyncio.gather(
                 *(
-                    code_of(one.activate_session(username=f"name {i % 7}", password="wrong one"))  # noqa: S106
+                    code_of(one.activate_session(username=f"name {i % 7}", password="wrong one"))  # noqa: S106 - a wrong one
                     for i, one in enumerate(ones)
                 )
             )

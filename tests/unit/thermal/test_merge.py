@@ -81,8 +81,8 @@ def test_channels_that_measure_the_same_can_be_named() -> None:
 )
 def test_a_shift_that_cannot_be_found_is_said_not_guessed(curve: object, words: str) -> None:
     ta, tb = np.arange(0.0, 20_000.0, 10.0), np.arange(1000.0, 15_000.0, 7.0)
-    a = ThermalLog.from_columns({"x": curve(ta)}, time_s=ta)  # type: ignore[operator]
-    b = ThermalLog.from_columns({"x": curve(tb)}, time_s=tb)  # type: ignore[operator]
+    a = ThermalLog.from_columns({"x": curve(ta)}, time_s=ta)
+    b = ThermalLog.from_columns({"x": curve(tb)}, time_s=tb)
     with pytest.raises(DataError, match=words):
         merge_logs(a, b)
     assert merge_logs(a, b, shift_s=0.0).rows > 2000

@@ -41,7 +41,7 @@ def cut_tests(sizes: tuple[int, ...], cut: int) -> list[Experiment]:
 
 @pytest.mark.parametrize("printed", [PAPER_SPINDLE, PAPER_TABLE])
 def test_the_papers_coefficients_come_back_from_their_own_record(printed: object) -> None:
-    tf = printed.transfer_function  # type: ignore[attr-defined]
+    tf = printed.transfer_function
     u = np.cumsum(np.random.default_rng(0).normal(size=3000))
     y = simulate_transfer_function(tf, u)
     result = oe([Experiment(1.0, u[:, None], y)], 3, 2, options=OeOptions(start=Start.REST))

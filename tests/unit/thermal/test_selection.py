@@ -491,7 +491,7 @@ def test_what_cannot_be_selected_from_is_refused_with_the_reason(number: int) ->
 )
 def test_options_out_of_range_are_refused(options: dict[str, object]) -> None:
     with pytest.raises(ConfigurationError):
-        SelectionOptions(**options)  # type: ignore[arg-type]
+        SelectionOptions(**options)
 
 
 def test_a_displacement_at_the_reference_is_learned_only_on_request() -> None:

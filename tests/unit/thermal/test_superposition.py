@@ -18,7 +18,7 @@ from thermaxis.thermal._superposition import combine_models, parse_gain
 
 
 def model(part: Part, **options: object) -> CompensationModel:
-    return CompensationModel(outputs=(Output("Z_um", (part,), 0.5),), **options)  # type: ignore[arg-type]
+    return CompensationModel(outputs=(Output("Z_um", (part,), 0.5),), **options)
 
 
 SPINDLE = Part("spindle", "T_spindle", "T_column", 7.9, (Section(30.1, 2120.0),))
@@ -86,7 +86,7 @@ def test_outputs_of_other_names_stand_side_by_side() -> None:
         ),
     ],
 )
-def test_what_cannot_be_superposed_is_refused(models, said: str) -> None:  # type: ignore[no-untyped-def]
+def test_what_cannot_be_superposed_is_refused(models, said: str) -> None:
     with pytest.raises(ConfigurationError, match=said):
         combine_models(models)
 

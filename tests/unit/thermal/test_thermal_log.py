@@ -71,7 +71,7 @@ def test_a_log_cannot_be_changed_and_does_not_change_with_its_source() -> None:
     with pytest.raises(ValueError, match="read-only"):
         log.columns["T_C"][0] = 1.0
     with pytest.raises(TypeError):
-        log.columns["x"] = source  # type: ignore[index]
+        log.columns["x"] = source
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_what_is_no_log_is_refused_with_the_reason(
     columns: dict[str, object], keywords: dict[str, object], words: str
 ) -> None:
     with pytest.raises(DataError, match=words):
-        ThermalLog.from_columns(columns, **keywords)  # type: ignore[arg-type]
+        ThermalLog.from_columns(columns, **keywords)
 
 
 def test_a_column_is_found_whatever_its_case_and_a_wrong_name_gets_a_suggestion() -> None:
