@@ -229,7 +229,7 @@ def _of_output(
             f"standing offset {name}",
             "medium",
             f"An offset of {correction_um:+.1f} µm stands in {name}, and the compensation is off.",
-            "It stood there when the program was started; its heartbeat keeps it there.",
+            "It stood there when the program was started, and the machine has not taken it back.",
             "Enable the compensation and go on from it, or enable and disable to fade it out.",
         )
     applied = status.applied.get(name)
