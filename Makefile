@@ -23,7 +23,7 @@ $(VENV)/.made:
 	@touch $@
 
 $(VENV)/.setup: $(VENV)/.made pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[runtime]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[screen]'
 	@touch $@
 
 $(VENV)/.setup-dev: $(VENV)/.setup

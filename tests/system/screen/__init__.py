@@ -1,0 +1,1 @@
+"""Tests of the screen in a real browser, beside a running loop."""
