@@ -32,6 +32,7 @@ COMMANDS = {
     "history": "export, list or check what the loop has recorded",
     "user": "add, remove or list the users of the status server",
     "certificate": "make, show or fetch certificates for OPC UA",
+    "screen": "serve the operator's and the engineer's pages of a running loop",
     "hal": "write the part of a LinuxCNC machine's HAL file that applies the offsets",
     "montecarlo": "scatter of differences by Monte Carlo, equation (10) of the method",
     "generate": "write an example run of a virtual machine",
@@ -45,6 +46,10 @@ _EXTRAS = {
     "cryptography": "runtime",
     "pydantic": "runtime",
     "sqlalchemy": "runtime",
+    "jinja2": "screen",
+    "starlette": "screen",
+    "uvicorn": "screen",
+    "websockets": "screen",
     "psycopg": "postgresql",
 }
 

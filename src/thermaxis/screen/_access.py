@@ -1,0 +1,192 @@
+"""Who looks at a page, in which language, and what they may do."""
+
+from collections.abc import Awaitable, Callable
+from functools import wraps
+from typing import TYPE_CHECKING, NamedTuple, cast
+from urllib.parse import quote
+
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import JSONResponse, RedirectResponse, Response
+
+from thermaxis.runtime._users import Role
+from thermaxis.screen._words import language_of
+
+if TYPE_CHECKING:
+    from thermaxis.screen._parts import ScreenParts
+    from thermaxis.screen._persons import Person
+
+LANGUAGE_COOKIE = "thermaxis_language"
+"""Cookie with the language that somebody has chosen."""
+TOKEN_HEADER = "x-thermaxis-token"  # noqa: S105 - the header's name
+"""Header that proves that a request comes from one of our pages."""
+_SAFE = frozenset({"GET", "HEAD"})
+_UNAUTHORIZED, _FORBIDDEN = 401, 403
+
+Endpoint = Callable[[Request], Awaitable[Response]]
+"""What answers a request."""
+
+
+class Visitor(NamedTuple):
+    """Somebody who looks at a page."""
+
+    name: str
+    """Name of the log-in; empty without one."""
+    role: Role
+    """What they may do; the loop's status server decides again on every request."""
+    language: str
+    """``en``, ``de`` or ``cs``."""
+    token: str
+    """What a request of theirs must carry; empty without a log-in."""
+    person: "Person | None"
+    """The log-in, if there is one."""
+
+
+def parts_of(connection: HTTPConnection) -> "ScreenParts":
+    """Return what the pages share.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request or a web socket.
+
+    Returns
+    -------
+    ScreenParts
+        The parts.
+    """
+    return cast("ScreenParts", connection.app.state.parts)
+
+
+def cookie_name(parts: "ScreenParts", port: int | None) -> str:
+    """Return the name of the log-in's cookie.
+
+    Cookies know no ports: two screens of one computer would log each other out.
+
+    Parameters
+    ----------
+    parts : ScreenParts
+        The parts.
+    port : int or None
+        Port of the request.
+
+    Returns
+    -------
+    str
+        The name.
+    """
+    prefix = "__Host-" if parts.secure else ""
+    return f"{prefix}thermaxis_{port or 0}"
+
+
+def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
+    """Return who looks.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request or a web socket.
+    touch : bool
+        Whether this is a sign of the person, not of a page that asks by itself. Default: not.
+
+    Returns
+    -------
+    Visitor
+        Name, role and language.
+    """
+    parts = parts_of(connection)
+    cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
+    person = parts.persons.of(cookie, touch=touch)
+    language = language_of(
+        connection.cookies.get(LANGUAGE_COOKIE),
+        connection.headers.get("accept-language"),
+        parts.settings.language,
+    )
+    if person is not None:
+        return Visitor(person.name, person.role, language, person.token, person)
+    role = Role.VIEWER if parts.settings.view_without_login else Role.NONE
+    return Visitor("", role, language, "", None)
+
+
+def answer_json(value: object, status: int = 200) -> JSONResponse:
+    """Return an answer as JSON.
+
+    Parameters
+    ----------
+    value : object
+        What json can write.
+    status : int
+        Status of HTTP. [1]
+
+    Returns
+    -------
+    JSONResponse
+        The answer.
+    """
+    return JSONResponse(value, status)
+
+
+def refuse(connection: HTTPConnection, status: int, key: str, **values: str) -> JSONResponse:
+    """Return a refusal in the language of who asks.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        Who asks.
+    status : int
+        Status of HTTP. [1]
+    key : str
+        Key of the words that say why.
+    values : str
+        What stands in them.
+
+    Returns
+    -------
+    JSONResponse
+        ``{"error": key, "text": words}``.
+    """
+    language = visitor_of(connection).language
+    text = parts_of(connection).words.say(language, key, **values)
+    return JSONResponse({"error": key, "text": text}, status)
+
+
+def needs(
+    role: Role, *, named: bool = False, page: bool = False
+) -> Callable[[Endpoint], Endpoint]:
+    """Let only those through who may; others are sent to the log-in, or refused in words.
+
+    Parameters
+    ----------
+    role : Role
+        Least role.
+    named : bool
+        Whether a log-in is needed even where everybody may look. Default: not.
+    page : bool
+        Whether a person sees the answer itself. Default: a script reads it.
+
+    Returns
+    -------
+    callable
+        Decorator of an endpoint.
+    """
+
+    def decorate(endpoint: Endpoint) -> Endpoint:
+        @wraps(endpoint)
+        async def guarded(request: Request) -> Response:
+            unsafe = request.method not in _SAFE
+            visitor = visitor_of(request, touch=page or unsafe)
+            if visitor.person is None and (named or not visitor.role.at_least(role)):
+                if page:
+                    return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
+                return refuse(request, _UNAUTHORIZED, "login.needed")
+            if not visitor.role.at_least(role):
+                needed = parts_of(request).words.say(visitor.language, f"common.role_{role.value}")
+                return refuse(request, _FORBIDDEN, "login.role_too_low", needed=needed)
+            if unsafe and visitor.person is not None:
+                token = request.headers.get(TOKEN_HEADER)
+                if not visitor.person.has_token(token):
+                    return refuse(request, _FORBIDDEN, "login.token")
+            return await endpoint(request)
+
+        return guarded
+
+    return decorate

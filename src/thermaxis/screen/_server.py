@@ -1,0 +1,186 @@
+"""The web server of the screen: a program of its own beside the loop."""
+
+import asyncio
+import secrets
+import signal
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import final
+
+import uvicorn
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._certificates import certificate_of, private_key_of
+from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
+from thermaxis.runtime._loopback import is_loopback
+from thermaxis.runtime._ports import Clock
+from thermaxis.screen._application import build_application
+from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._persons import Persons
+from thermaxis.screen._status_feed import StatusFeed
+from thermaxis.screen._words import Words
+
+_MOST_CONNECTIONS = 200
+_KEEP_ALIVE_S = 15
+_LEAVE_S = 2
+_LARGEST_MESSAGE_BYTES = 4096
+_STANDARD_PORTS = {False: 80, True: 443}
+_EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - compared, not bound
+
+
+async def serve(
+    configuration: MachineConfiguration, clock: Clock, tell: Callable[[str], None]
+) -> None:
+    """Serve the pages until told to end.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The machine, with a table ``[screen]``.
+    clock : Clock
+        Time.
+    tell : callable
+        Takes the address once the pages can be opened.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no table ``[screen]``, a certificate or key cannot be used, or the address is
+        taken or not this computer's.
+    """
+    settings = configuration.screen
+    if settings is None:
+        raise ConfigurationError(
+            "the configuration has no table [screen]",
+            where=str(configuration.path),
+            remedy="Add [screen], for a start with view_without_login = true",
+        )
+    secure = settings.certificate is not None and settings.private_key is not None
+    if settings.certificate is not None and settings.private_key is not None:
+        certificate_of(settings.certificate)
+        private_key_of(settings.private_key)
+    parts = ScreenParts(
+        configuration=configuration,
+        settings=settings,
+        clock=clock,
+        feed=StatusFeed(
+            configuration.screen_connection(settings.user, settings.password), clock
+        ),
+        persons=Persons(
+            configuration.screen_connection,
+            clock,
+            idle_s=settings.idle_s,
+            longest_s=settings.longest_login_s,
+        ),
+        words=Words.read(),
+        program=secrets.token_hex(8),
+        secure=secure,
+    )
+    with _listening(settings) as listener:
+        port = int(listener.getsockname()[1])
+        hosts = allowed_hosts(settings, port, secure=secure)
+        application = build_application(parts, hosts)
+        server = _Server(
+            uvicorn.Config(
+                application,
+                log_config=None,
+                access_log=False,
+                server_header=False,
+                lifespan="on",
+                ws="websockets-sansio",
+                ws_max_size=_LARGEST_MESSAGE_BYTES,
+                timeout_keep_alive=_KEEP_ALIVE_S,
+                timeout_graceful_shutdown=_LEAVE_S,
+                limit_concurrency=_MOST_CONNECTIONS,
+                proxy_headers=False,
+                ssl_certfile=settings.certificate if secure else None,
+                ssl_keyfile=settings.private_key if secure else None,
+            ),
+            lambda: tell(f"{'https' if secure else 'http'}://{_host(settings.address)}:{port}/"),
+        )
+        _end_by_signal(server)
+        await server.serve(sockets=[listener])
+
+
+def allowed_hosts(settings: ScreenSettings, port: int, *, secure: bool) -> tuple[str, ...]:
+    """Return what browsers may call this server: any other name is somebody else's trick.
+
+    Parameters
+    ----------
+    settings : ScreenSettings
+        Address and further names.
+    port : int
+        Port at which it listens. [1]
+    secure : bool
+        Whether it speaks TLS.
+
+    Returns
+    -------
+    tuple of str
+        Values of the header ``Host``.
+    """
+    names = list(settings.hosts)
+    if settings.address not in _EVERYWHERE:
+        names.append(_host(settings.address))
+    if is_loopback(settings.address):
+        names += ["localhost", "127.0.0.1", "[::1]"]
+    found: dict[str, None] = {}
+    for name in names:
+        has_port = name.rpartition("]")[2].count(":") == 1
+        found[name if has_port else f"{name}:{port}"] = None
+        if not has_port and port == _STANDARD_PORTS[secure]:
+            found[name] = None
+    return tuple(found)
+
+
+def _host(address: str) -> str:
+    return f"[{address}]" if ":" in address else address
+
+
+@contextmanager
+def _listening(settings: ScreenSettings) -> Iterator[socket.socket]:
+    family = socket.AF_INET6 if ":" in settings.address else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((settings.address, settings.port))
+    except OSError as error:
+        listener.close()
+        raise ConfigurationError(
+            f"the screen cannot listen: {error.strerror or error}",
+            where=f"{settings.address}, port {settings.port}",
+            remedy="Take another port, or end the program that has it",
+        ) from None
+    with listener:
+        yield listener
+
+
+@final
+class _Server(uvicorn.Server):
+    """A server that is ended by our own signals, with exit code 0, and says when it is ready."""
+
+    def __init__(self, config: uvicorn.Config, ready: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._ready = ready
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to listen."""
+        await super().startup(sockets)
+        if self.started:
+            self._ready()
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Leave signals to `_end_by_signal`."""
+        yield
+
+
+def _end_by_signal(server: _Server) -> None:
+    def end() -> None:
+        server.force_exit = server.should_exit
+        server.should_exit = True
+
+    loop = asyncio.get_running_loop()
+    for wanted in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(wanted, end)
