@@ -1,0 +1,124 @@
+// @ts-check
+// What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
+
+import { noDataWords, onNoData, onStatus, startLive } from "./live.js";
+import { clock, phrase, word } from "./words.js";
+
+/** @param {string} id */
+function byId(id) {
+  return document.getElementById(id);
+}
+
+/**
+ * Ask the screen's server for something.
+ * @param {string} path
+ * @param {unknown} body
+ */
+export async function post(path, body) {
+  return fetch(path, {
+    method: "POST",
+    headers: {
+      "Content-Type": "application/json",
+      "X-Thermaxis-Token": document.body.dataset.token ?? "",
+    },
+    body: JSON.stringify(body),
+  });
+}
+
+/** @param {HTMLElement} element @param {string} text */
+function show(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+const SHAPES = { critical: "1", high: "2", medium: "3", low: "4" };
+
+/**
+ * Shape and number of an alarm's priority.
+ * @param {string} priority
+ */
+export function alarmMark(priority) {
+  const mark = document.createElement("span");
+  mark.className = `mark mark-${priority}`;
+  mark.textContent = SHAPES[/** @type {keyof typeof SHAPES} */ (priority)] ?? "?";
+  mark.setAttribute("aria-hidden", "true");
+  return mark;
+}
+
+function watch() {
+  const state = byId("top-state");
+  const alarms = byId("top-alarms");
+  const none = byId("no-data");
+  onStatus((status) => {
+    document.body.dataset.live = "yes";
+    if (none && !none.hidden) none.hidden = true;
+    if (state) {
+      state.dataset.state = status.state;
+      show(state, phrase("state", status.state));
+    }
+    if (alarms) {
+      const gravest = status.alarms[0]?.priority ?? "";
+      alarms.hidden = status.alarms.length === 0;
+      if (alarms.dataset.shown !== `${gravest} ${status.alarms.length}`) {
+        alarms.dataset.shown = `${gravest} ${status.alarms.length}`;
+        alarms.replaceChildren(
+          alarmMark(gravest), ` ${word("common.alarms", { count: status.alarms.length })}`,
+        );
+      }
+    }
+  });
+  onNoData((found) => {
+    document.body.dataset.live = "no";
+    if (!none) return;
+    none.hidden = false;
+    show(none, noDataWords(found));
+  });
+}
+
+function tick() {
+  const time = byId("time");
+  if (time) show(time, clock(Date.now()));
+}
+
+function chooseTheme() {
+  const root = document.documentElement;
+  root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
+  try {
+    localStorage.setItem("theme", root.dataset.theme);
+  } catch {
+    // a browser that keeps nothing asks again next time
+  }
+  document.dispatchEvent(new CustomEvent("theme"));
+}
+
+function showNotice() {
+  const notice = byId("notice");
+  let text = null;
+  try {
+    text = sessionStorage.getItem("notice");
+    sessionStorage.removeItem("notice");
+  } catch {
+    text = null;
+  }
+  if (!notice || !text) return;
+  show(/** @type {HTMLElement} */ (notice.firstElementChild), text);
+  notice.hidden = false;
+  byId("notice-close")?.addEventListener("click", () => { notice.hidden = true; });
+}
+
+byId("theme")?.addEventListener("click", chooseTheme);
+byId("language")?.addEventListener("change", async (event) => {
+  const chosen = /** @type {HTMLSelectElement} */ (event.target).value;
+  const answer = await post("/language", { language: chosen });
+  if (answer.ok) location.reload();
+});
+byId("logout")?.addEventListener("click", async () => {
+  await post("/logout", {});
+  location.assign("/");
+});
+showNotice();
+tick();
+setInterval(tick, 1000);
+if (document.body.dataset.viewing === "yes") {
+  watch();
+  startLive();
+}

@@ -1,0 +1,203 @@
+// @ts-check
+// Texts, numbers and times in the language of the page.
+
+const given = JSON.parse(document.getElementById("words")?.textContent ?? "{}");
+/** @type {Record<string, string>} */
+const words = given.words ?? {};
+/** @type {Record<string, Record<string, string>>} */
+const phrases = given.phrases ?? {};
+const locale = { en: "en-GB", de: "de-DE", cs: "cs-CZ" }[document.documentElement.lang] ?? "en-GB";
+const MINUS = "\u2212";
+const ABSENT = "\u2013";
+const PLACE = /\{(\w+)(?::(\+?)\.(\d)([f%]))?\}/g;
+
+/** @type {Map<string, Intl.NumberFormat>} */
+const formats = new Map();
+
+/**
+ * @param {number} digits
+ * @returns {Intl.NumberFormat}
+ */
+function format(digits) {
+  const key = String(digits);
+  let found = formats.get(key);
+  if (!found) {
+    found = new Intl.NumberFormat(locale, {
+      minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false,
+    });
+    formats.set(key, found);
+  }
+  return found;
+}
+
+/**
+ * A number with so many decimals; a dash where there is none.
+ * @param {number | null | undefined} value
+ * @param {number} digits
+ */
+export function number(value, digits) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return ABSENT;
+  const text = format(digits).format(Math.abs(value));
+  const zero = Number(Math.abs(value).toFixed(digits)) === 0;
+  return value < 0 && !zero ? MINUS + text : text;
+}
+
+/**
+ * The same with a sign, also for positive numbers.
+ * @param {number | null | undefined} value
+ * @param {number} digits
+ */
+export function signed(value, digits) {
+  const text = number(value, digits);
+  const positive = typeof value === "number" && Number(value.toFixed(digits)) > 0;
+  return positive ? "+" + text : text;
+}
+
+/**
+ * Fill a text: {name}, or {name:+.1f}, {name:.0f}, {name:.0%} for numbers.
+ * @param {string} text
+ * @param {Record<string, unknown>} values
+ */
+export function fill(text, values) {
+  return text.replace(PLACE, (whole, name, plus, digits, kind) => {
+    if (!(name in values)) return whole;
+    const value = values[name];
+    if (typeof value !== "number") return String(value ?? ABSENT);
+    if (kind === undefined) return Number.isInteger(value) ? String(value) : shortest(value);
+    if (kind === "%") return number(100 * value, Number(digits)) + "\u00a0%";
+    return plus ? signed(value, Number(digits)) : number(value, Number(digits));
+  });
+}
+
+/** @param {number} value */
+function shortest(value) {
+  const text = new Intl.NumberFormat(locale, { maximumSignificantDigits: 6, useGrouping: false })
+    .format(Math.abs(value));
+  return value < 0 ? MINUS + text : text;
+}
+
+/**
+ * A text of the page's language.
+ * @param {string} key
+ * @param {Record<string, unknown>} [values]
+ */
+export function word(key, values = {}) {
+  return fill(words[key] ?? key, values);
+}
+
+/** @param {string} key */
+export function hasWord(key) {
+  return key in words;
+}
+
+/**
+ * What the loop says in English, in the page's language; English where no translation is known.
+ * @param {string} group
+ * @param {string} english
+ */
+export function phrase(group, english) {
+  const known = phrases[group] ?? {};
+  if (english in known) return known[english];
+  for (const [pattern, translated] of Object.entries(known)) {
+    const values = matched(pattern, english);
+    if (values) return fill(translated, translatedValues(values));
+  }
+  return english;
+}
+
+/**
+ * What stands in the places of a pattern, or null where the text is another one.
+ * @param {string} pattern
+ * @param {string} text
+ * @returns {Record<string, string> | null}
+ */
+function matched(pattern, text) {
+  if (!pattern.includes("{")) return null;
+  const literals = pattern.split(/\{\w+\}/);
+  const names = [...pattern.matchAll(/\{(\w+)\}/g)].map((found) => found[1]);
+  if (!text.startsWith(literals[0])) return null;
+  /** @type {Record<string, string>} */
+  const values = {};
+  let at = literals[0].length;
+  for (let i = 0; i < names.length; i += 1) {
+    const next = literals[i + 1];
+    const end = next === "" ? text.length : text.indexOf(next, at);
+    if (end < at) return null;
+    values[names[i]] = text.slice(at, end);
+    at = end + next.length;
+  }
+  return at === text.length ? values : null;
+}
+
+/** @param {Record<string, string>} values */
+function translatedValues(values) {
+  return Object.fromEntries(Object.entries(values).map(([name, text]) => {
+    const wanted = ["reason", "quality", "role", "state"].includes(name) ? name : "";
+    return [name, wanted ? phrases[wanted]?.[text] ?? text : text];
+  }));
+}
+
+const clockFormat = new Intl.DateTimeFormat(locale, {
+  hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23",
+});
+const momentFormat = new Intl.DateTimeFormat(locale, {
+  year: "numeric", month: "2-digit", day: "2-digit",
+  hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23",
+});
+
+/**
+ * Time of day, local.
+ * @param {string | number | Date | null | undefined} time
+ */
+export function clock(time) {
+  return shown(clockFormat, time);
+}
+
+/**
+ * Date and time of day, local.
+ * @param {string | number | Date | null | undefined} time
+ */
+export function moment(time) {
+  return shown(momentFormat, time);
+}
+
+/**
+ * @param {Intl.DateTimeFormat} how
+ * @param {string | number | Date | null | undefined} time
+ */
+function shown(how, time) {
+  if (time === null || time === undefined) return ABSENT;
+  const date = new Date(time);
+  return Number.isNaN(date.getTime()) ? ABSENT : how.format(date);
+}
+
+/**
+ * A time span in the two largest units that it has.
+ * @param {number | null | undefined} seconds
+ */
+export function duration(seconds) {
+  if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return ABSENT;
+  const whole = Math.max(0, Math.round(seconds));
+  if (whole < 60) return `${whole}\u00a0s`;
+  if (whole < 3600) return two(Math.floor(whole / 60), "min", whole % 60, "s", whole >= 600);
+  if (whole < 86400) {
+    return two(Math.floor(whole / 3600), "h", Math.floor((whole % 3600) / 60), "min", false);
+  }
+  const hours = Math.floor((whole % 86400) / 3600);
+  return two(Math.floor(whole / 86400), "d", hours, "h", false);
+}
+
+/**
+ * @param {number} large
+ * @param {string} largeUnit
+ * @param {number} small
+ * @param {string} smallUnit
+ * @param {boolean} rough
+ */
+function two(large, largeUnit, small, smallUnit, rough) {
+  const first = `${large}\u00a0${largeUnit}`;
+  return rough || small === 0 ? first : `${first} ${small}\u00a0${smallUnit}`;
+}
+
+/** The locale of numbers and times. */
+export const pageLocale = locale;
