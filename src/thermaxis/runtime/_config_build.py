@@ -13,6 +13,7 @@ from thermaxis.compensation._supervisor import SupervisorRules
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.runtime._config_connection import Problem
 from thermaxis.runtime._config_problems import Problems, nearest
+from thermaxis.runtime._config_screen import screen_settings
 from thermaxis.runtime._config_sections import MachineFile, OutputSection
 from thermaxis.runtime._config_servers import (
     historian_settings,
@@ -27,6 +28,7 @@ from thermaxis.runtime._config_settings import (
     MachineRules,
     ModelFile,
     OutputSettings,
+    ProbeSettings,
     SinkSettings,
     SourceSettings,
     read_model_file,
@@ -37,6 +39,7 @@ from thermaxis.runtime._ports import (
     DIAMETER,
     OTHER_COMPENSATION,
     interlock_name,
+    probe_name,
     spare_name,
 )
 from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, SIGNS, TOWARDS
@@ -98,6 +101,7 @@ class _Build:
         historian = historian_settings(sections.historian, problems, f"{self.file.stem}.history.db")
         server = server_settings(sections.server, problems)
         metrics = metrics_settings(sections.metrics, problems)
+        screen = screen_settings(sections.screen, server, metrics, problems)
         compensation = None
         if model is not None and rules is not None and not problems.found:
             compensation = self._compensation(rules, model)
@@ -122,11 +126,13 @@ class _Build:
             interlocks=self._interlocks(),
             other_compensation=self._other_compensation(),
             diameter=self._diameter(),
+            probes=self._probes(),
             outputs=outputs,
             historian_url=historian[0],
             historian=historian[1],
             server=server,
             metrics=metrics,
+            screen=screen,
         )
 
     def _path(self, name: str) -> Path:
@@ -249,6 +255,13 @@ class _Build:
             return None
         return DiameterSettings(section.node, section.unit, section.scale)
 
+    def _probes(self) -> dict[str, ProbeSettings]:
+        tables = {} if self.replayed else self.sections.probe
+        return {
+            name: ProbeSettings(entry.node, entry.unit, entry.scale)
+            for name, entry in tables.items()
+        }
+
     def _outputs(self) -> dict[str, OutputSettings]:
         kind = self.sections.sink.kind
         if kind == "dry":
@@ -323,6 +336,7 @@ class _Build:
         taken = {OTHER_COMPENSATION, DIAMETER}
         taken |= {interlock_name(name) for name in self.sections.interlock}
         taken |= {spare_name(name) for name in self.sections.input}
+        taken |= {probe_name(name) for name in self.sections.probe}
         for name in self.sections.input:
             if name in taken:
                 self.problems.add(
@@ -359,6 +373,8 @@ class _Build:
             yield "[other_compensation], node", self.sections.other_compensation.node
         if self.sections.diameter is not None:
             yield "[diameter], node", self.sections.diameter.node
+        for name, probe in self.sections.probe.items():
+            yield f"[probe.{name}], node", probe.node
 
     def _written_nodes(self) -> Iterable[tuple[str, str]]:
         yield "[sink], heartbeat_node", self.sections.sink.heartbeat_node
@@ -379,6 +395,14 @@ class _Build:
                 self.problems.add(
                     f"[output.{name}]",
                     f"the model {model.path.name} has no output of this name",
+                    nearest(name, outputs),
+                )
+        for name in self.sections.probe:
+            if name not in outputs:
+                self.problems.add(
+                    f"[probe.{printable(name, 60)}]",
+                    f"the model {model.path.name} has no output of this name, and a probe measures"
+                    " the displacement of one",
                     nearest(name, outputs),
                 )
 

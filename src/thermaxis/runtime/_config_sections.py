@@ -35,6 +35,17 @@ Text = Annotated[str, Field(max_length=1000), AfterValidator(_shown)]
 """A text that may be empty, which is the same as leaving it out."""
 Scale = Annotated[float, Field(gt=0.0, le=1e6)]
 """A positive factor."""
+
+
+def _not_zero(value: float) -> float:
+    """Refuse a factor that makes everything zero."""
+    if value == 0.0:
+        raise PydanticCustomError("factor", "a factor of zero makes every value zero")
+    return value
+
+
+Factor = Annotated[float, Field(ge=-1e6, le=1e6), AfterValidator(_not_zero)]
+"""A factor other than zero; a negative one turns the sign."""
 _MOST_ENTRIES = 200
 
 
@@ -223,6 +234,19 @@ class DiameterSection(Section):
 
 
 @final
+class ProbeSection(Section):
+    """``[probe.NAME]``: a displacement that is measured while the correction acts; only shown."""
+
+    node: Word
+    """Node of the probe."""
+    unit: Literal["um", "mm", "inch"]
+    """Unit of its value, after the scale."""
+    scale: Factor = 1.0
+    """What the number is multiplied by first; negative where the probe counts towards the
+    workpiece. [1]"""
+
+
+@final
 class OutputSection(Section):
     """``[output.NAME]``: one correction; the name is the model's output."""
 
@@ -358,6 +382,45 @@ class MetricsSection(Section):
     """Its key; readable by its owner only."""
 
 
+@final
+class ScreenSection(Section):
+    """``[screen]``: the pages of thermaxis screen. Without this table there are none."""
+
+    secret_keys: ClassVar[frozenset[str]] = frozenset({"password"})
+
+    address: Word = "127.0.0.1"
+    """Address at which the pages are served."""
+    port: Annotated[int, Field(ge=0, le=65_535)] = 8450
+    """Port; 0 takes a free one. [1]"""
+    hosts: Annotated[list[Word], Field(max_length=20)] = Field(default_factory=list[str])
+    """Further names by which browsers reach it, as host or host:port."""
+    certificate: Text = ""
+    """Certificate for TLS of the pages."""
+    private_key: Text = ""
+    """Its key; readable by its owner only."""
+    view_without_login: bool = False
+    """Whether somebody who has not logged in may look."""
+    language: Literal["en", "de", "cs"] = "en"
+    """Language for browsers that ask for none of the three."""
+    user: Text = ""
+    """User of the status server, with the role viewer, for what every page shows; empty:
+    anonymous."""
+    password_file: Text = ""
+    """File whose first line is that user's password; readable by its owner only."""
+    password_environment: Text = ""
+    """Environment variable that holds it."""
+    client_certificate: Text = ""
+    """Own certificate for connections to the status server."""
+    client_private_key: Text = ""
+    """Its key; readable by its owner only."""
+    idle_s: Annotated[float, Field(ge=60.0, le=86_400.0)] = 900.0
+    """A log-in ends after so long without a sign of its person. [s]"""
+    longest_login_s: Annotated[float, Field(ge=60.0, le=86_400.0)] = 28_800.0
+    """A log-in ends after so long in any case. [s]"""
+    evaluation_s: Annotated[float, Field(ge=1.0, le=600.0)] = 60.0
+    """Longest time of the evaluation of an uploaded run. [s]"""
+
+
 Named = Annotated[dict[Word, _Table], Field(max_length=_MOST_ENTRIES)]
 """Tables by a name that the file chooses."""
 
@@ -382,6 +445,8 @@ class MachineFile(Section):
     """A flag that tells whether another compensation is active."""
     diameter: DiameterSection | None = None
     """The workpiece's clamping diameter."""
+    probe: Named[ProbeSection] = Field(default_factory=dict)
+    """What is measured while the correction acts."""
     output: Named[OutputSection]
     """One table for every output of the model."""
     supervisor: SupervisorSection = Field(default_factory=SupervisorSection)
@@ -394,6 +459,8 @@ class MachineFile(Section):
     """The status server."""
     metrics: MetricsSection | None = None
     """Figures for Prometheus."""
+    screen: ScreenSection | None = None
+    """The pages of thermaxis screen."""
 
 
 SECTIONS: dict[str, tuple[type[BaseModel], type[Rules] | None]] = {
@@ -405,11 +472,13 @@ SECTIONS: dict[str, tuple[type[BaseModel], type[Rules] | None]] = {
     "interlock.NAME": (InterlockSection, None),
     "other_compensation": (OtherCompensationSection, None),
     "diameter": (DiameterSection, None),
+    "probe.NAME": (ProbeSection, None),
     "output.NAME": (OutputSection, Limits),
     "supervisor": (SupervisorSection, SupervisorRules),
     "validity": (ValiditySection, None),
     "historian": (HistorianSection, HistorianSettings),
     "server": (ServerSection, None),
     "metrics": (MetricsSection, None),
+    "screen": (ScreenSection, None),
 }
 """Every table with its keys, and the class that has the defaults of the rest."""

@@ -50,7 +50,7 @@ def historian_settings(
     url = section.url or f"sqlite:///{default}"
     place = f"{table}, url"
     scheme = problems.guarded(place, lambda: _scheme_of(url, place))
-    secret = _secret(
+    secret = stated_secret(
         table, section.password_file, section.password_environment, problems, key="password"
     )
     if scheme is None:
@@ -110,7 +110,7 @@ def server_settings(section: ServerSection | None, problems: Problems) -> Server
     if section is None:
         return None
     table = "[server]"
-    certificate, private_key = _key_pair(table, section.certificate, section.private_key, problems)
+    certificate, private_key = key_pair(table, section.certificate, section.private_key, problems)
     users = problems.existing(f"{table}, users", section.users)
     outside = not is_loopback(section.address)
     if outside and users is None:
@@ -160,8 +160,10 @@ def metrics_settings(section: MetricsSection | None, problems: Problems) -> Metr
     if section is None:
         return None
     table = "[metrics]"
-    certificate, private_key = _key_pair(table, section.certificate, section.private_key, problems)
-    token = _secret(table, section.token_file, section.token_environment, problems, key="token")
+    certificate, private_key = key_pair(table, section.certificate, section.private_key, problems)
+    token = stated_secret(
+        table, section.token_file, section.token_environment, problems, key="token"
+    )
     if token is None:
         return None
     settings = MetricsSettings(section.address, section.port, token, certificate, private_key)
@@ -172,10 +174,29 @@ def metrics_settings(section: MetricsSection | None, problems: Problems) -> Metr
     return settings
 
 
-def _secret(
+def stated_secret(
     table: str, file: str, environment: str, problems: Problems, *, key: str
 ) -> Secret | None:
-    """Return the secret, an empty one where none is stated, None where it cannot be read."""
+    """Return a secret that a table states.
+
+    Parameters
+    ----------
+    table : str
+        The table, in brackets.
+    file : str
+        File whose first line is the secret; may be empty.
+    environment : str
+        Environment variable that holds it; may be empty.
+    problems : Problems
+        Takes what is wrong.
+    key : str
+        What the secret is called: the keys are `KEY_file` and `KEY_environment`.
+
+    Returns
+    -------
+    Secret or None
+        An empty one where none is stated; None where it cannot be read.
+    """
     if file and environment:
         problems.add(
             f"{table}, {key}_environment",
@@ -190,18 +211,39 @@ def _secret(
     )
 
 
-def _key_pair(
-    table: str, certificate: str, private_key: str, problems: Problems
+def key_pair(
+    table: str, certificate: str, private_key: str, problems: Problems, *, prefix: str = ""
 ) -> tuple[Path | None, Path | None]:
+    """Return a certificate and its key that a table states.
+
+    Parameters
+    ----------
+    table : str
+        The table, in brackets.
+    certificate, private_key : str
+        Names of the files; may be empty.
+    problems : Problems
+        Takes what is wrong: one without the other, a file that is missing, a key that others can
+        read.
+    prefix : str
+        What stands before the names of both keys in the table. Default: nothing.
+
+    Returns
+    -------
+    certificate, private_key : Path or None
+        None where none is stated.
+    """
     if bool(certificate) != bool(private_key):
         lacking = "private_key" if certificate else "certificate"
         problems.add(
-            table, f"the key {lacking} is missing", "Certificate and private key go together"
+            table,
+            f"the key {prefix}{lacking} is missing",
+            "Certificate and private key go together",
         )
-    path = problems.existing(f"{table}, certificate", certificate)
+    path = problems.existing(f"{table}, {prefix}certificate", certificate)
     if not private_key:
         return path, None
     key = problems.folder / private_key
-    place = f"{table}, private_key"
+    place = f"{table}, {prefix}private_key"
     problems.guarded(place, lambda: refuse_readable(key, where=place))
     return path, key

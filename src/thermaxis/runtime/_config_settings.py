@@ -60,6 +60,28 @@ class DiameterSettings:
 
 @final
 @dataclass(frozen=True, slots=True)
+class ProbeSettings:
+    """Where a displacement is measured while the correction acts; nothing is decided by it."""
+
+    node: str
+    """Its node."""
+    unit: Literal["um", "mm", "inch"]
+    """Unit of its value, after the scale."""
+    scale: float = 1.0
+    """What the number is multiplied by first; negative where the probe counts towards the
+    workpiece. [1]"""
+
+    @property
+    def factor(self) -> float:
+        """What the number in the node is multiplied by. [µm per unit of the node]"""
+        return self.scale * _PROBE_UNITS_UM[self.unit]
+
+
+_PROBE_UNITS_UM = {"um": 1.0, "mm": 1e3, "inch": 25.4e3}
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class OutputSettings:
     """Where a correction is written; joints of LinuxCNC stand with the sink."""
 
@@ -143,6 +165,46 @@ class MetricsSettings:
     """Certificate for TLS."""
     private_key: Path | None
     """The certificate's key."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ScreenSettings:
+    """The pages of ``thermaxis screen``."""
+
+    address: str
+    """Address at which they are served."""
+    port: int
+    """Port; 0 takes a free one. [1]"""
+    hosts: tuple[str, ...]
+    """Further names by which browsers reach them, as host or host:port, in small letters."""
+    certificate: Path | None
+    """Certificate for TLS of the pages."""
+    private_key: Path | None
+    """The certificate's key."""
+    view_without_login: bool
+    """Whether somebody who has not logged in may look."""
+    language: Literal["en", "de", "cs"]
+    """Language for browsers that ask for none of the three."""
+    user: str
+    """User of the status server for what every page shows; empty: anonymous."""
+    password: "Secret"
+    """That user's password; masked; empty without a user."""
+    client_certificate: Path | None
+    """Own certificate for connections to the status server; None: they are not encrypted."""
+    client_private_key: Path | None
+    """The certificate's key."""
+    idle_s: float
+    """A log-in ends after so long without a sign of its person. [s]"""
+    longest_login_s: float
+    """A log-in ends after so long in any case. [s]"""
+    evaluation_s: float
+    """Longest time of the evaluation of an uploaded run. [s]"""
+
+    @property
+    def secure(self) -> bool:
+        """Whether the pages are served over TLS."""
+        return self.certificate is not None
 
 
 @final
@@ -260,6 +322,9 @@ class MachineConfiguration:
     """Where the flag of another compensation is read."""
     diameter: DiameterSettings | None
     """Where the workpiece's diameter is read."""
+    probes: Mapping[str, ProbeSettings]
+    """Where displacements are measured while corrections act, by output; only shown and
+    recorded; empty where a log is replayed."""
     outputs: Mapping[str, OutputSettings]
     """Where corrections are written, by name."""
     historian_url: str
@@ -270,11 +335,39 @@ class MachineConfiguration:
     """The status server; None: there is none."""
     metrics: MetricsSettings | None
     """Figures for Prometheus; None: there are none."""
+    screen: ScreenSettings | None
+    """The pages of ``thermaxis screen``; None: there are none."""
 
     def __post_init__(self) -> None:
         """Freeze the mappings."""
-        for name in ("connections", "inputs", "interlocks", "outputs"):
+        for name in ("connections", "inputs", "interlocks", "probes", "outputs"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def screen_connection(self, user: str, password: "Secret") -> "ConnectionSettings":
+        """Return the connection of a person, or of every page, to the status server.
+
+        Parameters
+        ----------
+        user : str
+            Name of the user; empty: anonymous.
+        password : Secret
+            The user's password; empty for nobody.
+
+        Returns
+        -------
+        ConnectionSettings
+            Encrypted with the status server's own certificate pinned, wherever both sides have
+            one; without encryption nobody but an anonymous viewer of this computer gets in.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no table ``[server]`` or ``[screen]``, or a user needs an encrypted
+            connection and a certificate is missing.
+        """
+        from thermaxis.runtime._config_screen import screen_connection  # noqa: PLC0415 - it imports this module
+
+        return screen_connection(self, user, password)
 
     def find_model(self, name: str) -> Path:
         """Return the file of a model that an operator names.

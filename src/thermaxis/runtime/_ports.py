@@ -286,6 +286,24 @@ def spare_name(channel: str) -> str:
     return f"{channel}.spare"
 
 
+def probe_name(output: str) -> str:
+    """Return the name under which a displacement is read that is measured at an output.
+
+    It is recorded and shown; nothing is decided by it.
+
+    Parameters
+    ----------
+    output : str
+        The output of the model, such as ``Z_um``.
+
+    Returns
+    -------
+    str
+        The name; its end is that of the output, and says the unit.
+    """
+    return f"probe.{output}"
+
+
 def interlock_name(interlock: str) -> str:
     """Return the name under which an interlock is read.
 
