@@ -1,0 +1,379 @@
+"""The screen's words in English, German and Czech, and the loop's English said in each.
+
+Words stand in ``words/AREA.toml``, each key with the three languages side by side, so that nobody
+changes one and forgets another. What the loop says in English (states, reasons, answers) is
+translated by ``words/phrases.toml``; what it does not hold stays English rather than being lost.
+"""
+
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib import resources
+from string import Formatter
+from typing import Final, NamedTuple, cast, final
+
+from thermaxis.errors import ConfigurationError
+
+LANGUAGES: Final = ("en", "de", "cs")
+"""Languages of the screen; the first is the one that the loop speaks."""
+UNKNOWN: Final = "–"
+"""What is shown for a number that is not known."""
+_PHRASES: Final = "phrases"
+_LONGEST_PHRASE = 2000
+_LONGEST_HEADER = 400
+_NUMBER_ENDS = ("_um", "_mm", "_s", "_c", "_k")
+
+
+class SaidAlarm(NamedTuple):
+    """An alarm in one language."""
+
+    text: str
+    """What is wrong."""
+    cause: str
+    """Why, as far as is known."""
+    remedy: str
+    """What to do."""
+
+
+class _Pattern(NamedTuple):
+    """A phrase with gaps: the literal texts around them, and what stands in each."""
+
+    texts: tuple[str, ...]
+    """Literal texts; one more than there are gaps."""
+    names: tuple[str, ...]
+    """Names of the gaps."""
+    said: Mapping[str, str]
+    """The phrase by language."""
+
+    def found_in(self, text: str) -> dict[str, str] | None:
+        """Return what stands in the gaps of a text, or None where it is another phrase."""
+        first, *inner, last = self.texts
+        if not text.startswith(first):
+            return None
+        at, values = len(first), dict[str, str]()
+        for name, literal in zip(self.names[:-1], inner, strict=True):
+            behind = text.find(literal, at + 1)
+            if behind < 0:
+                return None
+            values[name] = text[at:behind]
+            at = behind + len(literal)
+        end = len(text) - len(last)
+        if end <= at or not text.endswith(last):
+            return None
+        values[self.names[-1]] = text[at:end]
+        return values
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Every word of the screen."""
+
+    sentences: Mapping[str, Mapping[str, str]]
+    """By key (``AREA.key``) and language."""
+    said: Mapping[str, Mapping[str, Mapping[str, str]]]
+    """What the loop says, by group, English phrase and language."""
+    _patterns: Mapping[str, tuple[_Pattern, ...]] = field(repr=False)
+
+    @classmethod
+    def read(cls) -> "Words":
+        """Read the files that are installed with the screen.
+
+        Returns
+        -------
+        Words
+            Every word.
+
+        Raises
+        ------
+        ConfigurationError
+            If a file is no TOML, or a key has not exactly the three languages: the installation
+            is damaged.
+        """
+        sentences: dict[str, Mapping[str, str]] = {}
+        said: dict[str, Mapping[str, Mapping[str, str]]] = {}
+        folder = resources.files("thermaxis.screen") / "words"
+        for file in sorted(folder.iterdir(), key=lambda one: one.name):
+            area, dot, ending = file.name.rpartition(".")
+            if not dot or ending != "toml":
+                continue
+            try:
+                tables = tomllib.loads(file.read_text("utf-8"))
+            except tomllib.TOMLDecodeError as error:
+                raise _damaged(f"no TOML: {error}", file.name) from None
+            if area == _PHRASES:
+                said = {group: _phrases_of(rows, group) for group, rows in tables.items()}
+            else:
+                sentences.update(_sentences_of(tables, area))
+        patterns = {group: tuple(_patterns_of(phrases)) for group, phrases in said.items()}
+        return cls(sentences, said, patterns)
+
+    def say(self, language: str, key: str, /, **values: str) -> str:
+        """Return the words of a key.
+
+        Parameters
+        ----------
+        language : str
+            One of `LANGUAGES`.
+        key : str
+            Key, such as ``operator.hold``.
+        **values : str
+            What stands for the placeholders, numbers as they are to be shown.
+
+        Returns
+        -------
+        str
+            The words.
+
+        Raises
+        ------
+        KeyError
+            If there is no such key, language or value; it names it.
+        """
+        return self.sentences[key][language].format_map(values)
+
+    def catalog(self, language: str) -> dict[str, str]:
+        """Return the words of every key, placeholders as they are.
+
+        Parameters
+        ----------
+        language : str
+            One of `LANGUAGES`.
+
+        Returns
+        -------
+        dict of str to str
+            By key; alarms as ``alarms.CODE.text``, ``.cause`` and ``.remedy``.
+        """
+        return {key: said[language] for key, said in self.sentences.items()}
+
+    def phrases(self, language: str) -> dict[str, dict[str, str]]:
+        """Return what the loop says, by its English.
+
+        Parameters
+        ----------
+        language : str
+            One of `LANGUAGES`.
+
+        Returns
+        -------
+        dict
+            By group and English phrase. A phrase with ``{name}`` in it is a pattern: what stands
+            there in English stands at the same name in the translation.
+        """
+        return {
+            group: {english: one[language] for english, one in phrases.items()}
+            for group, phrases in self.said.items()
+        }
+
+    def phrase(self, language: str, group: str, english: str) -> str:
+        """Return what the loop says in a language.
+
+        Parameters
+        ----------
+        language : str
+            One of `LANGUAGES`.
+        group : str
+            Group of phrases, such as ``reason``; ``reasons`` for several, joined by ``"; "``.
+        english : str
+            What the loop said.
+
+        Returns
+        -------
+        str
+            The translation; the English where there is none.
+        """
+        if group not in self.said and group[:-1] in self.said:
+            parts = english.split("; ")
+            return "; ".join(self.phrase(language, group[:-1], part) for part in parts)
+        exact = self.said.get(group, {}).get(english)
+        if exact is not None:
+            return exact[language]
+        if len(english) > _LONGEST_PHRASE:
+            return english
+        for pattern in self._patterns.get(group, ()):
+            values = pattern.found_in(english)
+            if values is not None:
+                filled = {name: self._value(language, name, v) for name, v in values.items()}
+                return pattern.said[language].format_map(filled)
+        return english
+
+    def alarm(self, language: str, code: str, values: Mapping[str, object]) -> SaidAlarm | None:
+        """Return an alarm in a language.
+
+        Parameters
+        ----------
+        language : str
+            One of `LANGUAGES`.
+        code : str
+            The alarm's code.
+        values : mapping of str to object
+            Its numbers and texts, as the loop's JSON has them.
+
+        Returns
+        -------
+        SaidAlarm or None
+            None where the code is not known, or a value is missing: then the loop's English is
+            all there is, as of a loop that is newer than this screen.
+        """
+        said: list[str] = []
+        for part in SaidAlarm._fields:
+            template = self.sentences.get(f"alarms.{code}.{part}")
+            if template is None or not gaps_of(template[language]) <= set(values):
+                return None
+            said.append(self._filled(language, template[language], values))
+        return SaidAlarm(*said)
+
+    def _filled(self, language: str, template: str, values: Mapping[str, object]) -> str:
+        """Return a template with its gaps filled, numbers by their format and the language."""
+        shown: list[str] = []
+        for literal, name, spec, _ in Formatter().parse(template):
+            shown.append(literal)
+            if name is not None:
+                value = values[name]
+                text = isinstance(value, str)
+                shown.append(
+                    self._value(language, name, str(value))
+                    if text
+                    else number_text(value, spec or "", language)
+                )
+        return "".join(shown)
+
+    def _value(self, language: str, name: str, value: str) -> str:
+        """Return a text that stands in a gap: a phrase of its own, a number, or as it is."""
+        if name in self.said or name[:-1] in self.said:
+            return self.phrase(language, name, value)
+        return local_number(value, language) if name.endswith(_NUMBER_ENDS) else value
+
+
+def number_text(value: object, spec: str, language: str) -> str:
+    """Return a number as it is shown.
+
+    Parameters
+    ----------
+    value : object
+        The number; anything else is not known.
+    spec : str
+        Python's format of it: ``.0f``, ``.1f`` or ``+.1f``.
+    language : str
+        One of `LANGUAGES`; it decides the decimal sign.
+
+    Returns
+    -------
+    str
+        The number with a true minus; a dash where it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return UNKNOWN
+    return local_number(format(value, spec), language)
+
+
+def local_number(text: str, language: str) -> str:
+    """Return a number's text with the decimal sign of a language and a true minus."""
+    text = text.replace("-", "−")
+    return text if language == "en" else text.replace(".", ",")
+
+
+def gaps_of(template: str) -> set[str]:
+    """Return the names of a template's placeholders."""
+    return {name for _, name, _, _ in Formatter().parse(template) if name is not None}
+
+
+def language_of(cookie: str | None, accept_language: str | None, default: str) -> str:
+    """Return the language of a visitor.
+
+    Parameters
+    ----------
+    cookie : str or None
+        What the visitor has chosen before.
+    accept_language : str or None
+        The browser's header.
+    default : str
+        Language where neither names one of ours.
+
+    Returns
+    -------
+    str
+        One of `LANGUAGES`: the choice, else the one that the browser likes best, the first of
+        several liked equally.
+
+    References
+    ----------
+    RFC 9110, 12.5.4 (Accept-Language) and 12.4.2 (weights).
+    """
+    if cookie in LANGUAGES:
+        return cast("str", cookie)
+    liked: dict[str, float] = {}
+    for entry in (accept_language or "")[:_LONGEST_HEADER].split(","):
+        tag, *parameters = (part.strip().lower() for part in entry.split(";"))
+        language = tag.split("-")[0]
+        if language in LANGUAGES:
+            liked[language] = max(liked.get(language, 0.0), _weight(parameters))
+    best = max(liked, key=lambda one: liked[one], default=None)
+    return best if best is not None and liked[best] > 0.0 else default
+
+
+def _weight(parameters: list[str]) -> float:
+    """Return the weight of an entry; 0 where it is none."""
+    for parameter in parameters:
+        name, _, text = parameter.partition("=")
+        if name.strip() == "q":
+            try:
+                weight = float(text)
+            except ValueError:
+                return 0.0
+            return weight if 0.0 <= weight <= 1.0 else 0.0
+    return 1.0
+
+
+# ---- files --------------------------------------------------------------------------------------
+
+
+def _damaged(what: str, where: str) -> ConfigurationError:
+    return ConfigurationError(what, where=where, remedy="Install the program again")
+
+
+def _sentences_of(table: Mapping[str, object], key: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """Yield the keys of a table and of those in it."""
+    if "en" in table:
+        yield key, _three(table, key)
+        return
+    for name, inner in table.items():
+        if not isinstance(inner, dict):
+            raise _damaged("this is no table of languages", f"{key}.{name}")
+        yield from _sentences_of(cast("dict[str, object]", inner), f"{key}.{name}")
+
+
+def _phrases_of(rows: object, group: str) -> dict[str, Mapping[str, str]]:
+    found: dict[str, Mapping[str, str]] = {}
+    for row in cast("list[object]", rows if isinstance(rows, list) else [rows]):
+        if not isinstance(row, dict):
+            raise _damaged("this is no table of languages", f"{_PHRASES}, {group}")
+        said = _three(cast("dict[str, object]", row), f"{_PHRASES}, {group}")
+        if said["en"] in found:
+            raise _damaged(f"a phrase stands twice: {said['en']}", f"{_PHRASES}, {group}")
+        found[said["en"]] = said
+    return found
+
+
+def _three(table: Mapping[str, object], where: str) -> dict[str, str]:
+    """Return a text in each language."""
+    texts = {name: text for name, text in table.items() if isinstance(text, str) and text}
+    if set(texts) != set(LANGUAGES) or len(table) != len(LANGUAGES):
+        raise _damaged(f"not a text in each of {', '.join(LANGUAGES)}", where)
+    return texts
+
+
+def _patterns_of(phrases: Mapping[str, Mapping[str, str]]) -> Iterator[_Pattern]:
+    """Yield the phrases that have gaps, the ones with most literal text first."""
+    patterns: list[_Pattern] = []
+    for english, said in phrases.items():
+        parts = list(Formatter().parse(english))
+        names = tuple(name for _, name, _, _ in parts if name is not None)
+        if names:
+            texts = [literal for literal, _, _, _ in parts]
+            if len(texts) == len(names):
+                texts.append("")
+            patterns.append(_Pattern(tuple(texts), names, said))
+    yield from sorted(patterns, key=lambda one: -sum(map(len, one.texts)))
