@@ -232,7 +232,7 @@ def compensation_model(
     CompensationModel
         Gains and time constants as identified, an input held for three usual steps of the slowest
         channel (a minute at least), delays rounded to the sample time, with the range
-        of every input in the logs; limits are still to be set.
+        of every input in the logs. Limits belong to a machine, not to its model.
     """
     definitions = {definition.name: k for k, definition in enumerate(records.inputs)}
     slowest_s = HELD_STEPS * max(records.sample_time_s, records.input_step_s)
