@@ -26,6 +26,11 @@ class Alarm:
     """What to do."""
     since: datetime
     """When it came, aware, in UTC."""
+    code: str = ""
+    """Which sentences these are, for a screen of another language; empty where they are none of
+    `ALARM_WORDS`."""
+    values: Mapping[str, float | str] = field(default_factory=dict[str, float | str], hash=False)
+    """Numbers and texts that stand in them, each with its unit in its name."""
 
 
 @final

@@ -586,6 +586,11 @@ def as_json(now: Snapshot) -> str:
                     "cause": a.cause,
                     "remedy": a.remedy,
                     "since": _iso(a.since),
+                    "code": a.code,
+                    "values": {
+                        name: value if isinstance(value, str) else _finite(value)
+                        for name, value in a.values.items()
+                    },
                 }
                 for a in s.alarms
             ],
