@@ -124,6 +124,7 @@ class History:
         self._questions: SimpleQueue[_Question[Any] | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
         self._since_s: float | None = None
+        self._reader: HistoryReader | None = None
         self._ended = False
 
     @property
@@ -182,38 +183,36 @@ class History:
         if self._thread is not None:
             await asyncio.to_thread(self._thread.join, deadline_s)
 
+    # ---- the thread's side ----------------------------------------------------------------------
+
     def _run(self) -> None:
-        reader: HistoryReader | None = None
         try:
             while (question := self._questions.get()) is not None:
                 if question.answer.set_running_or_notify_cancel():
-                    reader = self._answer(question, reader)
+                    self._answer(question)
         finally:
-            if reader is not None:
-                reader.close()
+            self._close_reader()
 
-    def _answer(
-        self, question: _Question[Any], reader: "HistoryReader | None"
-    ) -> "HistoryReader | None":
-        """Answer a question and return the reader, None where it is closed."""
+    def _answer(self, question: _Question[Any]) -> None:
         self._since_s = time.monotonic()
         try:
-            if reader is not None and not reader.in_place:
-                reader.close()
-                reader = None
-            if reader is None:
-                reader = self._opened(self._url, self._password)
-            question.answer.set_result(question.work(reader))
+            if self._reader is not None and not self._reader.in_place:
+                self._close_reader()
+            if self._reader is None:
+                self._reader = self._opened(self._url, self._password)
+            question.answer.set_result(question.work(self._reader))
         except (ThermaxisError, OSError) as error:
-            if reader is not None:
-                reader.close()
+            self._close_reader()
             question.answer.set_exception(error)
-            return None
         finally:
             self._since_s = None
             if not question.answer.done():  # a fault of the program: the thread ends with it
                 question.answer.set_exception(OSError("the reader has failed"))
-        return reader
+
+    def _close_reader(self) -> None:
+        if self._reader is not None:
+            self._reader.close()
+            self._reader = None
 
 
 @final

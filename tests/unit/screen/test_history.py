@@ -1,0 +1,509 @@
+"""The history as the screen asks it: one thread, a limit, and numbers worked out another way."""
+
+import asyncio
+import math
+import threading
+import time
+import tracemalloc
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.history_records import (
+    BEGIN,
+    CHANNELS,
+    OUTPUTS,
+    CountingClock,
+    cycle_record,
+    url_of,
+)
+from thermaxis.compensation._supervisor import SupervisorState
+from thermaxis.errors import DataError
+from thermaxis.runtime._ports import CycleRecord, EventRecord
+from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.runtime.historian._backlog import Backlog
+from thermaxis.runtime.historian._database import parse_url
+from thermaxis.runtime.historian._reading import HistoryReader, Trend
+from thermaxis.runtime.historian._rows import RowPacker
+from thermaxis.runtime.historian._settings import HistorianSettings
+from thermaxis.runtime.historian._writer import Writer, pack_event
+from thermaxis.screen._history import (
+    MARKED,
+    History,
+    Kept,
+    NoHistoryError,
+    event_json,
+    events_of,
+    line_of,
+    lines_of,
+    moment_of,
+    names_now,
+    points_within,
+    shortened,
+    to_ms,
+    trend8,
+    unit_of,
+)
+
+HOUR = timedelta(hours=1)
+
+
+def write(path: Path, records: Sequence[CycleRecord], events: Sequence[EventRecord] = ()) -> None:
+    """Write a history as one run of the program."""
+    packer = RowPacker()
+    packer.outputs, packer.channels = OUTPUTS, CHANNELS
+    backlog = Backlog(10**9)
+    for record in records:
+        backlog.add_cycle(packer.pack(record))
+    for event in events:
+        backlog.add_event(pack_event(event))
+    writer = Writer(parse_url(url_of(path)), HistorianSettings(), CountingClock(), backlog, packer)
+    assert writer.attempt()
+    writer.close()
+
+
+async def closing(history: History, question: Callable[[HistoryReader], Any]) -> Any:
+    try:
+        return await history.ask(question)
+    finally:
+        await history.close()
+
+
+# ---- asking -------------------------------------------------------------------------------------
+
+
+def test_an_answer_comes_from_the_history(tmp_path: Path) -> None:
+    write(tmp_path / "h.db", [cycle_record(k) for k in range(10)])
+    history = History(url_of(tmp_path / "h.db"))
+    found = asyncio.run(closing(history, lambda reader: reader.span()))
+    assert found == (BEGIN, BEGIN + timedelta(seconds=9))
+
+
+def test_a_history_that_is_not_there_is_said_in_words_and_found_once_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+
+    async def play() -> None:
+        history = History(url_of(path))
+        for _ in range(2):
+            with pytest.raises(NoHistoryError) as refused:
+                await history.ask(lambda reader: reader.span())
+            assert refused.value.key == "history.unreadable"
+            assert "no such file" in refused.value.values["why"]
+        await asyncio.to_thread(write, path, [cycle_record(k) for k in range(3)])
+        assert await history.ask(lambda reader: reader.starts()) == 1
+        await history.close()
+
+    asyncio.run(play())
+
+
+def test_another_file_in_its_place_is_read_from_then_on(tmp_path: Path) -> None:
+    path, aside = tmp_path / "h.db", tmp_path / "aside.db"
+    write(path, [cycle_record(k) for k in range(3)])
+
+    async def play() -> None:
+        history = History(url_of(path))
+        before = await history.ask(lambda reader: reader.span())
+        path.rename(aside)
+        later = BEGIN + timedelta(days=1)
+        await asyncio.to_thread(write, path, [cycle_record(k, begin=later) for k in range(3)])
+        after = await history.ask(lambda reader: reader.span())
+        await history.close()
+        assert before is not None
+        assert after is not None
+        assert after[0] - before[0] == timedelta(days=1)
+
+    asyncio.run(play())
+
+
+class OneReader:
+    """Stands for a reader; counts how often it was opened and closed."""
+
+    def __init__(self) -> None:
+        self.opened = 0
+        self.closed = 0
+        self.in_place = True
+
+    def __call__(self, url: str, password: str) -> HistoryReader:
+        self.opened += 1
+        return cast("HistoryReader", self)
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_once() -> None:
+    release = threading.Event()
+    asked: list[str] = []
+
+    def hang(_: HistoryReader) -> str:
+        asked.append("hang")
+        release.wait(10.0)
+        return "late"
+
+    def quick(_: HistoryReader) -> str:
+        asked.append("quick")
+        return "quick"
+
+    async def play() -> None:
+        history = History("sqlite:///x", limit_s=0.1, opened=OneReader())
+        with pytest.raises(NoHistoryError) as refused:
+            await history.ask(hang)
+        assert refused.value.key == "history.hangs"
+        assert refused.value.values == {"limit": "0.1"}
+        began_s = time.monotonic()
+        for _ in range(100):
+            with pytest.raises(NoHistoryError):
+                await history.ask(quick)
+        assert time.monotonic() - began_s < 2.0  # hundred waits of the limit would be ten
+        release.set()
+        while history.hangs:
+            await asyncio.sleep(0)
+        assert await history.ask(quick) == "quick"
+        assert asked == ["hang", "quick"]  # what was refused was never asked
+        await history.close()
+
+    asyncio.run(play())
+
+
+def test_a_question_that_nobody_waits_for_any_more_is_not_asked() -> None:
+    release = threading.Event()
+    asked: list[int] = []
+
+    async def play() -> None:
+        history = History("sqlite:///x", limit_s=5.0, opened=OneReader())
+        first = asyncio.ensure_future(history.ask(lambda _: release.wait(10.0)))
+        given_up = asyncio.ensure_future(history.ask(lambda _: asked.append(1)))
+        for _ in range(5):
+            await asyncio.sleep(0)
+        given_up.cancel()
+        last = asyncio.ensure_future(history.ask(lambda _: asked.append(2)))
+        await asyncio.sleep(0)
+        release.set()
+        await asyncio.gather(first, last)
+        assert given_up.cancelled()
+        await history.close()
+
+    asyncio.run(play())
+    assert asked == [2]
+
+
+def test_no_more_than_a_few_questions_wait() -> None:
+    release = threading.Event()
+
+    async def play() -> tuple[int, int]:
+        history = History("sqlite:///x", limit_s=5.0, opened=OneReader())
+        tasks = [asyncio.ensure_future(history.ask(lambda _: release.wait(10.0)))]
+        tasks += [asyncio.ensure_future(history.ask(lambda _: True)) for _ in range(60)]
+        for _ in range(5):
+            await asyncio.sleep(0)
+        release.set()
+        found = await asyncio.gather(*tasks, return_exceptions=True)
+        await history.close()
+        refused = [one for one in found if isinstance(one, NoHistoryError)]
+        assert {one.key for one in refused} == {"history.busy"}
+        return len(refused), sum(one is True for one in found)
+
+    refused, answered = asyncio.run(play())
+    assert refused + answered == 61
+    assert 24 <= answered <= 26
+
+
+def test_an_error_closes_the_reader_and_the_next_question_opens_another() -> None:
+    reader = OneReader()
+
+    def damaged(_: HistoryReader) -> None:
+        raise DataError("a block of the history is damaged")
+
+    async def play() -> None:
+        history = History("sqlite:///x", opened=reader)
+        await history.ask(lambda _: None)
+        with pytest.raises(NoHistoryError, match="damaged"):
+            await history.ask(damaged)
+        assert (reader.opened, reader.closed) == (1, 1)
+        await history.ask(lambda _: None)
+        await history.close()
+        assert (reader.opened, reader.closed) == (2, 2)
+        with pytest.raises(NoHistoryError):
+            await history.ask(lambda _: None)
+
+    asyncio.run(play())
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_fault_of_the_program_ends_one_question_and_not_the_next() -> None:
+    async def play() -> None:
+        history = History("sqlite:///x", opened=OneReader())
+        with pytest.raises(NoHistoryError):
+            await history.ask(lambda _: 1 // 0)
+        while history._thread is not None and history._thread.is_alive():
+            await asyncio.sleep(0)
+        assert await history.ask(lambda _: "well") == "well"
+        await history.close()
+
+    asyncio.run(play())
+
+
+def test_memory_does_not_grow_with_questions(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    write(path, [cycle_record(k) for k in range(2000)])
+    span = BEGIN, BEGIN + timedelta(seconds=2000)
+
+    async def play() -> tuple[int, int]:
+        history = History(url_of(path))
+
+        async def ask(count: int) -> int:
+            for _ in range(count):
+                found = await history.ask(
+                    lambda reader: lines_of(reader, ["Z_um.correction"], span, 1.0, 100)
+                )
+                assert len(found["Z_um.correction"]["t"]) == 100
+            return tracemalloc.get_traced_memory()[0]
+
+        tracemalloc.start()
+        before = await ask(30)
+        after = await ask(200)
+        tracemalloc.stop()
+        await history.close()
+        return before, after
+
+    before, after = asyncio.run(play())
+    assert after - before < 100_000  # one answer alone is tens of kilobytes
+
+
+# ---- one answer for all -------------------------------------------------------------------------
+
+
+def test_one_question_answers_everybody_for_a_while() -> None:
+    asked: list[float] = []
+
+    async def play() -> None:
+        clock = VirtualClock()
+
+        async def make() -> int:
+            asked.append(clock.monotonic_s())
+            await asyncio.sleep(2.0)
+            return len(asked)
+
+        kept = Kept(make, clock, 15.0)
+        found = await asyncio.gather(*(kept.get() for _ in range(50)))
+        assert set(found) == {1}
+        await asyncio.sleep(12.9)
+        assert await kept.get() == 1
+        await asyncio.sleep(0.2)
+        assert await kept.get() == 2
+
+    run_in_virtual_time(play())
+    assert asked[1] - asked[0] == pytest.approx(15.1)
+
+
+def test_a_viewer_who_leaves_takes_the_answer_from_nobody() -> None:
+    async def play() -> None:
+        clock = VirtualClock()
+
+        async def make() -> str:
+            await asyncio.sleep(1.0)
+            return "there"
+
+        kept = Kept(make, clock, 15.0)
+        leaver = asyncio.ensure_future(kept.get())
+        stayer = asyncio.ensure_future(kept.get())
+        await asyncio.sleep(0.5)
+        leaver.cancel()
+        assert await stayer == "there"
+
+    run_in_virtual_time(play())
+
+
+# ---- lines --------------------------------------------------------------------------------------
+
+
+def trend_of(times_s: Sequence[float], step_s: float, unit: str = "um") -> Trend:
+    times = tuple(round(t * 1e6) for t in times_s)
+    values = tuple(float(k) for k in range(len(times)))
+    return Trend("Z_um.correction", unit, round(step_s * 1e6), times, values, values, values)
+
+
+def last_of(seconds: float) -> datetime:
+    return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=seconds)
+
+
+def test_a_step_without_values_is_a_gap_in_the_line() -> None:
+    line = line_of(trend_of([0, 60, 120, 240, 300], 60.0), last_of(360), 1.0)
+    assert line["mean"] == [0.0, 1.0, 2.0, None, 3.0, 4.0]
+    assert line["t"] == [30_000, 90_000, 150_000, 210_000, 270_000, 330_000]
+
+
+def test_values_that_come_more_seldom_than_the_steps_are_joined() -> None:
+    line = line_of(trend_of([0, 10, 20, 30, 60, 70], 3.0), last_of(80), 1.0)
+    assert line["mean"] == [0.0, 1.0, 2.0, 3.0, None, 4.0, 5.0]
+
+
+def test_single_cycles_are_joined_as_far_as_none_is_missing() -> None:
+    line = line_of(trend_of([0, 1.02, 1.99, 4.0, 5.0], 0.001), last_of(6), 1.0)
+    assert line["mean"] == [0.0, 1.0, 2.0, None, 3.0, 4.0]
+
+
+def test_no_time_is_later_than_the_span() -> None:
+    line = line_of(trend_of([0, 60], 60.0), last_of(70), 1.0)
+    assert line["t"] == [30_000, 70_000]
+
+
+@given(
+    seconds=st.integers(1, 10_000_000), cycle_s=st.floats(0.1, 60.0), points=st.integers(50, 4000)
+)
+def test_a_step_is_no_shorter_than_two_cycles_unless_each_cycle_has_its_own(
+    seconds: int, cycle_s: float, points: int
+) -> None:
+    last = BEGIN + timedelta(seconds=seconds)
+    steps = points_within(BEGIN, last, cycle_s, points)
+    assert steps >= 1
+    if seconds / cycle_s <= min(points, 600):
+        assert seconds / steps <= 0.0011
+    else:
+        assert steps <= points
+        assert seconds / steps >= 2.0 * cycle_s * (1.0 - 1e-9) or steps == 1
+
+
+def test_lines_hold_the_mean_and_the_band_of_what_was_recorded(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    records = [cycle_record(k) for k in range(3600) if not 1200 <= k < 1500]
+    write(path, records)
+    with HistoryReader(url_of(path)) as reader:
+        span = BEGIN, BEGIN + HOUR
+        found = lines_of(reader, ["Z_um.correction", "T_spindle_C", "gone"], span, 1.0, 360)
+    assert list(found) == ["Z_um.correction", "T_spindle_C"]
+    line = found["Z_um.correction"]
+    assert (line["unit"], found["T_spindle_C"]["unit"], line["step_s"]) == ("µm", "°C", 10.0)
+    assert line["mean"].count(None) == 1
+    gap = line["mean"].index(None)
+    assert line["t"][gap - 1] < to_ms(BEGIN) + 1_200_000 < line["t"][gap + 1]
+    for k, t in enumerate(line["t"]):
+        begin = t - 5000
+        values = [
+            r.output.correction_um[0] for r in records if begin <= to_ms(r.utc) < begin + 10_000
+        ]
+        if k != gap:
+            assert line["mean"][k] == pytest.approx(sum(values) / len(values), rel=1e-6)
+            assert line["lowest"][k] == pytest.approx(min(values), rel=1e-6)
+            assert line["highest"][k] == pytest.approx(max(values), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "shown"),
+    [
+        ("Z_um.correction", "um", "µm"),
+        ("T_spindle_C", "", "°C"),
+        ("T_spindle_C.spare", "", "°C"),
+        ("probe.Z_um", "", "µm"),
+        ("diameter_mm", "mm", "mm"),
+        ("Z_um.weight", "1", ""),
+        ("interlock.referenced", "", ""),
+        ("n_spindle_rpm", "", "1/min"),
+    ],
+)
+def test_a_unit_is_written_as_people_write_it(name: str, unit: str, shown: str) -> None:
+    assert unit_of(name, unit) == shown
+
+
+def test_numbers_keep_what_a_chart_can_show() -> None:
+    assert shortened(1.23456789) == 1.234568
+    assert shortened(0.000123456789) == 0.0001234568
+    assert shortened(math.nan) is None
+    assert shortened(None) is None
+
+
+# ---- times --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "text", ["", None, "2026-11-03", "2026-11-03T06:00", "1899-01-01T00:00Z", "9999-12-31T23:59Z"]
+)
+def test_what_is_no_time_with_a_zone_is_none(text: str | None) -> None:
+    assert moment_of(text) is None
+
+
+def test_a_time_is_the_same_in_every_zone() -> None:
+    assert moment_of("2026-10-25T02:30:00+02:00") == moment_of("2026-10-25T00:30:00.000Z")
+    assert to_ms(datetime(2026, 10, 25, 0, 30, tzinfo=UTC)) == 1_792_888_200_000
+
+
+# ---- events -------------------------------------------------------------------------------------
+
+
+def test_events_carry_what_another_language_needs() -> None:
+    state = event_json(EventRecord(BEGIN, "state", "", "Holding: input bad; waits until steady"))
+    assert (state["state"], state["reasons"]) == ("Holding", ["input bad", "waits until steady"])
+    assert event_json(EventRecord(BEGIN, "state", "", "Active"))["reasons"] == []
+    came = event_json(EventRecord(BEGIN, "alarm", "", "high: Sensor T: broken."))
+    gone = event_json(EventRecord(BEGIN, "alarm", "", "gone: Sensor T: broken."))
+    assert (came["priority"], came["alarm"]) == ("high", "Sensor T: broken.")
+    assert (gone["priority"], gone["alarm"]) == ("", "Sensor T: broken.")
+    details: dict[str, str | float | bool | None] = {
+        "kind": "trim",
+        "output": "Z_um",
+        "value": 2.0,
+        "duration_s": math.inf,
+        "text": "",
+        "accepted": False,
+    }
+    asked = event_json(
+        EventRecord(BEGIN, "request", "Novak", "trim: refused, beyond, the bound", details)
+    )
+    assert (asked["request"], asked["output"], asked["value"]) == ("trim", "Z_um", 2.0)
+    assert (asked["accepted"], asked["reason"]) == (False, "beyond, the bound")
+    assert asked["duration_s"] is None
+    assert (asked["who"], asked["t"]) == ("Novak", to_ms(BEGIN))
+
+
+def test_only_the_newest_events_are_given_and_it_is_said_that_there_are_more(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "h.db"
+    events = [
+        EventRecord(BEGIN + timedelta(seconds=k), "state", "", f"Active: {k}") for k in range(12)
+    ]
+    write(path, [cycle_record(0)], events)
+    span = BEGIN, BEGIN + HOUR
+    with HistoryReader(url_of(path)) as reader:
+        some, more = events_of(reader, span, newest=5)
+        whole, none = events_of(reader, span, ["state"], newest=12)
+    assert ([one["reasons"] for one in some], more) == ([[str(k)] for k in range(7, 12)], True)
+    assert (len(whole), none) == (12, False)
+
+
+# ---- the operator's trend -----------------------------------------------------------------------
+
+
+def test_the_trend_of_eight_hours_has_corrections_temperatures_and_marks(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    records = [cycle_record(k, cycle_s=10.0, state=SupervisorState.ACTIVE) for k in range(9 * 360)]
+    now = BEGIN + timedelta(hours=9)
+    events = [
+        EventRecord(BEGIN, "state", "", "Warming"),  # nine hours ago
+        EventRecord(now - HOUR, "connection", "", "the connection is lost"),
+        EventRecord(now - HOUR, "alarm", "", "high: broken."),
+    ]
+    write(path, records, events)
+    with HistoryReader(url_of(path)) as reader:
+        found = trend8(reader, now, 10.0, OUTPUTS, [*CHANNELS, "T_new_C"])
+    assert found["last"] - found["first"] == 8 * 3_600_000
+    assert list(found["series"]) == ["Z_um.correction", "X_um.correction", *CHANNELS]
+    line = found["series"]["Z_um.correction"]
+    assert len(line["t"]) == 480
+    assert None not in line["mean"]
+    at = line["t"].index(to_ms(BEGIN + timedelta(hours=2, seconds=30)))
+    minute = [records[k].output.correction_um[0] for k in range(720, 726)]
+    assert line["mean"][at] == pytest.approx(sum(minute) / 6.0, rel=1e-6)
+    assert [one["kind"] for one in found["events"]] == ["alarm"]
+    assert set(MARKED) == {"state", "request", "alarm"}
+
+
+def test_names_are_the_loops_and_those_of_the_file_while_it_is_silent() -> None:
+    assert names_now({"outputs": {"Z_um": {}}}, "outputs", ("X_um",)) == ("Z_um",)
+    assert names_now({}, "outputs", ("X_um",)) == ("X_um",)
+    assert names_now({"outputs": None}, "outputs", ("X_um",)) == ("X_um",)
