@@ -10,7 +10,7 @@ import contextlib
 import logging
 from collections.abc import Coroutine, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, TypeVar, cast, final
+from typing import Any, Final, NamedTuple, TypeVar, cast, final
 
 from asyncua import ua
 from asyncua.client.client import Client
@@ -129,6 +129,15 @@ class NodeDescription:
     """Its number; None where it has none."""
     age_s: float | None
     """Time since the value was stamped; None where there is no time stamp. [s]"""
+
+
+class MethodAnswer(NamedTuple):
+    """What a server answers to a call."""
+
+    status: str
+    """Name of the status of the call, such as ``Good`` or ``BadUserAccessDenied``."""
+    values: tuple[object, ...]
+    """What the method gives back; empty where it was refused."""
 
 
 @final
@@ -282,68 +291,12 @@ class OpcUaSession:
             for task in link.under_way:
                 task.cancel()
             if not link.lost.is_set():
-                await self._take_leave(link.client)
-            await _discard(link.client)
-
-    async def _take_leave(self, client: Client) -> None:
-        """Give the session back, so that the server need not wait until it expires."""
-        with contextlib.suppress(*FAILURES):
-            async with asyncio.timeout(self.settings.timeout_s):
-                await client.disconnect()
+                await take_leave(link.client, self.settings.timeout_s)
+            await discard(link.client)
 
     async def _connect(self) -> Link:
-        client = self._new_client()
-        link = Link(client)
-        connected = False
-        try:
-            async with asyncio.timeout(_CONNECT_REQUESTS * self.settings.timeout_s):
-                if self.settings.encrypted:
-                    await self._secure(client)
-                await client.connect()
-                await self._look_around(link)
-            connected = True
-        finally:
-            if not connected:
-                await _discard(client)
-        return link
-
-    def _new_client(self) -> Client:
-        logging.getLogger("asyncua.client.ua_client.UASocketProtocol").addFilter(_no_passwords)
-        client = Client(
-            self.settings.full_url,
-            timeout=self.settings.timeout_s,
-            watchdog_intervall=_NEVER_S,  # it reads a node that not every user may read
-        )
-        client.name = client.description = "thermaxis"
-        client.application_uri = self.settings.application_uri
-        client.session_timeout = int(SESSION_TIMEOUT_MS)
-        return client
-
-    async def _secure(self, client: Client) -> None:
-        pair = await self._files.load_aside()
-        policy = _POLICIES[self.settings.security](
-            pair.server, pair.own, pair.key, ua.MessageSecurityMode.SignAndEncrypt
-        )
-        client.security_policy = policy
-        client.uaclient.set_security(policy)
-        if self.settings.user:
-            client.set_user(self.settings.user)
-            client.set_password(self.settings.password.reveal())
-
-    async def _look_around(self, link: Link) -> None:
-        """Learn the namespaces and the clock of a server that was just reached."""
-
-        async def lost(error: Exception) -> None:
-            link.lose(error)
-
-        link.client.connection_lost_callback = lost
-        sent_s = self._clock.monotonic_s()
-        found = await link.client.uaclient.session.read(value_request([_NAMESPACES, SERVER_TIME]))
-        now_s = self._clock.monotonic_s()
-        _expect(found, 2)
-        link.namespaces = texts(found[0])
-        link.see_time(found[1], sent_s, now_s)
-        link.used_s = now_s
+        within_s = _CONNECT_REQUESTS * self.settings.timeout_s
+        return await connect_once(self.settings, self._files, self._clock, within_s)
 
     async def _look(self, link: Link) -> None:
         """Ask for the time: the session stays alive, and a server that is frozen is found."""
@@ -536,6 +489,42 @@ class OpcUaSession:
             age_s=self.age_s(value),
         )
 
+    async def call(
+        self, place: str, method: str, arguments: Sequence[ua.Variant], deadline_s: float
+    ) -> MethodAnswer | None:
+        """Call a method.
+
+        Parameters
+        ----------
+        place : str
+            The object that the method belongs to, such as ``ns=2;s=Requests``.
+        method : str
+            The method.
+        arguments : sequence of ua.Variant
+            Its arguments, each in exactly its type.
+        deadline_s : float
+            Longest time. [s]
+
+        Returns
+        -------
+        MethodAnswer or None
+            None if there is no connection or no answer in time: the call may take effect all the
+            same.
+
+        Raises
+        ------
+        ConfigurationError
+            If one of the two is no node id.
+        """
+        link = self._current()
+        if link is None:
+            return None
+        request = call_request(link, place, method, arguments)
+        if request is None:
+            return MethodAnswer("BadNodeIdUnknown", ())
+        found = await self._ask(link, link.client.uaclient.session.call([request]), deadline_s, 1)
+        return None if found is None else answer_of(found[0])
+
     def _current(self) -> Link | None:
         """Return the connection; a task that ended by a mistake in the program says so."""
         if self._task is not None and self._task.done():
@@ -589,6 +578,143 @@ class OpcUaSession:
         link.lose(error)
 
 
+async def connect_once(
+    settings: ConnectionSettings, files: PairFiles, clock: Clock, within_s: float
+) -> Link:
+    """Connect with a new client, log in, and learn the namespaces and the clock of the server.
+
+    Parameters
+    ----------
+    settings : ConnectionSettings
+        The connection.
+    files : PairFiles
+        Its certificates; not looked at where it is not encrypted.
+    clock : Clock
+        Time.
+    within_s : float
+        Longest time of all of it. [s]
+
+    Returns
+    -------
+    Link
+        The connection; whoever has it ends it with `take_leave` and `discard`.
+
+    Raises
+    ------
+    Exception
+        One of `FAILURES`, if it does not succeed; nothing is left of it then.
+    """
+    client = _new_client(settings)
+    link = Link(client)
+    connected = False
+    try:
+        async with asyncio.timeout(within_s):
+            if settings.encrypted:
+                await _secure(client, settings, files)
+            await client.connect()
+            await _look_around(link, clock)
+        connected = True
+    finally:
+        if not connected:
+            await discard(client)
+    return link
+
+
+def _new_client(settings: ConnectionSettings) -> Client:
+    _quiet_library()
+    logging.getLogger("asyncua.client.ua_client.UASocketProtocol").addFilter(_no_passwords)
+    client = Client(
+        settings.full_url,
+        timeout=settings.timeout_s,
+        watchdog_intervall=_NEVER_S,  # it reads a node that not every user may read
+    )
+    client.name = client.description = "thermaxis"
+    client.application_uri = settings.application_uri
+    client.session_timeout = int(SESSION_TIMEOUT_MS)
+    return client
+
+
+async def _secure(client: Client, settings: ConnectionSettings, files: PairFiles) -> None:
+    pair = await files.load_aside()
+    policy = _POLICIES[settings.security](
+        pair.server, pair.own, pair.key, ua.MessageSecurityMode.SignAndEncrypt
+    )
+    client.security_policy = policy
+    client.uaclient.set_security(policy)
+    if settings.user:
+        client.set_user(settings.user)
+        client.set_password(settings.password.reveal())
+
+
+async def _look_around(link: Link, clock: Clock) -> None:
+    """Learn the namespaces and the clock of a server that was just reached."""
+
+    async def lost(error: Exception) -> None:
+        link.lose(error)
+
+    link.client.connection_lost_callback = lost
+    sent_s = clock.monotonic_s()
+    found = await link.client.uaclient.session.read(value_request([_NAMESPACES, SERVER_TIME]))
+    now_s = clock.monotonic_s()
+    _expect(found, 2)
+    link.namespaces = texts(found[0])
+    link.see_time(found[1], sent_s, now_s)
+    link.used_s = now_s
+
+
+def call_request(
+    link: Link, place: str, method: str, arguments: Sequence[ua.Variant]
+) -> ua.CallMethodRequest | None:
+    """Return the request that calls a method; None if the server has no such namespace.
+
+    Parameters
+    ----------
+    link : Link
+        The connection.
+    place : str
+        The object that the method belongs to.
+    method : str
+        The method.
+    arguments : sequence of ua.Variant
+        Its arguments, each in exactly its type.
+
+    Raises
+    ------
+    ConfigurationError
+        If one of the two is no node id.
+    """
+    place_id, method_id = link.id_of(place), link.id_of(method)
+    if place_id is None or method_id is None:
+        return None
+    return ua.CallMethodRequest(
+        ObjectId=place_id, MethodId=method_id, InputArguments=list(arguments)
+    )
+
+
+def answer_of(result: ua.CallMethodResult) -> MethodAnswer:
+    """Return what a server answers to a call, without the library's types."""
+    status = cast("ua.StatusCode", result.StatusCode)
+    if not status.is_good():
+        return MethodAnswer(status.name, ())
+    given = cast("list[ua.Variant] | None", result.OutputArguments)
+    return MethodAnswer(status.name, tuple(cast("object", one.Value) for one in given or ()))
+
+
+async def take_leave(client: Client, within_s: float) -> None:
+    """Give a session back, so that the server need not wait until it expires.
+
+    Parameters
+    ----------
+    client : Client
+        The client.
+    within_s : float
+        Longest time. [s]
+    """
+    with contextlib.suppress(*FAILURES):
+        async with asyncio.timeout(within_s):
+            await client.disconnect()
+
+
 def _expect(found: Sequence[object], count: int) -> None:
     if len(found) != count:
         raise ValueError("the answer has another length than the question")
@@ -615,7 +741,7 @@ def _no_such_node(node: str, status: str) -> NodeDescription:
     )
 
 
-async def _discard(client: Client) -> None:
+async def discard(client: Client) -> None:
     """End a client that is of no use any more: its socket at once, its tasks, no more requests."""
     client.disconnect_socket()
     with contextlib.suppress(*FAILURES):
