@@ -644,6 +644,9 @@ class CompensationLoop:
             model_file=settings.model_file,
             model_sha256=settings.model_sha256,
             diameter_mm=self._state.diameter_mm,
+            reference_c=dict(
+                zip(compensation.model.channels, self._state.thermal.reference, strict=False)
+            ),
             trim_owner={n: t.who for n, t in zip(self._names, self._state.trims, strict=True)},
             trim_left_s={n: t.left_s for n, t in zip(self._names, self._state.trims, strict=True)},
             alarms=self._alarms,

@@ -76,6 +76,8 @@ class RuntimeStatus:
     """Its hash."""
     diameter_mm: float | None
     """Clamping diameter of the workpiece. [mm]"""
+    reference_c: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Temperature that each channel counts from; NaN before its first value. [degC]"""
     trim_owner: Mapping[str, str] = field(default_factory=dict[str, str])
     """Who set a trim, by output."""
     trim_left_s: Mapping[str, float] = field(default_factory=dict[str, float])

@@ -568,6 +568,7 @@ def as_json(now: Snapshot) -> str:
             "inputs": {
                 name: {
                     "value_c": _finite(o.values[i]),
+                    "reference_c": _finite(s.reference_c.get(name)),
                     "quality": o.qualities[i].value,
                     **_sample_json(s.samples.get(name, NOT_READ)),
                 }
