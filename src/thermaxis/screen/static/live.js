@@ -154,7 +154,7 @@ function look() {
   }
   const waited = last ? ageS() : (performance.now() - openedMs) / 1000;
   if (waited > longestAgeS()) {
-    if (!whyKnown) why = word("feed.page_cut_off");
+    if (!whyKnown) why = word("common.no_connection_to_screen");
     tellNone(last?.utc ?? null);
   }
 }
@@ -170,8 +170,8 @@ function tellNone(since) {
  * @param {NoData} none
  */
 export function noDataWords(none) {
-  if (none.since === null) return `${word("feed.no_data")}. ${none.text}`;
+  if (none.since === null) return `${word("common.no_data")}. ${none.text}`;
   const day = new Date(none.since).toDateString() === new Date().toDateString();
   const time = day ? clock(none.since) : moment(none.since);
-  return `${word("feed.no_data_since", { time })}. ${none.text}`;
+  return `${word("common.no_data_since", { time })}. ${none.text}`;
 }

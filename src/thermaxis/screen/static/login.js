@@ -37,7 +37,7 @@ form.addEventListener("submit", async (event) => {
     }
     refused((await answer.json()).text);
   } catch {
-    refused(word("feed.page_cut_off"));
+    refused(word("common.no_connection_to_screen"));
   } finally {
     if (button) button.disabled = false;
   }
