@@ -56,7 +56,7 @@ BY_FIGURE = ("plan.expected.figures",)
 BY_NAME = (
     *("identify.outputs", "verify.outputs", "compare.models[].outputs"),
     *("verify.logs[].outputs", "verify.logs[].outside_training_range"),
-    *(f"check.machine.{key}" for key in ("inputs", "interlocks", "outputs")),
+    *(f"check.machine.{key}" for key in ("inputs", "interlocks", "probes", "outputs")),
 )
 """Objects with one object for each name that a user gave."""
 

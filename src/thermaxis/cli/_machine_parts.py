@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING, final
 
@@ -17,6 +17,7 @@ from thermaxis.runtime._ports import (
     Sink,
     Source,
     interlock_name,
+    probe_name,
     spare_name,
 )
 
@@ -46,6 +47,8 @@ class MachineParts:
     """Who remembers."""
     clock: Clock
     """The clock of all of them: that of the log where one is replayed."""
+    probes: "OpcUaSession | None" = None
+    """The connection of the probes, which the source opens; None where there are none."""
 
     @property
     def borders(self) -> "Borders":
@@ -136,15 +139,18 @@ def build_parts(configuration: "MachineConfiguration", clock: Clock) -> MachineP
         If a log cannot be read or lacks a channel, or the historian's URL is none.
     """
     sessions = build_sessions(configuration, clock)
+    probes = build_probe_session(configuration, clock)
     if configuration.source.kind == "replay":
         source, running = _replay(configuration, clock)
     else:
         source, running = _opcua_source(configuration, sessions), clock
+    if probes is not None:
+        source = _probed(source, configuration, probes, running)
     from thermaxis.runtime.historian._sql import SqlHistorian  # noqa: PLC0415 - heavy
 
     historian = SqlHistorian(configuration.historian_url, configuration.historian, running)
     sink = build_sink(configuration, sessions, running)
-    return MachineParts(sessions, source, sink, historian, running)
+    return MachineParts(sessions, source, sink, historian, running, probes)
 
 
 def build_sessions(
@@ -171,6 +177,44 @@ def build_sessions(
     return {
         name: OpcUaSession(settings, clock) for name, settings in configuration.connections.items()
     }
+
+
+def build_probe_session(
+    configuration: "MachineConfiguration", clock: Clock
+) -> "OpcUaSession | None":
+    """Make the connection of the probes, of their own; it is not opened.
+
+    A request that is not answered in time costs its connection: a slow probe must not cost that
+    of the inputs.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    clock : Clock
+        The computer's clock.
+
+    Returns
+    -------
+    OpcUaSession or None
+        To the same server as the inputs; None where there are no probes.
+    """
+    if not configuration.probes:
+        return None
+    from thermaxis.runtime._opcua_session import OpcUaSession  # noqa: PLC0415 - asyncua is heavy
+
+    settings = configuration.connections[configuration.source.connection]
+    return OpcUaSession(replace(settings, name=f"{settings.name}, probes"), clock)
+
+
+def _probed(
+    source: Source, configuration: "MachineConfiguration", session: "OpcUaSession", clock: Clock
+) -> Source:
+    from thermaxis.runtime.sources._probed import ProbedSource  # noqa: PLC0415 - only with probes
+    from thermaxis.runtime.sources.opcua import OpcUaSource  # noqa: PLC0415 - asyncua is heavy
+
+    nodes = probes_read(configuration)
+    return ProbedSource(source, OpcUaSource(session, nodes), tuple(nodes), clock)
 
 
 def _opcua_source(
@@ -211,6 +255,27 @@ def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings
     if diameter is not None:
         nodes[DIAMETER] = NodeSettings(node=diameter.node, unit=diameter.unit, scale=diameter.scale)
     return nodes
+
+
+def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
+    """Return which probes are read, by the names of the ports.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+
+    Returns
+    -------
+    dict
+        Nodes whose values are in micrometres after the scale; empty where there are no probes.
+    """
+    from thermaxis.runtime.sources.opcua import NodeSettings  # noqa: PLC0415 - asyncua is heavy
+
+    return {
+        probe_name(name): NodeSettings(node=entry.node, unit="um", scale=entry.factor)
+        for name, entry in configuration.probes.items()
+    }
 
 
 def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source, Clock]:

@@ -8,7 +8,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from thermaxis.compensation import Output
-    from thermaxis.runtime._config_settings import MachineConfiguration
+    from thermaxis.runtime._config_settings import (
+        MachineConfiguration,
+        ScreenSettings,
+        ServerSettings,
+    )
     from thermaxis.runtime._self_test_nodes import Finding
 
 _EXAMPLE_UM = 10.0
@@ -101,8 +105,8 @@ def _source(configuration: "MachineConfiguration") -> str:
         return f"by OPC UA from {_server(configuration, source.connection)}."
     pace = "as fast as possible" if source.as_fast_as_possible else "at the pace of the day itself"
     return (
-        f"replayed from {source.log}, {pace}; interlocks, second sensors and the diameter are not"
-        " read."
+        f"replayed from {source.log}, {pace}; interlocks, second sensors, probes and the diameter"
+        " are not read."
     )
 
 
@@ -164,6 +168,12 @@ def _conditions(configuration: "MachineConfiguration") -> "Iterable[str]":
         )
     if diameter is not None:
         yield f"The workpiece's diameter is read from {diameter.node}, in {diameter.unit}."
+    for name, probe in configuration.probes.items():
+        times = "" if probe.scale == 1.0 else f", times {probe.scale:g}"
+        yield (
+            f"{name} is measured by {probe.node}, in {probe.unit}{times}: that is recorded and"
+            " shown, and nothing is decided by it."
+        )
     validity = configuration.compensation
     yield (
         "Outside the temperatures that the model was made from, its weight falls to"
@@ -275,6 +285,31 @@ def _surroundings(configuration: "MachineConfiguration") -> "Iterable[str]":
         )
     if metrics is not None:
         yield f"Figures for Prometheus at {metrics.address}, port {metrics.port}."
+    if configuration.screen is not None:
+        yield _screen(configuration.screen, configuration.server)
+
+
+def _screen(screen: "ScreenSettings", server: "ServerSettings | None") -> str:
+    """Return where thermaxis screen serves its pages, and who may look."""
+    scheme = "https" if screen.secure else "http"
+    address = f"[{screen.address}]" if ":" in screen.address else screen.address
+    names = f", also called {', '.join(screen.hosts)}" if screen.hosts else ""
+    tls = "encrypted" if screen.secure else "not encrypted"
+    users = server is not None and server.users is not None
+    person = "whoever has logged in as a user of the status server" if users else "nobody logs in"
+    looks = "everybody may look" if screen.view_without_login else "nobody else may look"
+    ends = (
+        f"; a log-in ends after {_seconds(screen.idle_s)} without its person, and after"
+        f" {_seconds(screen.longest_login_s)} in any case"
+        if users
+        else ""
+    )
+    asks = f"{person} may ask for what the role allows" if users else person
+    feed = f"as {screen.user}" if screen.user else "without a name"
+    return (
+        f"Pages of thermaxis screen at {scheme}://{address}:{screen.port}{names}, {tls}: {looks};"
+        f" {asks}{ends}. They are told by the status server {feed}."
+    )
 
 
 # ---- findings -----------------------------------------------------------------------------------
@@ -312,7 +347,7 @@ def machine_as_json(configuration: "MachineConfiguration") -> dict[str, object]:
     dict
         Texts, numbers, lists and None; no secret.
     """
-    rules = configuration.rules
+    rules, screen = configuration.rules, configuration.screen
     return {
         "name": configuration.name,
         "cycle_s": rules.cycle_s,
@@ -335,6 +370,10 @@ def machine_as_json(configuration: "MachineConfiguration") -> dict[str, object]:
         "interlocks": {
             n: {"node": f.node, "met": f.value} for n, f in configuration.interlocks.items()
         },
+        "probes": {
+            n: {"node": p.node, "unit": p.unit, "scale": p.scale}
+            for n, p in configuration.probes.items()
+        },
         "outputs": {
             name: {
                 "node": entry.node,
@@ -344,6 +383,15 @@ def machine_as_json(configuration: "MachineConfiguration") -> dict[str, object]:
                 "largest_rate_um_per_s": rules.limits[name].largest_rate_um_per_s,
             }
             for name, entry in configuration.outputs.items()
+        },
+        "screen": None
+        if screen is None
+        else {
+            "address": screen.address,
+            "port": screen.port,
+            "hosts": list(screen.hosts),
+            "secure": screen.secure,
+            "view_without_login": screen.view_without_login,
         },
     }
 

@@ -135,6 +135,8 @@ class _Parts:
     """Connections by name."""
     sink: "Sink"
     """Where corrections go."""
+    probes: "OpcUaSession | None"
+    """The connection of the probes; None where there are none."""
 
 
 async def _tested(
@@ -143,15 +145,20 @@ async def _tested(
     """Connect, run the self-test, and leave."""
     import contextlib  # noqa: PLC0415  only to connect
 
-    from thermaxis.cli._machine_parts import build_sessions, build_sink  # noqa: PLC0415
+    from thermaxis.cli._machine_parts import (  # noqa: PLC0415
+        build_probe_session,
+        build_sessions,
+        build_sink,
+    )
     from thermaxis.runtime._ports import SystemClock  # noqa: PLC0415
     from thermaxis.runtime._self_test import self_test  # noqa: PLC0415
 
     clock = SystemClock()
     sessions = build_sessions(configuration, clock)
-    parts = _Parts(sessions, build_sink(configuration, sessions, clock))
+    probes = build_probe_session(configuration, clock)
+    parts = _Parts(sessions, build_sink(configuration, sessions, clock), probes)
     async with contextlib.AsyncExitStack() as opened:
-        for part in (*sessions.values(), parts.sink):
+        for part in (*sessions.values(), parts.sink, *_present(probes)):
             await part.open()
             opened.push_async_callback(part.close)
         await _reached(parts, clock, wait_s)
@@ -161,9 +168,13 @@ async def _tested(
 async def _reached(parts: _Parts, clock: "Clock", wait_s: float) -> None:
     """Wait until everything is connected, or a time has passed."""
     until_s = clock.monotonic_s() + wait_s
-    wanted = (*parts.sessions.values(), parts.sink)
+    wanted = (*parts.sessions.values(), parts.sink, *_present(parts.probes))
     while clock.monotonic_s() < until_s and not all(part.connected for part in wanted):
         await clock.sleep_until(clock.monotonic_s() + _LOOKS_AFTER_S)
+
+
+def _present(session: "OpcUaSession | None") -> "tuple[OpcUaSession, ...]":
+    return () if session is None else (session,)
 
 
 # ---- telling ------------------------------------------------------------------------------------

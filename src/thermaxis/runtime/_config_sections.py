@@ -392,7 +392,7 @@ class ScreenSection(Section):
     """Address at which the pages are served."""
     port: Annotated[int, Field(ge=0, le=65_535)] = 8450
     """Port; 0 takes a free one. [1]"""
-    hosts: Annotated[list[Word], Field(max_length=20)] = Field(default_factory=list[str])
+    hosts: Annotated[list[Word], Field(max_length=20)] = []
     """Further names by which browsers reach it, as host or host:port."""
     certificate: Text = ""
     """Certificate for TLS of the pages."""

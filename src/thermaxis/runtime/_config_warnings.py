@@ -10,6 +10,7 @@ from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._thermal_model import START, Output, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._config_settings import MachineConfiguration
+from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._self_test_nodes import Finding, error, warning
 from thermaxis.runtime.historian._url import Encryption, encryption_of
@@ -43,6 +44,7 @@ def warnings_of(configuration: MachineConfiguration, now: datetime) -> tuple[Fin
         *_about_outputs(configuration),
         *_about_connections(configuration),
         *_about_the_history(configuration),
+        *_about_the_screen(configuration),
         *_about_files(configuration),
         *_about_certificates(configuration, now),
     )
@@ -259,6 +261,24 @@ def _about_the_history(configuration: MachineConfiguration) -> Iterator[Finding]
         )
 
 
+def _about_the_screen(configuration: MachineConfiguration) -> Iterator[Finding]:
+    screen = configuration.screen
+    if screen is None:
+        return
+    if screen.view_without_login and not is_loopback(screen.address):
+        yield warning(
+            "[screen], view_without_login",
+            "whoever reaches the network can look at the pages, the history included",
+            "Write view_without_login = false, and give whoever looks a user with the role viewer",
+        )
+    if screen.secure and screen.port and not screen.hosts and is_loopback(screen.address):
+        yield warning(
+            "[screen], certificate",
+            "the pages are encrypted, and reached from this computer only",
+            "State the address and hosts, if others shall look",
+        )
+
+
 def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:
     state = configuration.state_file.parent
     while not state.exists() and state != state.parent:
@@ -298,6 +318,15 @@ def _about_certificates(configuration: MachineConfiguration, now: datetime) -> I
         yield from _about_certificate(
             "[metrics], certificate", configuration.metrics.certificate, now
         )
+    screen = configuration.screen
+    if screen is not None:
+        yield from _about_certificate("[screen], certificate", screen.certificate, now)
+        own, key = screen.client_certificate, screen.client_private_key
+        where = "[screen], client_certificate"
+        yield from _about_certificate(where, own, now)
+        if own is not None and key is not None and configuration.server is not None:
+            uri = configuration.screen_connection("", Secret("")).application_uri
+            yield from _about_pair(where, own, key, uri)
 
 
 def _about_certificate(where: str, path: Path | None, now: datetime) -> Iterator[Finding]:

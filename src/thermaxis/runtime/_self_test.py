@@ -16,6 +16,7 @@ from thermaxis.runtime._self_test_nodes import (
     judge_interlock,
     judge_other_compensation,
     judge_output,
+    judge_probe,
     judge_read_back,
     judge_spare,
     ok,
@@ -71,6 +72,11 @@ class MachineParts(Protocol):
     @property
     def sink(self) -> Sink:
         """Where corrections go."""
+        ...
+
+    @property
+    def probes(self) -> Session | None:
+        """The connection of the probes; looked at only where the configuration has some."""
         ...
 
 
@@ -155,6 +161,8 @@ class _SelfTest:
             self.findings.append(judge_connection(f"[connection.{name}]", session))
         if source.kind == "opcua":
             await self._look(source.connection, self._look_at_values)
+            if self.configuration.probes and self.parts.sessions[source.connection].connected:
+                await self._look_at_probes(self.parts.probes)
         if sink.kind == "opcua":
             await self._look(sink.connection, self._look_at_offsets)
         elif sink.kind == "linuxcnc":
@@ -203,6 +211,26 @@ class _SelfTest:
             node = await self._node(session, diameter.node)
             model = configuration.model.model
             findings.append(judge_diameter("[diameter]", node, diameter, model))
+
+    async def _look_at_probes(self, session: Session | None) -> None:
+        """Look at the probes, by their own connection: what it lacks forbids nothing."""
+        for name, settings in self.configuration.probes.items():
+            where = f"[probe.{name}]"
+            node = None
+            if session is not None and session.connected:
+                node = await session.describe(settings.node, self.deadline_s)
+            if node is None:
+                reason = "" if session is None else session.last_error.rstrip(".")
+                self.findings.append(
+                    warning(
+                        where,
+                        "the probe cannot be asked: its own connection to the server of the inputs"
+                        " is not there, or gives no answer",
+                        reason or "The compensation does without it; it is tried again by itself",
+                    )
+                )
+                return
+            self.findings.append(judge_probe(where, node, settings))
 
     # ---- what is written ------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ from thermaxis.runtime._config_settings import (
     FlagSettings,
     InputSettings,
     OutputSettings,
+    ProbeSettings,
 )
 from thermaxis.runtime._flag import flag_of
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
@@ -401,6 +402,40 @@ def judge_diameter(
             "Check node and unit",
         )
     return ok(where, f"{diameter_mm:g} mm")
+
+
+# ---- probes -------------------------------------------------------------------------------------
+
+
+def judge_probe(where: str, node: "NodeDescription", settings: ProbeSettings) -> Finding:
+    """Judge the node of a probe: nothing that is wrong with it forbids a correction.
+
+    Parameters
+    ----------
+    where : str
+        Its table.
+    node : NodeDescription
+        What the server says.
+    settings : ProbeSettings
+        Unit and scale.
+
+    Returns
+    -------
+    Finding
+        Never an error.
+    """
+    lacking = next(_lacking(where, node, _NUMBERS, "a number"), None)
+    if lacking is not None:
+        return warning(where, lacking.what, f"{lacking.remedy}; the compensation does without it")
+    if node.value is None or not math.isfinite(node.value):
+        status = "it is no number" if node.value is not None else node.status
+        return warning(
+            where, f"there is no value: {status}", "The compensation does not need the probe"
+        )
+    value_um = float(node.value) * settings.factor
+    if node.age_s is None:
+        return ok(where, f"{value_um:+.1f} µm, of unknown age")
+    return ok(where, f"{value_um:+.1f} µm, {node.age_s:.1f} s old")
 
 
 # ---- outputs ------------------------------------------------------------------------------------

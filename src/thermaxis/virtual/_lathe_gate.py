@@ -105,11 +105,12 @@ class NetworkGate:
         except OSError:
             pass  # the connection is closed below: its client sees that nobody is there
         finally:
-            for end in (writer, inner):
-                if end is not None:
-                    end.transport.abort()
-                    with suppress(*_ENDS):
-                        await end.wait_closed()
+            ends = (writer,) if inner is None else (writer, inner)
+            for end in ends:  # both before anything is waited for: the wait may be cancelled
+                end.transport.abort()
+            for end in ends:
+                with suppress(*_ENDS):
+                    await end.wait_closed()
 
     async def _pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(*_ENDS):

@@ -20,6 +20,7 @@ from thermaxis.runtime._ports import (
     Source,
     SourceSample,
     interlock_name,
+    probe_name,
     spare_name,
 )
 from thermaxis.virtual._lathe_machine import VirtualLathe
@@ -40,8 +41,9 @@ def lathe_names() -> Mapping[str, str]:
     Returns
     -------
     mapping
-        Signals by the names of channels, second sensors, the other compensation and the
-        workpiece's diameter; interlocks are added by the source.
+        Signals by the names of channels, second sensors, the other compensation, the workpiece's
+        diameter and the probe at the tool centre point, which sees it while the table stands;
+        interlocks are added by the source.
     """
     names = {name: name for name in SENSORS if "_2_" not in name}
     for name in SENSORS:
@@ -49,6 +51,7 @@ def lathe_names() -> Mapping[str, str]:
             names[spare_name(name.replace("_2_", "_"))] = name
     names[OTHER_COMPENSATION] = "own_compensation"
     names[DIAMETER] = "diameter_mm"
+    names[probe_name("Z_um")] = "Z_um"
     return names
 
 

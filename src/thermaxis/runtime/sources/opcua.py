@@ -19,12 +19,14 @@ VALUE_UNITS: Final = {
     "K": (1.0, -273.15),
     "degF": (1.0 / 1.8, -32.0 / 1.8),
     "bool": (1.0, 0.0),
+    "um": (1.0, 0.0),
     "mm": (1.0, 0.0),
     "inch": (25.4, 0.0),
     "1": (1.0, 0.0),
 }
 """Units of values on a machine, and what a value is multiplied by and then increased by to give
-degrees Celsius, millimetres, or the plain number. ``K`` is a temperature, not a difference."""
+degrees Celsius, micrometres, millimetres, or the plain number. ``K`` is a temperature, not a
+difference."""
 
 
 @final
