@@ -9,6 +9,8 @@ const phrases = given.phrases ?? {};
 const locale = { en: "en-GB", de: "de-DE", cs: "cs-CZ" }[document.documentElement.lang] ?? "en-GB";
 const MINUS = "\u2212";
 const ABSENT = "\u2013";
+const NUMBER_ENDS = /_(um|mm|s|c|k)$/;
+const PLACE_LEFT = /\{\w+(:[^}]*)?\}/;
 const PLACE = /\{(\w+)(?::(\+?)\.(\d)([f%]))?\}/g;
 
 /** @type {Map<string, Intl.NumberFormat>} */
@@ -129,12 +131,42 @@ function matched(pattern, text) {
   return at === text.length ? values : null;
 }
 
-/** @param {Record<string, string>} values */
+/** @param {Record<string, unknown>} values */
 function translatedValues(values) {
-  return Object.fromEntries(Object.entries(values).map(([name, text]) => {
-    const wanted = ["reason", "quality", "role", "state"].includes(name) ? name : "";
-    return [name, wanted ? phrases[wanted]?.[text] ?? text : text];
-  }));
+  return Object.fromEntries(
+    Object.entries(values).map(([name, value]) => [name, translatedValue(name, value)]),
+  );
+}
+
+/**
+ * What stands in a gap: a phrase of its own group, a number, or as it is.
+ * @param {string} name
+ * @param {unknown} value
+ */
+function translatedValue(name, value) {
+  if (typeof value !== "string") return value;
+  if (name in phrases) return phrase(name, value);
+  const several = name.slice(0, -1);
+  if (several in phrases) {
+    return value.split("; ").map((one) => phrase(several, one)).join("; ");
+  }
+  return NUMBER_ENDS.test(name) && locale !== "en-GB" ? value.replace(".", ",") : value;
+}
+
+/**
+ * An alarm in the page's language; the loop's English where this screen does not know it.
+ * @param {{code?: string, values?: Record<string, unknown>,
+ *   text: string, cause: string, remedy: string}} alarm
+ * @returns {{text: string, cause: string, remedy: string}}
+ */
+export function alarmWords(alarm) {
+  const keys = ["text", "cause", "remedy"].map((part) => `alarms.${alarm.code}.${part}`);
+  if (!alarm.values || !keys.every((key) => key in words)) return alarm;
+  const values = translatedValues(alarm.values);
+  const [text, cause, remedy] = keys.map((key) => fill(words[key], values));
+  return [text, cause, remedy].some((said) => PLACE_LEFT.test(said))
+    ? alarm
+    : { text, cause, remedy };
 }
 
 const clockFormat = new Intl.DateTimeFormat(locale, {
