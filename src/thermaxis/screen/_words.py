@@ -6,6 +6,7 @@ translated by ``words/phrases.toml``; what it does not hold stays English rather
 """
 
 import math
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -20,6 +21,7 @@ LANGUAGES: Final = ("en", "de", "cs")
 UNKNOWN: Final = "–"
 """What is shown for a number that is not known."""
 _PHRASES: Final = "phrases"
+_ALARM_TEXT: Final = re.compile(r"alarms\.\w+\.text")
 _LONGEST_PHRASE = 2000
 _LONGEST_HEADER = 400
 _NUMBER_ENDS = ("_um", "_mm", "_s", "_c", "_k")
@@ -73,7 +75,8 @@ class Words:
     sentences: Mapping[str, Mapping[str, str]]
     """By key (``AREA.key``) and language."""
     said: Mapping[str, Mapping[str, Mapping[str, str]]]
-    """What the loop says, by group, English phrase and language."""
+    """What the loop says, by group, English phrase and language, as the files have it."""
+    _groups: Mapping[str, Mapping[str, Mapping[str, str]]] = field(repr=False)
     _patterns: Mapping[str, tuple[_Pattern, ...]] = field(repr=False)
 
     @classmethod
@@ -107,7 +110,11 @@ class Words:
             else:
                 sentences.update(_sentences_of(tables, area))
         patterns = {group: tuple(_patterns_of(phrases)) for group, phrases in said.items()}
-        return cls(sentences, said, patterns)
+        texts = (one for key, one in sentences.items() if _ALARM_TEXT.fullmatch(key))
+        alarms = {one["en"]: one for one in texts}
+        exact = {english: one for english, one in alarms.items() if "{" not in english}
+        patterns["alarm_text"] = tuple(one for one in _patterns_of(alarms) if any(one.texts))
+        return cls(sentences, said, {**said, "alarm_text": exact}, patterns)
 
     def say(self, language: str, key: str, /, **values: str) -> str:
         """Return the words of a key.
@@ -160,7 +167,8 @@ class Words:
         -------
         dict
             By group and English phrase. A phrase with ``{name}`` in it is a pattern: what stands
-            there in English stands at the same name in the translation.
+            there in English stands at the same name in the translation. Those that say most come
+            first, so that the first that fits is the right one.
         """
         return {
             group: {english: one[language] for english, one in phrases.items()}
@@ -184,10 +192,10 @@ class Words:
         str
             The translation; the English where there is none.
         """
-        if group not in self.said and group[:-1] in self.said:
+        if group not in self._groups and group[:-1] in self._groups:
             parts = english.split("; ")
             return "; ".join(self.phrase(language, group[:-1], part) for part in parts)
-        exact = self.said.get(group, {}).get(english)
+        exact = self._groups.get(group, {}).get(english)
         if exact is not None:
             return exact[language]
         if len(english) > _LONGEST_PHRASE:
@@ -195,9 +203,27 @@ class Words:
         for pattern in self._patterns.get(group, ()):
             values = pattern.found_in(english)
             if values is not None:
-                filled = {name: self._value(language, name, v) for name, v in values.items()}
-                return pattern.said[language].format_map(filled)
+                return self._filled(language, pattern.said[language], values)
         return english
+
+    def event(self, language: str, kind: str, english: str) -> str:
+        """Return what the history says of an event in a language.
+
+        Parameters
+        ----------
+        language : str
+            One of `LANGUAGES`.
+        kind : str
+            Kind of the event, such as ``alarm``.
+        english : str
+            Its text.
+
+        Returns
+        -------
+        str
+            The translation; the English where there is none.
+        """
+        return self.phrase(language, f"event_{kind}", english)
 
     def alarm(self, language: str, code: str, values: Mapping[str, object]) -> SaidAlarm | None:
         """Return an alarm in a language.
@@ -242,7 +268,7 @@ class Words:
 
     def _value(self, language: str, name: str, value: str) -> str:
         """Return a text that stands in a gap: a phrase of its own, a number, or as it is."""
-        if name in self.said or name[:-1] in self.said:
+        if name in self._groups or name[:-1] in self._groups:
             return self.phrase(language, name, value)
         return local_number(value, language) if name.endswith(_NUMBER_ENDS) else value
 
@@ -354,7 +380,12 @@ def _phrases_of(rows: object, group: str) -> dict[str, Mapping[str, str]]:
         if said["en"] in found:
             raise _damaged(f"a phrase stands twice: {said['en']}", f"{_PHRASES}, {group}")
         found[said["en"]] = said
-    return found
+    return dict(sorted(found.items(), key=lambda one: _literal_length(one[0]), reverse=True))
+
+
+def _literal_length(template: str) -> int:
+    """Return how much of a template is no gap: a phrase that says more is tried first. [1]"""
+    return sum(len(literal) for literal, _, _, _ in Formatter().parse(template))
 
 
 def _three(table: Mapping[str, object], where: str) -> dict[str, str]:
@@ -366,14 +397,12 @@ def _three(table: Mapping[str, object], where: str) -> dict[str, str]:
 
 
 def _patterns_of(phrases: Mapping[str, Mapping[str, str]]) -> Iterator[_Pattern]:
-    """Yield the phrases that have gaps, the ones with most literal text first."""
-    patterns: list[_Pattern] = []
-    for english, said in phrases.items():
+    """Yield the phrases that have gaps, those with most literal text first."""
+    for english in sorted(phrases, key=_literal_length, reverse=True):
         parts = list(Formatter().parse(english))
         names = tuple(name for _, name, _, _ in parts if name is not None)
         if names:
             texts = [literal for literal, _, _, _ in parts]
             if len(texts) == len(names):
                 texts.append("")
-            patterns.append(_Pattern(tuple(texts), names, said))
-    yield from sorted(patterns, key=lambda one: -sum(map(len, one.texts)))
+            yield _Pattern(tuple(texts), names, phrases[english])
