@@ -271,12 +271,6 @@ def _about_the_screen(configuration: MachineConfiguration) -> Iterator[Finding]:
             "whoever reaches the network can look at the pages, the history included",
             "Write view_without_login = false, and give whoever looks a user with the role viewer",
         )
-    if screen.secure and screen.port and not screen.hosts and is_loopback(screen.address):
-        yield warning(
-            "[screen], certificate",
-            "the pages are encrypted, and reached from this computer only",
-            "State the address and hosts, if others shall look",
-        )
 
 
 def _about_files(configuration: MachineConfiguration) -> Iterator[Finding]:

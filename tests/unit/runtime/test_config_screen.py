@@ -1,0 +1,494 @@
+"""The table of the screen: what is read, what contradicts the status server, who is reached how."""
+
+import asyncio
+import ipaddress
+import socket
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.machine_files import TEXT, machine_file
+from tests.unit.runtime.status_server_parts import PASSWORD, Box, users_file
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._certificates import CertificateUse, NewCertificate, make_pair
+from thermaxis.runtime._config import examine_machine, read_machine
+from thermaxis.runtime._config_screen import is_host
+from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
+from thermaxis.runtime._config_warnings import warnings_of
+from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._opcua_session import OpcUaSession
+from thermaxis.runtime._ports import SystemClock
+from thermaxis.runtime._self_test_nodes import Finding, Level
+from thermaxis.runtime._status_server import NAMESPACE, StatusServer
+
+OPEN = '[server]\nanonymous_role = "viewer"'
+LOOK = "view_without_login = true"
+USERS = '[server]\nusers = "users.toml"\ncertificate = "server.der"\nprivate_key = "server.pem"'
+OWN = 'client_certificate = "own.der"\nclient_private_key = "own.pem"'
+FEED = f'{OWN}\nuser = "viewer"\npassword_file = "secret"'
+
+
+def write(folder: Path, *tables: str) -> Path:
+    """Write a configuration with more tables, and every file that they may name."""
+    for name in ("server.der", "own.der", "page.der"):
+        (folder / name).write_bytes(b"x")
+    for name in ("server.pem", "own.pem", "page.pem", "secret"):
+        (folder / name).write_text("hunter2\n", encoding="utf-8")
+        (folder / name).chmod(0o600)
+    (folder / "users.toml").write_text("", encoding="utf-8")
+    path = machine_file(folder)
+    path.write_text("\n".join((TEXT, *tables, "")), encoding="utf-8")
+    return path
+
+
+def screen_of(folder: Path, *tables: str) -> ScreenSettings:
+    screen = read_machine(write(folder, *tables)).screen
+    assert screen is not None
+    return screen
+
+
+def said(folder: Path, *tables: str) -> list[tuple[str, str]]:
+    """Return place and text of everything that is wrong."""
+    found = examine_machine(write(folder, *tables))
+    assert not isinstance(found, MachineConfiguration)
+    assert all(problem.remedy for problem in found)
+    return [(problem.place.partition(", ")[2], problem.what) for problem in found]
+
+
+# ---- what is read -------------------------------------------------------------------------------
+
+
+def test_without_a_table_there_are_no_pages(tmp_path: Path) -> None:
+    assert read_machine(write(tmp_path, OPEN)).screen is None
+
+
+def test_pages_are_on_this_computer_unless_said_otherwise(tmp_path: Path) -> None:
+    assert screen_of(tmp_path, OPEN, "[screen]", LOOK) == ScreenSettings(
+        address="127.0.0.1",
+        port=8450,
+        hosts=(),
+        certificate=None,
+        private_key=None,
+        view_without_login=True,
+        language="en",
+        user="",
+        password=Secret(""),
+        client_certificate=None,
+        client_private_key=None,
+        idle_s=900.0,
+        longest_login_s=28_800.0,
+        evaluation_s=60.0,
+    )
+
+
+def test_every_key_reaches_the_program(tmp_path: Path) -> None:
+    keys = (
+        'address = "10.0.0.5"\nport = 443\nhosts = ["Lathe-3.shop", "[FD00::5]:8450"]\n'
+        'certificate = "page.der"\nprivate_key = "page.pem"\nlanguage = "cs"\n'
+        "idle_s = 120\nlongest_login_s = 3600.0\nevaluation_s = 5.0"
+    )
+    found = screen_of(tmp_path, USERS, "[screen]", keys, FEED)
+    assert (found.address, found.port, found.language) == ("10.0.0.5", 443, "cs")
+    assert found.hosts == ("lathe-3.shop", "[fd00::5]:8450")
+    assert (found.certificate, found.private_key) == (tmp_path / "page.der", tmp_path / "page.pem")
+    assert found.client_certificate == tmp_path / "own.der"
+    assert found.client_private_key == tmp_path / "own.pem"
+    assert (found.user, found.password.reveal()) == ("viewer", "hunter2")
+    assert (found.idle_s, found.longest_login_s, found.evaluation_s) == (120.0, 3600.0, 5.0)
+    assert found.secure
+    assert not found.view_without_login
+    assert "hunter2" not in repr(found)
+
+
+def test_a_password_may_stand_in_the_environment_and_never_in_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("THE_FEED", "from the environment")
+    by_name = FEED.replace('password_file = "secret"', 'password_environment = "THE_FEED"')
+    assert screen_of(tmp_path, USERS, "[screen]", by_name).password.reveal() == (
+        "from the environment"
+    )
+    inside = FEED.replace('password_file = "secret"', 'password = "hunter2"')
+    ((place, what),) = said(tmp_path, USERS, "[screen]", inside)
+    assert (place, what) == ("[screen], password", "the password itself stands in the file")
+
+
+# ---- what contradicts itself --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("tables", "place", "what"),
+    [
+        (("[screen]", LOOK), "[screen]", "there is no table [server]"),
+        (
+            ('[server]\nanonymous_role = "viewer"\nport = 0', "[screen]", LOOK),
+            "[server], port",
+            "would not know which",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'address = "10.0.0.5"'),
+            "[screen]",
+            "passwords would be sent without encryption",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'address = "lathe-3.shop"'),
+            "[screen]",
+            "passwords would be sent without encryption",
+        ),
+        ((OPEN, "[screen]", LOOK, 'certificate = "page.der"'), "[screen]", "key private_key is"),
+        (
+            (OPEN, "[screen]", LOOK, 'private_key = "page.pem"'),
+            "[screen]",
+            "key certificate is missing",
+        ),
+        (
+            (USERS, "[screen]", LOOK, 'user = "viewer"\npassword_file = "secret"'),
+            "[screen]",
+            "nobody could log in",
+        ),
+        (
+            (USERS, "[screen]", LOOK, OWN),
+            "[screen], user",
+            "would have nothing to show",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, OWN),
+            "[screen], client_certificate",
+            "the status server has no certificate",
+        ),
+        (
+            (USERS, "[screen]", 'client_private_key = "own.pem"', 'user = "v"'),
+            "[screen]",
+            "the key client_certificate is missing",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'password_file = "secret"'),
+            "[screen], user",
+            "a password and no user",
+        ),
+        (
+            (USERS, "[screen]", OWN, 'user = "viewer"'),
+            "[screen], user",
+            "a user and no password",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'user = "viewer"\npassword_file = "secret"'),
+            "[screen], user",
+            "never sent over a connection that is not encrypted",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'user = "viewer"\npassword_file = "secret"'),
+            "[screen], user",
+            "the status server has no users",
+        ),
+        ((OPEN, "[screen]"), "[screen], view_without_login", "nobody could look"),
+        (
+            (OPEN, "[screen]", LOOK, "idle_s = 7200\nlongest_login_s = 3600"),
+            "[screen], idle_s",
+            "3600 s in any case",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, "port = 4850"),
+            "[screen], port",
+            "that of [server] at the same address",
+        ),
+        (
+            (OPEN, "[metrics]\nport = 8450", "[screen]", LOOK),
+            "[screen], port",
+            "that of [metrics] at the same address",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'address = "localhost"\nport = 4850'),
+            "[screen], port",
+            "that of [server] at the same address",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'address = "0.0.0.0"\nport = 4850\nhosts = ["a"]'),
+            "[screen], port",
+            "that of [server] at the same address",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'address = "::"'),
+            "[screen], hosts",
+            "each would be refused",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'hosts = ["https://lathe-3.shop"]'),
+            "[screen], hosts",
+            "'https://lathe-3.shop' is no name of a computer",
+        ),
+        ((OPEN, "[screen]", LOOK, 'language = "fr"'), "[screen], language", "not known"),
+        ((OPEN, "[screen]", LOOK, "idle_s = 5"), "[screen], idle_s", "less than 60"),
+        ((OPEN, "[screen]", LOOK, "evaluation_s = 0.5"), "[screen], evaluation_s", "less than 1"),
+        (
+            (OPEN, "[screen]", LOOK, 'hosts = "lathe-3.shop"'),
+            "[screen], hosts",
+            "this is not a list",
+        ),
+        (
+            (OPEN, "[screen]", LOOK, 'certificate = "not-there.der"\nprivate_key = "page.pem"'),
+            "[screen], certificate",
+            "there is no file",
+        ),
+    ],
+)
+def test_what_cannot_be_is_said_with_its_place(
+    tmp_path: Path, tables: tuple[str, ...], place: str, what: str
+) -> None:
+    found = said(tmp_path, *tables)
+    assert [p for p, w in found if what in w] == [place], found
+
+
+@pytest.mark.parametrize("name", ["own.pem", "page.pem", "secret"])
+def test_a_secret_that_others_can_read_is_refused(tmp_path: Path, name: str) -> None:
+    tables = (USERS, "[screen]", FEED, 'certificate = "page.der"\nprivate_key = "page.pem"')
+    path = write(tmp_path, *tables)
+    assert isinstance(examine_machine(path), MachineConfiguration)
+    (tmp_path / name).chmod(0o640)
+    found = examine_machine(path)
+    assert not isinstance(found, MachineConfiguration)
+    assert len(found) == 1
+    assert "hunter2" not in str(found)
+
+
+@pytest.mark.parametrize(
+    ("screen", "server", "meets"),
+    [
+        ("127.0.0.1", "127.0.0.1", True),
+        ("0.0.0.0", "127.0.0.1", True),  # noqa: S104 - told apart, and bound for an instant
+        ("localhost", "127.0.0.1", True),
+        ("127.0.0.2", "127.0.0.1", False),
+        ("127.0.0.1", "127.0.0.2", False),
+    ],
+)
+def test_one_port_serves_two_programs_only_where_the_system_lets_both_listen(
+    tmp_path: Path, screen: str, server: str, meets: bool
+) -> None:
+    tables = (
+        f'{OPEN}\naddress = "{server}"\nport = 4850',
+        f'[screen]\naddress = "{screen}"\nport = 4850\nhosts = ["a"]',
+        f'{LOOK}\ncertificate = "page.der"\nprivate_key = "page.pem"',
+    )
+    found = examine_machine(write(tmp_path, *tables))
+    told = not isinstance(found, MachineConfiguration) and any("port" in p.place for p in found)
+    with socket.socket() as first, socket.socket() as second:
+        first.bind((server, 0))
+        first.listen()
+        try:
+            second.bind((screen, first.getsockname()[1]))
+            second.listen()
+            collided = False
+        except OSError:
+            collided = True
+    assert told is collided is meets
+
+
+# ---- names of computers -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        *("lathe-3", "lathe-3.shop", "lathe_3.shop:8450", "10.0.0.5", "10.0.0.5:443"),
+        *("[fd00::5]", "[::1]:8450", "xn--frse-wqa.example", "a" * 63 + ".b"),
+    ],
+)
+def test_a_name_of_a_computer_is_taken(host: str) -> None:
+    assert is_host(host)
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        *("", "*", "*.shop", "http://a", "a/b", "a b", "a:0", "a:65536", "a:", ":8450", "-a", "a-"),
+        *(
+            "a..b",
+            ".a",
+            "a.",
+            "fd00::5",
+            "[fd00::5",
+            "[lathe]",
+            "[::g]",
+            "a@b",
+            "a:80:90",
+            "ä.shop",
+        ),
+        *("a" * 64, ".".join(["a" * 60] * 5), "a\n"),
+    ],
+)
+def test_what_is_no_name_of_a_computer_is_refused(host: str) -> None:
+    assert not is_host(host)
+
+
+@given(st.ip_addresses(), st.integers(1, 65_535))
+def test_every_address_is_a_name_with_and_without_a_port(
+    address: ipaddress.IPv4Address | ipaddress.IPv6Address, port: int
+) -> None:
+    scope = getattr(address, "scope_id", None)
+    text = str(address) if address.version == 4 else f"[{address}]"
+    assert is_host(text) is (scope is None)
+    assert is_host(f"{text}:{port}") is (scope is None)
+
+
+@given(st.text(max_size=40))
+def test_no_name_can_end_a_header_or_a_word_of_the_pages_rules(text: str) -> None:
+    if is_host(text):
+        assert not set(text) & set("\r\n\t ;,'\"*/\\@?#<>")
+
+
+# ---- the connection to the status server --------------------------------------------------------
+
+
+def connection(folder: Path, user: str, *tables: str):
+    return read_machine(write(folder, *tables)).screen_connection(
+        user, Secret("secret" if user else "")
+    )
+
+
+def test_without_certificates_the_status_server_is_asked_as_nobody(tmp_path: Path) -> None:
+    found = connection(tmp_path, "", OPEN, "[screen]", LOOK)
+    assert (found.url, found.security) == ("opc.tcp://127.0.0.1:4850/thermaxis", "none")
+    assert (found.user, found.certificate, found.server_certificate) == ("", None, None)
+
+
+@pytest.mark.parametrize(
+    ("address", "host"),
+    [
+        ("0.0.0.0", "127.0.0.1"),  # noqa: S104 - of a file that is only read
+        ("::", "[::1]"),
+        ("::1", "[::1]"),
+        ("localhost", "localhost"),
+        ("10.0.0.5", "10.0.0.5"),
+    ],
+)
+def test_a_server_at_every_address_is_reached_on_this_computer(
+    tmp_path: Path, address: str, host: str
+) -> None:
+    server = f'{USERS}\naddress = "{address}"\nport = 4900'
+    found = connection(tmp_path, "novak", server, "[screen]", FEED)
+    assert found.url == f"opc.tcp://{host}:4900/thermaxis"
+    assert (found.host, found.port) == (host.strip("[]"), 4900)
+
+
+def test_a_person_is_sent_encrypted_to_the_servers_own_certificate(tmp_path: Path) -> None:
+    found = connection(tmp_path, "novak", USERS, "[screen]", FEED)
+    assert found.security == "Basic256Sha256"
+    assert found.server_certificate == tmp_path / "server.der"
+    assert found.certificate == tmp_path / "own.der"
+    assert found.private_key == tmp_path / "own.pem"
+    assert (found.user, found.password.reveal()) == ("novak", "secret")
+
+
+def test_a_server_with_a_certificate_of_which_nobody_logs_in_is_still_asked(tmp_path: Path) -> None:
+    server = f'{OPEN}\ncertificate = "server.der"\nprivate_key = "server.pem"'
+    assert connection(tmp_path, "", server, "[screen]", LOOK).security == "none"
+
+
+def test_nobody_is_sent_with_a_password_over_a_plain_connection(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="not encrypted"):
+        connection(tmp_path, "novak", OPEN, "[screen]", LOOK)
+
+
+@pytest.mark.parametrize("tables", [(), (OPEN,)])
+def test_without_the_tables_there_is_no_connection(tmp_path: Path, tables: tuple[str, ...]) -> None:
+    with pytest.raises(ConfigurationError, match=r"no table \[server\] or no table \[screen\]"):
+        connection(tmp_path, "", *tables)
+
+
+# ---- against the status server itself -----------------------------------------------------------
+
+
+def free_port() -> int:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        return int(taken.getsockname()[1])
+
+
+def pair(folder: Path, name: str, uri: str, use: CertificateUse) -> None:
+    new = NewCertificate(application_uri=uri, hosts=("127.0.0.1",), use=use)
+    certificate, key = make_pair(new, datetime.now(UTC))
+    (folder / f"{name}.der").write_bytes(certificate)
+    (folder / f"{name}.pem").write_bytes(key)
+    (folder / f"{name}.pem").chmod(0o600)
+
+
+async def everything(found: MachineConfiguration, user: str, password: str) -> str | None:
+    """Log in as the screen does, and return the status of what it was told first."""
+    assert found.server is not None
+    box, clock = Box(), SystemClock()
+    server = StatusServer(found.server, box, clock, compensation=lambda: found.compensation)
+    await server.open()
+    session = OpcUaSession(found.screen_connection(user, Secret(password)), clock)
+    try:
+        await session.open()
+        for _ in range(100):
+            if session.connected or session.last_error:
+                break
+            await asyncio.sleep(0.02)
+        told = await session.read([f"nsu={NAMESPACE};s=Status/Everything"], 2.0)
+        return None if told is None else told[0].StatusCode.name
+    finally:
+        await session.close()
+        await server.close()
+
+
+def test_the_feed_reaches_the_server_that_the_same_file_describes(tmp_path: Path) -> None:
+    path = write(tmp_path, f"{OPEN}\nport = {free_port()}", "[screen]", LOOK)
+    assert asyncio.run(everything(read_machine(path), "", "")) is not None
+
+
+def test_a_person_logs_in_and_a_wrong_password_does_not(tmp_path: Path) -> None:
+    path = write(tmp_path, f"{USERS}\nport = {free_port()}", "[screen]", FEED)
+    pair(tmp_path, "server", "urn:thermaxis:server", CertificateUse.BOTH)
+    pair(tmp_path, "own", "urn:thermaxis:client", CertificateUse.CLIENT)
+    users_file(tmp_path)
+    found = read_machine(path)
+    assert asyncio.run(everything(found, "operator", PASSWORD)) is not None
+    assert asyncio.run(everything(found, "operator", "another one")) is None
+    assert about_the_screen(found) == []
+
+
+# ---- what somebody should know ------------------------------------------------------------------
+
+
+def about_the_screen(found: MachineConfiguration) -> list[Finding]:
+    now = datetime.now(UTC)
+    return [finding for finding in warnings_of(found, now) if "[screen]" in finding.where]
+
+
+def test_pages_that_the_whole_network_may_look_at_are_said(tmp_path: Path) -> None:
+    tls = 'address = "10.0.0.5"\ncertificate = "page.der"\nprivate_key = "page.pem"'
+    path = write(tmp_path, OPEN, "[screen]", LOOK, tls)
+    pair(tmp_path, "page", "urn:thermaxis:page", CertificateUse.SERVER)
+    (finding,) = about_the_screen(read_machine(path))
+    assert finding.level is Level.WARNING
+    assert "whoever reaches the network" in finding.what
+    closed = path.read_text(encoding="utf-8").replace(LOOK, "view_without_login = false")
+    path.write_text(closed.replace(OPEN, USERS).replace(tls, f"{tls}\n{FEED}"), encoding="utf-8")
+    pair(tmp_path, "own", "urn:thermaxis:client", CertificateUse.CLIENT)
+    assert about_the_screen(read_machine(path)) == []
+
+
+def test_a_certificate_of_another_program_is_an_error_before_the_server_says_so(
+    tmp_path: Path,
+) -> None:
+    path = write(tmp_path, USERS, "[screen]", FEED)
+    pair(tmp_path, "own", "urn:another:program", CertificateUse.CLIENT)
+    (finding,) = about_the_screen(read_machine(path))
+    assert finding.level is Level.ERROR
+    assert finding.where == "[screen], client_certificate"
+    assert "urn:another:program" in finding.what
+
+
+def test_a_certificate_of_the_pages_that_expires_is_said_in_time(tmp_path: Path) -> None:
+    tls = 'certificate = "page.der"\nprivate_key = "page.pem"'
+    path = write(tmp_path, OPEN, "[screen]", LOOK, tls)
+    pair(tmp_path, "page", "urn:thermaxis:page", CertificateUse.SERVER)
+    found = read_machine(path)
+    assert about_the_screen(found) == []
+    late = datetime.now(UTC) + timedelta(days=3650)
+    told = [f for f in warnings_of(found, late) if f.where == "[screen], certificate"]
+    assert [finding.level for finding in told] == [Level.ERROR]
