@@ -1,0 +1,261 @@
+// @ts-check
+// How a page asks something of the loop: said in words before, confirmed by a person, then
+// requested, accepted or refused with the reason, and effective when the loop's status shows it.
+
+import { post } from "./frame.js";
+import { latest, onNoData, onStatus } from "./live.js";
+import { clock, duration, word } from "./words.js";
+
+const LATE_MS = 15 * 60 * 1000;
+const LONGEST_MS = 60 * 1000;
+
+/** @typedef {Record<string, any>} Status */
+
+/**
+ * @typedef {object} Course
+ * @property {string} title what is asked, in words
+ * @property {Date} requested
+ * @property {"waits" | "accepted" | "refused" | "failed"} answer
+ * @property {Date | null} answered
+ * @property {string} reason in words; may be empty
+ * @property {number} number the loop's number when it was asked
+ * @property {(status: Status) => boolean} effective
+ * @property {Date | null} came when it was effective
+ * @property {boolean} blind whether there are no data now
+ */
+
+/**
+ * @typedef {object} Wording
+ * @property {string} title what is asked, also the text of the button that asks it
+ * @property {string | string[] | ((status: Status) => string[])} text what will happen; as a
+ *   function it is said anew with every status
+ * @property {(status: Status) => boolean} effective whether a status shows that it is in effect
+ */
+
+/** @type {Course | null} */
+let current = null;
+
+style();
+onStatus(look);
+onNoData(() => {
+  if (current && !current.blind) {
+    current.blind = true;
+    tell();
+  }
+});
+
+/**
+ * Ask, after a person has confirmed what will happen.
+ * @param {string} method
+ * @param {(string | number)[]} args
+ * @param {Wording} wording
+ * @returns {Promise<{accepted: boolean, reason: string} | null>} null: not asked
+ */
+export async function ask(method, args, wording) {
+  if (!(await confirmed(wording))) return null;
+  const course = begin(wording);
+  const answer = await answerOf(method, args);
+  course.answered = new Date();
+  course.answer = answer.kind;
+  course.reason = answer.reason;
+  tell();
+  const now = latest();
+  if (now) look(now);
+  return { accepted: answer.kind === "accepted", reason: answer.reason };
+}
+
+/** @param {Wording} wording @returns {Course} */
+function begin(wording) {
+  current = {
+    title: wording.title,
+    requested: new Date(),
+    answer: "waits",
+    answered: null,
+    reason: "",
+    number: latest()?.number ?? -1,
+    effective: wording.effective,
+    came: null,
+    blind: latest() === null,
+  };
+  tell();
+  return current;
+}
+
+/**
+ * @param {string} method
+ * @param {(string | number)[]} args
+ * @returns {Promise<{kind: "accepted" | "refused" | "failed", reason: string}>}
+ */
+async function answerOf(method, args) {
+  let answer;
+  try {
+    answer = await Promise.race([
+      post("/ask", { method, arguments: args }),
+      new Promise((_, fail) => { setTimeout(() => fail(new TypeError("late")), LONGEST_MS); }),
+    ]);
+  } catch (error) {
+    if (!(error instanceof TypeError)) throw error;
+    return { kind: "failed", reason: word("operator.answer_none") };
+  }
+  const said = await answer.json().catch(() => null);
+  if (said === null) return { kind: "failed", reason: word("operator.answer_none") };
+  if (!answer.ok) return { kind: "refused", reason: String(said.text ?? "") };
+  return { kind: said.accepted ? "accepted" : "refused", reason: String(said.reason) };
+}
+
+/** @param {Status} status */
+function look(status) {
+  if (!current) return;
+  const before = current.blind;
+  current.blind = false;
+  const waits = current.answer === "accepted" && current.came === null;
+  if (waits && status.number > current.number && current.effective(status)) {
+    current.came = new Date();
+  }
+  if (waits || before) tell();
+}
+
+// ---- the line that shows its course ----------------------------------------------------------
+
+function tell() {
+  if (!current) return;
+  const place = document.querySelector("[data-requests]") ?? ownPlace();
+  const title = made("b", current.title);
+  const lines = [title, ...linesOf(current)];
+  const text = lines.map((line) => line.textContent).join("\n");
+  if (place.getAttribute("data-told") === text) return;
+  place.setAttribute("data-told", text);
+  place.setAttribute("data-answer", current.answer);
+  place.replaceChildren(...lines);
+}
+
+/** @param {Course} course */
+function linesOf(course) {
+  const lines = [made("span", word("operator.requested_at", { time: clock(course.requested) }))];
+  const time = clock(course.answered);
+  if (course.answer === "waits") lines.push(made("span", "→ " + word("operator.answer_waits")));
+  if (course.answer === "failed") lines.push(made("span", "→ " + course.reason, "ask-wrong"));
+  if (course.answer === "refused") {
+    lines.push(made("span", `→ ✕ ${word("operator.refused_at", { time })}`, "ask-wrong"));
+    if (course.reason) lines.push(made("span", sentence(course.reason)));
+  }
+  if (course.answer === "accepted") {
+    lines.push(made("span", "→ " + word("operator.accepted_at", { time })));
+    if (course.reason) lines.push(made("span", sentence(course.reason), "ask-reason"));
+    lines.push(made("span", "→ " + effectOf(course)));
+  }
+  return lines;
+}
+
+/** @param {Course} course */
+function effectOf(course) {
+  if (course.came) return `✓ ${word("operator.effective_at", { time: clock(course.came) })}`;
+  if (course.blind) return word("operator.effective_unknown");
+  const passed = Date.now() - (course.answered?.getTime() ?? Date.now());
+  if (passed > LATE_MS) {
+    return word("operator.effective_late", { time: duration(passed / 1000) });
+  }
+  return word("operator.effective_waits");
+}
+
+/** @param {string} text */
+function sentence(text) {
+  const end = /[.!?]$/.test(text) ? "" : ".";
+  return text.charAt(0).toUpperCase() + text.slice(1) + end;
+}
+
+function ownPlace() {
+  const place = made("div", "", "ask-place");
+  place.setAttribute("data-requests", "");
+  place.setAttribute("aria-live", "polite");
+  document.body.querySelector("main")?.after(place);
+  return place;
+}
+
+// ---- the confirmation ------------------------------------------------------------------------
+
+/**
+ * @param {Wording} wording
+ * @returns {Promise<boolean>}
+ */
+function confirmed(wording) {
+  const { dialog, body, buttons } = openDialog(wording.title);
+  const confirm = /** @type {HTMLButtonElement} */ (made("button", wording.title, "main"));
+  confirm.type = "button";
+  buttons.append(confirm);
+  const why = made("p", word("operator.why_no_data"), "ask-wrong");
+  /** @param {Status | null} status */
+  const show = (status) => {
+    confirm.disabled = status === null;
+    why.hidden = status !== null;
+    if (status === null) return;
+    const lines = textOf(wording, status);
+    const told = lines.join("\n");
+    if (body.dataset.told === told) return;
+    body.dataset.told = told;
+    body.replaceChildren(...lines.map((line) => made("p", line)), why);
+  };
+  body.append(why);
+  show(latest());
+  const timer = setInterval(() => show(latest()), 250);
+  dialog.showModal();
+  buttons.querySelector("button")?.focus();
+  return new Promise((answer) => {
+    confirm.addEventListener("click", () => dialog.close("asked"));
+    dialog.addEventListener("close", () => {
+      clearInterval(timer);
+      dialog.remove();
+      answer(dialog.returnValue === "asked");
+    });
+  });
+}
+
+/** @param {Wording} wording @param {Status} status @returns {string[]} */
+function textOf(wording, status) {
+  const text = typeof wording.text === "function" ? wording.text(status) : wording.text;
+  const lines = Array.isArray(text) ? text : [text];
+  const name = document.body.dataset.name;
+  return name ? [...lines, word("operator.asks_under", { name })] : lines;
+}
+
+/**
+ * A dialog with a title, a body and a button that leaves it; not yet shown.
+ * @param {string} title
+ * @param {string} [leave] text of the button that leaves it
+ */
+export function openDialog(title, leave = word("common.cancel")) {
+  const dialog = /** @type {HTMLDialogElement} */ (made("dialog", "", "ask"));
+  const heading = made("h2", title);
+  heading.id = `ask-${document.querySelectorAll("dialog").length}`;
+  dialog.setAttribute("aria-labelledby", heading.id);
+  const body = made("div", "", "ask-body");
+  const buttons = made("div", "", "ask-buttons");
+  const cancel = /** @type {HTMLButtonElement} */ (made("button", leave));
+  cancel.type = "button";
+  cancel.addEventListener("click", () => dialog.close(""));
+  buttons.append(cancel);
+  dialog.append(heading, body, buttons);
+  document.body.append(dialog);
+  return { dialog, body, buttons };
+}
+
+/**
+ * @param {string} tag
+ * @param {string} text
+ * @param {string} [name] name of its class
+ * @returns {HTMLElement}
+ */
+export function made(tag, text, name = "") {
+  const element = document.createElement(tag);
+  if (text) element.textContent = text;
+  if (name) element.className = name;
+  return element;
+}
+
+function style() {
+  if (document.querySelector('link[href*="ask.css"]')) return;
+  const link = document.createElement("link");
+  link.rel = "stylesheet";
+  link.href = new URL("./ask.css", import.meta.url).href;
+  document.head.append(link);
+}

@@ -1,0 +1,226 @@
+// @ts-check
+// The operator's page: state, alarms, corrections, inputs, trend, connections, interventions.
+
+import { made, openDialog } from "./ask.js";
+import { alarmMark } from "./frame.js";
+import { lastKnown, latest, onNoData, onStatus } from "./live.js";
+import { showAsks, startAsks } from "./operator_asks.js";
+import { fillDetails, onCard, showAxes } from "./operator_axes.js";
+import { fillInputs, showInputs } from "./operator_inputs.js";
+import {
+  alarmSaid, byId, diameterWord, priorityWord, reasonsSaid, show, stateWord,
+} from "./operator_parts.js";
+import { addLive, startTrend } from "./operator_trend.js";
+import { clock, duration, moment, number, word } from "./words.js";
+
+/** @typedef {Record<string, any>} Status */
+
+let sinceMs = NaN;
+let beatNumber = -1;
+/** @type {(() => void) | null} */
+let redraw = null;
+
+/** @param {Status} status */
+function showState(status) {
+  const box = byId("op");
+  box.dataset.state = status.state;
+  show(byId("state-word"), stateWord(status.state));
+  sinceMs = Date.parse(status.state_since);
+  show(byId("state-since"), word("operator.since", { time: timeOf(status.state_since) }));
+  const reasons = reasonsSaid(status);
+  show(byId("state-reasons"), reasons.join(" ") || word("operator.everything_there"));
+  tick();
+}
+
+/** The time of day; with the date if it was another day. @param {string} time */
+function timeOf(time) {
+  const today = new Date(time).toDateString() === new Date().toDateString();
+  return today ? clock(time) : moment(time);
+}
+
+function tick() {
+  const passed = latest() && Number.isFinite(sinceMs) ? (Date.now() - sinceMs) / 1000 : null;
+  show(byId("state-for"),
+    passed === null ? "" : word("operator.for", { time: duration(Math.max(0, passed)) }));
+}
+
+// ---- alarms ----------------------------------------------------------------------------------
+
+/** @param {Status} status */
+function showAlarm(status) {
+  const banner = byId("alarm");
+  const [first] = status.alarms;
+  const priority = first?.priority ?? "none";
+  show(byId("alarm-count"), String(status.alarms.length));
+  if (banner.dataset.priority !== priority) {
+    banner.dataset.priority = priority;
+    byId("alarm-mark").replaceChildren(...(first ? [alarmMark(priority)] : []));
+  }
+  show(byId("alarm-word"), first ? `${priorityWord(priority)}:` : "");
+  show(byId("alarm-text"), first ? alarmSaid(first, "text") : word("operator.no_alarm"));
+  const more = byId("alarm-more");
+  if (!first) {
+    show(more, word("operator.no_alarm_more"));
+    return;
+  }
+  const since = word("operator.since", { time: timeOf(first.since) });
+  const said = [since, alarmSaid(first, "cause"), alarmSaid(first, "remedy")];
+  show(more, said.filter(Boolean).join(" · "));
+}
+
+/** @param {HTMLElement} body @param {Status} status */
+function fillAlarms(body, status) {
+  const told = JSON.stringify(status.alarms);
+  if (body.dataset.told === told) return;
+  body.dataset.told = told;
+  if (!status.alarms.length) {
+    body.replaceChildren(made("p", word("operator.no_alarm")));
+    return;
+  }
+  body.replaceChildren(...status.alarms.map((/** @type {Record<string, any>} */ alarm) => {
+    const item = made("section", "", "op-alarm-item");
+    const text = made("div", "");
+    const head = made("p", "");
+    head.append(
+      made("b", `${priorityWord(alarm.priority)}: `),
+      `${alarmSaid(alarm, "text")} `,
+      made("span", word("operator.came", { time: timeOf(alarm.since) }), "op-quiet"),
+    );
+    text.append(head, pair(word("operator.cause"), alarmSaid(alarm, "cause")),
+      pair(word("operator.remedy"), alarmSaid(alarm, "remedy")));
+    item.append(alarmMark(alarm.priority), text);
+    return item;
+  }));
+}
+
+/** @param {string} label @param {string} text */
+function pair(label, text) {
+  const line = made("p", "");
+  line.append(made("span", `${label}: `, "op-quiet"), text || "–");
+  return line;
+}
+
+// ---- connections, heartbeat, model -----------------------------------------------------------
+
+/** @param {Status} status */
+function showStrip(status) {
+  if (status.number !== beatNumber) {
+    beatNumber = status.number;
+    byId("beat").dataset.beat = status.number % 2 ? "odd" : "even";
+  }
+  show(byId("beat-text"), word("operator.beat", { number: status.number, time: clock(status.utc) }));
+  link("link-source", status.source_connected, word("operator.source_good"),
+    word("operator.source_lost"));
+  link("link-sink", status.sink_connected, word("operator.sink_good"), word("operator.sink_lost"));
+  link("link-history", status.historian.storing, word("operator.history_good"),
+    word("operator.history_bad"));
+  const [good, text] = modelSaid(status);
+  link("model-told", good, text, text);
+  show(byId("diameter-told"),
+    word("operator.diameter_is", { diameter: diameterWord(status.diameter_mm) }));
+}
+
+/** @param {Status} status @returns {[boolean, string]} */
+function modelSaid(status) {
+  const file = status.model_file.replace(/\.json$/, "");
+  const weight = Math.min(1, ...Object.values(status.outputs).map((axis) => axis.weight ?? 1));
+  if (status.quality === "bad") return [false, word("operator.model_bad", { file })];
+  if (status.quality === "held") return [false, word("operator.model_held", { file })];
+  if (weight >= 1) return [true, word("operator.model_good", { file })];
+  return [false, word("operator.model_outside", { file, weight: number(100 * weight, 0) })];
+}
+
+/** @param {string} id @param {boolean} good @param {string} well @param {string} ill */
+function link(id, good, well, ill) {
+  byId(id).dataset.good = good ? "yes" : "no";
+  show(byId(id), good ? well : `▲ ${ill}`);
+}
+
+// ---- dialogs ---------------------------------------------------------------------------------
+
+/**
+ * A dialog that is filled with every status while it is open.
+ * @param {string} title
+ * @param {(body: HTMLElement, status: Status) => void} fill
+ */
+function openList(title, fill) {
+  if (document.querySelector("dialog[open]")) return;
+  const { dialog, body } = openDialog(title, word("common.close"));
+  dialog.classList.add("op-wide");
+  redraw = () => {
+    const status = lastKnown();
+    if (status) fill(body, status);
+  };
+  redraw();
+  dialog.addEventListener("close", () => {
+    redraw = null;
+    dialog.remove();
+  });
+  dialog.showModal();
+}
+
+function openAlarms() {
+  openList(word("operator.alarm_list"), fillAlarms);
+}
+
+function openAxes() {
+  openList(word("operator.all_corrections"), fillDetails);
+}
+
+function openInputs() {
+  openList(word("operator.all_inputs"), (body, status) => {
+    const list = body.querySelector("ul") ?? body.appendChild(made("ul", "", "op-rows op-rows-all"));
+    fillInputs(/** @type {HTMLElement} */ (list), status, Object.keys(status.inputs));
+  });
+}
+
+/** The link to the alarms in the header of every page leads here. */
+function followHash() {
+  if (location.hash !== "#alarms") return;
+  history.replaceState(null, "", location.pathname);
+  openAlarms();
+}
+
+// ---- begin -----------------------------------------------------------------------------------
+
+/** @param {Status} status */
+function showAll(status) {
+  showState(status);
+  showAlarm(status);
+  showAxes(status);
+  showInputs(status);
+  showStrip(status);
+  showAsks(latest());
+  redraw?.();
+}
+
+onStatus((status) => {
+  showAll(status);
+  addLive(status);
+});
+onNoData((none) => {
+  const word_ = byId("state-word");
+  show(word_, word("feed.no_data"));
+  show(byId("state-since"), none.since === null ? ""
+    : word("operator.since", { time: timeOf(none.since) }));
+  const before = lastKnown();
+  show(byId("state-reasons"), before
+    ? `${none.text} ${word("operator.before", { state: stateWord(before.state) })}` : none.text);
+  tick();
+  showAsks(null);
+});
+byId("alarm").addEventListener("click", openAlarms);
+byId("inputs-open").addEventListener("click", openInputs);
+onCard(openAxes);
+window.addEventListener("hashchange", followHash);
+new ResizeObserver(() => {
+  const status = lastKnown();
+  if (!status) return;
+  showAxes(status);
+  showInputs(status);
+}).observe(byId("op"));
+setInterval(tick, 1000);
+startAsks();
+showAsks(null);
+startTrend();
+followHash();

@@ -1,0 +1,376 @@
+// @ts-check
+// What a person may ask here: which buttons are offered and why not, and what each will do.
+
+import { ask, made, openDialog } from "./ask.js";
+import { latest } from "./live.js";
+import { byId, diameterWord, facts, reasonsSaid, shortName, show } from "./operator_parts.js";
+import { clock, duration, number, pageLocale, signed, word } from "./words.js";
+
+/** @typedef {Record<string, any>} Status */
+
+const HELD = ["an operator holds it", "it was held for as long as it may be"];
+const JUMPED = "the value jumped";
+const STEPS_UM = [-5, -1, 1, 5];
+const DEFAULT_S = 3600;
+const LARGEST_MM = 100_000;
+const KEYS = ["7", "8", "9", "4", "5", "6", "1", "2", "3", "0", ".", "⌫"];
+const NEAR_ZERO_UM = 0.05;
+
+/** @param {Status} status */
+function isHeld(status) {
+  return status.reasons.some((/** @type {string} */ one) => HELD.includes(one));
+}
+
+/** @param {Status} status @returns {[string, any][]} */
+function axesOf(status) {
+  return Object.entries(status.outputs);
+}
+
+/** Time that a change takes at the allowed rate. @param {any} axis @param {number} um */
+function takes(axis, um) {
+  return axis.limits ? duration(Math.abs(um) / axis.limits.largest_rate_um_per_s) : "–";
+}
+
+/** @param {any} axis */
+function rate(axis) {
+  return number(axis.limits?.largest_rate_um_per_s, 2);
+}
+
+// ---- what is offered -------------------------------------------------------------------------
+
+/** Why something cannot be asked for in this state, by its button. @param {Status} status */
+function blocked(status) {
+  const fault = status.state === "Fault";
+  const held = isHeld(status);
+  const jumped = Object.values(status.inputs).some((input) => input.quality === JUMPED);
+  const off = status.enabled ? "" : word("operator.why_disabled");
+  const acknowledge = fault || jumped ? "" : word("operator.why_calm");
+  return {
+    Enable: fault ? word("operator.why_fault") : status.enabled ? word("operator.why_enabled") : "",
+    Disable: off && status.state !== "Fault" ? off : "",
+    Hold: fault ? word("operator.why_fault") : held ? word("operator.why_held") : off,
+    Resume: held ? "" : word("operator.why_not_held"),
+    Trim: fault ? word("operator.why_fault") : "",
+    Diameter: "",
+    Acknowledge: acknowledge,
+  };
+}
+
+/** @param {Status | null} status null: no data */
+export function showAsks(status) {
+  const may = ["operator", "engineer"].includes(document.body.dataset.role ?? "");
+  const why = !may ? word("operator.why_role") : status === null ? word("operator.why_no_data") : "";
+  const place = byId("asks-why");
+  place.hidden = why === "";
+  show(place, why);
+  const reasons = status === null ? {} : blocked(status);
+  for (const found of document.querySelectorAll("[data-ask]")) {
+    const button = /** @type {HTMLButtonElement} */ (found);
+    const own = reasons[/** @type {keyof typeof reasons} */ (button.dataset.ask)] ?? "";
+    button.disabled = why !== "" || own !== "";
+    show(button.lastElementChild, why === "" ? own : "");
+  }
+}
+
+export function startAsks() {
+  const asks = { Enable: enable, Disable: disable, Hold: hold, Resume: resume,
+    Acknowledge: acknowledge, Trim: trim, Diameter: diameter };
+  for (const [name, act] of Object.entries(asks)) {
+    document.querySelector(`[data-ask="${name}"]`)?.addEventListener("click", () => {
+      const status = latest();
+      if (status) act(status);
+    });
+  }
+}
+
+// ---- what each will do -----------------------------------------------------------------------
+
+function enable() {
+  void ask("Enable", [], {
+    title: word("operator.enable_title"),
+    text: (status) => [word("operator.enable_text"), ...axesOf(status).map(([name, axis]) =>
+      word("operator.enable_axis", {
+        axis: shortName(name), now: signed(axis.correction_um, 1), wanted: signed(axis.wanted_um, 1),
+        rate: rate(axis), time: takes(axis, axis.wanted_um - axis.correction_um),
+      }))],
+    effective: (status) => status.state === "Active",
+  });
+}
+
+function disable() {
+  void ask("Disable", [], {
+    title: word("operator.disable_title"),
+    text: (status) => [...fades(status), word("operator.disable_text")],
+    effective: (status) => status.state === "Off",
+  });
+}
+
+/** @param {Status} status */
+function fades(status) {
+  return axesOf(status).map(([name, axis]) => {
+    const values = { axis: shortName(name), now: signed(axis.correction_um, 1),
+      rate: rate(axis), time: takes(axis, axis.correction_um) };
+    const zero = Math.abs(axis.correction_um ?? 0) < NEAR_ZERO_UM;
+    return zero ? word("operator.disable_zero", values) : word("operator.disable_axis", values);
+  });
+}
+
+function hold() {
+  void ask("Hold", [], {
+    title: word("operator.hold_title"),
+    text: (status) => [
+      ...axesOf(status).map(([name, axis]) => word("operator.hold_axis", {
+        axis: shortName(name), now: signed(axis.correction_um, 1),
+      })),
+      word("operator.hold_text", { time: duration(facts.hold_operator_s) }),
+    ],
+    effective: isHeld,
+  });
+}
+
+function resume() {
+  void ask("Resume", [], {
+    title: word("operator.resume_title"),
+    text: (status) => [word("operator.resume_text"), ...axesOf(status).map(([name, axis]) =>
+      word("operator.enable_axis", {
+        axis: shortName(name), now: signed(axis.correction_um, 1), wanted: signed(axis.wanted_um, 1),
+        rate: rate(axis), time: takes(axis, axis.wanted_um - axis.correction_um),
+      }))],
+    effective: (status) => !isHeld(status),
+  });
+}
+
+function acknowledge() {
+  void ask("Acknowledge", [], {
+    title: word("operator.acknowledge_title"),
+    text: (status) => {
+      if (status.state === "Fault") {
+        const reason = reasonsSaid(status).join(" ");
+        return [word("operator.acknowledge_fault", { reason }), ...fades(status),
+          word("operator.acknowledge_after")];
+      }
+      const names = Object.entries(status.inputs)
+        .filter(([, input]) => input.quality === JUMPED)
+        .map(([name, input]) => `${shortName(name)} (${number(input.read, 1)}\u00a0°C)`);
+      return [word("operator.acknowledge_sensors", { names: names.join(", ") || "–" })];
+    },
+    effective: (status) => status.state !== "Fault"
+      && Object.values(status.inputs).every((input) => input.quality !== JUMPED),
+  });
+}
+
+// ---- trim ------------------------------------------------------------------------------------
+
+/** @param {Status} status */
+function trim(status) {
+  const names = Object.keys(status.outputs);
+  let output = names[0] ?? "";
+  let value = Number(status.outputs[output]?.trim_um ?? 0);
+  let seconds = facts.expiries_s.includes(DEFAULT_S) ? DEFAULT_S : facts.expiries_s[0] ?? DEFAULT_S;
+  const { dialog, body, buttons } = openDialog(word("operator.trim_title"));
+  const axes = choice(word("operator.trim_axis"), names.map((name) => [name, shortName(name)]),
+    () => output, (name) => {
+      output = name;
+      value = Number(latest()?.outputs[name]?.trim_um ?? 0);
+      draw();
+    });
+  axes.hidden = names.length < 2;
+  const now = made("p", "", "op-quiet");
+  const shown = made("output", "", "op-pad-value");
+  const bound = made("p", "", "op-quiet");
+  const steps = made("div", "", "op-steps");
+  for (const step of STEPS_UM) {
+    steps.append(button(`${signed(step, 0)}\u00a0µm`, () => { change(value + step); },
+      word("operator.trim_step", { step: signed(step, 0) })));
+  }
+  const zero = button(word("operator.trim_zero"), () => { change(0); });
+  const expiry = choice(word("operator.trim_expires"),
+    facts.expiries_s.map((s) => [String(s), duration(s)]), () => String(seconds),
+    (text) => { seconds = Number(text); draw(); });
+  const owner = made("p", word("operator.trim_owner", { name: document.body.dataset.name ?? "" }));
+  const go = button(word("operator.continue"), () => { dialog.close("asked"); });
+  go.className = "main";
+  buttons.append(go);
+  body.append(axes, now, shown, bound, steps, zero, expiry, owner);
+
+  const largest = () => Number(latest()?.outputs[output]?.limits?.largest_trim_um ?? 0);
+  /** @param {number} to */
+  function change(to) {
+    value = Math.min(Math.max(to, -largest()), largest());
+    draw();
+  }
+  function draw() {
+    const axis = latest()?.outputs[output];
+    show(now, word("operator.trim_now", { value: signed(axis?.trim_um, 1) }));
+    show(shown, `${signed(value, 1)}\u00a0µm`);
+    const [low, high] = [number(-largest(), 1), signed(largest(), 1)];
+    show(bound, word("operator.trim_bound", { low, high }));
+    expiry.toggleAttribute("data-idle", value === 0);
+    for (const one of body.querySelectorAll("[data-choice]")) {
+      const mine = one.getAttribute("data-choice");
+      one.setAttribute("aria-pressed", String(mine === output || mine === String(seconds)));
+    }
+    go.disabled = !axis || (value === 0 && !axis.trim_um);
+  }
+  whileOpen(dialog, draw);
+  dialog.addEventListener("close", () => {
+    if (dialog.returnValue === "asked") askTrim(output, value, seconds);
+    dialog.remove();
+  });
+}
+
+/** @param {string} output @param {number} value @param {number} seconds */
+function askTrim(output, value, seconds) {
+  const axisName = shortName(output);
+  void ask("Trim", [output, value, seconds], {
+    title: `${word("operator.trim_title")}: ${axisName} ${signed(value, 1)}\u00a0µm`,
+    text: (status) => {
+      const axis = status.outputs[output];
+      const before = signed(axis?.trim_um, 1);
+      const until = clock(Date.now() + 1000 * seconds).slice(0, 5);
+      const moves = value - (axis?.trim_um ?? 0);
+      const after = signed(value, 1);
+      return [
+        value === 0 ? word("operator.trim_back", { axis: axisName, before })
+          : word("operator.trim_text", { axis: axisName, before, after, until }),
+        status.state === "Active"
+          ? word("operator.trim_moves", { change: signed(moves, 1), rate: rate(axis) })
+          : word("operator.trim_waits"),
+        word("operator.sign"),
+      ];
+    },
+    effective: (status) => {
+      const axis = status.outputs[output];
+      if (!axis || Math.abs(axis.trim_um - value) > 1e-6) return false;
+      const near = (axis.limits?.deadband_um ?? 0) + NEAR_ZERO_UM;
+      return status.state === "Active" && Math.abs(axis.wanted_um - axis.correction_um) <= near;
+    },
+  });
+}
+
+// ---- diameter --------------------------------------------------------------------------------
+
+/** @param {Status} status */
+function diameter(status) {
+  const { dialog, body, buttons } = openDialog(word("operator.diameter_title"));
+  const mark = (1.5).toLocaleString(pageLocale).charAt(1);
+  const field = /** @type {HTMLInputElement} */ (made("input", "", "op-pad-value"));
+  field.inputMode = "none";
+  field.maxLength = 9;
+  field.autocomplete = "off";
+  field.setAttribute("aria-label", `${word("operator.diameter_title")} [mm]`);
+  const box = made("div", "", "op-pad-field");
+  box.append(field, made("span", "mm"));
+  const pad = made("div", "", "op-pad");
+  for (const key of KEYS) {
+    const text = key === "." ? mark : key;
+    pad.append(button(text, () => {
+      field.value = key === "⌫" ? field.value.slice(0, -1) : (field.value + text).slice(0, 9);
+      draw();
+    }, key === "⌫" ? word("operator.diameter_clear") : text));
+  }
+  const centre = button(word("operator.diameter_centre"), () => { dialog.close("centre"); });
+  const go = button(word("operator.continue"), () => { dialog.close("asked"); });
+  go.className = "main";
+  buttons.append(centre, go);
+  const wrong = made("p", word("operator.diameter_wrong"), "ask-wrong");
+  const range = rangeOf(status);
+  const side = made("div", "", "op-pad-side");
+  side.append(
+    made("p", word("operator.diameter_now", { diameter: diameterWord(status.diameter_mm) })),
+    box, wrong,
+    ...(range ? [made("p", word("operator.diameter_range", range), "op-quiet")] : []),
+    ...(facts.diameter_read ? [made("p", word("operator.diameter_machine"), "op-quiet")] : []),
+  );
+  const both = made("div", "", "op-pad-both");
+  both.append(side, pad);
+  body.append(both);
+
+  const value = () => diameterOf(field.value);
+  function draw() {
+    go.disabled = value() === null || latest() === null;
+    centre.toggleAttribute("disabled", latest() === null);
+    wrong.classList.toggle("unseen", field.value === "" || value() !== null);
+  }
+  field.addEventListener("input", draw);
+  field.addEventListener("keydown", (event) => {
+    if (event.key === "Enter" && !go.disabled) dialog.close("asked");
+  });
+  whileOpen(dialog, draw);
+  field.focus();
+  dialog.addEventListener("close", () => {
+    const found = value();
+    if (dialog.returnValue === "centre") askDiameter(null);
+    if (dialog.returnValue === "asked" && found !== null) askDiameter(found);
+    dialog.remove();
+  });
+}
+
+/** @param {string} text @returns {number | null} */
+function diameterOf(text) {
+  if (!/^\d{1,6}([.,]\d{0,3})?$/.test(text)) return null;
+  const value = Number(text.replace(",", "."));
+  return value <= LARGEST_MM ? value : null;
+}
+
+/** Range of the diameters that the model knows. @param {Status} status */
+function rangeOf(status) {
+  if (status.model_sha256 !== facts.model_sha256) return null;
+  const points = Object.values(facts.gains).flatMap((parts) => Object.values(parts))
+    .flatMap((gains) => gains.points.map(([mm]) => mm));
+  if (!points.length) return null;
+  return { low: number(Math.min(...points), 0), high: number(Math.max(...points), 0) };
+}
+
+/** @param {number | null} value */
+function askDiameter(value) {
+  const method = value === null ? "NoDiameter" : "Diameter";
+  void ask(method, value === null ? [] : [value], {
+    title: word("operator.diameter_is", { diameter: diameterWord(value) }),
+    text: (status) => [word("operator.diameter_text", {
+      diameter: diameterWord(value), before: diameterWord(status.diameter_mm),
+    })],
+    effective: (status) => status.diameter_mm === value,
+  });
+}
+
+// ---- pieces ----------------------------------------------------------------------------------
+
+/** @param {string} text @param {() => void} act @param {string} [label] */
+function button(text, act, label = text) {
+  const found = /** @type {HTMLButtonElement} */ (made("button", text));
+  found.type = "button";
+  found.setAttribute("aria-label", label);
+  found.addEventListener("click", act);
+  return found;
+}
+
+/**
+ * Buttons of which one is pressed.
+ * @param {string} title
+ * @param {[string, string][]} choices value and text
+ * @param {() => string} now
+ * @param {(value: string) => void} act
+ */
+function choice(title, choices, now, act) {
+  const group = made("div", "", "op-choice");
+  group.setAttribute("role", "group");
+  group.setAttribute("aria-label", title);
+  group.append(made("p", title));
+  for (const [value, text] of choices) {
+    const one = button(text, () => { act(value); });
+    one.dataset.choice = value;
+    one.setAttribute("aria-pressed", String(now() === value));
+    group.append(one);
+  }
+  return group;
+}
+
+/** Show a dialog, and draw it anew twice a second. @param {HTMLDialogElement} dialog
+ * @param {() => void} draw */
+function whileOpen(dialog, draw) {
+  draw();
+  const timer = setInterval(draw, 500);
+  dialog.addEventListener("close", () => { clearInterval(timer); });
+  dialog.showModal();
+}

@@ -1,0 +1,70 @@
+// @ts-check
+// The inputs with value, quality and age: as many as there is room for, those that are not good
+// first, and all of them in a dialog.
+
+import { made } from "./ask.js";
+import { byId, overflows, shortName, show } from "./operator_parts.js";
+import { duration, number, phrase, word } from "./words.js";
+
+/** @typedef {Record<string, any>} Status */
+
+const GOOD = "good";
+const SPARE = "the spare sensor stands in";
+
+/** @param {Status} status */
+export function showInputs(status) {
+  const list = byId("inputs");
+  const more = byId("inputs-more");
+  const names = Object.keys(status.inputs);
+  const bad = names.filter((name) => status.inputs[name].quality !== GOOD);
+  const told = byId("inputs-told");
+  told.dataset.bad = bad.length ? "yes" : "no";
+  show(told, bad.length
+    ? word("operator.inputs_bad", { bad: bad.length, count: names.length })
+    : word("operator.inputs_good", { count: names.length }));
+  more.hidden = true;
+  fillInputs(list, status, names);
+  if (!overflows(list)) return;
+  more.hidden = false;
+  const good = names.filter((name) => !bad.includes(name));
+  const ranked = [...bad, ...good];
+  const rows = new Map(names.map((name, k) => [name, /** @type {HTMLElement} */ (list.children[k])]));
+  for (let most = ranked.length - 1; most > 0 && overflows(list); most -= 1) {
+    const last = rows.get(ranked[most] ?? "");
+    if (last) last.hidden = true;
+    show(more, word("operator.more_inputs", { count: ranked.length - most }));
+  }
+}
+
+/** @param {HTMLElement} list @param {Status} status @param {string[]} names */
+export function fillInputs(list, status, names) {
+  if (list.dataset.names !== JSON.stringify(names)) {
+    list.dataset.names = JSON.stringify(names);
+    list.replaceChildren(...names.map((name) => {
+      const row = made("li", "", "op-input");
+      row.append(
+        made("span", "", "op-shape"),
+        made("span", shortName(name), "op-input-name"),
+        made("b", "", "op-input-value"),
+        made("span", "", "op-input-quality"),
+        made("span", "", "op-input-age"),
+      );
+      return row;
+    }));
+  }
+  names.forEach((name, k) => {
+    fillInput(/** @type {HTMLElement} */ (list.children[k]), status.inputs[name]);
+  });
+}
+
+/** @param {HTMLElement} row @param {Record<string, any>} input */
+function fillInput(row, input) {
+  const [shape, , value, quality, age] = [...row.children];
+  row.hidden = false;
+  row.dataset.quality = input.quality === GOOD ? "good" : input.quality === SPARE ? "spare" : "bad";
+  show(shape, { good: "✓", spare: "3", bad: "2" }[row.dataset.quality] ?? "");
+  shape?.setAttribute("aria-hidden", "true");
+  show(value, `${number(input.value_c, 1)}\u00a0°C`);
+  show(quality, phrase("quality", input.quality));
+  show(age, input.age_s === null ? word("operator.no_age") : duration(input.age_s));
+}

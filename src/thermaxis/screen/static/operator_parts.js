@@ -1,0 +1,130 @@
+// @ts-check
+// What the parts of the operator's page share.
+
+import { hasWord, number, phrase, word } from "./words.js";
+
+/** @typedef {Record<string, any>} Status */
+
+/**
+ * What the configuration says and the loop does not tell.
+ * @typedef {object} Facts
+ * @property {number} hold_operator_s
+ * @property {number} longest_trim_s
+ * @property {number[]} expiries_s
+ * @property {boolean} diameter_read
+ * @property {string} model_sha256
+ * @property {Record<string, Record<string, {points: [number, number][], tool_gain: number}>>} gains
+ */
+
+/** @type {Facts} */
+export const facts = JSON.parse(document.getElementById("operator-facts")?.textContent ?? "{}");
+
+const STATES = {
+  Off: () => word("operator.state_off"),
+  Warming: () => word("operator.state_warming"),
+  Active: () => word("operator.state_active"),
+  Holding: () => word("operator.state_holding"),
+  Fading: () => word("operator.state_fading"),
+  Fault: () => word("operator.state_fault"),
+};
+
+const PRIORITIES = {
+  critical: () => word("operator.critical"),
+  high: () => word("operator.high"),
+  medium: () => word("operator.medium"),
+  low: () => word("operator.low"),
+};
+
+/** @param {string} id @returns {HTMLElement} */
+export function byId(id) {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no element ${id}`);
+  return found;
+}
+
+/** @param {Element | null | undefined} element @param {string} text */
+export function show(element, text) {
+  if (element && element.textContent !== text) element.textContent = text;
+}
+
+/** @param {string} state */
+export function stateWord(state) {
+  return STATES[/** @type {keyof STATES} */ (state)]?.() ?? state;
+}
+
+/** @param {string} priority */
+export function priorityWord(priority) {
+  return PRIORITIES[/** @type {keyof PRIORITIES} */ (priority)]?.() ?? priority;
+}
+
+/** An output or a channel as it is shown: its unit stands beside the value. @param {string} name */
+export function shortName(name) {
+  return name.replace(/_(um|C)$/, "");
+}
+
+/** @param {number | null | undefined} diameterMm */
+export function diameterWord(diameterMm) {
+  if (diameterMm === null || diameterMm === undefined) return word("operator.tool_centre");
+  return `${number(diameterMm, Number.isInteger(diameterMm) ? 0 : 1)}\u00a0mm`;
+}
+
+/**
+ * One sentence of an alarm, in the page's language where it is known there.
+ * @param {Record<string, any>} alarm
+ * @param {"text" | "cause" | "remedy"} what
+ */
+export function alarmSaid(alarm, what) {
+  const key = `alarms.${alarm.code}.${what}`;
+  if (!alarm.code || !hasWord(key)) return String(alarm[what] ?? "");
+  const values = Object.entries(alarm.values ?? {}).map(([name, value]) => [
+    name,
+    typeof value === "string" ? phrase(name, value) : value,
+  ]);
+  return word(key, Object.fromEntries(values));
+}
+
+/** @param {string} text */
+export function sentence(text) {
+  const end = /[.!?]$/.test(text) || text === "" ? "" : ".";
+  return text.charAt(0).toUpperCase() + text.slice(1) + end;
+}
+
+/** Why the compensation is not active, each a sentence. @param {Status} status */
+export function reasonsSaid(status) {
+  return status.reasons.map((/** @type {string} */ one) => sentence(phrase("reason", one)));
+}
+
+/**
+ * Gain of a part at a diameter; null for a part without gains, or of a model that is not known.
+ * @param {Status} status
+ * @param {string} output
+ * @param {string} part
+ * @returns {number | null}
+ */
+export function gainNow(status, output, part) {
+  const known = status.model_sha256 === facts.model_sha256;
+  const gains = known ? facts.gains[output]?.[part] : undefined;
+  return gains ? gainAt(gains, status.diameter_mm) : null;
+}
+
+/**
+ * Linear between the stated diameters, their end values outside.
+ * @param {{points: [number, number][], tool_gain: number}} gains
+ * @param {number | null} diameterMm
+ */
+export function gainAt({ points, tool_gain: toolGain }, diameterMm) {
+  const [first, last] = [points[0], points.at(-1)];
+  if (diameterMm === null || !first || !last) return toolGain;
+  if (diameterMm <= first[0]) return first[1];
+  for (let k = 1; k < points.length; k += 1) {
+    const [low, high] = [points[k - 1] ?? first, points[k] ?? last];
+    if (diameterMm > high[0]) continue;
+    return low[1] + ((diameterMm - low[0]) / (high[0] - low[0])) * (high[1] - low[1]);
+  }
+  return last[1];
+}
+
+/** Whether something stands out of a box. @param {HTMLElement} box */
+export function overflows(box) {
+  return box.scrollHeight > box.clientHeight + 1 || box.scrollWidth > box.clientWidth + 1;
+}

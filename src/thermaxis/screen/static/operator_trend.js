@@ -1,0 +1,143 @@
+// @ts-check
+// The last eight hours: corrections, key temperatures, and what happened.
+
+import { drawChart } from "./chart.js";
+import { byId, priorityWord, shortName, show, stateWord } from "./operator_parts.js";
+import { phrase, word } from "./words.js";
+
+/** @typedef {Record<string, any>} Status */
+/** @typedef {{unit: string, t: number[], mean: (number | null)[]}} Series */
+/** @typedef {{name: string, axis: "left" | "right", x: number[], y: (number | null)[]}} Line */
+
+const REFRESH_MS = 30_000;
+const LIVE_MS = 5_000;
+const SPAN_MS = 8 * 3600 * 1000;
+const MOST_LINES = 6;
+const LEAST_UM = 10;
+const ROW_PX = 22;
+
+/** @type {{series: Record<string, Series>, events: Record<string, any>[], error?: string}} */
+let history = { series: {}, events: [] };
+let error = "";
+let asked = false;
+/** @type {Map<string, [number, number | null][]>} */
+const live = new Map();
+let liveMs = 0;
+
+export function startTrend() {
+  show(byId("trend-told"), word("operator.trend_waits"));
+  void refresh();
+  setInterval(() => { void refresh(); }, REFRESH_MS);
+}
+
+async function refresh() {
+  try {
+    const answer = await fetch("/trend8", { cache: "no-store" });
+    const found = await answer.json();
+    error = answer.ok ? found.error ?? "" : word("operator.trend_fails");
+    if (!error) history = found;
+  } catch (failure) {
+    if (!(failure instanceof TypeError) && !(failure instanceof SyntaxError)) throw failure;
+    error = word("operator.trend_fails");
+  }
+  asked = true;
+  draw();
+}
+
+/** Add what the loop says now behind what is stored. @param {Status} status */
+export function addLive(status) {
+  const now = Date.parse(status.utc);
+  if (now - liveMs < LIVE_MS) return;
+  liveMs = now;
+  for (const [name, axis] of Object.entries(status.outputs)) {
+    append(`${name}.correction`, now, axis.correction_um);
+  }
+  for (const [name, input] of Object.entries(status.inputs)) append(name, now, input.value_c);
+  if (asked) draw();
+}
+
+/** @param {string} name @param {number} time @param {number | null} value */
+function append(name, time, value) {
+  const points = live.get(name) ?? [];
+  points.push([time, value]);
+  while (points.length && (points[0]?.[0] ?? time) < time - SPAN_MS) points.shift();
+  live.set(name, points);
+}
+
+/** @returns {Line[]} */
+function lines() {
+  const names = new Set([...Object.keys(history.series), ...live.keys()]);
+  return [...names].map((name) => {
+    const stored = history.series[name];
+    const [x, y] = [[...(stored?.t ?? [])], [...(stored?.mean ?? [])]];
+    const last = x.at(-1) ?? -Infinity;
+    for (const [time, value] of live.get(name) ?? []) {
+      if (time <= last) continue;
+      x.push(time);
+      y.push(value);
+    }
+    return { name, axis: name.endsWith(".correction") ? "left" : "right", x, y };
+  });
+}
+
+/** Every correction, and of the temperatures those that moved most. @param {Line[]} all */
+function chosen(all) {
+  const left = all.filter((line) => line.axis === "left").slice(0, MOST_LINES - 1);
+  const right = all.filter((line) => line.axis === "right");
+  const most = [...right].sort((a, b) => moved(b) - moved(a)).slice(0, MOST_LINES - left.length);
+  return [...left, ...right.filter((line) => most.includes(line))];
+}
+
+/** @param {Line} line */
+function moved(line) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const y of line.y) {
+    if (y === null) continue;
+    low = Math.min(low, y);
+    high = Math.max(high, y);
+  }
+  return high >= low ? high - low : -1;
+}
+
+function draw() {
+  const box = byId("trend");
+  const all = lines();
+  const most = chosen(all);
+  const now = Math.max(liveMs, ...most.map((line) => line.x.at(-1) ?? 0)) || Date.now();
+  const more = all.length - most.length;
+  show(byId("trend-told"), error || (more > 0 ? word("operator.trend_more", { count: more }) : ""));
+  const rows = Math.floor(box.clientHeight / ROW_PX);
+  drawChart(box, {
+    still: true,
+    time: true,
+    first: now - SPAN_MS,
+    last: now,
+    leastSpan: LEAST_UM,
+    label: word("operator.trend_label"),
+    yTitle: word("operator.correction_axis"),
+    rightTitle: word("operator.temperature"),
+    marksListed: Math.max(1, rows - most.length),
+    lines: most.map((line) => ({
+      ...line,
+      name: shortName(line.name.replace(/\.correction$/, "")),
+      unit: line.axis === "left" ? "µm" : "°C",
+    })),
+    marks: history.events.flatMap(markOf),
+  });
+}
+
+/** @param {Record<string, any>} event */
+function markOf(event) {
+  if (event.kind === "state" && event.state) {
+    return [{ x: event.t, text: stateWord(event.state), kind: "state" }];
+  }
+  if (event.kind === "alarm" && event.priority) {
+    const text = `${word("operator.alarm")}: ${priorityWord(event.priority)}`;
+    return [{ x: event.t, text, kind: "alarm" }];
+  }
+  if (event.kind === "request" && event.request) {
+    const text = `${phrase("request", event.request)} (${event.who})`;
+    return [{ x: event.t, text, kind: "request" }];
+  }
+  return [];
+}

@@ -1,0 +1,263 @@
+"""The operator's page over made-up statuses: real templates, scripts and web socket, no loop."""
+
+import asyncio
+import contextlib
+import json
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, cast
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._ports import SystemClock
+from thermaxis.runtime._users import Role
+from thermaxis.screen import _live_socket, _login_page, _operator_page
+from thermaxis.screen._assets import Assets
+from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._persons import Outcome, Persons
+from thermaxis.screen._status_feed import StatusFeed, Told
+from thermaxis.screen._words import Words
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
+TOKEN = "a token of the tests"
+START = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
+
+
+def made_up(
+    *,
+    outputs: Sequence[str] = ("Z_um",),
+    inputs: Sequence[str] = ("T_spindle_C", "T_table_C", "T_column_C"),
+    state: str = "Active",
+    reasons: Sequence[str] = (),
+    alarms: Sequence[Mapping[str, object]] = (),
+    sha256: str = "",
+    **changed: Any,
+) -> dict[str, Any]:
+    """Return a status as the loop would tell it, with what is stated put in."""
+    since = datetime.now(UTC) - timedelta(hours=1, minutes=24)
+    found: dict[str, Any] = {
+        "format": "thermaxis-status",
+        "version": 1,
+        "machine": "virtual lathe",
+        "started": since.isoformat(),
+        "utc": datetime.now(UTC).isoformat(timespec="milliseconds"),
+        "number": 51234,
+        "cycle_s": 1.0,
+        "lateness_s": 0.001,
+        "overruns": 0,
+        "state": state,
+        "state_since": since.isoformat(),
+        "in_state_s": 5040.0,
+        "enabled": state != "Off",
+        "reasons": list(reasons),
+        "text": state,
+        "quality": "good",
+        "outcomes": [],
+        "source_connected": True,
+        "sink_connected": True,
+        "model_file": "lathe.json",
+        "model_sha256": sha256,
+        "diameter_mm": 1500.0,
+        "outputs": {name: an_output(k) for k, name in enumerate(outputs)},
+        "inputs": {name: an_input(k) for k, name in enumerate(inputs)},
+        "signals": {},
+        "alarms": list(alarms),
+        "historian": {"storing": True, "waiting": 0, "lost": 0, "text": ""},
+    }
+    return found | changed
+
+
+def an_output(k: int = 0, **changed: Any) -> dict[str, Any]:
+    """Return what is told of one output."""
+    correction_um = -35.2 + 7.3 * k
+    found: dict[str, Any] = {
+        "correction_um": correction_um,
+        "wanted_um": correction_um - 0.3,
+        "rate_um_per_s": -0.01,
+        "requested_um": correction_um,
+        "accepted_um": correction_um,
+        "effective_um": correction_um + 0.1,
+        "model_um": -correction_um,
+        "weight": 1.0,
+        "at_limit": False,
+        "at_soft_limit": False,
+        "trim_um": 0.0,
+        "trim_owner": "",
+        "trim_left_s": 0.0,
+        "parts_um": {"spindle": 30.1, "table": 5.1},
+        "limits": {
+            "largest_um": 280.0,
+            "soft_um": 224.0,
+            "total_um": 300.0,
+            "largest_rate_um_per_s": 0.5,
+            "deadband_um": 0.5,
+            "largest_trim_um": 20.0,
+        },
+    }
+    return found | changed
+
+
+def an_input(k: int = 0, **changed: Any) -> dict[str, Any]:
+    """Return what is told of one input."""
+    return {
+        "value_c": 27.4 + k,
+        "quality": "good",
+        "read": 27.4 + k,
+        "status": "Good",
+        "good": True,
+        "age_s": 0.4,
+        "source_time": None,
+    } | changed
+
+
+@dataclass
+class StandIn:
+    """What the page is told, and what it asked."""
+
+    status: dict[str, Any] = field(default_factory=made_up)
+    """What the loop says."""
+    live: bool = True
+    """Whether it says it now."""
+    role: Role = Role.OPERATOR
+    """Role of whoever looks."""
+    answer: Outcome = Outcome(accepted=True, reason="the trim is added")
+    """How the next question is answered."""
+    asked: list[tuple[str, tuple[float | str, ...]]] = field(default_factory=list)
+    """What was asked."""
+    address: str = ""
+    """Where the page is."""
+    looks: int = 0
+
+    # ---- as StatusFeed
+
+    @property
+    def latest(self) -> Told:
+        """Return the present look."""
+        self.looks += 1
+        if self.live:
+            self.status["number"] += 1
+            self.status["utc"] = datetime.now(UTC).isoformat(timespec="milliseconds")
+        why = "" if self.live else "feed.no_connection"
+        now_s = time.monotonic()
+        text = json.dumps(self.status)
+        return Told(self.looks, text, self.status, now_s, START, self.live, why, "")
+
+    async def after(self, number: int) -> Told:
+        """Return the next look."""
+        del number
+        await asyncio.sleep(0.2)
+        return self.latest
+
+    # ---- as Persons
+
+    name = "novak"
+    token = TOKEN
+
+    def has_token(self, token: str | None) -> bool:
+        """Return whether a token is the one of the page."""
+        return token == TOKEN
+
+    def of(self, cookie: str | None, *, touch: bool = False) -> "StandIn | None":
+        """Return who looks."""
+        del cookie, touch
+        return None if self.role is Role.NONE else self
+
+    async def ask(self, person: object, method: str, arguments: Sequence[float | str]) -> Outcome:
+        """Note a question."""
+        del person
+        self.asked.append((method, tuple(arguments)))
+        return self.answer
+
+
+def trend(status: Mapping[str, Any]) -> dict[str, Any]:
+    """Return eight hours of a machine that warms up."""
+    now = datetime.now(UTC)
+    times = [int(1000 * (now - timedelta(minutes=2 * k)).timestamp()) for k in range(239, -1, -1)]
+    names = [f"{name}.correction" for name in status["outputs"]] + list(status["inputs"])
+    series = {
+        name: {
+            "unit": "um" if name.endswith("correction") else "degC",
+            "t": times,
+            "mean": [
+                (-35.0 if name.endswith("correction") else 7.0 - k) * (1 - 0.99**m) + k
+                if m not in range(100, 110)
+                else None
+                for m in range(240)
+            ],
+        }
+        for k, name in enumerate(names)
+    }
+    events = [
+        {"t": times[60], "kind": "state", "state": "Active", "who": "", "text": ""},
+        {"t": times[120], "kind": "alarm", "priority": "high", "who": "", "text": ""},
+        {"t": times[180], "kind": "request", "request": "trim", "who": "novak", "text": ""},
+    ]
+    return {"series": series, "events": events}
+
+
+def application(stand_in: StandIn) -> Starlette:
+    """Return the application around a stand-in."""
+    configuration = read_machine(EXAMPLE)
+    assert configuration.screen is not None
+    parts = ScreenParts(
+        configuration=configuration,
+        settings=configuration.screen,
+        clock=SystemClock(),
+        feed=cast("StatusFeed", stand_in),
+        persons=cast("Persons", stand_in),
+        words=Words.read(),
+        program="this run",
+    )
+    assets = Assets()
+
+    async def asset(request: Request) -> Response:
+        return assets.answer(request)
+
+    async def trend8(request: Request) -> Response:
+        del request
+        return JSONResponse(trend(stand_in.status))
+
+    found = Starlette(
+        routes=[
+            Route("/static/{name}", asset),
+            Route("/trend8", trend8),
+            *_operator_page.routes(parts),
+            *_live_socket.routes(parts),
+            *_login_page.routes(parts),
+        ]
+    )
+    found.state.parts = parts
+    if not stand_in.status["model_sha256"]:
+        stand_in.status["model_sha256"] = configuration.model.sha256
+    return found
+
+
+@contextlib.contextmanager
+def served(stand_in: StandIn) -> Iterator[StandIn]:
+    """Serve a stand-in on a free port while the block runs."""
+    server = uvicorn.Server(
+        uvicorn.Config(
+            application(stand_in), host="127.0.0.1", port=0, log_level="error", ws="websockets-sansio"
+        )
+    )
+    thread = threading.Thread(target=server.run, daemon=True)
+    thread.start()
+    while not server.started:
+        time.sleep(0.02)
+    port = server.servers[0].sockets[0].getsockname()[1]
+    stand_in.address = f"http://127.0.0.1:{port}"
+    try:
+        yield stand_in
+    finally:
+        server.should_exit = True
+        server.force_exit = True
+        thread.join(10.0)
