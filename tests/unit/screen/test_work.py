@@ -1,0 +1,403 @@
+"""Work in a process of its own: whatever a command does, the screen goes on and nothing stays."""
+
+import asyncio
+import os
+import signal
+import stat
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+from thermaxis.screen._work import (
+    MOST_WAITING,
+    BusyError,
+    Ending,
+    Limits,
+    Outcome,
+    Work,
+    remove_leftovers,
+)
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
+
+PYTHON = (sys.executable, "-I", "-S")
+QUICK = Limits(longest_s=10.0)
+
+
+def a_program(tmp_path: Path, text: str) -> tuple[str, ...]:
+    path = tmp_path / "command.py"
+    path.write_text(textwrap.dedent(text))
+    return (*PYTHON, str(path))
+
+
+def run(
+    tmp_path: Path, text: str, *words: str, limits: Limits = QUICK, **more: object
+) -> tuple[Outcome, dict[str, bytes]]:
+    """Run a program of the test; return what came, and the files before they are removed."""
+
+    async def all_of_it() -> tuple[Outcome, dict[str, bytes]]:
+        work = Work(a_program(tmp_path, text), where=tmp_path)
+        outcome = await work.run_command(words, limits=limits, **more)  # type: ignore[arg-type]
+        contents = {name: path.read_bytes() for name, path in outcome.files.items()}
+        outcome.folder.remove()
+        work.close()
+        return outcome, contents
+
+    found = asyncio.run(all_of_it())
+    assert not list(tmp_path.glob("thermaxis-work-*"))
+    return found
+
+
+def gone(pid: int) -> bool:
+    """Say whether a process has ended; a corpse that nobody has taken away yet counts."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+    return state in "ZX"
+
+
+def wait_until_gone(pid: int) -> bool:
+    end_s = time.monotonic() + 5.0
+    while not gone(pid) and time.monotonic() < end_s:
+        time.sleep(0.02)
+    return gone(pid)
+
+
+def test_a_command_finds_its_inputs_and_its_outputs_are_found(tmp_path: Path) -> None:
+    (tmp_path / "far.bin").write_bytes(b"\x00\x01")
+    outcome, files = run(
+        tmp_path,
+        """
+        import sys
+        from pathlib import Path
+        print("printed", sys.argv[1:])
+        print("said", file=sys.stderr)
+        Path("out").write_bytes(Path("near").read_bytes() + Path("far").read_bytes())
+        sys.exit(3)
+        """,
+        "a b",
+        "$HOME; echo",
+        inputs={"near": b"near ", "far": tmp_path / "far.bin"},
+        outputs=("out", "never"),
+    )
+    assert outcome.ending is Ending.DONE
+    assert outcome.code == 3
+    assert outcome.printed == "printed ['a b', '$HOME; echo']\n"
+    assert outcome.said == "said\n"
+    assert files == {"out": b"near \x00\x01"}
+
+
+def test_its_folder_is_private_and_its_environment_bare(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("THERMAXIS_PASSWORD", "wagtail")
+    monkeypatch.setenv("PYTHONPATH", "/nowhere")
+    outcome, _ = run(
+        tmp_path,
+        """
+        import os
+        print(oct(os.stat(".").st_mode & 0o777), os.getcwd() == os.environ["HOME"])
+        print(sorted(set(os.environ) - {"LC_CTYPE"}), os.nice(0), os.getsid(0) == os.getpid())
+        print(len(os.listdir("/proc/self/fd")))
+        """,
+    )
+    first, second, third = outcome.printed.splitlines()
+    assert first == "0o700 True"
+    assert "THERMAXIS" not in second
+    assert "PYTHON" not in second
+    own = os.nice(0)
+    assert second.endswith(f"] {min(own + 10, 19)} True")
+    assert int(third) <= 4  # the three streams, and the folder that is just being listed
+
+
+def test_a_command_that_hangs_is_stopped_with_its_children(tmp_path: Path) -> None:
+    began_s = time.monotonic()
+    outcome, files = run(
+        tmp_path,
+        """
+        import os, signal, subprocess, sys, time
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+        open("pids", "w").write(f"{os.getpid()} {child.pid}")
+        time.sleep(60)
+        """,
+        limits=Limits(longest_s=1.0),
+        outputs=("pids",),
+    )
+    assert outcome.ending is Ending.TOO_LONG
+    assert outcome.code is None
+    assert time.monotonic() - began_s < 5.0
+    pids = [int(word) for word in files["pids"].split()]
+    assert len(pids) == 2
+    assert all(wait_until_gone(pid) for pid in pids)
+
+
+def test_children_that_outlive_their_command_are_ended_too(tmp_path: Path) -> None:
+    outcome, files = run(
+        tmp_path,
+        """
+        import subprocess, sys
+        child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+        open("pid", "w").write(str(child.pid))
+        """,
+        outputs=("pid",),
+    )
+    assert outcome.ending is Ending.DONE
+    assert wait_until_gone(int(files["pid"]))
+
+
+def test_a_command_that_computes_for_ever_ends_at_the_limit_of_the_processor(
+    tmp_path: Path,
+) -> None:
+    outcome, _ = run(
+        tmp_path,
+        """
+        import resource
+        resource.setrlimit(resource.RLIMIT_CPU, (1, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+        while True: pass
+        """,
+        limits=Limits(longest_s=8.0),
+    )
+    assert outcome.ending is Ending.TOO_LONG
+
+
+def test_a_command_that_eats_memory_fails_by_itself(tmp_path: Path) -> None:
+    outcome, _ = run(
+        tmp_path,
+        "hoard = [bytes(50_000_000) for _ in range(40)]",
+        limits=Limits(longest_s=10.0, memory_bytes=400_000_000),
+    )
+    assert outcome.ending is Ending.DONE
+    assert outcome.code == 1
+    assert "MemoryError" in outcome.said
+
+
+def test_a_command_that_floods_its_output_is_stopped(tmp_path: Path) -> None:
+    outcome, _ = run(
+        tmp_path,
+        """
+        import sys
+        while True: sys.stdout.write("x" * 65536)
+        """,
+        limits=Limits(longest_s=10.0, said_bytes=100_000, file_bytes=900_000_000),
+    )
+    assert outcome.ending is Ending.TOO_MUCH
+    assert len(outcome.printed) == 100_000
+
+
+def test_no_file_grows_past_its_limit(tmp_path: Path) -> None:
+    outcome, files = run(
+        tmp_path,
+        """
+        with open("large", "wb", buffering=0) as stream:
+            for _ in range(30): stream.write(bytes(100_000))
+        """,
+        limits=Limits(longest_s=10.0, file_bytes=1_000_000),
+        outputs=("large",),
+    )
+    assert outcome.code == 1
+    assert len(files["large"]) == 1_000_000
+
+
+def test_many_small_files_are_stopped_by_their_sum(tmp_path: Path) -> None:
+    outcome, _ = run(
+        tmp_path,
+        """
+        import itertools, os
+        os.mkdir("below")
+        for k in itertools.count():
+            with open(f"below/{k}", "wb") as stream: stream.write(bytes(20_000))
+        """,
+        limits=Limits(longest_s=10.0, folder_bytes=1_000_000),
+    )
+    assert outcome.ending is Ending.TOO_MUCH
+
+
+def test_a_command_that_crashes_is_told_from_one_that_ends(tmp_path: Path) -> None:
+    outcome, _ = run(tmp_path, "import os; os.kill(os.getpid(), 11)")
+    assert outcome.ending is Ending.KILLED
+    assert outcome.code is None
+
+
+def test_an_output_that_is_no_plain_file_is_not_there(tmp_path: Path) -> None:
+    _, files = run(
+        tmp_path,
+        "import os; os.symlink('/etc/hostname', 'link'); os.mkdir('folder')",
+        outputs=("link", "folder"),
+    )
+    assert not files
+
+
+@pytest.mark.parametrize("name", ["../out", "/out", ".hidden", "a/b", ""])
+def test_an_input_cannot_leave_the_folder(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ValueError, match=r".*"):
+        run(tmp_path, "", inputs={name: b""})
+    assert not list(tmp_path.glob("out"))
+
+
+def test_one_runs_at_a_time_a_few_wait_and_more_are_refused(tmp_path: Path) -> None:
+    text = f"""
+        import os, time
+        marks = {str(tmp_path)!r} + "/marks"
+        with open(marks, "a") as stream: stream.write("+")
+        time.sleep(0.05)
+        with open(marks, "a") as stream: stream.write("-")
+        """
+
+    async def crowd() -> tuple[list[object], Outcome]:
+        work = Work(a_program(tmp_path, text), where=tmp_path)
+        calls = [work.run_command((), limits=QUICK) for _ in range(MOST_WAITING + 3)]
+        found = await asyncio.gather(*calls, return_exceptions=True)
+        after = await work.run_command((), limits=QUICK)
+        work.close()
+        return [*found], after
+
+    found, after = asyncio.run(crowd())
+    assert sum(isinstance(one, BusyError) for one in found) == 2
+    assert sum(isinstance(one, Outcome) for one in found) == MOST_WAITING + 1
+    assert after.ending is Ending.DONE
+    assert (tmp_path / "marks").read_text() == "+-" * (MOST_WAITING + 2)
+
+
+def test_the_program_itself_can_be_run(tmp_path: Path) -> None:
+    async def help_of_evaluate() -> Outcome:
+        work = Work(where=tmp_path)
+        outcome = await work.run_command(("evaluate", "--help"), limits=Limits(longest_s=30.0))
+        work.close()
+        return outcome
+
+    outcome = asyncio.run(help_of_evaluate())
+    assert outcome.code == 0
+    assert "_ISO230.dat" in outcome.printed
+
+
+def test_the_loop_of_events_goes_on_while_a_command_floods_and_eats(tmp_path: Path) -> None:
+    async def lateness() -> float:
+        work = Work(
+            a_program(
+                tmp_path,
+                """
+                import sys
+                hoard = []
+                while True:
+                    hoard.append(bytes(1_000_000))
+                    print("x" * 1_000_000)
+                """,
+            ),
+            where=tmp_path,
+        )
+        loop = asyncio.get_running_loop()
+        latest_s = 0.0
+        limits = Limits(longest_s=1.0, memory_bytes=500_000_000, said_bytes=1 << 40)
+        running = asyncio.create_task(work.run_command((), limits=limits))
+        while not running.done():
+            began_s = loop.time()
+            await asyncio.sleep(0.01)
+            latest_s = max(latest_s, loop.time() - began_s - 0.01)
+        work.close()
+        return latest_s
+
+    assert asyncio.run(lateness()) < 0.5
+
+
+def test_a_cancelled_command_is_ended_and_its_folder_removed(tmp_path: Path) -> None:
+    async def cancelled() -> int:
+        pid = tmp_path / "pid"
+        text = f"""
+            import os, time
+            open({str(pid)!r} + ".new", "w").write(str(os.getpid()))
+            os.rename({str(pid)!r} + ".new", {str(pid)!r})
+            time.sleep(60)
+            """
+        work = Work(a_program(tmp_path, text), where=tmp_path)
+        running = asyncio.create_task(work.run_command((), limits=Limits(longest_s=60.0)))
+        while not pid.exists():
+            await asyncio.sleep(0.02)
+        running.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await running
+        [root] = tmp_path.glob("thermaxis-work-*")
+        assert sorted(path.name for path in root.iterdir()) == ["lock", "settings"]
+        with work.place():  # and its place is free again
+            work.close()
+        return int(pid.read_text())
+
+    assert wait_until_gone(asyncio.run(cancelled()))
+
+
+KILLED_SCREEN = """
+import asyncio, sys
+from pathlib import Path
+from thermaxis.screen._work import Limits, Work
+
+async def main():
+    work = Work((sys.executable, "-I", "-S", sys.argv[1]), where=Path(sys.argv[2]))
+    await work.run_command((), limits=Limits(longest_s=60.0))
+
+asyncio.run(main())
+"""
+
+
+def test_a_killed_screen_takes_its_command_along_and_its_folder_is_removed_later(
+    tmp_path: Path,
+) -> None:
+    pid = tmp_path / "pid"
+    program = a_program(
+        tmp_path,
+        f"""
+        import os, time
+        open({str(pid)!r} + ".new", "w").write(str(os.getpid()))
+        os.rename({str(pid)!r} + ".new", {str(pid)!r})
+        time.sleep(60)
+        """,
+    )
+    script = tmp_path / "screen.py"
+    script.write_text(KILLED_SCREEN)
+    with subprocess.Popen([sys.executable, str(script), program[-1], str(tmp_path)]) as screen:
+        end_s = time.monotonic() + 20.0
+        while not pid.exists() and time.monotonic() < end_s:
+            time.sleep(0.02)
+        assert pid.exists()
+        assert remove_leftovers(tmp_path) == 0  # it lives, so its folder is not left
+        screen.send_signal(signal.SIGKILL)
+        screen.wait()
+    assert wait_until_gone(int(pid.read_text()))
+    assert len(list(tmp_path.glob("thermaxis-work-*"))) == 1
+    assert remove_leftovers(tmp_path) == 1
+    assert not list(tmp_path.glob("thermaxis-work-*"))
+
+
+def test_only_our_own_private_folders_count_as_left(tmp_path: Path) -> None:
+    elsewhere = tmp_path / "precious"
+    elsewhere.mkdir()
+    (elsewhere / "lock").touch()
+    (tmp_path / "thermaxis-work-link").symlink_to(elsewhere)
+    (tmp_path / "thermaxis-work-file").touch()
+    shared = tmp_path / "thermaxis-work-open"
+    shared.mkdir()
+    shared.chmod(0o755)
+    young = tmp_path / "thermaxis-work-young"
+    young.mkdir(mode=0o700)
+    assert remove_leftovers(tmp_path) == 0
+    os.utime(young, (time.time() - 120.0,) * 2)
+    assert remove_leftovers(tmp_path) == 1
+    assert not young.exists()
+    assert elsewhere.exists()
+    assert shared.exists()
+
+
+def test_folders_are_private_from_the_first_moment(tmp_path: Path) -> None:
+    work = Work(where=tmp_path)
+    folder = work.folder()
+    for path in (folder.path, folder.path.parent):
+        assert stat.S_IMODE(path.stat().st_mode) == 0o700
+    folder.remove()
+    folder.remove()
+    assert not folder.path.exists()
+    work.close()
+    assert not list(tmp_path.iterdir())
