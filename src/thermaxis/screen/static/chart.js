@@ -66,6 +66,7 @@ const MARK_ROOM_PX = 24;
 const TICK_ROOM_PX = 84;
 const MOST_MARKERS = 12;
 const STILL_MARKS = 8;
+const TEXTS_SHOWN = 3;
 const plotly = () => /** @type {any} */ (globalThis).Plotly;
 const language = () => document.documentElement.lang || "en";
 
@@ -216,7 +217,7 @@ function colours(near) {
   near.parentElement?.append(probe);
   const found = /** @type {Record<string, string>} */ ({});
   const lines = [1, 2, 3, 4, 5, 6].map((n) => `line-${n}`);
-  for (const token of ["surface", "text", "muted", "line", "critical", ...lines]) {
+  for (const token of ["text", "muted", "soft-line", ...lines]) {
     probe.style.color = `var(--${token})`;
     found[token] = getComputedStyle(probe).color;
   }
@@ -301,7 +302,7 @@ function layoutOf({ chart }, axis, marks, paint, [width, height]) {
   const size = Math.round(rem * 0.8125);
   const right = chart.lines.some((line) => line.axis === "right");
   const common = {
-    gridcolor: paint.line,
+    gridcolor: paint["soft-line"],
     linecolor: paint.muted,
     zerolinecolor: paint.muted,
     tickcolor: paint.muted,
@@ -487,9 +488,10 @@ function legend(drawn, axis, marks, paint) {
     if (text) entries.push({ kind: ranged ? "band" : "limit", text, color });
   }
   for (const { letter, texts, grave } of marks) {
-    const more = texts.length - 1;
-    const text = more ? word("chart.and_more", { text: texts[0], count: more }) : texts[0];
-    if (letter) entries.push({ kind: "mark", letter, text: text ?? "", grave });
+    const some = texts.slice(0, TEXTS_SHOWN).join("; ");
+    const more = texts.length - TEXTS_SHOWN;
+    const text = more > 0 ? word("chart.and_more", { text: some, count: more }) : some;
+    if (letter) entries.push({ kind: "mark", letter, text, grave });
   }
   showLegend(drawn.legend, entries);
 }

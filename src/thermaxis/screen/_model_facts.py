@@ -1,0 +1,259 @@
+"""What the page of the model shows of it: numbers only, no request and no template here."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final, NamedTuple
+
+from thermaxis.compensation import (
+    Compensation,
+    CompensationModel,
+    Output,
+    Part,
+    Provenance,
+    gain_of,
+)
+from thermaxis.errors import printable
+
+SETTLED_TIME_CONSTANTS: Final = 5.0
+"""A step is shown until so many of the slowest time constants: less than 1 % of it is left. [1]"""
+MOST_RECORDS: Final = 4.0
+"""... but no longer than so many of the longest training record: the rest is a guess. [1]"""
+STEP_POINTS: Final = 160
+"""Points of a step on an even grid, and as many on a geometric one: fast sections are seen. [1]"""
+SHORTEST_STEP_SAMPLES: Final = 10.0
+"""A step is shown for so many sample times at least. [1]"""
+_FASTEST_SHARE = 1e-3
+_SAME_SHARE = 1e-6
+_LONGEST_WORD = 300
+
+Json = dict[str, object]
+"""An object as json writes it."""
+
+
+class StepShown(NamedTuple):
+    """Step of one output, as it is drawn."""
+
+    time_s: tuple[float, ...]
+    """Times after the step, from 0. [s]"""
+    known: int
+    """Points within the longest training record; all of them where it is not known. [1]"""
+    response_um_per_k: Mapping[str, tuple[float, ...]]
+    """Displacement by part. [µm/K]"""
+
+
+def step_response_um_per_k(part: Part, time_s: float, input_filter_s: float = 0.0) -> float:
+    """Return what a part says some time after its input rose by one kelvin and stayed.
+
+    Parameters
+    ----------
+    part : Part
+        The part; its gain by diameter is left out.
+    time_s : float
+        Time after the step. [s]
+    input_filter_s : float
+        Time constant of the filter of every input; 0 for none. [s]
+
+    Returns
+    -------
+    float
+        Displacement for one kelvin; 0 before the delay has passed. [µm/K]
+
+    References
+    ----------
+    Step of first-order sections side by side: Ljung, System Identification, 2nd ed., section 4.3;
+    the parts are those of Mareš and Horejš 2021, equations (3) and (8), in parallel form.
+    """
+    acting_s = time_s - part.delay_s
+    if acting_s < 0.0:
+        return 0.0
+    direct = part.direct_gain_um_per_k
+    if input_filter_s > 0.0:
+        direct *= _lag(acting_s, input_filter_s)
+    return direct + math.fsum(
+        s.gain_um_per_k * _two_lags(acting_s, s.time_constant_s, input_filter_s)
+        for s in part.sections
+    )
+
+
+def _lag(time_s: float, tau_s: float) -> float:
+    return -math.expm1(-time_s / tau_s)
+
+
+def _two_lags(time_s: float, tau_s: float, filter_s: float) -> float:
+    """Return the step of a lag behind the input's filter. [1]"""
+    if filter_s <= 0.0:
+        return _lag(time_s, tau_s)
+    apart_s = tau_s - filter_s
+    if abs(apart_s) <= _SAME_SHARE * tau_s:
+        share = 2.0 * time_s / (tau_s + filter_s)
+        return 1.0 - (1.0 + share) * math.exp(-share)
+    return (tau_s * _lag(time_s, tau_s) - filter_s * _lag(time_s, filter_s)) / apart_s
+
+
+def longest_record_s(model: CompensationModel) -> float | None:
+    """Return the length of the longest log that the model was made from.
+
+    Parameters
+    ----------
+    model : CompensationModel
+        The model.
+
+    Returns
+    -------
+    float or None
+        Rows times the model's sample time; None where no log is stated. Logs of another step than
+        the model's make it wrong by their ratio: the model does not say their step. [s]
+    """
+    rows = max((log.rows for log in model.provenance.logs), default=0)
+    return rows * model.sample_time_s if rows > 0 else None
+
+
+def step_of(model: CompensationModel, output: Output) -> StepShown:
+    """Return the steps of an output's parts.
+
+    Parameters
+    ----------
+    model : CompensationModel
+        The model.
+    output : Output
+        One of its outputs.
+
+    Returns
+    -------
+    StepShown
+        All parts over the same times.
+    """
+    record_s = longest_record_s(model)
+    times = _times_of(model, output.parts, record_s)
+    known = len(times) if record_s is None else sum(t <= record_s for t in times)
+    return StepShown(
+        times,
+        known,
+        {
+            part.name: tuple(step_response_um_per_k(part, t, model.input_filter_s) for t in times)
+            for part in output.parts
+        },
+    )
+
+
+def _times_of(
+    model: CompensationModel, parts: Sequence[Part], record_s: float | None
+) -> tuple[float, ...]:
+    """Return an even and a geometric grid, with every delay and the end of the record in it."""
+    taus = [s.time_constant_s for part in parts for s in part.sections]
+    delay_s = max(part.delay_s for part in parts)
+    last_s = delay_s + SETTLED_TIME_CONSTANTS * (
+        max(taus, default=0.0) + max(model.input_filter_s, 0.0)
+    )
+    last_s = max(last_s, SHORTEST_STEP_SAMPLES * model.sample_time_s)
+    if record_s is not None:
+        last_s = min(last_s, MOST_RECORDS * record_s)
+    even = (last_s * k / STEP_POINTS for k in range(STEP_POINTS + 1))
+    early = [last_s * _FASTEST_SHARE ** (1.0 - k / STEP_POINTS) for k in range(STEP_POINTS)]
+    late = [part.delay_s + t for part in parts if part.delay_s > 0.0 for t in early]
+    times = {*even, *early, *late, *_both_sides(parts)}
+    if record_s is not None:
+        times.add(record_s)
+    return tuple(sorted(t for t in times if t <= last_s))
+
+
+def _both_sides(parts: Iterable[Part]) -> Iterable[float]:
+    """Yield the last time before each delay has passed and the first one behind it."""
+    for part in parts:
+        if part.delay_s > 0.0:
+            yield math.nextafter(part.delay_s, 0.0)
+            yield part.delay_s
+
+
+# ---- as JSON ------------------------------------------------------------------------------------
+
+
+def facts_of_model(
+    compensation: Compensation, model: CompensationModel, diameter_mm: float | None
+) -> Json:
+    """Return everything that the page says of a model.
+
+    Parameters
+    ----------
+    compensation : Compensation
+        Rules of the machine; of its own model nothing is taken.
+    model : CompensationModel
+        The model in force.
+    diameter_mm : float or None
+        Clamping diameter in force; None for the tool centre point. [mm]
+
+    Returns
+    -------
+    dict of str to object
+        Numbers, texts, lists and objects.
+    """
+    return {
+        "sample_time_s": model.sample_time_s,
+        "reference": model.reference,
+        "reference_c": dict(model.reference_c),
+        "input_filter_s": model.input_filter_s,
+        "longest_gap_s": model.longest_gap_s,
+        "longest_hold_s": model.longest_hold_s,
+        "record_s": longest_record_s(model),
+        "margin_k": compensation.validity_margin_k,
+        "lowest_weight": compensation.lowest_weight,
+        "diameter_mm": diameter_mm,
+        "outputs": [_output_facts(model, output, diameter_mm) for output in model.outputs],
+        "provenance": _provenance_facts(model.provenance),
+        "warnings": [printable(w, _LONGEST_WORD) for w in model.warnings],
+    }
+
+
+def _output_facts(model: CompensationModel, output: Output, diameter_mm: float | None) -> Json:
+    step = step_of(model, output)
+    return {
+        "name": output.name,
+        "offset_um": output.offset_um,
+        "parts": [_part_facts(part, diameter_mm) for part in output.parts],
+        "step": {
+            "time_s": step.time_s,
+            "known": step.known,
+            "response_um_per_k": step.response_um_per_k,
+        },
+    }
+
+
+def _part_facts(part: Part, diameter_mm: float | None) -> Json:
+    points = part.gain_by_diameter
+    outside = (
+        diameter_mm is not None
+        and bool(points)
+        and not points[0].diameter_mm <= diameter_mm <= points[-1].diameter_mm
+    )
+    return {
+        "name": part.name,
+        "plus": part.plus,
+        "minus": part.minus,
+        "direct_gain_um_per_k": part.direct_gain_um_per_k,
+        "sections": [
+            {"gain_um_per_k": s.gain_um_per_k, "time_constant_s": s.time_constant_s}
+            for s in part.sections
+        ],
+        "delay_s": part.delay_s,
+        "dc_gain_um_per_k": part.dc_gain_um_per_k,
+        "static_gain_um_per_k": part.static_gain_um_per_k,
+        "tool_gain": part.tool_gain,
+        "gain_by_diameter": [{"diameter_mm": p.diameter_mm, "gain": p.gain} for p in points],
+        "gain_now": gain_of(part, diameter_mm),
+        "gain_held": outside,
+        "lowest_k": part.lowest_k,
+        "highest_k": part.highest_k,
+    }
+
+
+def _provenance_facts(provenance: Provenance) -> Json:
+    return {
+        "method": printable(provenance.method, _LONGEST_WORD),
+        "program": printable(provenance.program, _LONGEST_WORD),
+        "date": printable(provenance.date, _LONGEST_WORD),
+        "logs": [
+            {"name": log.name, "sha256": log.sha256, "rows": log.rows, "first_row": log.first_row}
+            for log in provenance.logs
+        ],
+        "figures": dict(provenance.figures),
+    }

@@ -1,0 +1,150 @@
+"""The page of the model in force: what it is made of, where it may be believed, and another one."""
+
+import asyncio
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._config_settings import MachineConfiguration, ModelFile, read_model_file
+from thermaxis.runtime._users import Role
+from thermaxis.screen._access import answer_json, needs, parts_of, visitor_of
+from thermaxis.screen._model_facts import Json, facts_of_model
+
+if TYPE_CHECKING:
+    from thermaxis.screen._parts import ScreenParts
+
+NO_STATUS = "model.no_status"
+"""The loop has not told yet which model is in force."""
+OTHER_FILE = "model.other_file"
+"""The file on disk is another one than the model in force."""
+NO_FILE = "model.no_file"
+"""There is no such file on the computer of the screen, or it cannot be read."""
+
+
+class Found(NamedTuple):
+    """The model in force, or why it cannot be shown."""
+
+    file: ModelFile | None
+    """The model with its file."""
+    key: str = ""
+    """Key of the words that say why there is none."""
+    detail: str = ""
+    """The failure as an English sentence; may be empty."""
+
+
+def routes(parts: "ScreenParts") -> list[BaseRoute]:
+    """Return the routes of the page.
+
+    Parameters
+    ----------
+    parts : ScreenParts
+        What the pages share.
+
+    Returns
+    -------
+    list of BaseRoute
+        ``/model`` and ``/model/values``.
+    """
+    del parts
+    return [
+        Route("/model", _page, methods=["GET"]),
+        Route("/model/values", _values, methods=["GET"]),
+    ]
+
+
+def model_in_force(configuration: MachineConfiguration, name: str, sha256: str) -> Found:
+    """Read the file of the model in force, and show nothing of any other.
+
+    Not protected: the hash is that which the loop tells. A loop that was replaced by another
+    program may tell anything.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The machine's configuration.
+    name : str
+        Name of the file, as the loop tells it.
+    sha256 : str
+        Hash of the model, as the loop tells it.
+
+    Returns
+    -------
+    Found
+        The model; without one where no file of that name can be read, or where none has the hash.
+    """
+    if not name or not sha256:
+        return Found(None, NO_STATUS)
+    read = False
+    detail = ""
+    for path in _places_of(configuration, name):
+        try:
+            found = read_model_file(path)
+        except ConfigurationError as error:
+            detail = detail or str(error)
+            continue
+        if found.sha256 == sha256:
+            return Found(found)
+        read = True
+    return Found(None, OTHER_FILE) if read else Found(None, NO_FILE, detail)
+
+
+def _places_of(configuration: MachineConfiguration, name: str) -> list[Path]:
+    """Return where a model of that name may lie: only the configured file and folder."""
+    places: list[Path] = []
+    if configuration.model.path.name == name:
+        places.append(configuration.model.path)
+    try:
+        chosen = configuration.find_model(name)
+    except ConfigurationError:
+        return places
+    return places if chosen in places else [*places, chosen]
+
+
+@needs(Role.VIEWER, page=True)
+async def _page(request: Request) -> Response:
+    return parts_of(request).render(
+        request,
+        "model.html",
+        page="model",
+        charts=True,
+        may_choose=visitor_of(request).role.at_least(Role.ENGINEER),
+    )
+
+
+@needs(Role.VIEWER)
+async def _values(request: Request) -> Response:
+    """Tell everything about the model in force, or in words why nothing can be told."""
+    parts = parts_of(request)
+    status = parts.feed.latest.status
+    name, sha256 = str(status.get("model_file", "")), str(status.get("model_sha256", ""))
+    diameter = status.get("diameter_mm")
+    diameter_mm = float(diameter) if isinstance(diameter, int | float) else None
+    found, facts, choices = await asyncio.to_thread(
+        _read, parts.configuration, name, sha256, diameter_mm
+    )
+    language = visitor_of(request).language
+    text = parts.words.say(language, found.key, file=name) if found.key else ""
+    return answer_json(
+        {
+            "file": name,
+            "sha256": sha256,
+            "model": facts,
+            "text": text,
+            "detail": found.detail,
+            "choices": choices,
+        }
+    )
+
+
+def _read(
+    configuration: MachineConfiguration, name: str, sha256: str, diameter_mm: float | None
+) -> tuple[Found, Json | None, tuple[str, ...]]:
+    found = model_in_force(configuration, name, sha256)
+    facts = None
+    if found.file is not None:
+        facts = facts_of_model(configuration.compensation, found.file.model, diameter_mm)
+    return found, facts, configuration.models_to_choose()

@@ -1,0 +1,136 @@
+// @ts-check
+/** What the engineer's pages are made from: tables, bars of a range, verdicts. */
+import { number, word } from "./words.js";
+
+/**
+ * Make an element with a text.
+ * @param {string} tag
+ * @param {string} [text]
+ * @param {string} [name] name of its class
+ */
+export function made(tag, text = "", name = "") {
+  const element = document.createElement(tag);
+  if (text) element.textContent = text;
+  if (name) element.className = name;
+  return element;
+}
+
+/**
+ * Return an element of the page.
+ * @param {string} id
+ * @returns {HTMLElement}
+ */
+export function part(id) {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no element ${id}`);
+  return found;
+}
+
+/**
+ * Write a text, only if it is another one: who is reading it is not disturbed.
+ * @param {HTMLElement} element
+ * @param {string} text
+ */
+export function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/**
+ * @typedef {string | HTMLElement | {number: string}} Cell a text, an element, or a number's text
+ */
+
+/**
+ * Write a table anew.
+ * @param {HTMLElement} table
+ * @param {Cell[]} head
+ * @param {Cell[][]} rows
+ */
+export function fillTable(table, head, rows) {
+  const top = made("thead");
+  top.append(rowOf(head, "th"));
+  const body = made("tbody");
+  body.append(...rows.map((cells) => rowOf(cells, "td")));
+  table.replaceChildren(top, body);
+}
+
+/** @param {Cell[]} cells @param {string} tag */
+function rowOf(cells, tag) {
+  const row = made("tr");
+  for (const cell of cells) {
+    const made_ = made(tag);
+    if (typeof cell === "string") made_.textContent = cell;
+    else if (cell instanceof HTMLElement) made_.append(cell);
+    else {
+      made_.textContent = cell.number;
+      made_.className = "number";
+    }
+    if (tag === "th") made_.setAttribute("scope", "col");
+    row.append(made_);
+  }
+  return row;
+}
+
+/**
+ * Make a bar that shows where a value stands in its range.
+ * @returns {HTMLElement}
+ */
+export function rangeBar() {
+  const range = made("div", "", "range");
+  const track = made("div", "", "range-track");
+  track.setAttribute("role", "img");
+  track.append(made("div", "", "range-inside"), made("div", "", "range-now"));
+  const ends = made("div", "", "range-ends");
+  ends.append(made("span"), made("span"));
+  range.append(track, ends);
+  return range;
+}
+
+/**
+ * Show a value in its range.
+ * @param {HTMLElement} range made by `rangeBar`
+ * @param {{low: number | null, high: number | null, value: number | null, digits?: number}} given
+ */
+export function showRange(range, { low, high, value, digits = 1 }) {
+  const [track, ends] = range.children;
+  const [inside, now] = /** @type {HTMLElement[]} */ ([...(track?.children ?? [])]);
+  if (!track || !ends || !inside || !now) return;
+  const known = low !== null && high !== null;
+  range.hidden = !known;
+  if (!known) return;
+  const room = Math.max((high - low) * 0.2, 1e-9);
+  const place = (/** @type {number} */ x) =>
+    Math.min(100, Math.max(0, (100 * (x - low + room)) / (high - low + 2 * room)));
+  inside.style.left = `${place(low)}%`;
+  inside.style.right = `${100 - place(high)}%`;
+  now.hidden = value === null;
+  if (value !== null) now.style.left = `${place(value)}%`;
+  now.classList.toggle("outside", value !== null && (value < low || value > high));
+  const [first, last] = /** @type {HTMLElement[]} */ ([...ends.children]);
+  if (first) say(first, number(low, digits));
+  if (last) say(last, number(high, digits));
+  const [lowest, highest] = [number(low, digits), number(high, digits)];
+  const text = word("model.range_said", { value: number(value, digits), lowest, highest });
+  if (track.getAttribute("aria-label") !== text) track.setAttribute("aria-label", text);
+}
+
+/** Make a verdict: a mark that needs no colour, and words. */
+export function verdict() {
+  const box = made("span", "", "verdict");
+  const mark = made("span", "", "verdict-mark");
+  mark.setAttribute("aria-hidden", "true");
+  box.append(mark, made("span"));
+  return box;
+}
+
+/**
+ * Show a verdict.
+ * @param {HTMLElement} box made by `verdict`
+ * @param {boolean} good
+ * @param {string} text
+ */
+export function showVerdict(box, good, text) {
+  const [mark, words] = /** @type {HTMLElement[]} */ ([...box.children]);
+  box.dataset.good = good ? "yes" : "no";
+  if (mark) say(mark, good ? "✓" : "!");
+  if (words) say(words, text);
+}
