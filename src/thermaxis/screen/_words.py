@@ -288,11 +288,14 @@ def number_text(value: object, spec: str, language: str) -> str:
     Returns
     -------
     str
-        The number with a true minus; a dash where it is none.
+        The number with a true minus, zero without a sign; a dash where it is none.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return UNKNOWN
-    return local_number(format(value, spec), language)
+    text = format(value, spec)
+    return local_number(
+        text if any(c in "123456789" for c in text) else text.lstrip("+-"), language
+    )
 
 
 def local_number(text: str, language: str) -> str:

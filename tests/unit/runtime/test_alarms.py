@@ -1,5 +1,10 @@
 """Alarms: each with cause and remedy, the gravest first, and none for what is only a state."""
 
+import ast
+import inspect
+import json
+import math
+import re
 from dataclasses import replace
 from datetime import timedelta
 from typing import Any
@@ -17,9 +22,12 @@ from thermaxis.compensation import (
     SampleQuality,
     SupervisorState,
 )
+from thermaxis.runtime import _alarms
+from thermaxis.runtime._alarm_words import ALARM_WORDS, FAULT_CODES, SENSOR_CAUSES
 from thermaxis.runtime._alarms import PRIORITIES, alarms_of
 from thermaxis.runtime._ports import Applied, HistorianStatus, SourceSample
 from thermaxis.runtime._status import Alarm, RuntimeStatus
+from thermaxis.runtime._status_nodes import Snapshot, as_json
 
 
 def found(told: RuntimeStatus, of: Compensation | None = None, *forbidden: str) -> dict[str, Alarm]:
@@ -247,3 +255,103 @@ def test_an_offset_that_is_accepted_and_does_not_act_is_told() -> None:
     alarm = found(status(applied=dead))["no effect Z_um"]
     assert alarm.priority == "high"
     assert "+0.0 µm acts" in alarm.text
+
+
+# ---- codes and values, by which a screen says an alarm in another language ----------------------
+
+
+def test_the_words_of_a_fault_and_of_a_diameter_are_those_of_its_reason() -> None:
+    for reason, code in FAULT_CODES.items():
+        assert ALARM_WORDS[code].text == f"{reason.value[0].upper()}{reason.value[1:]}."
+    for outcome, code in (
+        (Outcome.DIAMETER_HELD, "diameter_held"),
+        (Outcome.DIAMETER_UNKNOWN, "diameter_unknown"),
+    ):
+        assert ALARM_WORDS[code].text == f"{outcome.value[0].upper()}{outcome.value[1:]}."
+    assert ALARM_WORDS["sensor_spare"].text == f"Sensor {{name}}: {SampleQuality.SPARE.value}."
+
+
+def test_every_quality_that_is_not_believed_has_its_cause() -> None:
+    assert set(SENSOR_CAUSES) == set(SampleQuality) - {SampleQuality.GOOD, SampleQuality.SPARE}
+
+
+def test_every_code_is_given_by_the_alarms_and_has_words() -> None:
+    texts = {
+        node.value
+        for node in ast.walk(ast.parse(inspect.getsource(_alarms)))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+    assert set(ALARM_WORDS) <= texts | set(FAULT_CODES.values())
+
+
+def test_an_alarm_tells_its_numbers_beside_its_sentence() -> None:
+    one = found(with_output(correction_um=(-45.04,)))["soft limit Z_um"]
+    assert one.code == "soft_limit"
+    assert one.values == {"name": "Z_um", "correction_um": -45.04, "soft_um": 40.0}
+    assert one.text == "The correction of Z_um is -45.0 µm, beyond its soft limit of 40.0 µm."
+
+
+def test_a_bad_sensor_that_was_read_is_told_with_what_was_read() -> None:
+    told = with_output(qualities=(SampleQuality.OUT_OF_RANGE, SampleQuality.GOOD))
+    samples = {"T_spindle_C": SourceSample(850.04, good=True, status="Good")}
+    (one,) = found(replace(told, samples=samples)).values()
+    assert one.code == "sensor_bad"
+    assert one.values["quality"] == SampleQuality.OUT_OF_RANGE.value
+    assert (one.values["read_c"], one.values["status"]) == (850.04, "Good")
+    assert (one.values["hold"], one.values["hold_unit"]) == (5.0, "min")
+    (unread,) = found(replace(told, samples={})).values()
+    assert (unread.code, "read_c" in unread.values) == ("sensor_unread", False)
+
+
+@pytest.mark.parametrize(("hold_s", "said"), [(119.0, "119 s"), (120.0, "2 min"), (0.0, "0 s")])
+def test_short_times_are_told_in_seconds_and_long_ones_in_minutes(hold_s: float, said: str) -> None:
+    of = compensation()
+    of = replace(of, supervisor=replace(of.supervisor, hold_connection_s=hold_s))
+    assert f"held for {said}," in found(status(source_connected=False), of)["source lost"].remedy
+
+
+@given(
+    st.sampled_from(list(SampleQuality)),
+    st.floats(allow_nan=True) | st.none(),
+    st.floats(allow_nan=True),
+    st.sampled_from(list(Reason)),
+    st.text(max_size=20),
+)
+def test_the_sentences_of_every_alarm_are_its_code_filled_with_its_values(
+    quality: SampleQuality, read: float | None, number: float, reason: Reason, text: str
+) -> None:
+    told = replace(
+        with_output(
+            qualities=(quality, SampleQuality.GOOD),
+            reasons=(reason,),
+            state=SupervisorState.FAULT,
+            correction_um=(number,),
+            trim_um=(number,),
+            weight=(0.25,),
+            outcomes=tuple(Outcome),
+        ),
+        samples={"T_spindle_C": SourceSample(read, good=False, status=text)},
+        historian=HistorianStatus(False, 3, 4, text),
+        lateness_s=2.5,
+    )
+    alarms = alarms_of(told, compensation(), (text,))
+    assert len(alarms) > 4
+    for one in alarms:
+        whole = tuple(words.format_map(one.values) for words in ALARM_WORDS[one.code])
+        if max(map(len, whole)) <= 300 and "".join(whole).isprintable():
+            assert (one.text, one.cause, one.remedy) == whole
+        for value in one.values.values():
+            assert not isinstance(value, str) or value.isprintable()
+    said = json.loads(as_json(Snapshot(replace(told, alarms=alarms))))["alarms"]
+    for one, shown in zip(alarms, said, strict=True):
+        assert shown["code"] == one.code
+        for name, value in one.values.items():
+            unknown = isinstance(value, float) and not math.isfinite(value)
+            assert shown["values"][name] == (None if unknown else value)
+
+
+def test_gaps_of_alarms_have_units_in_their_names_where_they_are_numbers() -> None:
+    plain = {"hold", "left", "waiting", "lost", "weight_percent", "age_months"}
+    for words in ALARM_WORDS.values():
+        for name, spec in re.findall(r"\{(\w+)(?::([^}]+))?\}", "".join(words)):
+            assert bool(spec) == (name in plain or bool(re.search("_(um|c|s)$", name))), name

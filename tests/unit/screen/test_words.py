@@ -1,0 +1,675 @@
+"""The words of the screen: complete in three languages, used, and true to what the loop says."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from string import Formatter
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.status_server_parts import compensation
+from thermaxis.compensation import (
+    Outcome,
+    Quality,
+    Reason,
+    Request,
+    RequestKind,
+    Sample,
+    SampleQuality,
+    SupervisorState,
+    cycle,
+    cycle_state,
+)
+from thermaxis.compensation._cycle import CycleReading
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._alarm_words import ALARM_WORDS, SENSOR_CAUSES
+from thermaxis.runtime._alarms import PRIORITIES
+from thermaxis.runtime._status_requests import refusal_of
+from thermaxis.runtime._users import Role
+from thermaxis.screen import _words
+from thermaxis.screen._words import (
+    LANGUAGES,
+    SaidAlarm,
+    Words,
+    gaps_of,
+    language_of,
+    local_number,
+    number_text,
+)
+
+PAGES = ("operator", "model", "sensors", "history", "probe", "positioning")
+SCREEN = Path(_words.__file__).parent
+RUNTIME = SCREEN.parent / "runtime"
+WORDS = Words.read()
+FOREIGN = ("de", "cs")
+
+SAME = {
+    "common.language_en": "each language names itself",
+    "common.language_de": "each language names itself",
+    "common.language_cs": "each language names itself",
+}
+"""Keys whose words are the same in several languages, and why, beside the words of `ALIKE`."""
+ALIKE = {
+    "model": "the same word in Czech",
+    "name": "the same word in German",
+    "program": "the same word in Czech",
+    "alarm": "the same word in both",
+    "alarms": "the same word in Czech",
+    "details": "the same word in German",
+    "start": "the same word in German",
+    "status": "the same word in German",
+    "position": "the same word in German",
+    "export": "the same word in both",
+    "offset": "the same word in both",
+    "parameter": "the same word in German",
+    "sensor": "the same word in German",
+    "version": "the same word in German",
+    "format": "the same word in German",
+    "test": "the same word in both",
+    "minimum": "the same word in both",
+    "maximum": "the same word in both",
+}
+"""Words that are written alike."""
+
+COMPOSED = {
+    "common.page_": (
+        (*PAGES, "login"),
+        "the page's name from its address",
+    ),
+    "common.language_": (LANGUAGES, "one entry for each language"),
+    "history.length_": (
+        ("1h", "8h", "1d", "7d", "30d", "all"),
+        "the lengths of a span that the page's template lists",
+    ),
+    "common.role_": (tuple(Role), "the role of a log-in"),
+    "alarms.": (
+        tuple(f"{code}.{part}" for code in ALARM_WORDS for part in SaidAlarm._fields),
+        "the alarm's code",
+    ),
+}
+"""Keys that are put together at run time: their beginning, how they end, and from what."""
+
+
+# ---- completeness -------------------------------------------------------------------------------
+
+
+def every_text() -> Iterator[tuple[str, dict[str, str]]]:
+    for key, said in WORDS.sentences.items():
+        yield key, dict(said)
+    for group, phrases in WORDS.said.items():
+        for english, said in phrases.items():
+            yield f"{group}: {english}", dict(said)
+
+
+TEXTS = dict(every_text())
+
+
+def gaps_with_formats(template: str) -> Counter[tuple[str, str]]:
+    parts = Formatter().parse(template)
+    return Counter((name, spec or "") for _, name, spec, _ in parts if name is not None)
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+def test_every_text_has_the_same_gaps_with_the_same_formats_in_every_language(
+    language: str,
+) -> None:
+    wrong = [
+        key
+        for key, said in TEXTS.items()
+        if gaps_with_formats(said[language]) != gaps_with_formats(said["en"])
+    ]
+    assert wrong == []
+
+
+def test_gaps_are_plain_names_with_few_formats_that_a_script_can_fill() -> None:
+    for key, said in TEXTS.items():
+        for text in said.values():
+            for _, name, spec, conversion in Formatter().parse(text):
+                if name is None:
+                    continue
+                assert name.isidentifier(), key
+                assert conversion is None, key
+                assert spec in {"", ".0f", ".1f", "+.1f"}, key
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+def test_no_english_is_left_over_by_accident(language: str) -> None:
+    same = {
+        key: said["en"]
+        for key, said in TEXTS.items()
+        if said[language] == said["en"] and re.search(r"[a-z]{3}", strip_gaps(said["en"]))
+    }
+    odd = {
+        key
+        for key, text in same.items()
+        if key not in SAME and strip_gaps(text).strip(" .:,()+-0123456789").lower() not in ALIKE
+    }
+    assert odd == set()
+
+
+def strip_gaps(text: str) -> str:
+    return "".join(literal for literal, *_ in Formatter().parse(text))
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+def test_sentences_end_as_the_english_ones_do(language: str) -> None:
+    ends = {
+        key: (said["en"][-1], said[language][-1])
+        for key, said in TEXTS.items()
+        if said["en"].endswith((".", ":", "?")) != said[language].endswith((".", ":", "?"))
+    }
+    assert ends == {}
+
+
+def test_no_text_has_spaces_or_signs_that_cannot_be_shown_at_its_ends() -> None:
+    assert [key for key, said in TEXTS.items() for t in said.values() if t != t.strip()] == []
+    assert [key for key, said in TEXTS.items() for t in said.values() if not t.isprintable()] == []
+
+
+def test_the_languages_use_letters_of_their_own_and_of_no_other() -> None:
+    german, czech = set("äöüßÄÖÜ"), set("áčďéěíňóřšťúůýžÁČĎÉĚÍŇÓŘŠŤÚŮÝŽ")
+    own = {key: said for key, said in TEXTS.items() if key not in SAME}
+    assert [key for key, said in own.items() if czech & set(said["de"])] == []
+    assert [key for key, said in own.items() if (german - czech) & set(said["cs"])] == []
+
+
+# ---- use ----------------------------------------------------------------------------------------
+
+AREAS = {key.split(".")[0] for key in WORDS.sentences} | set(PAGES)
+KEY = re.compile(rf"""["'`]((?:{"|".join(sorted(AREAS))})\.[a-z0-9_]*)(["'`]|\$?\{{)( ?[~+])?""")
+FILES = [
+    *sorted(SCREEN.glob("*.py")),
+    *sorted(SCREEN.glob("pages/*.html")),
+    *sorted(SCREEN.glob("static/*.js")),
+]
+NO_KEYS = {"js", "css", "html", "toml", "json"}
+"""Endings of files, whose names look like keys."""
+NO_BEGINNINGS = {"probe.": "names of signals", "history.": "names of exported files"}
+"""What begins as a key does, and is none."""
+
+
+def named_in_sources() -> tuple[dict[str, set[str]], dict[str, set[str]]]:
+    """Return keys, and beginnings of keys, with the files that name them."""
+    keys: dict[str, set[str]] = {}
+    beginnings: dict[str, set[str]] = {}
+    for file in FILES:
+        for key, end, joined in KEY.findall(file.read_text("utf-8")):
+            if key.split(".")[1] in NO_KEYS:
+                continue
+            if key in NO_BEGINNINGS:
+                continue
+            begins = end.endswith("{") or (joined and key.endswith(("_", ".")))
+            (beginnings if begins else keys).setdefault(key, set()).add(file.name)
+    return keys, beginnings
+
+
+NAMED, BEGUN = named_in_sources()
+
+
+def test_every_key_that_a_page_or_a_script_names_has_words() -> None:
+    assert {key: files for key, files in NAMED.items() if key not in WORDS.sentences} == {}
+
+
+def test_every_composed_key_is_declared_with_how_it_ends_and_has_words() -> None:
+    assert {begun: files for begun, files in BEGUN.items() if begun not in COMPOSED} == {}
+    keys = [f"{begun}{end}" for begun, (ends, _) in COMPOSED.items() for end in ends]
+    assert [key for key in keys if key not in WORDS.sentences] == []
+
+
+def test_every_key_is_used_somewhere() -> None:
+    composed = {f"{begun}{end}" for begun, (ends, _) in COMPOSED.items() for end in ends}
+    assert sorted(set(WORDS.sentences) - set(NAMED) - composed) == []
+
+
+# ---- what the loop says -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("group", "values"),
+    [
+        ("state", SupervisorState),
+        ("reason", Reason),
+        ("quality", SampleQuality),
+        ("model_quality", Quality),
+        ("outcome", Outcome),
+        ("role", Role),
+        ("request", RequestKind),
+        ("priority", PRIORITIES),
+        ("sensor_cause", SENSOR_CAUSES.values()),
+    ],
+)
+def test_every_word_of_an_enumeration_is_translated_and_no_other(group: str, values: Any) -> None:
+    assert set(WORDS.said[group]) == {str(value) for value in values}
+
+
+def test_every_kind_of_event_is_translated() -> None:
+    ports = (RUNTIME / "_ports.py").read_text("utf-8")
+    listed = re.search(r"kind: str\n    \"\"\"(.*?)\"\"\"", ports, re.DOTALL)
+    assert listed is not None
+    assert set(WORDS.said["event"]) == set(re.findall(r"``(\w+)``", listed[1]))
+
+
+def test_the_english_of_every_alarm_is_that_of_the_loop() -> None:
+    english = {
+        code: SaidAlarm(*(WORDS.sentences[f"alarms.{code}.{p}"]["en"] for p in SaidAlarm._fields))
+        for code in ALARM_WORDS
+    }
+    assert english == {code: tuple(words) for code, words in ALARM_WORDS.items()}
+
+
+def good(time_s: float, *requests: Request, **changes: Any) -> CycleReading:
+    of = compensation()
+    samples = tuple(Sample(20.0 + time_s * 1e-3) for _ in of.model.channels)
+    reading = CycleReading(
+        time_s,
+        samples,
+        interlocks=(True,) * len(of.interlocks),
+        read_back_um=(0.0,) * len(of.bounds),
+        requests=requests,
+    )
+    return reading._replace(**changes)
+
+
+def answers_of_the_cycle() -> set[str]:
+    """Return what the real cycle answers, in every situation that has an answer of its own."""
+    of = compensation()
+    said: set[str] = set()
+    state = cycle_state(of)
+
+    def ask(kind: RequestKind, reading: dict[str, Any] | None = None, **request: Any) -> None:
+        nonlocal state, time_s
+        time_s += 1.0
+        changes = {"read_back_um": state.correction_um, **(reading or {})}
+        state, output = cycle(of, state, good(time_s, Request(kind, "novak", **request), **changes))
+        said.update(answer.reason for answer in output.answers)
+
+    def fault(**reading: Any) -> None:
+        nonlocal state, time_s
+        state, time_s = cycle_state(of), 0.0
+        ask(RequestKind.ENABLE)
+        for _ in range(30):
+            time_s += 1.0
+            changes = {"read_back_um": state.correction_um, **reading}
+            state, _ = cycle(of, state, good(time_s, **changes))
+        assert state.memory.fault is not None
+        ask(RequestKind.ENABLE, reading)
+        ask(RequestKind.TRIM, reading, output="Z_um", value=1.0, duration_s=60.0)
+        ask(RequestKind.HOLD, reading)
+        ask(RequestKind.ACKNOWLEDGE, reading)
+
+    time_s = 0.0
+    ask(RequestKind.HOLD)
+    ask(RequestKind.MODEL)
+    ask(RequestKind.ENABLE, {"other_compensation": None})
+    ask(RequestKind.ENABLE, {"other_compensation": True})
+    ask(RequestKind.ENABLE, {"found_um": (1e6,)})
+    state = cycle_state(of)
+    for kind in (RequestKind.ENABLE, RequestKind.ENABLE, RequestKind.HOLD, RequestKind.RESUME):
+        ask(kind)
+    ask(RequestKind.TRIM, output="Q")
+    ask(RequestKind.TRIM, output="Z_um", value=1e9, duration_s=60.0)
+    ask(RequestKind.TRIM, output="Z_um", value=1.0)
+    ask(RequestKind.TRIM, output="Z_um", value=1.0, duration_s=60.0)
+    ask(RequestKind.TRIM, output="Z_um", value=0.0)
+    ask(RequestKind.DIAMETER, value=-1.0)
+    ask(RequestKind.DIAMETER, value=500.0)
+    ask(RequestKind.ACKNOWLEDGE)
+    ask(RequestKind.DISABLE)
+    fault(other_compensation=True)
+    ask(RequestKind.ACKNOWLEDGE)
+    fault(read_back_um=(30.0,))
+    fault(found_um=(1e6,), read_back_um=(1e6,))
+    return said
+
+
+ANSWERS = answers_of_the_cycle()
+
+
+def written_answers(file: Path) -> set[str]:
+    """Return the answers that a source file writes, gaps as ``{}``."""
+    text = file.read_text("utf-8")
+    found = re.findall(r"(?:return (?:True|False), f?|said = .*?, f?|reason=f?)\"(.+?)\"", text)
+    return {re.sub(r"\{.*?\}", "{}", one) for one in found}
+
+
+def test_the_real_cycle_was_driven_to_every_answer_that_it_writes() -> None:
+    file = SCREEN.parent / "compensation" / "_cycle.py"
+    patterns = {
+        re.compile(re.escape(one).replace(r"\{\}", ".+")): one for one in written_answers(file)
+    }
+    assert len(patterns) > 15
+    never = {one for pattern, one in patterns.items() if not any(map(pattern.fullmatch, ANSWERS))}
+    assert never == set()
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+def test_every_answer_of_the_real_cycle_is_translated(language: str) -> None:
+    left = {one for one in ANSWERS if WORDS.phrase(language, "answer", one) == one}
+    assert left == set()
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+def test_answers_of_the_loop_and_its_server_are_translated(language: str) -> None:
+    said = set[str]()
+    for name in ("_loop.py", "_status_server.py"):
+        text = (RUNTIME / name).read_text("utf-8")
+        for pattern in (r'reason ?= ?"(.+?)"', r'_ENDING = "(.+?)"', r'return "(\w+ [^"]+?)"'):
+            said.update(re.findall(pattern, text))
+    said |= {refusal_of(values) for values in (("",), ("\x00",), ("a/b",), (float("inf"),))}
+    said.add("the model gives X_um; the machine needs Z_um, X_um")
+    assert len(said) >= 9
+    assert {one for one in said if WORDS.phrase(language, "answer", one) == one} == set()
+
+
+def test_a_gap_in_an_answer_is_said_in_the_language_too() -> None:
+    english = "a trim is a number from -2.5 to 2.5 um"
+    assert (
+        WORDS.phrase("de", "answer", english) == "eine Trimmung ist eine Zahl von −2,5 bis 2,5 µm"
+    )
+    english = f"{Reason.DOUBLE_COMPENSATION} still: switch one off"
+    said = WORDS.phrase("cs", "answer", english)
+    assert said == "na ose je aktivní jiná kompenzace, stále: jednu z nich vypněte"
+
+
+def test_what_is_not_known_stays_as_the_loop_said_it() -> None:
+    for english in ("something new", "", "x" * 100_000, "{name}", "outputs are "):
+        assert WORDS.phrase("cs", "answer", english) == english
+        assert WORDS.phrase("cs", "no such group", english) == english
+        assert WORDS.event("cs", "commission", english) == english
+
+
+@pytest.mark.parametrize(
+    ("kind", "english", "german"),
+    [
+        ("state", "Active", "Kompensiert"),
+        (
+            "state",
+            "Fading: nobody has enabled it; an operator holds it",
+            "Läuft aus: niemand hat sie eingeschaltet; ein Bediener hält sie",
+        ),
+        (
+            "request",
+            "hold: accepted, the hold is ended",
+            "Halten: angenommen, das Halten ist beendet",
+        ),
+        ("request", "model: refused, no such file", "Modell: abgelehnt, no such file"),
+        (
+            "alarm",
+            "critical: The control cannot be written to.",
+            "kritisch: Die Steuerung kann nicht",
+        ),
+        ("alarm", "gone: A cycle came 1.5 s late.", "gegangen: Ein Zyklus kam 1,5 s zu spät."),
+        ("alarm", "high: Sensor T: the value jumped.", "hoch: Sensor T: der Wert ist gesprungen."),
+        ("connection", "novak logged in to the status server", "novak hat sich am Statusserver"),
+        ("start", "the loop of lathe 3 started", "die Kompensation von lathe 3 wurde gestartet"),
+    ],
+)
+def test_events_of_the_history_are_said_in_the_language(
+    kind: str, english: str, german: str
+) -> None:
+    assert WORDS.event("de", kind, english).startswith(german)
+    assert WORDS.event("en", kind, english) == english
+
+
+@given(st.text(max_size=40), st.sampled_from(sorted(WORDS.said)), st.sampled_from(LANGUAGES))
+def test_no_text_of_the_loop_breaks_a_translation(text: str, group: str, language: str) -> None:
+    assert isinstance(WORDS.phrase(language, group, text), str)
+    assert text in WORDS.event(language, "start", f"the loop of {text} started") or not text
+
+
+# ---- alarms -------------------------------------------------------------------------------------
+
+ALARM_VALUES: dict[str, float | str] = {
+    "name": "Z_um",
+    "acts_on": "Z_um",
+    "quality": SampleQuality.TOO_FAST.value,
+    "sensor_cause": SENSOR_CAUSES[SampleQuality.TOO_FAST],
+    "status": "Good",
+    "finding": "The node is read only.",
+    "failure": "the disk is full",
+    "hold": 5.0,
+    "hold_unit": "min",
+    "left": 30.0,
+    "left_unit": "s",
+}
+
+
+@given(
+    st.sampled_from(sorted(ALARM_WORDS)),
+    st.floats(min_value=-1e6, max_value=1e6, allow_nan=False),
+)
+def test_an_alarm_filled_here_in_english_is_the_one_that_the_loop_says(
+    code: str, number: float
+) -> None:
+    names = gaps_of("".join(ALARM_WORDS[code]))
+    values = {name: ALARM_VALUES.get(name, number) for name in names}
+    said = WORDS.alarm("en", code, json.loads(json.dumps(values)))
+    assert said is not None
+    loop = ALARM_WORDS[code].filled(values)
+    assert [one.replace("−", "-") for one in said] == [
+        re.sub(r"[+-](0(?:\.0)?)(?![\d.])", r"\1", one) for one in loop
+    ]
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+def test_every_alarm_is_said_in_every_language_with_every_number_of_it(language: str) -> None:
+    for code, words in ALARM_WORDS.items():
+        names = gaps_of("".join(words))
+        values = {name: ALARM_VALUES.get(name, -1234.5) for name in names}
+        said = WORDS.alarm(language, code, values)
+        assert said is not None
+        for sentence, english in zip(said, words, strict=True):
+            numbers = gaps_of(english) - set(ALARM_VALUES)
+            assert len(re.findall("−1234(?:,5)?", sentence)) == len(numbers)
+            assert sentence.isprintable()
+            assert sentence != english or english == "{failure}"
+
+
+ALARMS_BY_SCRIPT = """
+const given = JSON.parse(process.env.GIVEN);
+const texts = { words: { textContent: JSON.stringify(given.texts) } };
+globalThis.document = {
+  documentElement: { lang: given.language },
+  getElementById: (id) => texts[id] ?? null,
+  addEventListener: () => {},
+};
+const { alarmSaid } = await import(given.script);
+const said = given.alarms.map((alarm) => ["text", "cause", "remedy"].map(
+  (part) => alarmSaid(alarm, part)));
+console.log(JSON.stringify(said));
+"""
+
+
+@pytest.mark.system
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_script_of_a_page_says_every_alarm_as_this_program_does(language: str) -> None:
+    alarms: list[dict[str, Any]] = []
+    for number in (-12.34, 0.0, 7.06, None):
+        for code, words in ALARM_WORDS.items():
+            names = gaps_of("".join(words))
+            alarms.append(
+                {"code": code, "values": {name: ALARM_VALUES.get(name, number) for name in names}}
+            )
+    alarms.append({"code": "of the future", "text": "New.", "cause": "Old.", "remedy": "Wait."})
+    given = {
+        "language": language,
+        "texts": {"words": WORDS.catalog(language), "phrases": WORDS.phrases(language)},
+        "script": (SCREEN / "static" / "operator_parts.js").as_uri(),
+        "alarms": alarms,
+    }
+    told = subprocess.run(
+        ["node", "--input-type=module", "-e", ALARMS_BY_SCRIPT],
+        env={**os.environ, "GIVEN": json.dumps(given)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    *by_script, future = json.loads(told.stdout)
+    assert future == ["New.", "Old.", "Wait."]
+    for alarm, said in zip(alarms, by_script, strict=False):
+        here = WORDS.alarm(language, alarm["code"], alarm["values"])
+        assert here is not None
+        assert said == list(here)
+
+
+def test_an_alarm_has_decimal_sign_and_minus_of_the_language() -> None:
+    values = {"name": "Z_um", "correction_um": -12.5}
+    german, english = (
+        WORDS.alarm("de", "standing_offset", values),
+        WORDS.alarm("en", "standing_offset", values),
+    )
+    assert german is not None
+    assert english is not None
+    assert "−12,5 µm" in german.text
+    assert "−12.5 µm" in english.text
+
+
+def test_a_number_that_is_not_known_is_a_dash() -> None:
+    said = WORDS.alarm("cs", "standing_offset", {"name": "Z_um", "correction_um": None})
+    assert said is not None
+    assert said.text == "V Z_um zůstává offset – µm a kompenzace je vypnuta."
+
+
+def test_an_alarm_of_a_newer_loop_is_left_in_its_english() -> None:
+    assert WORDS.alarm("de", "of the future", {}) is None
+    assert WORDS.alarm("de", "limit", {"name": "Z_um"}) is None
+    assert WORDS.alarm("de", "", {}) is None
+
+
+def test_a_name_that_looks_like_a_gap_stays_a_name() -> None:
+    said = WORDS.alarm("de", "sensor_unread", ALARM_VALUES | {"name": "{hold}{0.x}"})
+    assert said is not None
+    assert said.text == "Sensor {hold}{0.x}: der Wert ist gesprungen."
+
+
+# ---- the class ----------------------------------------------------------------------------------
+
+
+def test_words_are_filled_and_a_missing_key_is_named() -> None:
+    assert WORDS.say("de", "common.no_data_since", time="06:00") == "KEINE DATEN seit 06:00"
+    with pytest.raises(KeyError, match=r"operator\.no_such_key"):
+        WORDS.say("de", "operator.no_such_key")
+    with pytest.raises(KeyError, match="time"):
+        WORDS.say("de", "common.no_data_since")
+    with pytest.raises(KeyError, match="fr"):
+        WORDS.say("fr", "common.log_in")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_catalogue_of_a_page_has_every_key_and_phrase(language: str) -> None:
+    catalog = WORDS.catalog(language)
+    assert set(catalog) == set(WORDS.sentences)
+    assert catalog["common.log_in"] == WORDS.say(language, "common.log_in")
+    phrases = WORDS.phrases(language)
+    assert phrases["state"]["Off"] == WORDS.phrase(language, "state", "Off")
+    assert json.loads(json.dumps(phrases)) == phrases
+
+
+def test_patterns_of_a_group_come_with_the_one_that_says_most_first() -> None:
+    for phrases in WORDS.phrases("de").values():
+        lengths = [len(strip_gaps(english)) for english in phrases]
+        assert lengths == sorted(lengths, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        ("[hold]\nen = 'Hold'\nde = 'Halten'\n", "not a text in each"),
+        ("[hold]\nen = 'Hold'\nde = 'Halten'\ncs = ''\n", "not a text in each"),
+        ("[hold]\nen = 'Hold'\nde = 'Halten'\ncs = 'x'\nfr = 'x'\n", "not a text in each"),
+        ("hold = 'Hold'\n", "no table of languages"),
+        ("[hold\n", "no TOML"),
+        ("[hold]\nen = 'a'\n[hold]\nen = 'b'\n", "no TOML"),
+    ],
+)
+def test_a_damaged_file_of_words_is_told_by_its_place(
+    content: str, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "words"
+    folder.mkdir()
+    (folder / "odd.toml").write_text(content, "utf-8")
+    monkeypatch.setattr(_words.resources, "files", lambda _: tmp_path)
+    with pytest.raises(ConfigurationError, match=what) as told:
+        Words.read()
+    assert "odd" in told.value.where
+
+
+def test_a_phrase_that_stands_twice_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "words"
+    folder.mkdir()
+    one = "[[state]]\nen = 'Off'\nde = 'Aus'\ncs = 'Vypnuto'\n"
+    (folder / "phrases.toml").write_text(one + one, "utf-8")
+    monkeypatch.setattr(_words.resources, "files", lambda _: tmp_path)
+    with pytest.raises(ConfigurationError, match="twice"):
+        Words.read()
+
+
+@pytest.mark.parametrize(
+    ("cookie", "header", "language"),
+    [
+        (None, None, "en"),
+        (None, "", "en"),
+        ("cs", "de", "cs"),
+        ("fr", "de", "de"),
+        (None, "de-AT,de;q=0.9,en;q=0.8", "de"),
+        (None, "en;q=0.2, cs ; q = 0.7", "cs"),
+        (None, "fr, sk;q=0.9, cs;q=0.4, de;q=0.3", "cs"),
+        (None, "de;q=0, cs;q=0.1", "cs"),
+        (None, "de;q=0", "en"),
+        (None, "de;q=x, cs;q=2", "en"),
+        (None, "de,cs", "de"),
+        (None, "DE-ch", "de"),
+        (None, "den", "en"),
+        (None, "*;q=0.5", "en"),
+        (None, "," * 10_000 + "de", "en"),
+        (None, "de;q=nan", "en"),
+    ],
+)
+def test_the_language_is_the_chosen_one_else_what_the_browser_likes_best(
+    cookie: str | None, header: str | None, language: str
+) -> None:
+    assert language_of(cookie, header, "en") == language
+
+
+@given(st.text(max_size=60), st.sampled_from(LANGUAGES))
+def test_no_header_breaks_the_choice_of_a_language(header: str, default: str) -> None:
+    assert language_of(header, header, default) in LANGUAGES
+
+
+@pytest.mark.parametrize(
+    ("value", "spec", "language", "shown"),
+    [
+        (1.25, "+.1f", "en", "+1.2"),
+        (-0.75, "+.1f", "de", "−0,8"),
+        (3, ".0f", "cs", "3"),
+        (-0.04, "+.1f", "cs", "0,0"),
+        (0.0, "+.1f", "en", "0.0"),
+        (float("nan"), ".1f", "en", "–"),
+        (float("inf"), ".1f", "en", "–"),
+        (None, ".1f", "de", "–"),
+        (True, ".1f", "de", "–"),
+    ],
+)
+def test_numbers_are_shown_as_the_language_writes_them(
+    value: object, spec: str, language: str, shown: str
+) -> None:
+    assert number_text(value, spec, language) == shown
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, width=32))
+def test_a_local_number_is_the_same_number(value: float) -> None:
+    for language in LANGUAGES:
+        text = local_number(f"{value:.3f}", language)
+        assert float(text.replace("−", "-").replace(",", ".")) == float(f"{value:.3f}")
