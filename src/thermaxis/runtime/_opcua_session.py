@@ -579,7 +579,11 @@ class OpcUaSession:
 
 
 async def connect_once(
-    settings: ConnectionSettings, files: PairFiles, clock: Clock, within_s: float
+    settings: ConnectionSettings,
+    files: PairFiles,
+    clock: Clock,
+    within_s: float,
+    session_timeout_ms: float = SESSION_TIMEOUT_MS,
 ) -> Link:
     """Connect with a new client, log in, and learn the namespaces and the clock of the server.
 
@@ -593,6 +597,9 @@ async def connect_once(
         Time.
     within_s : float
         Longest time of all of it. [s]
+    session_timeout_ms : float
+        How long the server is asked to keep the session of a client that is silent. Default:
+        short, because a control has few sessions. [ms]
 
     Returns
     -------
@@ -605,6 +612,7 @@ async def connect_once(
         One of `FAILURES`, if it does not succeed; nothing is left of it then.
     """
     client = _new_client(settings)
+    client.session_timeout = int(session_timeout_ms)
     link = Link(client)
     connected = False
     try:
@@ -630,7 +638,6 @@ def _new_client(settings: ConnectionSettings) -> Client:
     )
     client.name = client.description = "thermaxis"
     client.application_uri = settings.application_uri
-    client.session_timeout = int(SESSION_TIMEOUT_MS)
     return client
 
 

@@ -1,0 +1,547 @@
+"""Who has logged in at the screen: a cookie each, and a session of their own at the loop.
+
+The screen knows no passwords and no rights. It hands a name and a password to the loop's status
+server once, and every request goes out in the session that this opened: what a person may do is
+decided there, each time anew.
+"""
+
+import asyncio
+import hashlib
+import math
+import secrets
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple, final
+
+from asyncua import ua
+
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime._connection import ConnectionSettings, Secret
+from thermaxis.runtime._opcua_failures import FAILURES, explain
+from thermaxis.runtime._opcua_session import MethodAnswer
+from thermaxis.runtime._ports import Clock
+from thermaxis.runtime._status_nodes import Kind
+from thermaxis.runtime._status_requests import ASKS, Ask, refusal_of
+from thermaxis.runtime._users import LONGEST_PASSWORD, Failures, Role, check_name
+from thermaxis.screen._person_session import LOG_IN_S, PersonSession, is_refusal
+
+COOKIE_BYTES: Final = 32
+"""Random bytes of a cookie. Origin: twice what OWASP asks of a session. [byte]"""
+TOKEN_BYTES: Final = 24
+"""Random bytes of the token that every request carries besides the cookie. [byte]"""
+ANSWER_S: Final = 15.0
+"""Longest time for which the loop's answer is waited for; its server gives up after 10 s with a
+cycle of up to 3.3 s. [s]"""
+KEEP_ALIVE_S: Final = 3.0
+"""The server is asked so often who a person is and what the role is now: it keeps the session,
+and ends the log-in of somebody who was struck off. [s]"""
+NO_SIGN_S: Final = 10.0
+"""A session whose server has not said for so long who it belongs to is lost. [s]"""
+MOST_OF_ONE: Final = 4
+"""Log-ins of one name at once; with the next one the oldest ends. [1]"""
+MOST_AT_ONCE: Final = 4
+"""Log-ins whose passwords are being checked, and requests of one person that wait. [1]"""
+MOST_WAITING: Final = 8
+"""Log-ins that wait for that. [1]"""
+_LONGEST_COOKIE: Final = 128
+_MOST_ENDED: Final = 64
+
+REFUSED: Final = "login.refused"
+"""Name or password is wrong."""
+TOO_MANY: Final = "login.too_many"
+"""Too many failures of this name, from this address or in all: a minute is waited for."""
+FULL: Final = "login.full"
+"""As many persons have logged in as may at once."""
+BUSY: Final = "login.busy"
+"""Too many log-ins wait for their passwords to be checked."""
+NO_CONNECTION: Final = "login.no_connection"
+"""The loop's server cannot be reached."""
+IMPOSSIBLE: Final = "login.impossible"
+"""The configuration lets nobody log in."""
+NO_ROLE: Final = "login.no_role"
+"""The password is right and the user may not even look, or the server says another name."""
+OUT: Final = "login.out"
+"""The person has logged out."""
+IDLE: Final = "login.idle"
+"""Nothing was heard of the person for the longest time."""
+TOO_LONG: Final = "login.too_long"
+"""The log-in has lasted as long as any may."""
+LOOP_GONE: Final = "login.loop_gone"
+"""The session at the loop is gone: the loop, its server or the connection ended."""
+ROLE_GONE: Final = "login.role_gone"
+"""The user was struck off, or the password was changed."""
+ELSEWHERE: Final = "login.elsewhere"
+"""The same user has logged in too often elsewhere."""
+SCREEN_ENDS: Final = "login.screen_ends"
+"""The screen is being ended."""
+
+NO_ANSWER: Final = "ask.no_answer"
+"""No answer in time; the request may still take effect."""
+LOST: Final = "ask.lost"
+"""The connection was lost before the answer; the request may still take effect."""
+NOT_ALLOWED: Final = "ask.role"
+"""The server says that the person may not."""
+UNKNOWN: Final = "ask.unknown"
+"""There is no such request."""
+ARGUMENTS: Final = "ask.arguments"
+"""The arguments are of the wrong number or kind."""
+TOO_MANY_ASKED: Final = "ask.too_many"
+"""The person already waits for the answers to several requests."""
+NOT_TAKEN: Final = "ask.not_taken"
+"""The server refuses for another reason, which is told in English."""
+
+_MAY_STILL: Final = "the request may still take effect"
+_ASKS: Final[Mapping[str, Ask]] = {ask.name: ask for ask in ASKS}
+_WRONG_ARGUMENTS: Final = frozenset(
+    {"BadArgumentsMissing", "BadTooManyArguments", "BadInvalidArgument"}
+)
+
+
+class Refusal(NamedTuple):
+    """Why somebody was not logged in."""
+
+    key: str
+    """Key of the words."""
+    detail: str = ""
+    """The failure as an English sentence for the engineer; may be empty."""
+
+
+class Outcome(NamedTuple):
+    """How a request was answered."""
+
+    accepted: bool
+    """Whether it takes effect."""
+    reason: str
+    """Why not, or what follows, in English: the loop's own words, where it has answered."""
+    key: str = ""
+    """Key of the words where the loop itself has not answered; empty where it has."""
+
+
+@final
+@dataclass(slots=True, eq=False)
+class Person:
+    """Somebody who has logged in, once: another log-in of the same user is another person."""
+
+    name: str
+    """Name of the user, as the loop's server says it."""
+    role: Role
+    """What the user may do, as the server said last."""
+    token: str = field(repr=False)
+    """Secret that every request of the person's pages carries besides the cookie."""
+    address: str
+    """Address from which the log-in came."""
+    began_s: float
+    """When it was, monotonic. [s]"""
+    seen_s: float
+    """Last sign of the person, monotonic. [s]"""
+    session: PersonSession = field(repr=False)
+    """The session at the loop; requests go through `Persons.ask`."""
+    reason: str = ""
+    """Key of the words that say why the log-in has ended; empty while it has not."""
+    waiting: int = 0
+    """Requests whose answers are waited for. [1]"""
+
+    @property
+    def ended(self) -> str:
+        """Key of the words that say why the log-in has ended; empty while it stands."""
+        return self.reason or (LOOP_GONE if self.session.lost else "")
+
+
+@final
+class Persons:
+    """Logs people in and out, and asks the loop what they ask.
+
+    Not protected: whoever has a person's cookie and reads a page with it is that person until the
+    log-in ends, by log-out, after `idle_s` without a sign or after `longest_s` in any case; the
+    address is not compared, since a panel may change it. What can be asked meanwhile is what the
+    loop takes from that role, within the loop's limits, and every request is recorded there under
+    the name. A cookie alone, without the token of the person's pages, asks for nothing. Passwords
+    are in the memory of this program while they are handed on, and Python wipes no text: whoever
+    may read the program's memory may find one. Whoever may reach the page can keep a name, an
+    address behind which many work, or with thirty failures in a minute everybody new from logging
+    in; those who have logged in are not touched.
+
+    Parameters
+    ----------
+    connection_for : callable
+        Returns the connection to the status server for a name and a password.
+    clock : Clock
+        Time.
+    idle_s : float
+        A log-in ends after so long without a sign of its person. [s]
+    longest_s : float
+        It ends after so long in any case. [s]
+    most : int
+        Log-ins at once; the server has 20 connections for everybody. [1]
+    answer_s : float
+        Longest time for which the loop's answer to a request is waited for. [s]
+    """
+
+    def __init__(
+        self,
+        connection_for: Callable[[str, Secret], ConnectionSettings],
+        clock: Clock,
+        *,
+        idle_s: float,
+        longest_s: float,
+        most: int = 12,
+        answer_s: float = ANSWER_S,
+    ) -> None:
+        self._connection_for = connection_for
+        self._clock = clock
+        self._idle_s = idle_s
+        self._longest_s = longest_s
+        self._most = most
+        self._answer_s = answer_s
+        self._persons: dict[bytes, Person] = {}
+        self._ended: dict[bytes, str] = {}
+        self._by_name = Failures()
+        self._by_address = Failures()
+        self._checking = asyncio.Semaphore(MOST_AT_ONCE)
+        self._coming = 0
+        self._leaving: set[asyncio.Task[None]] = set()
+        self._open = False
+        self._task: asyncio.Task[None] | None = None
+
+    # ---- life -----------------------------------------------------------------------------------
+
+    async def open(self) -> None:
+        """Begin to keep sessions alive."""
+        self._open = True
+        self._task = asyncio.create_task(self._keep_alive(), name="persons")
+
+    async def close(self) -> None:
+        """Log everybody out; nothing runs on."""
+        self._open = False
+        task, self._task = self._task, None
+        if task is not None:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+        for known in tuple(self._persons):
+            self._end(known, SCREEN_ENDS)
+        await asyncio.gather(*self._leaving)
+        if task is not None and not task.cancelled() and (error := task.exception()) is not None:
+            raise error  # a mistake in the program is not hidden
+
+    async def _keep_alive(self) -> None:
+        async with asyncio.TaskGroup() as group:
+            while True:
+                await self._clock.sleep_until(self._clock.monotonic_s() + KEEP_ALIVE_S)
+                for known, person in tuple(self._persons.items()):
+                    if not (self._end_if_over(known, person) or person.session.busy):
+                        group.create_task(self._refresh(known, person))
+
+    async def _refresh(self, known: bytes, person: Person) -> None:
+        """Ask the server who a person is now; end the log-in of somebody who is nobody."""
+        session = person.session
+        waits = session.busy  # the server answers one after the other, and the loop takes its time
+        caller = await session.who_am_i(NO_SIGN_S)
+        if person.reason or (caller is None and waits and not session.lost):
+            return
+        if caller is None:
+            session.give_up()
+            self._end(known, LOOP_GONE)
+        elif caller.name != person.name or caller.role is Role.NONE:
+            self._end(known, ROLE_GONE)
+        else:
+            person.role = caller.role
+
+    def _end_if_over(self, known: bytes, person: Person) -> bool:
+        """End a log-in that has lasted too long or lost its session; return whether it has."""
+        now_s = self._clock.monotonic_s()
+        if person.session.lost:
+            self._end(known, LOOP_GONE)
+        elif now_s - person.began_s >= self._longest_s:
+            self._end(known, TOO_LONG)
+        elif now_s - person.seen_s >= self._idle_s:
+            self._end(known, IDLE)
+        return bool(person.reason)
+
+    def _end(self, known: bytes, key: str) -> None:
+        """End a log-in; its session is closed at the server meanwhile."""
+        person = self._persons.pop(known, None)
+        if person is None:
+            return
+        person.reason = key
+        self._ended[known] = key
+        if len(self._ended) > _MOST_ENDED:
+            del self._ended[next(iter(self._ended))]
+        leaving = asyncio.create_task(person.session.close(), name="log-out")
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
+
+    # ---- log-in ---------------------------------------------------------------------------------
+
+    async def log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
+        """Log somebody in.
+
+        Parameters
+        ----------
+        name : str
+            Name of the user.
+        password : str
+            The password; it is handed to the loop's server and kept nowhere.
+        address : str
+            Address from which the request came, for the limit of failures.
+
+        Returns
+        -------
+        tuple of str and Person, or Refusal
+            The cookie, which is stored nowhere, and the person; or why not.
+        """
+        if self._coming >= MOST_AT_ONCE + MOST_WAITING or not self._open:
+            return Refusal(BUSY)
+        self._coming += 1
+        try:
+            async with self._checking:
+                return await self._log_in(name, password, address)
+        finally:
+            self._coming -= 1
+
+    async def _log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
+        now_s = self._clock.monotonic_s()
+        if self._by_address.refused(address, now_s) or self._by_name.refused(name, now_s):
+            return Refusal(TOO_MANY)
+        self._sweep()
+        if len(self._persons) >= self._most:
+            return Refusal(FULL)
+        found = await self._session_of(name, password)
+        if isinstance(found, Refusal):
+            if found.key == REFUSED:
+                self._by_name.failed(name, now_s)
+                self._by_address.failed(address, now_s)
+            return found
+        self._by_name.succeeded(name, now_s)
+        return await self._admit(found, name, address)
+
+    def _sweep(self) -> None:
+        for known, person in tuple(self._persons.items()):
+            self._end_if_over(known, person)
+
+    async def _session_of(self, name: str, password: str) -> PersonSession | Refusal:
+        """Return a session under a name and a password, or why there is none."""
+        try:
+            check_name(name)
+            fits = 0 < len(password.encode()) <= LONGEST_PASSWORD
+        except (ConfigurationError, UnicodeEncodeError):
+            fits = False
+        if not fits:
+            return Refusal(REFUSED)
+        try:
+            settings = self._connection_for(name, Secret(password))
+        except ConfigurationError as error:
+            return Refusal(IMPOSSIBLE, str(error))
+        try:
+            return await PersonSession.log_in(settings, self._clock)
+        except FAILURES as error:
+            if is_refusal(error):
+                return Refusal(REFUSED)
+            return Refusal(NO_CONNECTION, explain(error, replace(settings, timeout_s=LOG_IN_S)))
+
+    async def _admit(
+        self, session: PersonSession, name: str, address: str
+    ) -> tuple[str, Person] | Refusal:
+        """Give a session that is logged in a cookie, if the server says that it may look."""
+        admitted = False
+        try:
+            caller = await session.who_am_i(NO_SIGN_S)
+            if caller is None:
+                return Refusal(NO_CONNECTION, "the loop's server does not say who has logged in")
+            if caller.name != name or not caller.role.at_least(Role.VIEWER):
+                return Refusal(NO_ROLE)
+            if not self._open or len(self._persons) >= self._most:
+                return Refusal(FULL)
+            admitted = True
+        finally:
+            if not admitted:
+                await session.close()
+        self._make_room(name)
+        now_s = self._clock.monotonic_s()
+        cookie = secrets.token_urlsafe(COOKIE_BYTES)
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        person = Person(name, caller.role, token, address, now_s, now_s, session)
+        self._persons[_hash(cookie)] = person
+        return cookie, person
+
+    def _make_room(self, name: str) -> None:
+        own = [known for known, person in self._persons.items() if person.name == name]
+        for known in own[: max(0, len(own) + 1 - MOST_OF_ONE)]:
+            self._end(known, ELSEWHERE)
+
+    async def log_out(self, cookie: str | None) -> None:
+        """End a log-in; the session is closed at the server when this returns.
+
+        Parameters
+        ----------
+        cookie : str, optional
+            The cookie; one that nobody has ends nothing.
+        """
+        known = _hash(cookie)
+        person = self._persons.get(known)
+        if person is not None:
+            self._end(known, OUT)
+            await asyncio.gather(*self._leaving)
+
+    # ---- requests -------------------------------------------------------------------------------
+
+    @property
+    def count(self) -> int:
+        """How many log-ins stand. [1]"""
+        return len(self._persons)
+
+    def of(self, cookie: str | None, *, touch: bool = False) -> Person | None:
+        """Return whose cookie it is.
+
+        Parameters
+        ----------
+        cookie : str, optional
+            The cookie.
+        touch : bool
+            Whether this is a sign of the person. A page that renews itself is none.
+
+        Returns
+        -------
+        Person or None
+            None for nobody, and for a log-in that has ended: see `why_ended`.
+        """
+        if self._task is not None and self._task.done():
+            self._task.result()
+        known = _hash(cookie)
+        person = self._persons.get(known)
+        if person is None or self._end_if_over(known, person):
+            return None
+        if touch:
+            person.seen_s = self._clock.monotonic_s()
+        return person
+
+    def why_ended(self, cookie: str | None) -> str:
+        """Return why the log-in of a cookie has ended.
+
+        Parameters
+        ----------
+        cookie : str, optional
+            The cookie.
+
+        Returns
+        -------
+        str
+            Key of the words; empty for one that stands, that never was, or that ended long ago.
+        """
+        return self._ended.get(_hash(cookie), "")
+
+    async def ask(
+        self, person: Person, method: str, arguments: Sequence[float | str] = ()
+    ) -> Outcome:
+        """Ask the loop for something under the name of a person.
+
+        Parameters
+        ----------
+        person : Person
+            Who asks.
+        method : str
+            Name of one of `ASKS`.
+        arguments : sequence of float or str
+            Its arguments, in the units that their names state.
+
+        Returns
+        -------
+        Outcome
+            What the loop answered, or why there is no answer.
+        """
+        ended = self._over(person)
+        if ended:
+            return Outcome(accepted=False, reason="the log-in has ended", key=ended)
+        variants = _variants(method, arguments)
+        if isinstance(variants, Outcome):
+            return variants
+        if person.waiting >= MOST_AT_ONCE:
+            reason = "several requests of this person wait for their answers"
+            return Outcome(accepted=False, reason=reason, key=TOO_MANY_ASKED)
+        person.seen_s = self._clock.monotonic_s()
+        person.waiting += 1
+        try:
+            answer = await person.session.call(method, variants, self._answer_s)
+        finally:
+            person.waiting -= 1
+        if answer is None:
+            return self._no_answer(person)
+        if answer.status == "BadUserAccessDenied":
+            await self._ask_role(person)
+        return _outcome_of(answer, method, person)
+
+    def _over(self, person: Person) -> str:
+        """Return why a log-in is over, after ending one that should be; empty if it stands."""
+        known = self._known(person)
+        if known is not None:
+            self._end_if_over(known, person)
+        return person.ended
+
+    def _known(self, person: Person) -> bytes | None:
+        return next((known for known, one in self._persons.items() if one is person), None)
+
+    def _no_answer(self, person: Person) -> Outcome:
+        if self._over(person):
+            reason = f"the connection to the loop was lost; {_MAY_STILL}"
+            return Outcome(accepted=False, reason=reason, key=LOST)
+        reason = f"the loop has not answered; {_MAY_STILL}"
+        return Outcome(accepted=False, reason=reason, key=NO_ANSWER)
+
+    async def _ask_role(self, person: Person) -> None:
+        known = self._known(person)
+        if known is not None:
+            await self._refresh(known, person)
+
+
+def _hash(cookie: str | None) -> bytes:
+    """Return what a cookie is known by; what is no cookie is known by nothing that is stored."""
+    if cookie is None or len(cookie) > _LONGEST_COOKIE or not cookie.isascii():
+        return b""
+    return hashlib.sha256(cookie.encode()).digest()
+
+
+def _variants(method: str, arguments: Sequence[float | str]) -> list[ua.Variant] | Outcome:
+    """Return arguments as the server takes them, or why it would not."""
+    ask = _ASKS.get(method)
+    if ask is None:
+        return Outcome(accepted=False, reason="there is no such request", key=UNKNOWN)
+    wrong = f"{method} takes other arguments"
+    if len(arguments) != len(ask.arguments):
+        return Outcome(accepted=False, reason=wrong, key=ARGUMENTS)
+    values: list[float | str] = []
+    variants: list[ua.Variant] = []
+    for wanted, given in zip(ask.arguments, arguments, strict=True):
+        value = _as_kind(wanted.kind, given)
+        if value is None:
+            return Outcome(accepted=False, reason=wrong, key=ARGUMENTS)
+        kind = ua.VariantType.String if isinstance(value, str) else ua.VariantType.Double
+        values.append(value)
+        variants.append(ua.Variant(value, kind))
+    reason = refusal_of(values)
+    return Outcome(accepted=False, reason=reason, key=ARGUMENTS) if reason else variants
+
+
+def _as_kind(kind: Kind, given: object) -> float | str | None:
+    """Return an argument from a browser in its kind; None if it is of another."""
+    if kind is Kind.TEXT:
+        return given if isinstance(given, str) else None
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        return None
+    try:
+        number = float(given)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _outcome_of(answer: MethodAnswer, method: str, person: Person) -> Outcome:
+    values = answer.values
+    if answer.status == "BadUserAccessDenied":
+        reason = f"the role {person.role.value} may not ask for {method}"
+        return Outcome(accepted=False, reason=reason, key=NOT_ALLOWED)
+    if answer.status in _WRONG_ARGUMENTS:
+        return Outcome(accepted=False, reason=f"{method} takes other arguments", key=ARGUMENTS)
+    if len(values) == 2 and isinstance(values[0], bool) and isinstance(values[1], str):
+        return Outcome(accepted=values[0], reason=printable(values[1], 400))
+    shown = printable(answer.status, 80)
+    reason = f"the loop's server answers {shown}, which is not understood"
+    return Outcome(accepted=False, reason=reason, key=NOT_TAKEN)

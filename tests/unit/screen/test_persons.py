@@ -1,0 +1,834 @@
+"""Who logs in at the screen, for how long, and what the loop answers to whom."""
+
+import asyncio
+import gc
+import logging
+import math
+import statistics
+import time
+from collections.abc import Awaitable, Callable
+
+import pytest
+
+from tests.opcua_server import until
+from tests.unit.runtime.status_server_parts import PASSWORD, Pairs, run, served, status
+from tests.unit.screen.person_parts import (
+    HERE,
+    IDLE_S,
+    LONGEST_S,
+    ROLES,
+    Shop,
+    appoint,
+    shop,
+)
+from thermaxis.compensation import RequestKind
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._config_settings import ServerSettings
+from thermaxis.runtime._ports import RequestOutcome
+from thermaxis.runtime._status_requests import ASKS
+from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Role
+from thermaxis.screen import _person_session, _persons
+from thermaxis.screen._persons import (
+    KEEP_ALIVE_S,
+    MOST_AT_ONCE,
+    MOST_OF_ONE,
+    MOST_WAITING,
+    Person,
+    Persons,
+    Refusal,
+)
+
+
+@pytest.fixture(scope="module")
+def pairs(tmp_path_factory: pytest.TempPathFactory) -> Pairs:
+    return Pairs(tmp_path_factory.mktemp("persons"))
+
+
+@pytest.fixture
+def at_the_shop(pairs: Pairs):
+    """Run an act at a shop of its own."""
+
+    def play(act: Callable[[Shop], Awaitable[None]], **changes: float) -> None:
+        async def scene() -> None:
+            async with shop(pairs, **changes) as place:
+                await act(place)
+
+        run(scene)
+
+    return play
+
+
+# ---- log-in -------------------------------------------------------------------------------------
+
+
+def test_the_right_password_logs_in_with_the_role_of_the_loop(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        for name, role in ROLES.items():
+            cookie, person = await place.log_in(name)
+            assert (person.name, person.role, person.address) == (name, role, HERE)
+            assert place.persons.of(cookie) is person
+            assert not person.ended
+        assert place.sessions == len(ROLES)
+
+    at_the_shop(act)
+
+
+STRANGERS = (
+    ("novak", "wrong horse battery"),
+    ("nobody", PASSWORD),
+    ("novak", ""),
+    ("", PASSWORD),
+    ("", ""),
+    ("novak", PASSWORD + "x"),
+    ("NOVAK", PASSWORD),
+    (" novak", PASSWORD),
+    ("novak\0", PASSWORD),
+    ("novak", "x" * 1025),
+    ("n" * 65, PASSWORD),
+    ("novak", "\ud800" * 8),
+    ("<script>", PASSWORD),
+)
+
+
+def test_a_wrong_name_or_password_is_refused_in_the_same_words_and_leaves_nothing(
+    at_the_shop,
+) -> None:
+    async def act(place: Shop) -> None:
+        for name, password in STRANGERS:
+            place.clock.now_s += REFUSED_S
+            assert await place.refused(name, password) == Refusal("login.refused")
+        assert place.persons.count == 0
+        await place.empty()
+
+    at_the_shop(act)
+
+
+def test_cookie_and_token_are_secrets_of_their_own_and_never_the_same(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        found = [await place.log_in("novak") for _ in range(MOST_OF_ONE)]
+        cookies = {cookie for cookie, _ in found}
+        tokens = {person.token for _, person in found}
+        assert len(cookies | tokens) == 2 * MOST_OF_ONE
+        assert all(len(cookie) >= 43 for cookie in cookies)  # 256 bits in base64
+        assert all(len(token) >= 22 for token in tokens)  # 128 bits and more
+
+    at_the_shop(act)
+
+
+def test_a_cookie_is_kept_as_its_hash_only_and_no_token_stands_for_it(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        kept = texts_within(place.persons)
+        assert cookie not in kept
+        assert person.token in kept  # the search finds what is there
+        assert place.persons.of(person.token) is None
+        for known in place.persons._persons:
+            assert place.persons.of(known.hex()) is None
+            assert place.persons.of(known.decode("latin-1")) is None
+        for other in (None, "", cookie[:-1], cookie + "x", cookie.upper(), "é" * 43, "x" * 10_000):
+            assert place.persons.of(other) is None
+
+    at_the_shop(act)
+
+
+def test_a_password_is_kept_nowhere_after_the_log_in(
+    at_the_shop, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def act(place: Shop) -> None:
+        caplog.set_level(logging.DEBUG, logger="asyncua")
+        with caplog.at_level(logging.DEBUG):
+            _, person = await place.log_in("novak")
+            await place.refused("novak", "wrong but secret words")
+        kept = texts_within(person)
+        assert place.pairs.client.uri in kept  # the search reaches what asyncua keeps
+        assert not [text for text in kept if PASSWORD in text or "wrong but secret" in text]
+        assert PASSWORD not in caplog.text
+        assert "wrong but secret" not in caplog.text
+        assert PASSWORD not in repr(person)
+        assert person.token not in repr(person)
+
+    try:
+        at_the_shop(act)
+    finally:
+        logging.getLogger("asyncua").setLevel(logging.NOTSET)
+
+
+def texts_within(thing: object) -> set[str]:
+    """Return every text that can be reached from an object, as far as it holds data."""
+    seen: set[int] = set()
+    found: set[str] = set()
+    waiting: list[object] = [thing]
+    while waiting:
+        one = waiting.pop()
+        if id(one) in seen or isinstance(one, type) or callable(one) or _is_a_loop(one):
+            continue
+        seen.add(id(one))
+        if isinstance(one, str):
+            found.add(one)
+        elif isinstance(one, bytes | bytearray):
+            found.add(bytes(one).decode("latin-1"))
+        waiting.extend(gc.get_referents(one))
+        waiting.extend(getattr(one, "__dict__", {}).values())
+    return found
+
+
+def _is_a_loop(one: object) -> bool:
+    return isinstance(one, asyncio.AbstractEventLoop | asyncio.Task)
+
+
+def test_two_log_ins_of_one_user_are_two_sessions(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        first, one = await place.log_in("novak")
+        second, other = await place.log_in("novak")
+        assert one is not other
+        assert place.sessions == 2
+        await place.persons.log_out(first)
+        assert place.persons.of(first) is None
+        assert place.persons.of(second) is other
+        assert (await place.persons.ask(other, "Hold")).accepted
+        assert not (await place.persons.ask(one, "Hold")).accepted
+        assert [request.who for request in place.box.requests] == ["novak"]
+
+    at_the_shop(act)
+
+
+def test_one_user_cannot_take_every_place(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        found = [await place.log_in("novak") for _ in range(MOST_OF_ONE + 2)]
+        assert place.persons.count == MOST_OF_ONE
+        assert [person.ended for _, person in found] == ["login.elsewhere"] * 2 + [""] * MOST_OF_ONE
+        assert place.persons.why_ended(found[0][0]) == "login.elsewhere"
+        await until(lambda: place.sessions == MOST_OF_ONE)
+
+    at_the_shop(act)
+
+
+def test_no_more_persons_than_may_be_and_a_place_that_is_free_is_free(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, _ = await place.log_in("novak")
+        await place.log_in("dvorak")
+        assert await place.refused("host") == Refusal("login.full")
+        assert place.sessions == 2
+        await place.persons.log_out(cookie)
+        await place.log_in("host")
+        place.clock.now_s += IDLE_S  # the others go by themselves, when their place is wanted
+        await place.log_in("svoboda")
+        assert place.persons.count == 1
+
+    at_the_shop(act, most=2)
+
+
+def test_the_bound_holds_for_log_ins_at_the_same_time(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        names = ("novak", "dvorak", "host", "svoboda")
+        found = await asyncio.gather(
+            *(place.persons.log_in(name, PASSWORD, HERE) for name in names)
+        )
+        refused = [one for one in found if isinstance(one, Refusal)]
+        assert refused == [Refusal("login.full")] * 2
+        assert place.persons.count == 2
+        await until(lambda: place.sessions == 2)
+
+    at_the_shop(act, most=2)
+
+
+def test_a_flood_of_log_ins_waits_within_a_bound(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        wanted = MOST_AT_ONCE + MOST_WAITING + 5
+        found = await asyncio.gather(
+            *(place.persons.log_in(f"n{i}", PASSWORD, f"10.0.0.{i}") for i in range(wanted))
+        )
+        assert found.count(Refusal("login.busy")) == 5
+        assert found.count(Refusal("login.refused")) == wanted - 5
+
+    at_the_shop(act)
+
+
+def test_a_log_in_that_its_browser_gives_up_leaves_no_session(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        for pause_s in (0.0, 0.005, 0.02, 0.05, 0.08):
+            task = asyncio.create_task(place.persons.log_in("novak", PASSWORD, HERE))
+            await asyncio.sleep(pause_s)
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+        count = place.persons.count
+        await until(lambda: place.sessions == count)
+        await place.log_in("dvorak")
+
+    at_the_shop(act)
+
+
+def test_a_user_without_a_role_is_not_let_in(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        users = place.server._users
+        assert users is not None
+
+        async def nobody(_identity: object) -> Role:
+            return Role.NONE
+
+        users.role_now = nobody
+        assert await place.refused("novak") == Refusal("login.no_role")
+        await place.empty()
+
+    at_the_shop(act)
+
+
+def test_a_configuration_that_lets_nobody_log_in_says_so(pairs: Pairs) -> None:
+    def connection_for(name: str, password: object):
+        raise ConfigurationError("a password needs encryption", where="screen")
+
+    async def scene() -> None:
+        async with shop(pairs) as place:
+            persons = Persons(connection_for, place.clock, idle_s=IDLE_S, longest_s=LONGEST_S)
+            await persons.open()
+            found = await persons.log_in("novak", PASSWORD, HERE)
+            assert isinstance(found, Refusal)
+            assert found.key == "login.impossible"
+            assert "needs encryption" in found.detail
+            await persons.close()
+
+    run(scene)
+
+
+def test_a_loop_that_is_away_is_no_wrong_password_and_counts_for_nobody(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        await place.cable.cut()
+        for _ in range(FAILURES_BY_NAME + 2):
+            found = await place.refused("novak")
+            assert found.key == "login.no_connection"
+            assert "nothing listens" in found.detail
+        await place.cable.mend()
+        await place.log_in("novak")
+
+    at_the_shop(act)
+
+
+def test_a_server_with_another_certificate_is_told_no_password(
+    pairs: Pairs,
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(_person_session, "LOG_IN_S", 1.0)
+    other = Pairs(tmp_path_factory.mktemp("other"))
+    appoint(other.users, ROLES)
+    heard: list[str] = []
+
+    async def scene() -> None:
+        async with shop(pairs) as place, served(other.settings(), clock=place.clock) as false:
+            users = false._users
+            assert users is not None
+
+            async def listen(name: str, password: str) -> None:
+                heard.append(password)
+
+            users.identify = listen
+            place.cable._target = false.port
+            found = await place.refused("novak")
+            assert found.key == "login.no_connection"
+            assert PASSWORD not in found.detail
+
+    run(scene)
+    assert heard == []
+
+
+# ---- guessing -----------------------------------------------------------------------------------
+
+
+def test_a_guessed_name_is_refused_after_five_failures_even_with_the_right_password(
+    at_the_shop,
+) -> None:
+    async def act(place: Shop) -> None:
+        for i in range(FAILURES_BY_NAME):
+            assert await place.refused("novak", f"guess {i}", f"10.0.0.{i}") == Refusal(
+                "login.refused"
+            )
+        assert await place.refused("novak", PASSWORD, "10.0.1.1") == Refusal("login.too_many")
+        await place.log_in("dvorak", PASSWORD, "10.0.1.1")
+        place.clock.now_s += REFUSED_S + 1.0
+        await place.log_in("novak", PASSWORD, "10.0.1.1")
+
+    at_the_shop(act)
+
+
+def test_an_address_that_guesses_many_names_is_refused_and_others_are_not(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        for i in range(FAILURES_BY_NAME):
+            await place.refused(f"nobody{i}", PASSWORD, "10.0.0.9")
+        assert await place.refused("novak", PASSWORD, "10.0.0.9") == Refusal("login.too_many")
+        await place.log_in("novak", PASSWORD, "10.0.0.10")
+
+    at_the_shop(act)
+
+
+def test_a_log_in_of_its_own_gives_a_guesser_no_more_guesses(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        guesses = 0
+        for i in range(20):
+            if i % 3 == 0:
+                await place.persons.log_in("svoboda", PASSWORD, HERE)  # the guesser's own
+            else:
+                found = await place.refused("dvorak", f"guess {i}")
+                guesses += found.key == "login.refused"
+        assert guesses <= FAILURES_BY_NAME
+
+    at_the_shop(act)
+
+
+def test_failures_of_all_names_are_bounded_before_anything_reaches_the_server(
+    at_the_shop, pairs: Pairs
+) -> None:
+    async def act(place: Shop) -> None:
+        keys = [
+            (await place.refused(f"<{i}>", PASSWORD, f"10.0.{i}.1")).key
+            for i in range(FAILURES_IN_ALL + 5)
+        ]
+        assert keys.count("login.refused") == FAILURES_IN_ALL
+        assert keys.count("login.too_many") == 5
+        await place.empty()
+
+    at_the_shop(act)
+
+
+def test_a_refusal_for_too_many_failures_does_not_ask_the_server(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        for _ in range(FAILURES_BY_NAME):
+            await place.refused("<novak>")
+        await place.cable.cut()  # what reached for the server would say that it is not there
+        assert (await place.refused("<novak>")).key == "login.too_many"
+
+    at_the_shop(act)
+
+
+def test_a_name_that_nobody_has_takes_as_long_as_a_wrong_password(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        took: dict[str, list[float]] = {"novak": [], "nobody": []}
+        for _ in range(7):
+            for name, times in took.items():
+                place.clock.now_s += REFUSED_S + 1.0
+                began = time.perf_counter()
+                await place.refused(name, "wrong horse battery")
+                times.append(time.perf_counter() - began)
+        known, unknown = (min(times) for times in took.values())
+        assert 0.6 < known / unknown < 1.6, statistics.median(took["novak"])
+
+    at_the_shop(act)
+
+
+# ---- the end of a log-in ------------------------------------------------------------------------
+
+
+def test_a_log_out_ends_the_session_at_the_server(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        assert place.sessions == 1
+        await place.persons.log_out(cookie)
+        await place.empty()
+        assert person.ended == "login.out"
+        assert place.persons.why_ended(cookie) == "login.out"
+        assert place.persons.of(cookie) is None
+        outcome = await place.persons.ask(person, "Disable")
+        assert (outcome.accepted, outcome.key) == (False, "login.out")
+        assert place.box.requests == []
+        for nobody in (cookie, None, "", "x"):
+            await place.persons.log_out(nobody)
+
+    at_the_shop(act)
+
+
+def test_a_log_in_without_a_sign_of_its_person_ends_after_the_stated_time(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        place.clock.now_s += IDLE_S - 1.0
+        assert place.persons.of(cookie) is person  # looking is no sign
+        place.clock.now_s += 1.0
+        assert place.persons.of(cookie, touch=True) is None
+        assert person.ended == "login.idle"
+        assert place.persons.why_ended(cookie) == "login.idle"
+        await place.empty()
+
+    at_the_shop(act)
+
+
+def test_every_sign_of_a_person_moves_the_end_until_the_longest_time(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        began_s, passed_s = place.clock.now_s, 0.0
+        while passed_s < LONGEST_S - IDLE_S:
+            passed_s += IDLE_S - 1.0
+            place.clock.now_s = began_s + passed_s
+            if person.session.lost:  # the server itself keeps no session that is silent so long
+                break
+            assert place.persons.of(cookie, touch=True) is person
+        place.clock.now_s = began_s + LONGEST_S - 0.001
+        person.seen_s = place.clock.now_s
+        assert place.persons.of(cookie) is person
+        place.clock.now_s = began_s + LONGEST_S
+        assert place.persons.of(cookie, touch=True) is None
+        assert place.persons.why_ended(cookie) == "login.too_long"
+
+    at_the_shop(act)
+
+
+def test_a_request_is_a_sign_and_an_expired_log_in_asks_for_nothing(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        place.clock.now_s += IDLE_S - 1.0
+        assert (await place.persons.ask(person, "Hold")).accepted
+        place.clock.now_s += IDLE_S - 1.0
+        assert (await place.persons.ask(person, "Resume")).accepted
+        place.clock.now_s += IDLE_S
+        outcome = await place.persons.ask(person, "Disable")
+        assert (outcome.accepted, outcome.key) == (False, "login.idle")
+        assert len(place.box.requests) == 2
+
+    at_the_shop(act)
+
+
+def test_an_expired_log_in_is_closed_at_the_server_without_anybody_asking(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        await place.clock.move(IDLE_S + KEEP_ALIVE_S)
+        await until(lambda: person.reason == "login.idle")
+        await place.empty()
+
+    at_the_shop(act)
+
+
+def test_a_session_that_nobody_uses_is_kept_alive_and_its_role_followed(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        assert person.role is Role.OPERATOR
+        appoint(place.pairs.users, {**ROLES, "novak": Role.VIEWER})
+        await place.clock.move(KEEP_ALIVE_S)
+        await until(lambda: person.role is Role.VIEWER)
+        assert place.persons.of(cookie) is person
+
+    at_the_shop(act)
+
+
+@pytest.mark.parametrize("change", ["struck off", "another password"])
+def test_a_user_who_is_struck_off_or_has_another_password_is_logged_out(
+    at_the_shop, change: str
+) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        if change == "struck off":
+            appoint(place.pairs.users, {"dvorak": Role.ENGINEER})
+        else:
+            appoint(place.pairs.users, ROLES, "another horse battery")
+        outcome = await place.persons.ask(person, "Enable")
+        assert (outcome.accepted, outcome.key) == (False, "ask.role")
+        assert person.ended == "login.role_gone"
+        assert place.persons.of(cookie) is None
+        assert place.box.requests == []
+        await place.empty()
+
+    at_the_shop(act)
+
+
+def test_a_server_that_restarts_ends_every_log_in_with_a_reason(pairs: Pairs) -> None:
+    async def scene() -> None:
+        async with shop(pairs) as place:
+            found = [await place.log_in(name) for name in ROLES]
+            port = place.server.port
+            await place.server.close()
+            await until(lambda: all(person.ended for _, person in found))
+            settings = ServerSettings(
+                "127.0.0.1",
+                port,
+                pairs.users,
+                "none",
+                pairs.server.certificate,
+                pairs.server.key,
+            )
+            async with served(settings, place.box, place.clock) as server:
+                server.publish(status())
+                for cookie, person in found:
+                    outcome = await place.persons.ask(person, "Enable")
+                    assert (outcome.accepted, outcome.key) == (False, "login.loop_gone")
+                    assert place.persons.of(cookie) is None
+                    assert place.persons.why_ended(cookie) == "login.loop_gone"
+                assert place.box.requests == []
+                await place.log_in("novak")
+
+    run(scene)
+
+
+def test_a_server_that_freezes_ends_the_log_in(
+    at_the_shop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_persons, "NO_SIGN_S", 0.2)
+
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        place.cable.stop()
+        await place.clock.move(KEEP_ALIVE_S)
+        await until(lambda: person.ended == "login.loop_gone")
+        assert place.persons.of(cookie) is None
+
+    at_the_shop(act)
+
+
+def test_the_end_of_the_screen_logs_everybody_out(pairs: Pairs) -> None:
+    async def scene() -> None:
+        async with shop(pairs) as place:
+            found = [await place.log_in(name) for name in ROLES]
+            await place.persons.close()
+            await place.empty()
+            assert {person.ended for _, person in found} == {"login.screen_ends"}
+            assert await place.refused("novak") == Refusal("login.busy")
+
+    run(scene)
+
+
+def test_what_is_remembered_of_ended_log_ins_is_bounded(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        await place.persons.log_out(cookie)
+        for number in range(1000):
+            known = number.to_bytes(32, "big")
+            place.persons._persons[known] = person
+            place.persons._end(known, "login.out")
+        assert len(place.persons._ended) == 64
+        assert place.persons.why_ended(cookie) == ""
+        await asyncio.gather(*place.persons._leaving)
+
+    at_the_shop(act)
+
+
+# ---- requests -----------------------------------------------------------------------------------
+
+ARGUMENTS = {"Trim": ("Z_um", 2.0, 3600.0), "Diameter": (1500.0,), "ChooseModel": ("new.json",)}
+
+
+@pytest.mark.parametrize("role", [Role.VIEWER, Role.OPERATOR, Role.ENGINEER])
+def test_every_request_is_taken_from_whoever_may_and_from_nobody_else(
+    at_the_shop, role: Role
+) -> None:
+    name = next(name for name, one in ROLES.items() if one is role)
+
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in(name)
+        for ask in ASKS:
+            place.box.requests.clear()
+            outcome = await place.persons.ask(person, ask.name, ARGUMENTS.get(ask.name, ()))
+            if role.at_least(ask.role):
+                assert outcome == (True, "as you wish", "")
+                assert place.box.requests[0].who == name
+            else:
+                assert (outcome.accepted, outcome.key) == (False, "ask.role")
+                assert role.value in outcome.reason
+                assert place.box.requests == []
+        assert not person.ended
+
+    at_the_shop(act)
+
+
+def test_a_trim_arrives_as_it_was_asked_for(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        assert (await place.persons.ask(person, "Trim", ("Z_um", -5, 3600))).accepted
+        request = place.box.requests[0]
+        assert request.kind is RequestKind.TRIM
+        assert (request.output, request.value, request.duration_s) == ("Z_um", -5.0, 3600.0)
+
+    at_the_shop(act)
+
+
+def test_a_refusal_of_the_loop_comes_in_the_words_of_the_loop(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        place.box.outcome = RequestOutcome(accepted=False, reason="the sensor T1 is bad\x1b[2J")
+        outcome = await place.persons.ask(person, "Enable")
+        assert outcome == (False, "the sensor T1 is bad\\x1b[2J", "")
+
+    at_the_shop(act)
+
+
+WRONG = {
+    "a method that is none": ("Explode", (), "ask.unknown"),
+    "a path": ("../WhoAmI", (), "ask.unknown"),
+    "who is it": ("WhoAmI", (), "ask.unknown"),
+    "too few": ("Trim", ("Z_um", 2.0), "ask.arguments"),
+    "too many": ("Enable", (1.0,), "ask.arguments"),
+    "a text for a number": ("Diameter", ("1500",), "ask.arguments"),
+    "a number for a text": ("Trim", (1.0, 2.0, 3.0), "ask.arguments"),
+    "a truth for a number": ("Diameter", (True,), "ask.arguments"),
+    "nothing for a number": ("Diameter", (None,), "ask.arguments"),
+    "a list": ("Diameter", ([1.0],), "ask.arguments"),
+    "no number": ("Diameter", (math.nan,), "ask.arguments"),
+    "beyond all": ("Diameter", (math.inf,), "ask.arguments"),
+    "a whole number beyond all": ("Diameter", (10**400,), "ask.arguments"),
+    "a folder": ("ChooseModel", ("../secret.json",), "ask.arguments"),
+    "a long name": ("ChooseModel", ("x" * 201,), "ask.arguments"),
+    "no name": ("ChooseModel", ("",), "ask.arguments"),
+    "half a pair of surrogates": ("ChooseModel", ("\ud800",), "ask.arguments"),
+}
+
+
+def test_what_cannot_be_asked_is_refused_in_words_and_costs_nothing(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("dvorak")
+        for method, arguments, key in WRONG.values():
+            outcome = await place.persons.ask(person, method, arguments)
+            assert (outcome.accepted, outcome.key) == (False, key), (method, arguments)
+            assert outcome.reason
+            assert outcome.reason.isprintable()
+        assert place.box.requests == []
+        assert (await place.persons.ask(person, "Hold")).accepted
+
+    at_the_shop(act)
+
+
+def test_a_role_that_changes_holds_from_the_next_request(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        assert (await place.persons.ask(person, "Hold")).accepted
+        appoint(place.pairs.users, {**ROLES, "novak": Role.VIEWER})
+        outcome = await place.persons.ask(person, "Resume")
+        assert outcome == (False, "the role viewer may not ask for Resume", "ask.role")
+        assert person.role is Role.VIEWER
+        assert not person.ended
+        appoint(place.pairs.users, {**ROLES, "novak": Role.ENGINEER})
+        assert (await place.persons.ask(person, "ChooseModel", ("new.json",))).accepted
+
+    at_the_shop(act)
+
+
+def test_two_persons_ask_at_the_same_time_and_neither_waits_for_the_other(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, novak = await place.log_in("novak")
+        _, dvorak = await place.log_in("dvorak")
+        place.box.gate = asyncio.Event()
+        both = asyncio.gather(place.persons.ask(novak, "Hold"), place.persons.ask(dvorak, "Resume"))
+        await until(lambda: len(place.box.requests) == 2)
+        place.box.gate.set()
+        assert [outcome.accepted for outcome in await both] == [True, True]
+        asked = {request.who: request.kind for request in place.box.requests}
+        assert asked == {"novak": RequestKind.HOLD, "dvorak": RequestKind.RESUME}
+
+    at_the_shop(act)
+
+
+def test_requests_of_one_person_that_wait_are_bounded(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        place.box.gate = asyncio.Event()
+        waiting = [
+            asyncio.create_task(place.persons.ask(person, "Hold")) for _ in range(MOST_AT_ONCE)
+        ]
+        await until(lambda: person.waiting == MOST_AT_ONCE)
+        outcome = await place.persons.ask(person, "Hold")
+        assert (outcome.accepted, outcome.key) == (False, "ask.too_many")
+        place.box.gate.set()
+        assert all(one.accepted for one in await asyncio.gather(*waiting))
+        assert len(place.box.requests) == MOST_AT_ONCE
+        assert (await place.persons.ask(person, "Hold")).accepted
+
+    at_the_shop(act)
+
+
+def test_a_request_without_an_answer_says_that_it_may_still_take_effect(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        place.box.gate = asyncio.Event()
+        outcome = await place.persons.ask(person, "Disable")
+        assert (outcome.accepted, outcome.key) == (False, "ask.no_answer")
+        assert "may still take effect" in outcome.reason
+        assert not person.ended
+        place.box.gate.set()
+        assert (await place.persons.ask(person, "Hold")).accepted  # the late answer is nobody's
+
+    at_the_shop(act, answer_s=0.3)
+
+
+def test_a_request_whose_connection_is_lost_says_so_at_once(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        place.box.gate = asyncio.Event()
+        asking = asyncio.create_task(place.persons.ask(person, "Disable"))
+        await until(lambda: bool(place.box.requests))
+        await place.cable.cut()
+        outcome = await asking
+        assert (outcome.accepted, outcome.key) == (False, "ask.lost")
+        assert "may still take effect" in outcome.reason
+        assert person.ended == "login.loop_gone"
+
+    at_the_shop(act)
+
+
+def test_a_request_that_waits_for_the_loop_costs_nobody_the_log_in(
+    at_the_shop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_persons, "NO_SIGN_S", 0.1)
+
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        place.box.gate = asyncio.Event()
+        asking = asyncio.create_task(place.persons.ask(person, "Hold"))
+        await until(lambda: bool(place.box.requests))
+        for _ in range(3):  # neither the look that is due nor one that is asked for
+            await place.clock.move(KEEP_ALIVE_S)
+            await place.persons._ask_role(person)
+        assert place.persons.of(cookie) is person
+        place.box.gate.set()
+        assert (await asking).accepted
+        assert not person.ended
+
+    at_the_shop(act)
+
+
+def test_the_server_keeps_the_session_of_a_person_longer_than_any_request_may_take(
+    at_the_shop,
+) -> None:
+    async def act(place: Shop) -> None:
+        await place.log_in("novak")
+        inner = place.server._server
+        assert inner is not None
+        kept_s = [client.processor.session.session_timeout for client in inner.bserver.clients]
+        assert kept_s == [90.0]
+        assert kept_s[0] > _person_session.REQUEST_S
+
+    at_the_shop(act)
+
+
+def test_a_page_that_gives_a_request_up_leaves_the_session_whole(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        _, person = await place.log_in("novak")
+        place.box.gate = asyncio.Event()
+        asking = asyncio.create_task(place.persons.ask(person, "Disable"))
+        await until(lambda: bool(place.box.requests))
+        asking.cancel()
+        await asyncio.gather(asking, return_exceptions=True)
+        assert person.waiting == 0
+        place.box.gate.set()
+        assert (await place.persons.ask(person, "Hold")).accepted
+
+    at_the_shop(act)
+
+
+def test_what_a_person_is_tells_no_secret(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await place.log_in("novak")
+        assert isinstance(person, Person)
+        for text in (repr(person), str(person), repr(place.persons)):
+            assert cookie not in text
+            assert person.token not in text
+
+    at_the_shop(act)
+
+
+def test_a_mistake_in_the_program_is_not_hidden(at_the_shop, monkeypatch) -> None:
+    async def broken(*_: object) -> None:
+        raise ZeroDivisionError
+
+    async def act(place: Shop) -> None:
+        cookie, _ = await place.log_in("novak")
+        monkeypatch.setattr(place.persons, "_refresh", broken)
+        await place.clock.move(KEEP_ALIVE_S)
+        with pytest.raises(ExceptionGroup):
+            place.persons.of(cookie)
+        with pytest.raises(ExceptionGroup):
+            await place.persons.close()
+
+    at_the_shop(act)
