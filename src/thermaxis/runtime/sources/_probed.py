@@ -2,9 +2,18 @@
 
 import asyncio
 from collections.abc import Mapping, Sequence
-from typing import final
+from typing import NamedTuple, final
 
 from thermaxis.runtime._ports import NOT_READ, Clock, Source, SourceSample
+
+
+class _Answer(NamedTuple):
+    """What the probes said."""
+
+    samples: Mapping[str, SourceSample]
+    """Samples by name, with their ages at that time."""
+    at_s: float
+    """Monotonic time at which it came. [s]"""
 
 
 @final
@@ -36,8 +45,8 @@ class ProbedSource(Source):
         self.source, self.probes = source, probes
         self._clock = clock
         self._none: Mapping[str, SourceSample] = dict.fromkeys(names, NOT_READ)
-        self._asking: asyncio.Task[Mapping[str, SourceSample]] | None = None
-        self._told, self._told_s = self._none, 0.0
+        self._asking: asyncio.Task[_Answer] | None = None
+        self._told = _Answer(self._none, 0.0)
 
     async def open(self) -> None:
         """Begin with both."""
@@ -60,7 +69,7 @@ class ProbedSource(Source):
         if self._asking is None:
             self._asking = asyncio.create_task(self._ask(deadline_s), name="probes")
         else:
-            self._told = self._none  # not answered within a whole cycle
+            self._told = _Answer(self._none, 0.0)  # not answered within a whole cycle
         samples = await self.source.read(deadline_s)
         self._take()
         told = self._aged() if self.source.connected else self._none
@@ -79,8 +88,9 @@ class ProbedSource(Source):
         finally:
             await self.source.close()
 
-    async def _ask(self, deadline_s: float) -> Mapping[str, SourceSample]:
-        return await self.probes.read(deadline_s)
+    async def _ask(self, deadline_s: float) -> "_Answer":
+        samples = await self.probes.read(deadline_s)
+        return _Answer(samples, self._clock.monotonic_s())
 
     def _take(self) -> None:
         """Take the answer, if it is there."""
@@ -89,13 +99,12 @@ class ProbedSource(Source):
             return
         self._asking = None
         failed = asking.cancelled() or asking.exception() is not None
-        self._told = self._none if failed else asking.result()
-        self._told_s = self._clock.monotonic_s()
+        self._told = _Answer(self._none, 0.0) if failed else asking.result()
 
     def _aged(self) -> Mapping[str, SourceSample]:
         """Return the last answer, by so much older as has passed since."""
-        passed_s = max(0.0, self._clock.monotonic_s() - self._told_s)
+        passed_s = max(0.0, self._clock.monotonic_s() - self._told.at_s)
         return {
             name: sample if sample.age_s is None else sample._replace(age_s=sample.age_s + passed_s)
-            for name, sample in self._told.items()
+            for name, sample in self._told.samples.items()
         }
