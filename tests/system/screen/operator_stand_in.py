@@ -188,7 +188,8 @@ def trend(status: Mapping[str, Any]) -> dict[str, Any]:
             "unit": "um" if name.endswith("correction") else "degC",
             "t": times,
             "mean": [
-                (-35.0 if name.endswith("correction") else 7.0 - k) * (1 - 0.99**m) + k
+                (-35.0 + 7.3 * k if name.endswith("correction") else 7.0) * (1 - 0.99**m)
+                + (0.0 if name.endswith("correction") else 20.4 + k)
                 if m not in range(100, 110)
                 else None
                 for m in range(240)
@@ -246,7 +247,7 @@ def served(stand_in: StandIn) -> Iterator[StandIn]:
     """Serve a stand-in on a free port while the block runs."""
     server = uvicorn.Server(
         uvicorn.Config(
-            application(stand_in), host="127.0.0.1", port=0, log_level="error", ws="websockets-sansio"
+            application(stand_in), host="127.0.0.1", port=0, log_level="error", lifespan="off"
         )
     )
     thread = threading.Thread(target=server.run, daemon=True)

@@ -24,6 +24,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -391,7 +392,8 @@ class Stand:
 
     def lathe_values(self, *names: str) -> list[float]:
         """Return values of the lathe's nodes, read by a client of their own."""
-        return asyncio.run(self._read(names))
+        with ThreadPoolExecutor(1) as own:  # a test with a browser has a loop in its thread
+            return own.submit(lambda: asyncio.run(self._read(names))).result(30.0)
 
     async def _read(self, names: Sequence[str]) -> list[float]:
         client = Client(self.lathe_url, timeout=10.0)

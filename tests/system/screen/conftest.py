@@ -1,0 +1,163 @@
+"""A browser, a stand, and visitors who have logged in."""
+
+import os
+import shutil
+from collections.abc import Callable, Generator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Page,
+    Playwright,
+    Request,
+    sync_playwright,
+)
+
+from tests.system.screen.stand import Stand, Visitor
+
+WIDTH, HEIGHT = 1366, 768
+EXPECTED_WITHOUT_SERVER = ("WebSocket connection to", "net::ERR_CONNECTION_REFUSED", "net::ERR_")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--screens", metavar="DIR", help="folder for pictures of every page")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Every test here is a system test with a bounded life."""
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.system)
+            item.add_marker(pytest.mark.timeout(150))
+
+
+@pytest.fixture(scope="session")
+def screens(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """Return the folder of the pictures."""
+    stated = request.config.getoption("--screens", default=None)
+    folder = Path(stated) if stated else tmp_path_factory.mktemp("screens")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def playwright() -> Generator[Playwright]:
+    with sync_playwright() as found:
+        yield found
+
+
+@pytest.fixture(scope="session")
+def browser(playwright: Playwright) -> Generator[Browser]:
+    """Yield the system's Chromium."""
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    assert path is not None, "Debian's chromium is needed; .ci/run installs it"
+    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with playwright.chromium.launch(executable_path=path, args=arguments) as found:
+        yield found
+
+
+@pytest.fixture(scope="session")
+def stand(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+    """Yield a lathe, its loop and its screen, on which everybody must log in."""
+    with Stand(tmp_path_factory.mktemp("stand")) as found:
+        yield found
+
+
+@pytest.fixture(scope="session")
+def people(stand: Stand) -> Callable[[str], Visitor]:
+    """Return visitors by role, logged in once, and again where their log-in is gone."""
+    known: dict[str, Visitor] = {}
+
+    def person(role: str) -> Visitor:
+        found = known.get(role)
+        if found is None or found.ask("/").status != 200:
+            found = known[role] = stand.visitor()
+            assert found.log_in(role).status == 200
+        return found
+
+    return person
+
+
+class Looked:
+    """A page that is open, and everything that went wrong on it.
+
+    Parameters
+    ----------
+    context : BrowserContext
+        Of one visitor.
+    address : str
+        Address of the screen; no other one may be asked.
+    """
+
+    def __init__(self, context: BrowserContext, address: str) -> None:
+        self.context, self.address = context, address
+        self.page: Page = context.new_page()
+        self.wrong: list[str] = []
+        self.loads = 0
+        self.page.on("console", self._console)
+        self.page.on("pageerror", lambda error: self.wrong.append(f"error: {error}"))
+        self.page.on("request", self._request)
+        self.page.on("load", self._load)
+
+    def _console(self, message: ConsoleMessage) -> None:
+        if message.type in {"error", "warning"}:
+            self.wrong.append(f"console {message.type}: {message.text}")
+
+    def _load(self, _: Page) -> None:
+        self.loads += 1
+
+    def _request(self, request: Request) -> None:
+        asked = urlsplit(request.url)
+        if asked.scheme not in {"data", "blob", "about"} and asked.netloc != urlsplit(
+            self.address
+        ).netloc:
+            self.wrong.append(f"foreign address: {request.url}")
+
+    def open(self, path: str) -> Page:
+        """Open a page and return it."""
+        self.page.goto(f"{self.address}{path}")
+        return self.page
+
+    def wait_live(self, limit_s: float = 15.0) -> None:
+        """Wait for fresh values."""
+        self.page.wait_for_selector('body[data-live="yes"]', timeout=1e3 * limit_s)
+
+    def unexpected(self) -> list[str]:
+        """Return what went wrong other than that a server was gone for a while."""
+        return [one for one in self.wrong if not any(e in one for e in EXPECTED_WITHOUT_SERVER)]
+
+
+@pytest.fixture
+def look(
+    browser: Browser, stand: Stand, people: Callable[[str], Visitor]
+) -> Generator[Callable[..., Looked]]:
+    """Return a function that opens a browser for a role, or for nobody; all are closed after."""
+    opened: list[BrowserContext] = []
+
+    def begin(role: str = "", *, of: Stand = stand, **options: object) -> Looked:
+        settings: dict[str, object] = {
+            "viewport": {"width": WIDTH, "height": HEIGHT},
+            "locale": "en-GB",
+            **options,
+        }
+        context = browser.new_context(**settings)
+        context.set_default_timeout(20_000)
+        opened.append(context)
+        if role:
+            context.add_cookies(
+                [
+                    {"name": one.name, "value": one.value or "", "url": of.address}
+                    for one in people(role).cookies
+                ]
+            )
+        return Looked(context, of.address)
+
+    yield begin
+    for context in opened:
+        context.close()

@@ -1,0 +1,142 @@
+"""Every page in a real browser: it opens, asks nobody else, fits, and speaks three languages."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.system.screen.conftest import Looked
+from tests.system.screen.stand import Stand, Visitor, wait_until
+
+Look = Callable[..., Looked]
+PAGES: Final = {
+    "operator": "/",
+    "model": "/model",
+    "sensors": "/sensors",
+    "history": "/history",
+    "probe": "/probe",
+    "positioning": "/positioning",
+}
+SIZES: Final = ((1024, 600), (1366, 768), (1920, 1080))
+CHARTS: Final = ("operator", "model", "history", "probe")
+WORDS: Final = {"en": "Hold", "de": "Halten", "cs": "Podržet"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def active(stand: Stand, people: Callable[[str], Visitor]) -> None:
+    """Let the loop compensate, so that the pages have something to show."""
+    answer = people("operator").ask("/ask", {"method": "Enable", "arguments": []})
+    assert answer.json()["accepted"], answer.body
+    wait_until("an offset in the lathe", lambda: abs(stand.offset_um()) > 5.0)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_opens_without_an_error_and_asks_no_other_address(look: Look, name: str) -> None:
+    seen = look("engineer")
+    page = seen.open(PAGES[name])
+    seen.wait_live()
+    if name in CHARTS:
+        page.wait_for_selector(".main-svg", state="attached")
+    page.wait_for_load_state("networkidle")
+    assert page.locator("nav.pages a").count() == len(PAGES)
+    assert page.locator('nav.pages a[aria-current="page"]').get_attribute("href") == PAGES[name]
+    assert "operator." not in page.locator("main").inner_text(), "a key stands where a word should"
+    assert seen.wrong == []
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_fits_its_width_at_three_sizes(
+    look: Look, screens: Path, name: str, theme: str
+) -> None:
+    seen = look("engineer", color_scheme=theme)
+    page = seen.open(PAGES[name])
+    seen.wait_live()
+    if name in CHARTS:
+        page.wait_for_selector(".main-svg", state="attached")
+    page.wait_for_load_state("networkidle")
+    assert page.evaluate("document.documentElement.dataset.theme") == theme
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_function(f"innerWidth === {width}")
+        page.screenshot(path=screens / f"{name}-{theme}-{width}x{height}.png")
+        over = page.evaluate(
+            "[document.scrollingElement.scrollWidth - innerWidth,"
+            " document.scrollingElement.scrollHeight - innerHeight]"
+        )
+        assert over[0] <= 0, f"{width} x {height}: {over[0]} px too wide"
+        assert name != "operator" or over[1] <= 0, f"{width} x {height}: {over[1]} px too high"
+
+
+def test_what_can_be_touched_is_large_enough_for_a_glove(look: Look) -> None:
+    seen = look("engineer")
+    small = """() => [...document.querySelectorAll('button, a[href], select, input, [role=button]')]
+      .filter((e) => !e.closest('svg, .modebar') && e.getClientRects().length)
+      .map((e) => [e.id || e.textContent.trim().slice(0, 30), e.getBoundingClientRect()])
+      .filter(([, box]) => Math.min(box.width, box.height) < 40 && box.width > 1)
+      .map(([name, box]) => `${name}: ${box.width.toFixed(0)} x ${box.height.toFixed(0)}`)"""
+    found = {}
+    for name, path in PAGES.items():
+        page = seen.open(path)
+        seen.wait_live()
+        found[name] = page.evaluate(small)
+    assert not any(found.values()), found
+
+
+@pytest.mark.parametrize(("language", "hold"), WORDS.items())
+def test_another_language_changes_words_and_the_decimal_sign(
+    look: Look, language: str, hold: str
+) -> None:
+    seen = look("viewer")
+    page = seen.open("/")
+    if language != "en":
+        with page.expect_navigation():
+            page.select_option("#language", language)
+    seen.wait_live()
+    assert page.evaluate("document.documentElement.lang") == language
+    assert page.locator('[data-ask="Hold"] b').inner_text() == hold
+    text = page.locator("#cards").inner_text()
+    sign = "." if language == "en" else ","
+    other = "," if sign == "." else "."
+    assert re.search(rf"\d\{sign}\d", text), text
+    assert not re.search(rf"\d\{other}\d", text), text
+
+
+@pytest.mark.parametrize(("accepted", "language"), [("de-DE", "de"), ("cs-CZ", "cs"), ("fr", "en")])
+def test_a_visitor_is_met_in_the_language_of_the_browser(
+    look: Look, accepted: str, language: str
+) -> None:
+    page = look(locale=accepted).open("/login")
+    assert page.evaluate("document.documentElement.lang") == language
+
+
+def test_the_theme_is_switched_kept_and_seen_by_the_charts(look: Look) -> None:
+    seen = look("viewer", color_scheme="light")
+    page = seen.open("/")
+    seen.wait_live()
+    page.wait_for_selector("#trend .main-svg", state="attached")
+    fill = "getComputedStyle(document.querySelector('#trend .main-svg text')).fill"
+    paper = "getComputedStyle(document.body).backgroundColor"
+    light = page.evaluate(f"[{fill}, {paper}]")
+    page.click("#theme")
+    page.wait_for_function("document.documentElement.dataset.theme === 'dark'")
+    page.wait_for_function(f"{fill} !== '{light[0]}'")
+    assert page.evaluate(paper) != light[1]
+    page.reload()
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    assert seen.wrong == []
+
+
+def test_what_the_page_shows_is_what_the_lathe_has(look: Look, stand: Stand) -> None:
+    seen = look("viewer")
+    page = seen.open("/")
+    seen.wait_live()
+
+    def shown() -> float:
+        text = page.locator("#cards").inner_text().replace("\u2212", "-")
+        found = re.search(r"([+-]?\d+\.\d)", text)
+        return float(found.group(1)) if found else float("nan")
+
+    wait_until("the correction of the lathe", lambda: abs(shown() - stand.offset_um()) <= 0.6)
