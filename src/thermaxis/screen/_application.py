@@ -1,6 +1,6 @@
 """The application: every page's routes behind one guard."""
 
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncGenerator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 
 from starlette.applications import Starlette
@@ -67,7 +67,7 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
         found += page.routes(parts)
 
     @asynccontextmanager
-    async def life(_: Starlette) -> AsyncIterator[None]:
+    async def life(_: Starlette) -> AsyncGenerator[None]:
         async with AsyncExitStack() as closing:
             await parts.persons.open()
             closing.push_async_callback(parts.persons.close)

@@ -11,6 +11,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from thermaxis.runtime._users import Role
 from thermaxis.screen._access import Visitor, visitor_of
 from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._persons import OUT, Person
 from thermaxis.screen._status_feed import Told
 
 MOST_VIEWERS = 64
@@ -92,7 +93,7 @@ class LiveSocket:
             told = self._parts.feed.latest
             while True:
                 if visitor.person is not None and visitor_of(socket).person is None:
-                    await socket.send_text(self._ended(visitor.language))
+                    await socket.send_text(self._ended(visitor.person, visitor.language))
                     return
                 await socket.send_text(self._message(told, visitor.language))
                 told = await self._parts.feed.after(told.number)
@@ -111,8 +112,8 @@ class LiveSocket:
             }
         )
 
-    def _ended(self, language: str) -> str:
-        text = self._parts.words.say(language, "login.expired")
+    def _ended(self, person: Person, language: str) -> str:
+        text = self._parts.words.say(language, person.ended or OUT)
         return json.dumps({"kind": "ended", "text": text})
 
 

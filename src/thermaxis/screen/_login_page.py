@@ -17,11 +17,17 @@ from thermaxis.screen._access import (
     visitor_of,
 )
 from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._persons import Refusal
+from thermaxis.screen._persons import BUSY, FULL, NO_ROLE, REFUSED, TOO_MANY, Refusal
 from thermaxis.screen._words import LANGUAGES
 
 _YEAR_S = 31_536_000
-_STATUS = {"login.too_many": HTTPStatus.TOO_MANY_REQUESTS, "login.wrong": HTTPStatus.UNAUTHORIZED}
+_STATUS = {
+    REFUSED: HTTPStatus.UNAUTHORIZED,
+    NO_ROLE: HTTPStatus.FORBIDDEN,
+    TOO_MANY: HTTPStatus.TOO_MANY_REQUESTS,
+    FULL: HTTPStatus.SERVICE_UNAVAILABLE,
+    BUSY: HTTPStatus.SERVICE_UNAVAILABLE,
+}
 
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
@@ -56,12 +62,12 @@ async def _log_in(request: Request) -> Response:
     if not (isinstance(name, str) and isinstance(password, str) and name and password):
         return refuse(request, HTTPStatus.BAD_REQUEST, "login.incomplete")
     if len(name) > LONGEST_NAME or len(password.encode()) > LONGEST_PASSWORD:
-        return refuse(request, HTTPStatus.UNAUTHORIZED, "login.wrong")
+        return refuse(request, HTTPStatus.UNAUTHORIZED, REFUSED)
     await parts.persons.log_out(_cookie(request))
     address = request.client.host if request.client is not None else ""
     found = await parts.persons.log_in(name, password, address)
     if isinstance(found, Refusal):
-        status = _STATUS.get(found.key, HTTPStatus.SERVICE_UNAVAILABLE)
+        status = _STATUS.get(found.key, HTTPStatus.BAD_GATEWAY)
         return refuse(request, status, found.key)
     secret, person = found
     answer = JSONResponse({"name": person.name, "role": person.role.value})

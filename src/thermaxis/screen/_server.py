@@ -4,7 +4,7 @@ import asyncio
 import secrets
 import signal
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import final
 
@@ -64,9 +64,7 @@ async def serve(
         configuration=configuration,
         settings=settings,
         clock=clock,
-        feed=StatusFeed(
-            configuration.screen_connection(settings.user, settings.password), clock
-        ),
+        feed=StatusFeed(configuration.screen_connection(settings.user, settings.password), clock),
         persons=Persons(
             configuration.screen_connection,
             clock,
@@ -139,7 +137,7 @@ def _host(address: str) -> str:
 
 
 @contextmanager
-def _listening(settings: ScreenSettings) -> Iterator[socket.socket]:
+def _listening(settings: ScreenSettings) -> Generator[socket.socket]:
     family = socket.AF_INET6 if ":" in settings.address else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
@@ -171,7 +169,7 @@ class _Server(uvicorn.Server):
             self._ready()
 
     @contextmanager
-    def capture_signals(self) -> Iterator[None]:
+    def capture_signals(self) -> Generator[None]:
         """Leave signals to `_end_by_signal`."""
         yield
 
