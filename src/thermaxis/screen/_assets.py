@@ -1,7 +1,6 @@
 """Scripts and styles: a fixed list of files from this package, and the chart library's script."""
 
 import gzip
-from collections.abc import Mapping
 from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
@@ -35,7 +34,7 @@ class Assets:
 
     def __init__(self) -> None:
         own = {path.name: path for path in asset_folder().iterdir() if path.suffix in _KINDS}
-        self._paths: Mapping[str, Path] = {**own, CHART_SCRIPT: chart_script()}
+        self._paths = {**own, CHART_SCRIPT: chart_script()}
         self._read: dict[str, tuple[str, bytes]] = {}
 
     def answer(self, request: Request) -> Response:
