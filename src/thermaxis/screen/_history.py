@@ -22,6 +22,7 @@ from thermaxis.screen._access import parts_of
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian._reading import HistoryReader, Trend
+    from thermaxis.screen._words import Words
 
 T = TypeVar("T")
 Json = dict[str, Any]
@@ -515,6 +516,33 @@ def event_json(event: EventRecord) -> Json:
             "accepted": details["accepted"] is True,
             "reason": tail.partition(", ")[2],
         }
+    return found
+
+
+def said_in(language: str, words: "Words", events: Sequence[Json]) -> list[Json]:
+    """Return events with what happened in a language as well.
+
+    Parameters
+    ----------
+    language : str
+        The language.
+    words : Words
+        Texts in every language.
+    events : sequence of dict
+        As `event_json` says.
+
+    Returns
+    -------
+    list of dict
+        The same with ``said``, and of a request ``said_reason``; English where there is no
+        translation.
+    """
+    found: list[Json] = []
+    for event in events:
+        said = words.phrase(language, f"event_{event['kind']}", event["text"])
+        found.append({**event, "said": said})
+        if "reason" in event:
+            found[-1]["said_reason"] = words.phrase(language, "answer", event["reason"])
     return found
 
 

@@ -1,12 +1,15 @@
 """The history: trends, events and exports of any span, and the operator's trend of hours."""
 
-from datetime import timedelta
+from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Final, cast
 
+from starlette.background import BackgroundTask
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import Response
+from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
+from thermaxis.errors import printable
+from thermaxis.runtime._private_files import whole_file
 from thermaxis.runtime._users import Role
 from thermaxis.screen._access import answer_json, needs, parts_of, refuse, visitor_of
 from thermaxis.screen._history import (
@@ -19,11 +22,13 @@ from thermaxis.screen._history import (
     history_of,
     lines_of,
     names_now,
+    said_in,
     span_of,
     to_ms,
     trend8,
     unit_of,
 )
+from thermaxis.screen._work import BusyError, Ending, Limits, Outcome, work_of
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian._reading import HistoryReader
@@ -33,9 +38,23 @@ MOST_SERIES: Final = 8
 """Series of one question. [1]"""
 MOST_POINTS: Final = 4000
 """Steps of one question. [1]"""
+LENGTHS: Final = (("1h", 1), ("8h", 8), ("1d", 24), ("7d", 168), ("30d", 720), ("all", 0))
+"""Buttons of lengths with their hours; 0 is everything."""
 LONGEST: Final = timedelta(days=3660)
 """Longest span of one question."""
-_BAD_REQUEST, _UNAVAILABLE = 400, 503
+EXPORT_S: Final = 120.0
+"""Longest work for an export. Default: a day of four outputs at 1 Hz many times over. [s]"""
+EXPORT_BYTES: Final = 500_000_000
+"""Largest export. [byte]"""
+EXPORT_LIMITS: Final = Limits(
+    longest_s=EXPORT_S,
+    file_bytes=2 * EXPORT_BYTES,  # the folder's limit is met first, and is told from a failure
+    folder_bytes=EXPORT_BYTES,
+)
+"""What an export may use."""
+FORMATS: Final = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
+"""Kinds of content by the endings of exports."""
+_BAD_REQUEST, _TOO_LARGE, _TOO_MANY, _UNAVAILABLE = 400, 413, 429, 503
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
@@ -57,13 +76,23 @@ def routes(parts: "ScreenParts") -> list[BaseRoute]:
         Route("/history/series", _series, methods=["GET"]),
         Route("/history/trend", _trend, methods=["GET"]),
         Route("/history/events", _events, methods=["GET"]),
+        Route("/history/export", _export, methods=["GET"]),
         Route("/trend8", _trend8, methods=["GET"]),
     ]
 
 
 @needs(Role.VIEWER, page=True)
 async def _page(request: Request) -> Response:
-    return parts_of(request).render(request, "history.html", page="history", charts=True)
+    return parts_of(request).render(
+        request,
+        "history.html",
+        page="history",
+        charts=True,
+        lengths=LENGTHS,
+        most=str(MOST_SERIES),
+        limit=f"{EXPORT_S:g}",
+        size=str(EXPORT_BYTES // 1_000_000),
+    )
 
 
 def away(connection: HTTPConnection, error: NoHistoryError) -> Response:
@@ -143,17 +172,19 @@ async def _events(request: Request) -> Response:
         events, more = await history_of(request).ask(lambda reader: events_of(reader, span, kinds))
     except NoHistoryError as error:
         return away(request, error)
-    return answer_json({"events": events, "more": more})
+    language = visitor_of(request).language
+    told = said_in(language, parts_of(request).words, events)
+    return answer_json({"events": told, "more": more})
 
 
 @needs(Role.VIEWER)
 async def _trend8(request: Request) -> Response:
     found = await _kept_trend(request).get()
+    language, words = visitor_of(request).language, parts_of(request).words
     if isinstance(found, NoHistoryError):
-        language = visitor_of(request).language  # the answer is everybody's, its words are not
-        text = parts_of(request).words.say(language, found.key, **found.values)
+        text = words.say(language, found.key, **found.values)
         return answer_json({"series": {}, "events": [], "error": text})
-    return answer_json(found)
+    return answer_json({**found, "events": said_in(language, words, found["events"])})
 
 
 def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":
@@ -178,3 +209,60 @@ def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":
 
         state.trend8 = Kept(made, parts.clock, TREND_KEPT_S)
     return cast("Kept[Json | NoHistoryError]", state.trend8)
+
+
+# ---- export -------------------------------------------------------------------------------------
+
+
+@needs(Role.VIEWER, named=True)
+async def _export(request: Request) -> Response:
+    span, ending = span_of(request), request.query_params.get("format", "")
+    if span is None:
+        return refuse(request, _BAD_REQUEST, "history.no_span")
+    if ending not in FORMATS:
+        return refuse(request, _BAD_REQUEST, "history.export_format")
+    try:
+        outcome = await _exported(request, span, ending)
+    except BusyError:
+        return refuse(request, _TOO_MANY, "history.export_busy")
+    except OSError as error:
+        return refuse(request, _UNAVAILABLE, "history.export_failed", why=str(error))
+    name = f"history.{ending}"
+    if outcome.ending is Ending.DONE and outcome.code == 0 and name in outcome.files:
+        return FileResponse(
+            outcome.files[name],
+            media_type=FORMATS[ending],
+            filename=f"history-{span[0]:%Y%m%dT%H%M%SZ}-{span[1]:%Y%m%dT%H%M%SZ}.{ending}",
+            background=BackgroundTask(outcome.folder.remove),
+        )
+    outcome.folder.remove()
+    return _export_refused(request, outcome)
+
+
+async def _exported(request: Request, span: tuple[datetime, datetime], ending: str) -> Outcome:
+    """Let a command of its own write the file; a password goes to it as a file."""
+    configuration, work = parts_of(request).configuration, work_of(request)
+    times = (moment.isoformat() for moment in span)
+    words = ["history", "export", configuration.historian_url, "--output", f"history.{ending}"]
+    words += [word for pair in zip(("--from", "--to"), times, strict=True) for word in pair]
+    with work.place():
+        folder = work.folder()
+        password = configuration.historian.password.reveal()
+        if password:
+            with whole_file(folder.path / "password", mode=0o600) as file:
+                file.write(password.encode())
+            words += ["--password-file", "password"]
+        return await work.run_command(
+            words, limits=EXPORT_LIMITS, outputs=(f"history.{ending}",), folder=folder
+        )
+
+
+def _export_refused(request: Request, outcome: Outcome) -> Response:
+    """Say why an export came to nothing."""
+    if outcome.ending is Ending.TOO_LONG:
+        return refuse(request, _TOO_LARGE, "history.export_late", limit=f"{EXPORT_S:g}")
+    if outcome.ending is Ending.TOO_MUCH:
+        size = str(EXPORT_BYTES // 1_000_000)
+        return refuse(request, _TOO_LARGE, "history.export_large", size=size)
+    lines = outcome.said.strip().splitlines() or [outcome.ending.value]
+    return refuse(request, _UNAVAILABLE, "history.export_failed", why=printable(lines[-1], 300))

@@ -31,7 +31,7 @@ from thermaxis.screen._history import (
     span_of,
     to_ms,
 )
-from thermaxis.screen._history_page import LONGEST, away, points_of
+from thermaxis.screen._history_page import LENGTHS, LONGEST, away, points_of
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian._reading import HistoryReader, Piece, Trend
@@ -83,8 +83,18 @@ def routes(parts: "ScreenParts") -> list[BaseRoute]:
 @needs(Role.VIEWER, page=True)
 async def _page(request: Request) -> Response:
     parts = parts_of(request)
-    probes = tuple(parts.configuration.probes)
-    return parts.render(request, "probe.html", page="probe", charts=bool(probes), probes=probes)
+    configuration = parts.configuration
+    probes = tuple(configuration.probes)
+    return parts.render(
+        request,
+        "probe.html",
+        page="probe",
+        charts=bool(probes),
+        probes=probes,
+        lengths=LENGTHS,
+        file=configuration.path.name,
+        output=next(iter(configuration.outputs), "Z_um"),
+    )
 
 
 @needs(Role.VIEWER)

@@ -1,0 +1,297 @@
+// @ts-check
+// The history: any span, its series and events, a second span over it, exports.
+
+import { drawChart } from "./chart.js";
+import { startEvents } from "./history_events.js";
+import { bySeries, labelOf } from "./history_series.js";
+import {
+  asked, element, fieldTime, newQuestion, pointsFor, pressLength, query, saved, setField, spanOf,
+  tellWrong, wireSpan,
+} from "./past.js";
+import { duration, moment, word } from "./words.js";
+
+/** @typedef {import("./past.js").Span} Span */
+/** @typedef {import("./past.js").Past} Past */
+
+const MOST_SERIES = 8;
+const DAY_MS = 86_400_000;
+const KEPT = "thermaxis.history";
+
+/** @type {Record<string, string>} */
+let units = {};
+/** @type {string[]} */
+let chosen = [];
+/** @type {Span | null} */
+let span = null;
+/** @type {Span | null} */
+let before = null;
+/** @type {number | null} */
+let secondFirst = null;
+const chart = element("chart");
+const events = startEvents();
+
+/** @param {Span} wanted @param {number | null} hours */
+async function show(wanted, hours = null) {
+  span = wanted;
+  pressLength(hours);
+  setField("from", wanted.first);
+  setField("to", wanted.last);
+  keep();
+  const signal = newQuestion();
+  element("told").textContent = word("history.loading");
+  try {
+    const [lines, second, happened] = await Promise.all([
+      linesOf(wanted, signal),
+      secondLines(wanted, signal),
+      asked(`/history/events?${query(wanted, {})}`, signal),
+    ]);
+    tellWrong("");
+    events.show(happened);
+    draw(wanted, lines, second);
+  } catch (error) {
+    if (signal.aborted) return;
+    element("told").textContent = "";
+    tellWrong(/** @type {Error} */ (error).message);
+  }
+}
+
+/** @param {Span} wanted @param {AbortSignal} signal @returns {Promise<Record<string, Past>>} */
+async function linesOf(wanted, signal) {
+  if (!chosen.length) throw new Error(word("history.no_series"));
+  const more = { names: chosen, points: pointsFor(chart) };
+  return (await asked(`/history/trend?${query(wanted, more)}`, signal)).series;
+}
+
+/** @param {Span} wanted @param {AbortSignal} signal */
+async function secondLines(wanted, signal) {
+  if (secondFirst === null) return {};
+  const last = secondFirst + (wanted.last - wanted.first);
+  return linesOf({ first: secondFirst, last }, signal);
+}
+
+/**
+ * @param {Span} shown
+ * @param {Record<string, Past>} lines
+ * @param {Record<string, Past>} second
+ */
+function draw(shown, lines, second) {
+  const [left, right] = unitsOf();
+  const shift = secondFirst === null ? 0 : shown.first - secondFirst;
+  drawChart(chart, {
+    lines: [
+      ...Object.entries(lines).map(([name, line], k) => lineOf(name, line, k, 0, left)),
+      ...Object.entries(second).map(([name, line], k) => lineOf(name, line, k, shift, left)),
+    ],
+    marks: events.marks(),
+    marksListed: 12,
+    time: true,
+    first: shown.first,
+    last: shown.last,
+    yTitle: left,
+    rightTitle: right ?? "",
+    label: word("history.series"),
+    onSpan: (wanted) => {
+      if (before === null) before = shown;
+      void show(wanted ?? before);
+      if (wanted === null) before = null;
+    },
+  });
+  tell(shown, lines);
+  chart.dataset.drawn = String(Number(chart.dataset.drawn ?? "0") + 1);
+}
+
+/**
+ * @param {string} name
+ * @param {Past} line
+ * @param {number} k
+ * @param {number} shift of a second span [ms]; 0: the first one
+ * @param {string} left unit of the left axis
+ * @returns {import("./chart.js").Line}
+ */
+function lineOf(name, line, k, shift, left) {
+  const label = labelOf(name);
+  return {
+    name: shift ? word("history.second_name", { name: label }) : label,
+    unit: line.unit,
+    x: shift ? line.t.map((at) => at + shift) : line.t,
+    y: line.mean,
+    low: shift ? undefined : line.lowest,
+    high: shift ? undefined : line.highest,
+    axis: line.unit === left ? "left" : "right",
+    color: (k % 6) + 1,
+    dash: shift ? "dash" : "solid",
+    digits: line.unit === "µm" || line.unit === "°C" ? 1 : 3,
+  };
+}
+
+/** @param {Span} shown @param {Record<string, Past>} lines */
+function tell(shown, lines) {
+  const stepS = Math.max(0, ...Object.values(lines).map((line) => line.step_s));
+  const length = duration((shown.last - shown.first) / 1000);
+  const values = { first: moment(shown.first), last: moment(shown.last), length };
+  element("told").textContent = stepS < 0.05
+    ? word("history.told_cycles", values)
+    : word("history.told", { ...values, step: duration(stepS) });
+  tellSecond(shown);
+}
+
+/** @param {Span} shown */
+function tellSecond(shown) {
+  const place = element("second-told");
+  element("second-off").setAttribute("aria-pressed", String(secondFirst === null));
+  place.textContent = "";
+  if (secondFirst === null) return;
+  const shift = shown.first - secondFirst;
+  const values = { first: moment(secondFirst), length: duration(Math.abs(shift) / 1000) };
+  place.textContent = shift > 0
+    ? word("history.second_told_later", values)
+    : word("history.second_told_earlier", values);
+}
+
+function unitsOf() {
+  return [...new Set(chosen.map((name) => units[name] ?? ""))];
+}
+
+// ---- choice of series ----------------------------------------------------------------------
+
+function listSeries() {
+  const place = element("series");
+  place.replaceChildren();
+  for (const [group, names] of bySeries(Object.keys(units))) {
+    const title = document.createElement("h3");
+    title.textContent = group;
+    place.append(title, ...names.map(seriesButton));
+  }
+}
+
+/** @param {string} name */
+function seriesButton(name) {
+  const button = document.createElement("button");
+  const unit = units[name] ? ` [${units[name]}]` : "";
+  button.type = "button";
+  button.textContent = labelOf(name) + unit;
+  button.setAttribute("aria-pressed", String(chosen.includes(name)));
+  button.addEventListener("click", () => choose(name, button));
+  return button;
+}
+
+/** @param {string} name @param {HTMLElement} button */
+function choose(name, button) {
+  const wanted = chosen.includes(name) ? chosen.filter((one) => one !== name) : [...chosen, name];
+  if (wanted.length > MOST_SERIES) {
+    tellWrong(word("history.too_many", { most: MOST_SERIES }));
+    return;
+  }
+  if (new Set(wanted.map((one) => units[one] ?? "")).size > 2) {
+    tellWrong(word("history.two_units"));
+    return;
+  }
+  chosen = wanted;
+  button.setAttribute("aria-pressed", String(chosen.includes(name)));
+  if (span) void show(span);
+}
+
+/** @param {string[]} names @returns {string[]} corrections and temperatures */
+function firstChoice(names) {
+  const corrections = names.filter((name) => name.endsWith(".correction")).slice(0, 4);
+  const inputs = names.filter((name) => units[name] === "°C" && !name.includes("."));
+  return [...corrections, ...inputs].slice(0, 5);
+}
+
+// ---- begin ---------------------------------------------------------------------------------
+
+/** @param {number} hours */
+async function showLength(hours) {
+  try {
+    const found = spanOf(hours, await recorded());
+    before = null;
+    if (found) await show(found, hours);
+    else tellWrong(word("history.nothing_recorded"));
+  } catch (error) {
+    tellWrong(/** @type {Error} */ (error).message);
+  }
+}
+
+async function recorded() {
+  const found = await asked("/history/series");
+  const known = Object.keys(units).join();
+  units = found.series;
+  chosen = chosen.filter((name) => name in units);
+  if (!chosen.length) chosen = firstChoice(Object.keys(units));
+  if (Object.keys(units).join() !== known) listSeries();
+  return found;
+}
+
+/** What a page that loads itself again goes on with. */
+function keep() {
+  sessionStorage.setItem(KEPT, JSON.stringify({ span, chosen, secondFirst }));
+}
+
+/** @returns {{span: Span | null, chosen: string[], secondFirst: number | null}} */
+function kept() {
+  const nothing = { span: null, chosen: [], secondFirst: null };
+  const reloaded = performance.getEntriesByType("navigation")
+    .some((entry) => /** @type {PerformanceNavigationTiming} */ (entry).type === "reload");
+  const text = reloaded ? sessionStorage.getItem(KEPT) : null;
+  return text ? { ...nothing, ...JSON.parse(text) } : nothing;
+}
+
+/** @param {number | null} first */
+function layOver(first) {
+  secondFirst = first;
+  if (first !== null) setField("second-from", first);
+  if (span) void show(span);
+}
+
+function wireSecond() {
+  const back = (/** @type {number} */ ms) => () => span && layOver(span.first - ms);
+  element("second-day").addEventListener("click", back(DAY_MS));
+  element("second-week").addEventListener("click", back(7 * DAY_MS));
+  element("second-off").addEventListener("click", () => layOver(null));
+  element("second-from").addEventListener("change", () => {
+    const first = fieldTime("second-from");
+    if (Number.isFinite(first)) layOver(first);
+  });
+}
+
+function wireExport() {
+  const told = document.getElementById("export-told");
+  for (const button of document.querySelectorAll("button[data-format]")) {
+    button.addEventListener("click", async () => {
+      if (!span || !told) return;
+      told.textContent = word("history.export_works");
+      try {
+        const format = /** @type {HTMLElement} */ (button).dataset.format ?? "";
+        const name = await saved(`/history/export?${query(span, { format })}`);
+        told.textContent = word("history.export_done", { name });
+      } catch (error) {
+        told.textContent = /** @type {Error} */ (error).message;
+      }
+    });
+  }
+}
+
+async function start() {
+  wireSpan((hours) => void showLength(hours), (wanted) => {
+    before = null;
+    void show(wanted);
+  });
+  wireSecond();
+  wireExport();
+  const last = kept();
+  chosen = last.chosen;
+  secondFirst = last.secondFirst;
+  if (secondFirst !== null) setField("second-from", secondFirst);
+  if (last.span === null) {
+    await showLength(8);
+    return;
+  }
+  try {
+    await recorded();
+    await show(last.span);
+  } catch (error) {
+    tellWrong(/** @type {Error} */ (error).message);
+  }
+}
+
+void start();

@@ -1,0 +1,71 @@
+// @ts-check
+// Events in words: in the table and as marks of a chart.
+
+import { duration, moment, number, phrase, signed, word } from "./words.js";
+import { element } from "./past.js";
+
+/** @typedef {Record<string, any>} Happened */
+
+/** @type {Record<string, (event: Happened) => string>} */
+const ASKED = {
+  model: (event) => word("history.ask_model", { file: event.file }),
+  trim: (event) => word("history.ask_trim", {
+    output: event.output, value: signed(event.value, 1), length: duration(event.duration_s),
+  }),
+  diameter: (event) => event.value === null
+    ? word("history.ask_no_diameter")
+    : word("history.ask_diameter", { value: number(event.value, 1) }),
+};
+
+/** @param {Happened} event */
+function kindText(event) {
+  return phrase("event", event.kind);
+}
+
+/**
+ * What happened; requests with what was asked for.
+ * @param {Happened} event
+ */
+function eventText(event) {
+  if (!("request" in event)) return event.said;
+  const what = ASKED[event.request]?.(event) ?? phrase("request", event.request);
+  const values = { what, reason: event.said_reason };
+  return event.accepted
+    ? word("history.asked_accepted", values)
+    : word("history.asked_refused", values);
+}
+
+/** The events of the page: `show` what the server told, and `marks` for its chart. */
+export function startEvents() {
+  /** @type {Happened[]} */
+  let shown = [];
+  return {
+    /** @param {{events: Happened[], more: boolean}} told */
+    show({ events, more }) {
+      shown = events;
+      const place = element("events");
+      place.replaceChildren(...[...events].reverse().map(rowOf));
+      element("events-told").textContent = !events.length
+        ? word("history.events_none")
+        : more ? word("history.events_more", { count: events.length }) : "";
+    },
+    marks() {
+      return shown.map((event) => ({
+        x: event.t,
+        text: `${kindText(event)}: ${eventText(event)}`,
+        kind: event.priority ? "alarm" : event.kind === "alarm" ? "state" : event.kind,
+      }));
+    },
+  };
+}
+
+/** @param {Happened} event */
+function rowOf(event) {
+  const row = document.createElement("tr");
+  for (const text of [moment(event.t), kindText(event), event.who, eventText(event)]) {
+    const cell = document.createElement("td");
+    cell.textContent = text;
+    row.append(cell);
+  }
+  return row;
+}

@@ -1,0 +1,164 @@
+// @ts-check
+// What history and probe share: asking the server, spans, local times in fields.
+
+import { word } from "./words.js";
+
+/** @typedef {{first: number, last: number}} Span */
+/**
+ * @typedef {object} Past
+ * @property {string} unit
+ * @property {number} step_s
+ * @property {number[]} t
+ * @property {(number | null)[]} mean
+ * @property {(number | null)[]} lowest
+ * @property {(number | null)[]} highest
+ */
+
+/** @type {AbortController | null} */
+let asking = null;
+
+/** Give up what was asked before, and return the signal of the next questions. */
+export function newQuestion() {
+  asking?.abort();
+  asking = new AbortController();
+  return asking.signal;
+}
+
+/**
+ * Ask the server; what it refuses is thrown as an Error in words.
+ * @param {string} path
+ * @param {AbortSignal} [signal]
+ */
+async function answered(path, signal) {
+  let answer;
+  try {
+    answer = await fetch(path, { signal });
+  } catch (error) {
+    if (signal?.aborted) throw error;
+    throw new Error(word("history.no_answer"));
+  }
+  if (answer.ok) return answer;
+  const found = await answer.json().catch(() => ({}));
+  throw new Error(found.text ?? word("history.no_answer"));
+}
+
+/**
+ * @param {string} path
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<any>}
+ */
+export async function asked(path, signal) {
+  return (await answered(path, signal)).json();
+}
+
+/**
+ * Save a file that the server makes, and return its name.
+ * @param {string} path
+ */
+export async function saved(path) {
+  const answer = await answered(path);
+  const stated = answer.headers.get("content-disposition") ?? "";
+  const link = document.createElement("a");
+  link.download = /filename="([^"]+)"/.exec(stated)?.[1] ?? "";
+  link.href = URL.createObjectURL(await answer.blob());
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+  return link.download;
+}
+
+/** @param {Span} span @param {Record<string, string | string[]>} more */
+export function query(span, more) {
+  const found = new URLSearchParams({ first: iso(span.first), last: iso(span.last) });
+  for (const [name, values] of Object.entries(more)) {
+    for (const value of [values].flat()) found.append(name, value);
+  }
+  return found.toString();
+}
+
+/** @param {number} ms */
+function iso(ms) {
+  return new Date(Math.round(ms)).toISOString();
+}
+
+/**
+ * A time as a field of local time shows it.
+ * @param {number} ms
+ */
+export function fieldText(ms) {
+  const two = (/** @type {number} */ n) => String(n).padStart(2, "0");
+  const at = new Date(ms);
+  const day = `${at.getFullYear()}-${two(at.getMonth() + 1)}-${two(at.getDate())}`;
+  return `${day}T${two(at.getHours())}:${two(at.getMinutes())}:${two(at.getSeconds())}`;
+}
+
+/**
+ * The time in a field of local time; NaN where there is none.
+ * @param {string} id
+ */
+export function fieldTime(id) {
+  return Date.parse(/** @type {HTMLInputElement} */ (element(id)).value);
+}
+
+/** @param {string} id @param {number} ms */
+export function setField(id, ms) {
+  /** @type {HTMLInputElement} */ (element(id)).value = fieldText(ms);
+}
+
+/** @param {string} id @returns {HTMLElement} */
+export function element(id) {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(id);
+  return found;
+}
+
+/** @param {string} text an empty one takes it away */
+export function tellWrong(text) {
+  const place = element("wrong");
+  place.textContent = text;
+  place.hidden = text === "";
+}
+
+/**
+ * Points that a chart has room for.
+ * @param {HTMLElement} chart
+ */
+export function pointsFor(chart) {
+  return String(Math.min(2000, Math.max(300, Math.round(chart.clientWidth))));
+}
+
+/**
+ * Wire the buttons of lengths and the fields of a span.
+ * @param {(hours: number) => void} onLength 0: everything
+ * @param {(span: Span) => void} onSpan
+ */
+export function wireSpan(onLength, onSpan) {
+  element("lengths").addEventListener("click", (event) => {
+    const button = /** @type {HTMLElement} */ (event.target).closest("button");
+    if (button) onLength(Number(button.dataset.hours));
+  });
+  element("span").addEventListener("submit", (event) => {
+    event.preventDefault();
+    const span = { first: fieldTime("from"), last: fieldTime("to") };
+    if (span.last > span.first) onSpan(span);
+    else tellWrong(word("history.no_span"));
+  });
+}
+
+/** @param {number | null} hours which length is shown; null: none of them */
+export function pressLength(hours) {
+  for (const button of element("lengths").querySelectorAll("button")) {
+    button.setAttribute("aria-pressed", String(Number(button.dataset.hours) === hours));
+  }
+}
+
+/**
+ * The span of a length at the end of what is recorded.
+ * @param {number} hours 0: everything
+ * @param {{first: number | null, last: number | null}} recorded
+ * @returns {Span | null}
+ */
+export function spanOf(hours, recorded) {
+  if (recorded.first === null || recorded.last === null) return null;
+  const last = recorded.last + 1;
+  return { first: hours ? last - hours * 3_600_000 : recorded.first, last };
+}

@@ -1,0 +1,375 @@
+"""What the history's and the probe's addresses answer, to whom, and in which language."""
+
+import asyncio
+import json
+import sys
+import time
+from collections.abc import Iterator
+from datetime import timedelta
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import httpx
+import pytest
+from starlette.applications import Starlette
+
+from tests.unit.runtime.history_records import (
+    BEGIN,
+    CHANNELS,
+    OUTPUTS,
+    CountingClock,
+    url_of,
+)
+from tests.unit.screen.test_history import write
+from tests.unit.screen.test_probe_page import measured
+from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._ports import EventRecord
+from thermaxis.runtime._users import Role
+from thermaxis.screen import _history_page, _probe_page
+from thermaxis.screen._history import close_history, history_of, to_ms
+from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._words import LANGUAGES, Words
+from thermaxis.screen._work import Work
+
+NOW = BEGIN + timedelta(hours=1)
+SPAN = {"first": BEGIN.isoformat(), "last": NOW.isoformat()}
+
+
+class Ticking(CountingClock):
+    """A clock whose monotonic time a test sets as well."""
+
+    now_s = 0.0
+
+    def monotonic_s(self) -> float:
+        return self.now_s
+
+
+class Stage:
+    """The pages with a history, and somebody with a role or nobody."""
+
+    def __init__(
+        self, path: Path, role: Role = Role.VIEWER, *, probes: tuple[str, ...] = ()
+    ) -> None:
+        self.clock = Ticking(NOW)
+        outputs = tuple(SimpleNamespace(name=name) for name in OUTPUTS)
+        model = SimpleNamespace(outputs=outputs, channels=CHANNELS)
+        configuration = SimpleNamespace(
+            name="lathe",
+            path=path.with_name("machine.toml"),
+            historian_url=url_of(path),
+            historian=SimpleNamespace(password=Secret("")),
+            rules=SimpleNamespace(cycle_s=1.0),
+            compensation=SimpleNamespace(model=model, cycle_s=1.0),
+            probes=dict.fromkeys(probes),
+            outputs=dict.fromkeys(OUTPUTS),
+            server=None,
+        )
+        person = SimpleNamespace(name="Nováková", role=role, token="t" * 43)
+        found = None if role is Role.NONE else person
+        persons = SimpleNamespace(of=lambda *_, **__: found)
+        self.settings = SimpleNamespace(view_without_login=False, language="en")
+        self.parts = ScreenParts(
+            configuration=cast("Any", configuration),
+            settings=cast("Any", self.settings),
+            clock=self.clock,
+            feed=cast("Any", SimpleNamespace(latest=SimpleNamespace(status={}))),
+            persons=cast("Any", persons),
+            words=Words.read(),
+            program="p",
+        )
+        pages = (*_history_page.routes(self.parts), *_probe_page.routes(self.parts))
+        self.application = Starlette(routes=list(pages))
+        self.application.state.parts = self.parts
+
+    def __enter__(self) -> "Client":
+        self.runner = asyncio.Runner()
+        self.client = Client(self.runner, self.application)
+        return self.client
+
+    def __exit__(self, *_: object) -> None:
+        self.runner.run(close_history(self.application.state))
+        self.runner.run(self.client.http.aclose())
+        self.runner.close()
+
+
+class Client:
+    """Asks the pages in this program, one question after the other."""
+
+    def __init__(self, runner: asyncio.Runner, application: Starlette) -> None:
+        self.runner = runner
+        transport = httpx.ASGITransport(application)
+        self.http = httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8450")
+
+    def get(self, address: str, **asked: Any) -> httpx.Response:
+        return self.runner.run(self.http.get(address, **asked))
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("history") / "h.db"
+    events = [
+        EventRecord(BEGIN + timedelta(minutes=1), "state", "", "Holding: a sensor is bad"),
+        EventRecord(BEGIN + timedelta(minutes=2), "connection", "", "<b>somebody</b>"),
+        EventRecord(
+            BEGIN + timedelta(minutes=3),
+            "request",
+            "Novák",
+            "trim: accepted, the trim is added",
+            {
+                "kind": "trim",
+                "output": "Z_um",
+                "value": 2.0,
+                "duration_s": 3600.0,
+                "accepted": True,
+            },
+        ),
+    ]
+    write(path, [measured(k, 1.0 + k % 2, -3.0 * (k % 2), None) for k in range(1800)], events)
+    return path
+
+
+@pytest.fixture
+def client(path: Path) -> Iterator[Client]:
+    with Stage(path, probes=("Z_um",)) as client:
+        yield client
+
+
+PATHS = ["/history/series", "/history/trend", "/history/events", "/trend8", "/probe/values"]
+
+
+@pytest.mark.parametrize("address", [*PATHS, "/history/export"])
+def test_nobody_without_a_log_in_is_told_anything(path: Path, address: str) -> None:
+    with Stage(path, Role.NONE) as nobody:
+        answer = nobody.get(address, params=SPAN)
+        assert answer.status_code == 401
+        assert answer.json()["error"] == "login.needed"
+        assert nobody.get("/history").headers["location"] == "/login?next=/history"
+        assert nobody.get("/probe").headers["location"] == "/login?next=/probe"
+
+
+def test_who_may_look_without_a_log_in_may_not_export(path: Path) -> None:
+    stage = Stage(path, Role.NONE)
+    stage.settings.view_without_login = True
+    with stage as nobody:
+        assert nobody.get("/history/series").status_code == 200
+        assert nobody.get("/history/export", params={**SPAN, "format": "csv"}).status_code == 401
+
+
+def test_series_come_with_their_units_and_the_span_of_the_history(client: Client) -> None:
+    found = client.get("/history/series").json()
+    assert found["series"]["Z_um.correction"] == "µm"
+    assert found["series"]["T_spindle_C"] == "°C"
+    assert (found["first"], found["last"]) == (to_ms(BEGIN), to_ms(BEGIN) + 1_799_000)
+
+
+def test_a_trend_has_the_mean_of_what_was_recorded(client: Client) -> None:
+    asked = {**SPAN, "names": ["Z_um.accepted", "T_spindle_C"], "points": "60"}
+    found = client.get("/history/trend", params=asked).json()
+    line = found["series"]["Z_um.accepted"]
+    assert line["mean"] == [-1.5] * 30
+    assert set(line["lowest"]) == {-3.0}
+    assert set(line["highest"]) == {0.0}
+    assert line["t"][0] == to_ms(BEGIN) + 30_000
+    assert line["step_s"] == 60.0
+
+
+@pytest.mark.parametrize(
+    ("asked", "key"),
+    [
+        ({"names": "Z_um.model"}, "history.no_span"),
+        ({**SPAN, "last": SPAN["first"], "names": "Z_um.model"}, "history.no_span"),
+        ({**SPAN, "first": "yesterday", "names": "Z_um.model"}, "history.no_span"),
+        ({**SPAN, "last": "2199-01-01T00:00Z", "names": "Z_um.model"}, "history.no_span"),
+        (SPAN, "history.no_series"),
+        ({**SPAN, "names": [str(k) for k in range(9)]}, "history.too_many"),
+        ({**SPAN, "names": "Z_um.modell"}, "history.unknown_series"),
+    ],
+)
+def test_what_cannot_be_answered_is_refused_in_words(
+    client: Client, asked: dict[str, Any], key: str
+) -> None:
+    answer = client.get("/history/trend", params=asked, headers={"accept-language": "de"})
+    assert (answer.status_code, answer.json()["error"]) == (400, key)
+    assert answer.json()["text"].endswith(".")
+    assert "{" not in answer.json()["text"]
+
+
+@pytest.mark.parametrize("points", ["", "-5", "1e9", "9" * 30, "0", "99999"])
+def test_no_number_of_points_breaks_a_question(client: Client, points: str) -> None:
+    asked = {**SPAN, "names": "Z_um.model", "points": points}
+    found = client.get("/history/trend", params=asked)
+    assert found.status_code == 200
+    assert 1 <= len(found.json()["series"]["Z_um.model"]["t"]) <= 4000
+
+
+def test_events_are_said_in_the_visitors_language_with_the_english_beside(
+    client: Client,
+) -> None:
+    found = client.get("/history/events", params=SPAN, headers={"accept-language": "cs"}).json()
+    state, link, asked = found["events"]
+    assert found["more"] is False
+    assert state["said"] != state["text"] == "Holding: a sensor is bad"
+    assert link["said"] == "<b>somebody</b>"  # unknown: as it is, and the page writes it as text
+    assert (asked["request"], asked["value"], asked["who"]) == ("trim", 2.0, "Novák")
+    assert asked["said_reason"] != "the trim is added"
+    some = client.get("/history/events", params={**SPAN, "kinds": ["state", "nonsense"]}).json()
+    assert [event["kind"] for event in some["events"]] == ["state"]
+
+
+def test_the_operators_trend_is_asked_once_in_a_quarter_of_a_minute(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stage = Stage(path)
+    asked: list[int] = []
+    plain = _history_page.trend8
+
+    def counted(*words: Any) -> Any:
+        asked.append(1)
+        return plain(*words)
+
+    monkeypatch.setattr(_history_page, "trend8", counted)
+    with stage as client:
+        found = [client.get("/trend8").json() for _ in range(20)]
+        german = client.get("/trend8", headers={"accept-language": "de"}).json()
+        assert len(asked) == 1
+        stage.clock.now_s += 15.0
+        client.get("/trend8")
+        assert len(asked) == 2
+    assert found[0] == found[-1]
+    assert set(found[0]["series"]) == {"Z_um.correction", "X_um.correction", *CHANNELS}
+    assert [event["kind"] for event in found[0]["events"]] == ["state", "request"]
+    assert german["events"][0]["said"] != found[0]["events"][0]["said"]
+    assert german["series"] == found[0]["series"]
+
+
+def test_without_a_history_every_page_says_why(tmp_path: Path) -> None:
+    with Stage(tmp_path / "none.db", probes=("Z_um",)) as client:
+        trend = client.get("/trend8").json()
+        assert trend["series"] == {}
+        assert "no such file" in trend["error"]
+        for address in ("/history/series", "/history/events", "/probe/values", "/history/trend"):
+            asked = {**SPAN, "names": "Z_um.model", "name": "Z_um"}
+            answer = client.get(address, params=asked)
+            assert (answer.status_code, answer.json()["error"]) == (503, "history.unreadable")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_pages_stand_in_every_language(path: Path, language: str) -> None:
+    with Stage(path, probes=("Z_um",)) as client:
+        for address in ("/history", "/probe"):
+            answer = client.get(address, headers={"accept-language": language})
+            assert answer.status_code == 200
+            assert f'<html lang="{language}">' in answer.text
+            assert 'id="chart"' in answer.text
+
+
+def test_without_a_probe_the_page_says_how_to_configure_one(path: Path) -> None:
+    with Stage(path) as client:
+        text = client.get("/probe").text
+    assert "[probe.Z_um]" in text
+    assert "machine.toml" in text
+    assert "plotly" not in text
+
+
+def test_the_probe_is_compared_over_the_address(client: Client) -> None:
+    found = client.get("/probe/values", params={**SPAN, "name": "Z_um"}).json()
+    assert found["figures"]["values"] == 1800
+    assert found["figures"]["compensated_um"] == 1.0
+    assert found["figures"]["uncompensated_um"] == 4.0  # 1 - 0 and 2 - (-3)
+    assert found["figures"]["ratio"] == 0.25
+
+
+def test_a_probe_that_is_not_configured_is_not_there(client: Client) -> None:
+    answer = client.get("/probe/values", params={**SPAN, "name": "../X_um"})
+    assert (answer.status_code, answer.json()["error"]) == (404, "probe.unknown")
+    answer = client.get("/probe/values", params={"name": "Z_um"})
+    assert (answer.status_code, answer.json()["error"]) == (400, "history.no_span")
+
+
+# ---- export -------------------------------------------------------------------------------------
+
+
+def temporary_folders(application: Starlette) -> list[str]:
+    work = cast("Work", application.state.work)
+    names = [path.name for path in work._private().iterdir()]
+    return [name for name in names if name not in {"lock", "settings"}]
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_an_export_is_the_file_that_the_command_writes(path: Path, ending: str) -> None:
+    stage = Stage(path)
+    with stage as client:
+        asked = {"first": BEGIN.isoformat(), "last": (BEGIN + timedelta(seconds=90)).isoformat()}
+        answer = client.get("/history/export", params={**asked, "format": ending})
+        assert answer.status_code == 200, answer.text
+        name = f"history-20261103T060000Z-20261103T060130Z.{ending}"
+        assert answer.headers["content-disposition"] == f'attachment; filename="{name}"'
+        if ending == "csv":
+            lines = answer.content.decode().splitlines()
+            assert sum(line[:1].isdigit() for line in lines) == 90
+        else:
+            assert answer.content[:4] == answer.content[-4:] == b"PAR1"
+        assert temporary_folders(stage.application) == []
+
+
+def test_an_export_that_fails_says_why(path: Path) -> None:
+    stage = Stage(path)
+    with stage as client:
+        early = {"first": "2001-01-01T00:00:00Z", "last": "2001-01-02T00:00:00Z", "format": "csv"}
+        answer = client.get("/history/export", params=early)
+        assert (answer.status_code, answer.json()["error"]) == (503, "history.export_failed")
+        assert "no cycle in this span" in answer.json()["text"]
+        assert temporary_folders(stage.application) == []
+        assert client.get("/history/export", params={**SPAN, "format": "exe"}).status_code == 400
+        assert client.get("/history/export", params={"format": "csv"}).status_code == 400
+
+
+@pytest.mark.parametrize(
+    ("program", "limits", "key"),
+    [
+        ("import time; time.sleep(30)", {"longest_s": 0.3}, "history.export_late"),
+        (
+            "open('history.csv', 'wb').write(bytes(3_000_000)); import time; time.sleep(5)",
+            {"folder_bytes": 1_000_000},
+            "history.export_large",
+        ),
+    ],
+)
+def test_an_export_without_an_end_is_ended(
+    path: Path, monkeypatch: pytest.MonkeyPatch, program: str, limits: dict[str, Any], key: str
+) -> None:
+    monkeypatch.setattr(
+        _history_page, "EXPORT_LIMITS", _history_page.EXPORT_LIMITS._replace(**limits)
+    )
+    stage = Stage(path)
+    with stage as client:
+        stage.application.state.work = Work([sys.executable, "-c", program])
+        began_s = time.monotonic()
+        answer = client.get("/history/export", params={**SPAN, "format": "csv"})
+        assert time.monotonic() - began_s < 10.0
+        assert (answer.status_code, answer.json()["error"]) == (413, key)
+        assert temporary_folders(stage.application) == []
+
+
+def test_the_databases_password_goes_to_the_command_in_a_private_file(path: Path) -> None:
+    looks = (
+        "import json, os, sys; name = sys.argv[sys.argv.index('--password-file') + 1];"
+        "print(json.dumps([sys.argv[1:], open(name).read(), os.stat(name).st_mode & 0o777,"
+        " dict(os.environ)]), file=open('history.csv', 'w'))"
+    )
+    stage = Stage(path)
+    stage.parts.configuration.historian.password = Secret("open sesame")  # type: ignore[misc]
+    with stage as client:
+        stage.application.state.work = Work([sys.executable, "-c", looks])
+        answer = client.get("/history/export", params={**SPAN, "format": "csv"})
+        words, told, mode, variables = json.loads(answer.content)
+    assert (told, mode) == ("open sesame", 0o600)
+    assert not any("sesame" in text for text in [*words, *variables.values()])
+
+
+def test_all_pages_share_one_history(path: Path) -> None:
+    stage = Stage(path)
+    with stage:
+        request = cast("Any", SimpleNamespace(app=stage.application))
+        assert history_of(request) is history_of(request)
