@@ -224,6 +224,16 @@ def test_every_composed_key_is_declared_with_how_it_ends_and_has_words() -> None
     assert [key for key in keys if key not in WORDS.sentences] == []
 
 
+def test_every_group_of_phrases_that_a_script_names_exists() -> None:
+    groups = {
+        group
+        for file in FILES
+        for group in re.findall(r"""\bphrase\((?:\w+, )?["'](\w+)["']""", file.read_text("utf-8"))
+    }
+    assert groups >= {"reason", "state"}
+    assert groups <= set(WORDS.said)
+
+
 def test_every_key_is_used_somewhere() -> None:
     composed = {f"{begun}{end}" for begun, (ends, _) in COMPOSED.items() for end in ends}
     assert sorted(set(WORDS.sentences) - set(NAMED) - composed) == []
@@ -537,7 +547,7 @@ def test_an_alarm_has_decimal_sign_and_minus_of_the_language() -> None:
 def test_a_number_that_is_not_known_is_a_dash() -> None:
     said = WORDS.alarm("cs", "standing_offset", {"name": "Z_um", "correction_um": None})
     assert said is not None
-    assert said.text == "V Z_um zůstává offset – µm a kompenzace je vypnuta."
+    assert said.text == "V Z_um zůstává posun – µm a kompenzace je vypnuta."
 
 
 def test_an_alarm_of_a_newer_loop_is_left_in_its_english() -> None:
