@@ -1,10 +1,10 @@
 """What the loop tells, sent on to every open page each second."""
 
-import asyncio
 import contextlib
 import json
 from typing import final
 
+import anyio
 from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
@@ -69,17 +69,15 @@ class LiveSocket:
             return
         await socket.accept()
         self._viewers += 1
-        sending = asyncio.create_task(self._send(socket, visitor), name="page")
-        listening = asyncio.create_task(_listen(socket), name="page listens")
         try:
-            await asyncio.wait((sending, listening), return_when=asyncio.FIRST_COMPLETED)
+            async with anyio.create_task_group() as group:
+                group.start_soon(_listen, socket, group.cancel_scope)
+                await self._send(socket, visitor)
+                group.cancel_scope.cancel()
         finally:
             self._viewers -= 1
-            for task in (sending, listening):
-                task.cancel()
-            await asyncio.gather(sending, listening, return_exceptions=True)
-            with contextlib.suppress(RuntimeError, WebSocketDisconnect):
-                await socket.close()
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+            await socket.close()
 
     async def _send(self, socket: WebSocket, visitor: Visitor) -> None:
         hello = {
@@ -117,7 +115,8 @@ class LiveSocket:
         return json.dumps({"kind": "ended", "text": text})
 
 
-async def _listen(socket: WebSocket) -> None:
-    """Return when the page is closed, or says something."""
+async def _listen(socket: WebSocket, scope: anyio.CancelScope) -> None:
+    """End the connection when the page is closed, or says something."""
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):
         await socket.receive()
+    scope.cancel()

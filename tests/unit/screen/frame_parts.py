@@ -1,0 +1,154 @@
+"""What the pages share, with a feed and log-ins that a test moves by hand."""
+
+import asyncio
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from types import MappingProxyType, SimpleNamespace
+from typing import Any, cast
+
+from starlette.applications import Starlette
+from starlette.routing import BaseRoute
+from starlette.testclient import TestClient
+
+from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
+from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._ports import SystemClock
+from thermaxis.runtime._users import Role
+from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._persons import OUT, REFUSED, Persons, Refusal
+from thermaxis.screen._status_feed import StatusFeed, Told
+from thermaxis.screen._words import Words
+
+PASSWORD = "right horse staple"
+TOKEN = "token-of-her-pages"
+WORDS = Words.read()
+
+
+def status(**changes: object) -> dict[str, Any]:
+    """Return a status as small as one can be."""
+    return {"utc": "2026-11-20T10:00:00.000+00:00", "number": 7, "cycle_s": 1.0, **changes}
+
+
+def told(number: int, *, live: bool = True, why: str = "", text: str = '{"number":7}') -> Told:
+    """Return a look at the loop."""
+    return Told(
+        number,
+        text,
+        MappingProxyType(status()),
+        SystemClock().monotonic_s(),
+        datetime(2026, 11, 20, 10, tzinfo=UTC),
+        live,
+        why,
+        "",
+    )
+
+
+class Feed:
+    """A feed that tells what it is given."""
+
+    def __init__(self) -> None:
+        self.latest = told(1)
+        self._news = asyncio.Event()
+
+    def tell(self, look: Told) -> None:
+        """Tell something new."""
+        self.latest = look
+        self._news.set()
+
+    async def after(self, number: int) -> Told:
+        """Wait for something newer."""
+        while self.latest.number <= number:
+            self._news.clear()
+            try:
+                async with asyncio.timeout(0.02):
+                    await self._news.wait()
+            except TimeoutError:
+                continue
+        return self.latest
+
+
+class People:
+    """Log-ins without a loop's server: one password, names that are roles."""
+
+    def __init__(self) -> None:
+        self.standing: dict[str, SimpleNamespace] = {}
+        self.touched: list[str] = []
+        self.refusal: Refusal | None = None
+
+    async def log_in(self, name: str, password: str, address: str) -> Any:
+        """Let somebody in."""
+        if self.refusal is not None:
+            return self.refusal
+        if password != PASSWORD or name not in set(Role):
+            return Refusal(REFUSED)
+        person = SimpleNamespace(name=name, role=Role(name), token=TOKEN, address=address, ended="")
+        self.standing[f"cookie-{name}"] = person
+        return f"cookie-{name}", person
+
+    def of(self, cookie: str | None, *, touch: bool = False) -> Any:
+        """Return whose cookie it is."""
+        if touch and cookie in self.standing:
+            self.touched.append(cookie)
+        return self.standing.get(cookie or "")
+
+    async def log_out(self, cookie: str | None) -> None:
+        """Let somebody out."""
+        person = self.standing.pop(cookie or "", None)
+        if person is not None:
+            person.ended = OUT
+
+
+def settings_with(**changes: Any) -> ScreenSettings:
+    """Return the settings of a screen, some of them changed."""
+    usual: dict[str, Any] = {
+        "address": "127.0.0.1",
+        "port": 8450,
+        "hosts": (),
+        "certificate": None,
+        "private_key": None,
+        "view_without_login": False,
+        "language": "en",
+        "user": "",
+        "password": Secret(""),
+        "client_certificate": None,
+        "client_private_key": None,
+        "idle_s": 900.0,
+        "longest_login_s": 28_800.0,
+        "evaluation_s": 60.0,
+    }
+    return ScreenSettings(**{**usual, **changes})
+
+
+def parts(
+    *, view: bool = True, secure: bool = False, users: bool = True, language: str = "en"
+) -> ScreenParts:
+    """Return what the pages share."""
+    settings = settings_with(view_without_login=view, language=language)
+    server = SimpleNamespace(users=Path("users.toml") if users else None)
+    configuration = SimpleNamespace(name="lathe <3>", server=server, screen=settings)
+    return ScreenParts(
+        configuration=cast("MachineConfiguration", configuration),
+        settings=settings,
+        clock=SystemClock(),
+        feed=cast("StatusFeed", Feed()),
+        persons=cast("Persons", People()),
+        words=WORDS,
+        program="run-1",
+        secure=secure,
+    )
+
+
+def client(
+    given: ScreenParts, *routes: Callable[[ScreenParts], list[BaseRoute]], name: str = ""
+) -> TestClient:
+    """Return a browser without scripts, logged in under a name if one is given."""
+    application = Starlette(routes=[one for make in routes for one in make(given)])
+    application.state.parts = given
+    scheme = "https" if given.secure else "http"
+    browser = TestClient(application, base_url=f"{scheme}://127.0.0.1:8450", follow_redirects=False)
+    if name:
+        people = cast("People", given.persons)
+        asyncio.run(people.log_in(name, PASSWORD, "127.0.0.1"))
+        browser.cookies.set(f"{'__Host-' if given.secure else ''}thermaxis_8450", f"cookie-{name}")
+    return browser

@@ -1,0 +1,329 @@
+"""Who is let through to which page, and what every page has."""
+
+import gzip
+import re
+from collections.abc import Sequence
+from typing import cast
+
+import pytest
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import BaseRoute, Route
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from tests.unit.screen.frame_parts import (
+    PASSWORD,
+    TOKEN,
+    Feed,
+    People,
+    client,
+    parts,
+    settings_with,
+    told,
+)
+from thermaxis.runtime._users import Role
+from thermaxis.screen import _live_socket, _login_page
+from thermaxis.screen._access import needs
+from thermaxis.screen._assets import Assets
+from thermaxis.screen._live_socket import MOST_VIEWERS
+from thermaxis.screen._parts import ScreenParts, for_script
+from thermaxis.screen._persons import FULL, TOO_MANY, Refusal
+from thermaxis.screen._server import allowed_hosts
+
+
+LIVE = "ws://127.0.0.1:8450/live"
+
+
+def guarded(role: Role, *, named: bool = False, page: bool = False) -> Route:
+    @needs(role, named=named, page=page)
+    async def answer(request: Request) -> Response:
+        return JSONResponse({"through": True})
+
+    return Route("/guarded", answer, methods=["GET", "POST"])
+
+
+def asked(
+    role: Role, who: str, *, named: bool = False, page: bool = False, view: bool = True
+) -> int:
+    def routes(_: ScreenParts) -> list[BaseRoute]:
+        return [guarded(role, named=named, page=page)]
+
+    return client(parts(view=view), routes, name=who).get("/guarded").status_code
+
+
+# ---- who may ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("view", [True, False])
+@pytest.mark.parametrize("wanted", [Role.VIEWER, Role.OPERATOR, Role.ENGINEER])
+@pytest.mark.parametrize("who", ["", "viewer", "operator", "engineer"])
+def test_a_role_lets_through_whoever_has_it_or_more(who: str, wanted: Role, *, view: bool) -> None:
+    has = Role(who) if who else Role.VIEWER if view else Role.NONE
+    expected = 200 if has.at_least(wanted) else 403 if who else 401
+    assert asked(wanted, who, view=view) == expected
+
+
+def test_what_needs_a_name_is_refused_to_somebody_who_only_looks() -> None:
+    assert asked(Role.VIEWER, "", named=True) == 401
+    assert asked(Role.VIEWER, "viewer", named=True) == 200
+
+
+def test_a_page_that_needs_a_log_in_sends_to_it_and_back() -> None:
+    def routes(_: ScreenParts) -> list[BaseRoute]:
+        return [guarded(Role.VIEWER, page=True)]
+
+    answer = client(parts(view=False), routes).get("/guarded")
+    assert (answer.status_code, answer.headers["location"]) == (303, "/login?next=/guarded")
+
+
+@pytest.mark.parametrize(("token", "status"), [(TOKEN, 200), ("", 403), (TOKEN + "x", 403)])
+def test_a_request_of_a_person_carries_the_token_of_her_pages(token: str, status: int) -> None:
+    def routes(_: ScreenParts) -> list[BaseRoute]:
+        return [guarded(Role.OPERATOR)]
+
+    browser = client(parts(), routes, name="operator")
+    headers = {"X-Thermaxis-Token": token} if token else {}
+    assert browser.post("/guarded", headers=headers).status_code == status
+
+
+def test_a_token_that_is_no_ascii_is_refused_and_breaks_nothing() -> None:
+    def routes(_: ScreenParts) -> list[BaseRoute]:
+        return [guarded(Role.OPERATOR)]
+
+    browser = client(parts(), routes, name="operator")
+    odd = {b"x-thermaxis-token": "töken".encode("latin-1")}
+    assert browser.post("/guarded", headers=odd).status_code == 403  # type: ignore[arg-type]
+
+
+def test_pages_and_requests_are_signs_of_a_person_and_what_a_page_asks_by_itself_is_none() -> None:
+    for page, expected in ((True, 1), (False, 0)):
+        given = parts()
+        people = cast("People", given.persons)
+
+        def routes(_: ScreenParts, *, page: bool = page) -> list[BaseRoute]:
+            return [guarded(Role.VIEWER, page=page)]
+
+        client(given, routes, name="viewer").get("/guarded")
+        assert len(people.touched) == expected
+
+
+def test_a_refusal_speaks_the_language_of_who_asks() -> None:
+    def routes(_: ScreenParts) -> list[BaseRoute]:
+        return [guarded(Role.ENGINEER)]
+
+    browser = client(parts(), routes, name="operator")
+    said = {
+        language: browser.get("/guarded", headers={"Accept-Language": language}).json()
+        for language in ("en", "de", "cs")
+    }
+    assert {one["error"] for one in said.values()} == {"login.role_too_low"}
+    assert len({one["text"] for one in said.values()}) == 3
+    assert "engineer" in said["en"]["text"]
+
+
+# ---- log-in -------------------------------------------------------------------------------------
+
+
+def log_in(browser: TestClient, name: str, password: str) -> Response:
+    return cast("Response", browser.post("/login", json={"name": name, "password": password}))
+
+
+@pytest.mark.parametrize("secure", [True, False])
+def test_a_log_in_sets_a_cookie_that_scripts_and_other_sites_do_not_get(*, secure: bool) -> None:
+    browser = client(parts(view=False, secure=secure), _login_page.routes)
+    answer = log_in(browser, "operator", PASSWORD)
+    assert answer.status_code == 200
+    cookie = answer.headers["set-cookie"].lower()
+    assert "httponly" in cookie
+    assert "samesite=strict" in cookie
+    assert "path=/" in cookie
+    assert ("secure" in cookie) is secure
+    assert cookie.startswith("__host-thermaxis_8450=" if secure else "thermaxis_8450=")
+
+
+@pytest.mark.parametrize(("refusal", "status"), [(None, 401), (TOO_MANY, 429), (FULL, 503)])
+def test_a_refused_log_in_says_why_and_sets_no_cookie(refusal: str | None, status: int) -> None:
+    given = parts()
+    if refusal is not None:
+        cast("People", given.persons).refusal = Refusal(refusal)
+    answer = log_in(client(given, _login_page.routes), "operator", "wrong")
+    assert answer.status_code == status
+    assert "set-cookie" not in answer.headers
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"",
+        b"[]",
+        b"null",
+        b'{"name": 3, "password": "x"}',
+        b"\xff\xfe",
+        b"[" * 9000,
+        b'{"name":""}',
+    ],
+)
+def test_what_is_no_log_in_is_refused_in_words(body: bytes) -> None:
+    answer = client(parts(), _login_page.routes).post("/login", content=body)
+    assert answer.status_code == 400
+    assert answer.json()["text"]
+
+
+def test_a_log_out_needs_the_token_and_ends_the_log_in() -> None:
+    given = parts()
+    browser = client(given, _login_page.routes, name="operator")
+    assert browser.post("/logout").status_code == 403
+    assert cast("People", given.persons).standing
+    assert browser.post("/logout", headers={"X-Thermaxis-Token": TOKEN}).status_code == 200
+    assert not cast("People", given.persons).standing
+
+
+def test_a_chosen_language_is_kept_and_an_unknown_one_refused() -> None:
+    browser = client(parts(), _login_page.routes)
+    assert browser.post("/language", json={"language": "cs"}).status_code == 200
+    assert 'lang="cs"' in browser.get("/login").text
+    assert browser.post("/language", json={"language": "xx"}).status_code == 400
+
+
+def test_the_name_of_a_machine_is_text_and_no_markup() -> None:
+    page = client(parts(), _login_page.routes).get("/login").text
+    assert "lathe &lt;3&gt;" in page
+    assert "lathe <3>" not in page
+
+
+def test_no_page_has_a_script_or_style_within_it_but_its_words() -> None:
+    page = client(parts(), _login_page.routes).get("/login").text
+    assert re.findall(r"<script(?![^>]*(?: src=|application/json))", page) == []
+    assert re.findall(r"\son\w+=|<style|style=", page) == []
+
+
+def test_words_inside_a_script_element_cannot_end_it() -> None:
+    assert for_script({"a": "</script><!--&"}) == '{"a":"\\u003c/script\\u003e\\u003c!--\\u0026"}'
+
+
+# ---- files --------------------------------------------------------------------------------------
+
+
+def files(browser_headers: dict[str, str], name: str) -> Response:
+    assets = Assets()
+
+    async def asset(request: Request) -> Response:
+        return assets.answer(request)
+
+    application = Starlette(routes=[Route("/static/{name}", asset)])
+    browser = TestClient(application)
+    return cast("Response", browser.get(f"/static/{name}", headers=browser_headers))
+
+
+@pytest.mark.parametrize("name", ["base.css", "live.js", "icon.svg", "plotly.min.js"])
+def test_a_file_is_sent_once_and_then_only_named(name: str) -> None:
+    first = files({}, name)
+    assert first.status_code == 200
+    again = files({"If-None-Match": first.headers["etag"]}, name)
+    assert (again.status_code, again.content) == (304, b"")  # type: ignore[attr-defined]
+
+
+def test_packed_and_plain_files_have_the_same_content() -> None:
+    plain = files({"Accept-Encoding": "identity"}, "base.css")
+    packed = files({"Accept-Encoding": "gzip"}, "base.css")
+    assert packed.headers["content-encoding"] == "gzip"
+    assert plain.content == packed.content  # type: ignore[attr-defined]
+    assert "content-encoding" not in plain.headers
+    assert len(gzip.compress(plain.content)) < len(plain.content)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    "name", ["../_access.py", "..%2F_access.py", "%2e%2e/_access.py", "_access.py", ""]
+)
+def test_what_is_not_in_the_list_of_files_does_not_exist(name: str) -> None:
+    assert files({}, name).status_code == 404
+
+
+# ---- the open page ------------------------------------------------------------------------------
+
+
+def test_an_open_page_is_told_who_it_is_then_every_look_then_why_there_is_none() -> None:
+    given = parts()
+    feed = cast("Feed", given.feed)
+    with client(given, _live_socket.routes).websocket_connect(LIVE) as socket:
+        hello = socket.receive_json()
+        assert hello == {"kind": "hello", "program": "run-1", "name": "", "role": "viewer"}
+        first = socket.receive_json()
+        assert (first["kind"], first["status"]) == ("status", {"number": 7})
+        assert 0.0 <= first["age_s"] < 5.0
+        feed.tell(told(2, text='{"number":8}'))
+        assert socket.receive_json()["status"] == {"number": 8}
+        feed.tell(told(3, live=False, why="feed.stands_still"))
+        none = socket.receive_json()
+    assert (none["kind"], none["since"]) == ("no_data", "2026-11-20T10:00:00.000+00:00")
+    assert none["text"] == given.words.say("en", "feed.stands_still")
+
+
+def test_an_open_page_is_told_when_its_log_in_ends() -> None:
+    given = parts()
+    people, feed = cast("People", given.persons), cast("Feed", given.feed)
+    browser = client(given, _live_socket.routes, name="operator")
+    with browser.websocket_connect(LIVE) as socket:
+        assert socket.receive_json()["name"] == "operator"
+        socket.receive_json()
+        people.standing.pop("cookie-operator").ended = "login.idle"
+        feed.tell(told(2))
+        ended = socket.receive_json()
+        assert ended == {"kind": "ended", "text": given.words.say("en", "login.idle")}
+        with pytest.raises(WebSocketDisconnect):
+            socket.receive_json()
+
+
+def test_a_page_that_may_not_look_is_not_connected() -> None:
+    with (
+        pytest.raises(WebSocketDisconnect),
+        client(parts(view=False), _live_socket.routes).websocket_connect(LIVE),
+    ):
+        pass
+
+
+def test_a_page_that_says_something_is_cut_off() -> None:
+    with client(parts(), _live_socket.routes).websocket_connect(LIVE) as socket:
+        socket.receive_json()
+        socket.receive_json()
+        socket.send_text("Enable")
+        with pytest.raises(WebSocketDisconnect):
+            socket.receive_json()
+
+
+def test_no_more_pages_than_the_bound_are_connected_and_a_closed_one_makes_room(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(_live_socket, "MOST_VIEWERS", 2)
+    browser = client(parts(), _live_socket.routes)
+    with browser, browser.websocket_connect(LIVE) as one:
+        one.receive_json()
+        with browser.websocket_connect(LIVE) as two:
+            two.receive_json()
+            with pytest.raises(WebSocketDisconnect), browser.websocket_connect(LIVE):
+                pass
+        with browser.websocket_connect(LIVE) as three:
+            assert three.receive_json()["kind"] == "hello"
+    assert MOST_VIEWERS >= 20
+
+
+# ---- hosts --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("address", "names", "port", "secure", "expected"),
+    [
+        ("127.0.0.1", (), 8450, False, {"127.0.0.1:8450", "localhost:8450", "[::1]:8450"}),
+        ("192.168.1.7", ("pc-3",), 8450, True, {"192.168.1.7:8450", "pc-3:8450"}),
+        ("0.0.0.0", ("pc-3",), 443, True, {"pc-3:443", "pc-3"}),  # noqa: S104 - not bound
+        ("192.168.1.7", ("gate:9000",), 80, True, {"192.168.1.7:80", "gate:9000"}),
+        ("fd00::7", (), 8450, True, {"[fd00::7]:8450"}),
+    ],
+)
+def test_a_browser_may_call_the_screen_by_its_own_names_only(
+    address: str, names: Sequence[str], port: int, expected: set[str], *, secure: bool
+) -> None:
+    settings = settings_with(address=address, hosts=tuple(names))
+    assert set(allowed_hosts(settings, port, secure=secure)) == expected
