@@ -20,8 +20,8 @@ from thermaxis.screen._persons import OUT, REFUSED, Persons, Refusal
 from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
 
-PASSWORD = "right horse staple"
-TOKEN = "token-of-her-pages"
+PASSWORD = "right horse staple"  # noqa: S105 - of a user who does not exist
+TOKEN = "token-of-her-pages"  # noqa: S105 - as above
 WORDS = Words.read()
 
 

@@ -32,7 +32,6 @@ from thermaxis.screen._parts import ScreenParts, for_script
 from thermaxis.screen._persons import FULL, TOO_MANY, Refusal
 from thermaxis.screen._server import allowed_hosts
 
-
 LIVE = "ws://127.0.0.1:8450/live"
 
 
