@@ -389,8 +389,14 @@ def test_a_gap_in_an_answer_is_said_in_the_language_too() -> None:
     assert said == "na ose je aktivní jiná kompenzace, stále: jednu z nich vypněte"
 
 
+EMPTY = "the model gives ; the machine needs Z_um"
+"""An answer whose gap is empty: no answer that the loop gives."""
+LONG = f"outputs are {'x' * 5000}"
+"""An answer that is longer than any that is looked into."""
+
+
 def test_what_is_not_known_stays_as_the_loop_said_it() -> None:
-    for english in ("something new", "", "x" * 100_000, "{name}", "outputs are "):
+    for english in ("something new", "", "x" * 100_000, "{name}", "outputs are ", EMPTY, LONG):
         assert WORDS.phrase("cs", "answer", english) == english
         assert WORDS.phrase("cs", "no such group", english) == english
         assert WORDS.event("cs", "commission", english) == english
@@ -418,6 +424,7 @@ def test_what_is_not_known_stays_as_the_loop_said_it() -> None:
         ),
         ("alarm", "gone: A cycle came 1.5 s late.", "gegangen: Ein Zyklus kam 1,5 s zu spät."),
         ("alarm", "high: Sensor T: the value jumped.", "hoch: Sensor T: der Wert ist gesprungen."),
+        ("alarm", "high: Something new.", "hoch: Something new."),
         ("connection", "novak logged in to the status server", "novak hat sich am Statusserver"),
         ("start", "the loop of lathe 3 started", "die Kompensation von lathe 3 wurde gestartet"),
     ],
@@ -638,6 +645,7 @@ def test_a_phrase_that_stands_twice_is_told(
         (None, "fr, sk;q=0.9, cs;q=0.4, de;q=0.3", "cs"),
         (None, "de;q=0, cs;q=0.1", "cs"),
         (None, "de;q=0", "en"),
+        (None, "de, de-AT;q=0.1, cs;q=0.5", "de"),
         (None, "de;q=x, cs;q=2", "en"),
         (None, "de,cs", "de"),
         (None, "DE-ch", "de"),
