@@ -8,7 +8,7 @@ import { showAsks, startAsks } from "./operator_asks.js";
 import { fillDetails, onCard, showAxes } from "./operator_axes.js";
 import { fillInputs, showInputs } from "./operator_inputs.js";
 import {
-  alarmSaid, byId, diameterWord, priorityWord, reasonsSaid, show, stateWord,
+  alarmSaid, byId, priorityWord, reasonsSaid, show, stateWord,
 } from "./operator_parts.js";
 import { addLive, startTrend } from "./operator_trend.js";
 import { clock, duration, moment, number, word } from "./words.js";
@@ -39,9 +39,9 @@ function timeOf(time) {
 }
 
 function tick() {
-  const passed = latest() && Number.isFinite(sinceMs) ? (Date.now() - sinceMs) / 1000 : null;
-  show(byId("state-for"),
-    passed === null ? "" : word("operator.for", { time: duration(Math.max(0, passed)) }));
+  if (!latest() || !Number.isFinite(sinceMs)) return;
+  const passed = Math.max(0, (Date.now() - sinceMs) / 1000);
+  show(byId("state-for"), word("operator.for", { time: duration(passed) }));
 }
 
 // ---- alarms ----------------------------------------------------------------------------------
@@ -116,8 +116,6 @@ function showStrip(status) {
     word("operator.history_bad"));
   const [good, text] = modelSaid(status);
   link("model-told", good, text, text);
-  show(byId("diameter-told"),
-    word("operator.diameter_is", { diameter: diameterWord(status.diameter_mm) }));
 }
 
 /** @param {Status} status @returns {[boolean, string]} */
@@ -200,13 +198,13 @@ onStatus((status) => {
 });
 onNoData((none) => {
   const word_ = byId("state-word");
-  show(word_, word("feed.no_data"));
+  show(word_, word("common.no_data"));
   show(byId("state-since"), none.since === null ? ""
     : word("operator.since", { time: timeOf(none.since) }));
   const before = lastKnown();
-  show(byId("state-reasons"), before
-    ? `${none.text} ${word("operator.before", { state: stateWord(before.state) })}` : none.text);
-  tick();
+  show(byId("state-for"), before
+    ? word("operator.before", { state: stateWord(before.state) }) : "");
+  show(byId("state-reasons"), none.text);
   showAsks(null);
 });
 byId("alarm").addEventListener("click", openAlarms);

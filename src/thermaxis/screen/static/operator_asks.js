@@ -68,7 +68,10 @@ export function showAsks(status) {
     const button = /** @type {HTMLButtonElement} */ (found);
     const own = reasons[/** @type {keyof typeof reasons} */ (button.dataset.ask)] ?? "";
     button.disabled = why !== "" || own !== "";
-    show(button.lastElementChild, why === "" ? own : "");
+    const said = why === "" ? own : "";
+    const diameterMm = status?.diameter_mm;
+    show(button.lastElementChild, button.dataset.ask === "Diameter" && status
+      ? diameterWord(diameterMm) : said);
   }
 }
 

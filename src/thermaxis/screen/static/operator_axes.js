@@ -11,6 +11,7 @@ import { duration, number, signed, word } from "./words.js";
 
 const MOST_CARDS = 4;
 const NEAR_ZERO = 1e-9;
+const NARROW_PX = 280;
 
 /** @type {(() => void)[]} */
 const openers = [];
@@ -24,12 +25,12 @@ export function onCard(open) {
  * What a card can say, besides value and bar; what weighs most stays longest.
  * @param {Status} status
  * @param {string} name
+ * @param {string} unit empty where it stands above
  * @returns {Row[]}
  */
-export function rowsOf(status, name) {
+function rowsOf(status, name, unit) {
   const axis = status.outputs[name];
   const limits = axis.limits;
-  const um = "\u00a0µm";
   const rateLimit = limits ? ` ${word("operator.rate_of", {
     limit: `±${number(limits.largest_rate_um_per_s, 2)}`,
   })}` : "";
@@ -37,9 +38,9 @@ export function rowsOf(status, name) {
   const inside = (axis.weight ?? 0) >= 1;
   const weight = { weight: number(100 * (axis.weight ?? NaN), 0) };
   return [
-    row("commanded", word("operator.commanded"), number(axis.requested_um, 1) + um, 8),
-    row("accepted", word("operator.accepted"), number(axis.accepted_um, 1) + um, 8),
-    row("effective", word("operator.effective"), number(axis.effective_um, 1) + um, 8),
+    row("commanded", word("operator.commanded"), signed(axis.requested_um, 1) + unit, 8),
+    row("accepted", word("operator.accepted"), signed(axis.accepted_um, 1) + unit, 8),
+    row("effective", word("operator.effective"), signed(axis.effective_um, 1) + unit, 8),
     row("trim", word("operator.trim"), trimmed ? word("operator.trim_set", {
       value: signed(axis.trim_um, 1), owner: axis.trim_owner || "–",
       left: duration(axis.trim_left_s),
@@ -50,7 +51,7 @@ export function rowsOf(status, name) {
       ? word("operator.weight_full", weight) : word("operator.weight_less", weight),
     inside ? 4 : 7, !inside),
     row("parts", word("operator.parts"), partsOf(status, name), 5),
-    row("wanted", word("operator.wanted"), signed(axis.wanted_um, 1) + um, 2),
+    row("wanted", word("operator.wanted"), signed(axis.wanted_um, 1) + unit, 2),
   ];
 }
 
@@ -134,7 +135,7 @@ function fillCard(element, status, name) {
   show(element.querySelector(".op-judged"), judgement === "within" ? "" : judgedWord(judgement));
   fillBar(/** @type {HTMLElement} */ (element.querySelector(".op-bar")), axis, name);
   const lines = /** @type {HTMLElement} */ (element.querySelector(".op-lines"));
-  fillRows(lines, rowsOf(status, name));
+  fillRows(lines, rowsOf(status, name, ""));
   fitRows(element, lines);
 }
 
@@ -185,7 +186,7 @@ export function bar() {
   }
   const above = made("span", "", "op-scale op-scale-soft");
   const below = made("span", "", "op-scale op-scale-hard");
-  above.append(made("span", ""), made("span", ""));
+  above.append(made("span", ""), made("span", "", "op-trimmed"), made("span", ""));
   below.append(made("span", ""), made("span", "0"), made("span", ""));
   made_.append(above, track, below);
   return made_;
@@ -214,8 +215,13 @@ export function fillBar(element, axis, name) {
   place("high", hard, hard);
   place("goal", axis.wanted_um ?? now, axis.wanted_um ?? now);
   const [above, below] = [...element.querySelectorAll(".op-scale")];
-  label(above?.children[0], at(-soft), `${word("operator.soft")} ${number(-soft, 0)}`);
-  label(above?.children[1], at(soft), `${word("operator.soft")} +${number(soft, 0)}`);
+  const narrow = element.clientWidth > 0 && element.clientWidth < NARROW_PX;
+  const softWord = narrow ? "" : `${word("operator.soft")} `;
+  const trimmed = narrow && Math.abs(axis.trim_um ?? 0) > NEAR_ZERO;
+  label(above?.children[0], at(-soft), `${softWord}${number(-soft, 0)}`);
+  label(above?.children[1], 50, trimmed
+    ? word("operator.trim_short", { value: signed(axis.trim_um, 1) }) : "");
+  label(above?.children[2], at(soft), `${softWord}+${number(soft, 0)}`);
   label(below?.children[0], at(-hard), `${word("operator.hard")} ${number(-hard, 0)}`);
   label(below?.children[1], 50, "0");
   label(below?.children[2], at(hard), `${word("operator.hard")} +${number(hard, 0)}`);
@@ -257,6 +263,7 @@ export function fillDetails(body, status) {
     show(part.querySelector(".op-value b"), signed(axis.correction_um, 1));
     show(part.querySelector(".op-judged"), judgedWord(judged(axis)));
     fillBar(/** @type {HTMLElement} */ (part.querySelector(".op-bar")), axis, name);
-    fillRows(/** @type {HTMLElement} */ (part.querySelector(".op-lines")), rowsOf(status, name));
+    const lines = /** @type {HTMLElement} */ (part.querySelector(".op-lines"));
+    fillRows(lines, rowsOf(status, name, "\u00a0µm"));
   });
 }

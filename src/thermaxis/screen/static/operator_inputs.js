@@ -3,7 +3,7 @@
 // first, and all of them in a dialog.
 
 import { made } from "./ask.js";
-import { byId, overflows, shortName, show } from "./operator_parts.js";
+import { byId, shortName, show } from "./operator_parts.js";
 import { duration, number, phrase, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
@@ -24,16 +24,21 @@ export function showInputs(status) {
     : word("operator.inputs_good", { count: names.length }));
   more.hidden = true;
   fillInputs(list, status, names);
-  if (!overflows(list)) return;
+  if (!tooHigh(list)) return;
   more.hidden = false;
   const good = names.filter((name) => !bad.includes(name));
   const ranked = [...bad, ...good];
   const rows = new Map(names.map((name, k) => [name, /** @type {HTMLElement} */ (list.children[k])]));
-  for (let most = ranked.length - 1; most > 0 && overflows(list); most -= 1) {
+  for (let most = ranked.length - 1; most > 0 && tooHigh(list); most -= 1) {
     const last = rows.get(ranked[most] ?? "");
     if (last) last.hidden = true;
     show(more, word("operator.more_inputs", { count: ranked.length - most }));
   }
+}
+
+/** @param {HTMLElement} list */
+function tooHigh(list) {
+  return list.scrollHeight > list.clientHeight + 1;
 }
 
 /** @param {HTMLElement} list @param {Status} status @param {string[]} names */

@@ -105,8 +105,10 @@ function draw() {
   const most = chosen(all);
   const now = Math.max(liveMs, ...most.map((line) => line.x.at(-1) ?? 0)) || Date.now();
   const more = all.length - most.length;
-  show(byId("trend-told"), error || (more > 0 ? word("operator.trend_more", { count: more }) : ""));
-  const rows = Math.floor(box.clientHeight / ROW_PX);
+  show(byId("trend-told"), error);
+  show(byId("trend-more"), more > 0 ? word("operator.trend_more", { count: more }) : "");
+  const title = more > 0 ? 2 : 1;
+  const rows = Math.floor(box.clientHeight / ROW_PX) - title;
   drawChart(box, {
     still: true,
     time: true,
@@ -114,8 +116,8 @@ function draw() {
     last: now,
     leastSpan: LEAST_UM,
     label: word("operator.trend_label"),
-    yTitle: word("operator.correction_axis"),
-    rightTitle: word("operator.temperature"),
+    yTitle: "µm",
+    rightTitle: "°C",
     marksListed: Math.max(1, rows - most.length),
     lines: most.map((line) => ({
       ...line,
