@@ -1,0 +1,831 @@
+"""What the guard before every page lets through, and what it tells browsers."""
+
+import asyncio
+import contextlib
+import json
+import socket
+from collections.abc import AsyncIterator, Callable, Iterable
+
+import httpx
+import pytest
+import uvicorn
+from hypothesis import example, given
+from hypothesis import strategies as st
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Message, Scope
+from starlette.websockets import WebSocket
+from websockets import Origin
+from websockets.asyncio.client import connect
+
+from tests.unit.runtime.status_server_parts import run
+from thermaxis.runtime._virtual_time import run_in_virtual_time
+from thermaxis.screen import _guard
+from thermaxis.screen._guard import BODY_S, LARGEST_BODIES, LARGEST_BODY_BYTES, Guard, place_of
+
+HOSTS = ("127.0.0.1:8450", "localhost:8450", "[::1]:8450", "lathe-3.shop:8450")
+HERE = "http://127.0.0.1:8450"
+UPLOAD = "/positioning/upload"
+
+
+async def echo(request: Request) -> Response:
+    """Say how many bytes came."""
+    return JSONResponse({"bytes": len(await request.body())})
+
+
+async def deaf(request: Request) -> Response:
+    """Answer without a look at the body."""
+    return PlainTextResponse("as you wish")
+
+
+async def stream(request: Request) -> Response:
+    """Read the body part by part, and keep none of it."""
+    count = 0
+    async for part in request.stream():
+        count += len(part)
+    return JSONResponse({"bytes": count})
+
+
+async def obstinate(request: Request) -> Response:
+    """Swallow whatever goes wrong with the body."""
+    with contextlib.suppress(Exception):
+        await request.body()
+    return PlainTextResponse("all is well")
+
+
+async def early(request: Request) -> Response:
+    """Begin the answer before the body has come."""
+
+    async def parts() -> AsyncIterator[bytes]:
+        yield b"begun"
+        yield str(len(await request.body())).encode()
+
+    return StreamingResponse(parts())
+
+
+async def own_policy(request: Request) -> Response:
+    headers = {"Content-Security-Policy": "sandbox", "X-Content-Type-Options": "whatever"}
+    return Response(b"report", headers=headers)
+
+
+async def asset(request: Request) -> Response:
+    return Response(b"{}", headers={"Cache-Control": "public, max-age=31536000, immutable"})
+
+
+async def split(request: Request) -> Response:
+    response = Response(b"")
+    response.raw_headers.append((b"location", b"/next\r\nset-cookie: a=b"))
+    response.raw_headers.append((b"x-good", b"yes"))
+    return response
+
+
+async def live(socket: WebSocket) -> None:
+    await socket.accept()
+    await socket.send_text("hello")
+    await socket.close()
+
+
+def pages() -> Starlette:
+    both = ["GET", "POST", "DELETE", "OPTIONS", "TRACE", "PUT", "PATCH"]
+    return Starlette(
+        routes=[
+            Route("/", echo, methods=both),
+            Route("/deaf", deaf, methods=both),
+            Route("/stream", stream, methods=both),
+            Route("/obstinate", obstinate, methods=both),
+            Route("/early", early, methods=both),
+            Route(UPLOAD, stream, methods=both),
+            Route("/positioning/report/{name}", own_policy),
+            Route("/static/{name:path}", asset),
+            Route("/elsewhere", asset),
+            Route("/split", split),
+            WebSocketRoute("/live", live),
+        ]
+    )
+
+
+def guarded(*, secure: bool = False, hosts: Iterable[str] = HOSTS) -> Guard:
+    return Guard(pages(), tuple(hosts), secure=secure)
+
+
+def ask(
+    method: str = "GET",
+    path: str = "/",
+    *,
+    host: str | None = "127.0.0.1:8450",
+    secure: bool = False,
+    content: object = None,
+    **headers: str,
+) -> httpx.Response:
+    """Send one request through httpx."""
+
+    async def scene() -> httpx.Response:
+        scheme = "https" if secure else "http"
+        transport = httpx.ASGITransport(guarded(secure=secure))
+        async with httpx.AsyncClient(transport=transport, base_url=f"{scheme}://x") as client:
+            asked = {"host": host, **{k.replace("_", "-"): v for k, v in headers.items()}}
+            return await client.request(method, path, headers=asked, content=content)
+
+    return asyncio.run(scene())
+
+
+def scope_of(
+    headers: list[tuple[bytes, bytes]],
+    *,
+    kind: str = "http",
+    method: str = "GET",
+    path: str = "/",
+    **more: object,
+) -> Scope:
+    whole: Scope = {
+        "type": kind,
+        "asgi": {"version": "3.0"},
+        "http_version": "1.1",
+        "method": method,
+        "scheme": "http",
+        "path": path,
+        "raw_path": path.encode(),
+        "query_string": b"",
+        "root_path": "",
+        "headers": headers,
+        "client": ("127.0.0.1", 1),
+        "server": ("127.0.0.1", 8450),
+    }
+    return {**whole, **more}
+
+
+def told(
+    app: ASGIApp, scope: Scope, parts: Iterable[bytes] = (), *, ends: bool = True
+) -> list[Message]:
+    """Run the application with raw ASGI messages; return what it sent."""
+    waiting: list[Message] = []
+    if scope["type"] == "websocket":
+        waiting.append({"type": "websocket.connect"})
+    else:
+        waiting += [{"type": "http.request", "body": part, "more_body": True} for part in parts]
+        if ends:
+            waiting.append({"type": "http.request", "body": b"", "more_body": False})
+    sent: list[Message] = []
+
+    async def receive() -> Message:
+        if waiting:
+            return waiting.pop(0)
+        await asyncio.sleep(3600.0)
+        return {"type": "http.disconnect"}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    run_in_virtual_time(app(scope, receive, send))
+    return sent
+
+
+def status_of(sent: list[Message]) -> int:
+    starts = [m["status"] for m in sent if m["type"].endswith("response.start")]
+    assert len(starts) == 1, sent
+    return starts[0]
+
+
+def headers_of(sent: list[Message]) -> dict[str, str]:
+    found = next(m["headers"] for m in sent if m["type"].endswith("response.start"))
+    names = [key for key, _ in found]
+    assert len(names) == len(set(names)), "a header stands twice"
+    return {key.decode(): value.decode() for key, value in found}
+
+
+CLOSED: list[Message] = [{"type": "websocket.close", "code": 1008}]
+GOOD_HOST = (b"host", b"127.0.0.1:8450")
+GOOD_ORIGIN = (b"origin", HERE.encode())
+
+
+# ---- the name of the server ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("host", [*HOSTS, "LOCALHOST:8450", "Lathe-3.Shop:8450"])
+def test_every_name_of_the_server_is_answered(host: str) -> None:
+    assert ask(host=host).json() == {"bytes": 0}
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        "127.0.0.1",
+        "127.0.0.1:80",
+        "127.0.0.1:8451",
+        "127.0.0.1:08450x",
+        "evil.example:8450",
+        "evil.example",
+        "localhost:8450.evil.example",
+        "localhost.:8450",
+        "localhost:8450,evil.example",
+        "localhost:8450 ",
+        "user@localhost:8450",
+        "localhost:8450@evil.example",
+        "localhost:8450/",
+        "http://localhost:8450",
+        "[::1]",
+        "[::1%25eth0]:8450",
+        "::1:8450",
+        "127.1:8450",
+        "2130706433:8450",
+        "0x7f.1:8450",
+        "localhost:0",
+        "localhost:99999",
+        "localhost:",
+        ":8450",
+        "",
+        "*",
+        ".lathe-3.shop:8450",
+        "x.lathe-3.shop:8450",
+    ],
+)
+def test_any_other_name_is_refused(host: str) -> None:
+    answer = ask(host=host)
+    assert answer.status_code == 421
+    assert answer.json()["error"] == "login.host"
+    assert "evil" not in answer.text + repr(answer.headers)
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        [],
+        [GOOD_HOST, GOOD_HOST],
+        [GOOD_HOST, (b"host", b"evil.example")],
+        [(b"host", b"evil.example"), GOOD_HOST],
+        [(b"Host", b"evil.example"), GOOD_HOST],
+        [(b"host", b"127.0.0.1:8450\r\nx-evil: yes")],
+        [(b"host", b"127.0.0.1:8450\n")],
+        [(b"host", b"127.0.0.1:8450\x00")],
+        [(b"host", "127.0.0.1:8450\u00a0".encode("latin-1"))],
+        [(b"host", "١27.0.0.1:8450".encode())],
+        [(b"x-forwarded-host", b"127.0.0.1:8450")],
+        [(b"x-forwarded-host", b"127.0.0.1:8450"), (b"host", b"evil.example")],
+    ],
+)
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_a_host_that_is_missing_twice_or_spoilt_is_refused(
+    headers: list[tuple[bytes, bytes]], kind: str
+) -> None:
+    sent = told(guarded(), scope_of([*headers, GOOD_ORIGIN], kind=kind, path="/live"))
+    assert sent == CLOSED if kind == "websocket" else status_of(sent) == 421
+    assert "evil" not in repr(sent)
+
+
+@pytest.mark.parametrize(
+    ("host", "secure", "known"),
+    [
+        ("lathe", False, "lathe:80"),
+        ("lathe:80", False, "lathe"),
+        ("lathe", True, "lathe:443"),
+        ("lathe:443", True, "lathe"),
+        ("lathe", False, "lathe"),
+    ],
+)
+def test_a_port_that_is_left_out_is_that_of_the_scheme(host: str, secure: bool, known: str) -> None:
+    sent = told(guarded(secure=secure, hosts=(known,)), scope_of([(b"host", host.encode())]))
+    assert status_of(sent) == 200
+    sent = told(guarded(secure=not secure, hosts=(known,)), scope_of([(b"host", host.encode())]))
+    assert status_of(sent) == (200 if host == known else 421)
+
+
+@pytest.mark.parametrize("known", ["", "a b", "http://x", "x:0", "[::1", "*", "x:99999"])
+def test_a_configured_name_that_is_none_is_an_error(known: str) -> None:
+    with pytest.raises(ValueError, match="no name of a host"):
+        guarded(hosts=(known,))
+
+
+@given(
+    st.text(max_size=40)
+    | st.sampled_from(HOSTS).flatmap(
+        lambda host: st.tuples(st.integers(0, len(host)), st.characters()).map(
+            lambda cut: host[: cut[0]] + cut[1] + host[cut[0] :]
+        )
+    )
+    | st.sampled_from(HOSTS)
+)
+@example("localhost:08450")
+@example("localhost:8450")
+def test_a_host_is_taken_exactly_if_it_is_one_of_the_names_in_any_case(host: str) -> None:
+    sent = told(guarded(), scope_of([(b"host", host.encode("utf-8", "surrogatepass"))]))
+    name, _, port = host.rpartition(":")
+    same_port = port.isascii() and port.isdigit() and len(port) <= 5 and int(port) == 8450
+    known = {one.rpartition(":")[0] for one in HOSTS}
+    wanted = host.isascii() and same_port and name.lower() in known
+    assert status_of(sent) == (200 if wanted else 421)
+
+
+@given(st.text(alphabet="abz.-_:[]0189%@/ ", max_size=30), st.booleans())
+def test_a_name_that_is_read_can_be_written_and_read_again(text: str, secure: bool) -> None:
+    place = place_of(text, secure=secure)
+    if place is not None:
+        assert 0 < place.port < 65536
+        assert place_of(f"{place.name}:{place.port}", secure=secure) == place
+        assert not set(place.name) & set(" /@%,")
+
+
+# ---- where a request comes from -----------------------------------------------------------------
+
+FOREIGN = [
+    "null",
+    "",
+    "http://evil.example",
+    "http://127.0.0.1",
+    "http://127.0.0.1:8451",
+    "http://localhost:8450",  # a name of the server, and not the one that was asked
+    "https://127.0.0.1:8450",
+    "http://127.0.0.1:8450/",
+    "http://127.0.0.1:8450.evil.example",
+    "http://user@127.0.0.1:8450",
+    "http://127.0.0.1:8450 ",
+    "HTTP://127.0.0.1:8450",
+    "127.0.0.1:8450",
+    "http://127.0.0.1:8450, http://evil.example",
+    "file://",
+    "chrome-extension://127.0.0.1:8450",
+    "*",
+]
+
+
+@pytest.mark.parametrize("origin", FOREIGN)
+def test_what_comes_from_another_place_changes_nothing(origin: str) -> None:
+    answer = ask("POST", origin=origin)
+    assert answer.status_code == 403
+    assert answer.json()["error"] == "origin"
+
+
+def test_what_says_no_origin_or_two_changes_nothing() -> None:
+    assert ask("POST").status_code == 403
+    for others in ([], [GOOD_ORIGIN, GOOD_ORIGIN], [GOOD_ORIGIN, (b"origin", b"http://evil")]):
+        sent = told(guarded(), scope_of([GOOD_HOST, *others], method="POST"))
+        assert status_of(sent) == 403
+    referred = ask("POST", referer=f"{HERE}/")
+    assert referred.status_code == 403
+
+
+def test_what_comes_from_a_page_of_ours_is_handed_on() -> None:
+    answer = ask("POST", origin=HERE, content=b"12345")
+    assert (answer.status_code, answer.json()) == (200, {"bytes": 5})
+    answer = ask("POST", host="lathe-3.shop:8450", origin="http://lathe-3.shop:8450")
+    assert answer.status_code == 200
+    answer = ask("POST", host="[::1]:8450", origin="http://[::1]:8450")
+    assert answer.status_code == 200
+    answer = ask("POST", secure=True, origin="https://127.0.0.1:8450")
+    assert answer.status_code == 200
+    assert ask("POST", secure=True, origin=HERE).status_code == 403
+
+
+def test_a_look_needs_no_origin_and_a_foreign_one_changes_nothing_there() -> None:
+    assert ask("GET").status_code == 200
+    assert ask("GET", origin="http://evil.example").status_code == 200
+    answer = ask("GET", origin="http://evil.example")
+    assert "access-control-allow-origin" not in answer.headers
+
+
+@given(st.text(max_size=40))
+def test_an_origin_is_taken_exactly_if_it_is_the_server_itself(origin: str) -> None:
+    header = (b"origin", origin.encode("utf-8", "surrogatepass"))
+    sent = told(guarded(), scope_of([GOOD_HOST, header], method="POST"))
+    assert status_of(sent) == (200 if origin == HERE else 403)
+
+
+@pytest.mark.parametrize("origin", [*FOREIGN, None])
+def test_a_web_socket_of_another_place_is_never_opened(origin: str | None) -> None:
+    headers = [GOOD_HOST] if origin is None else [GOOD_HOST, (b"origin", origin.encode())]
+    assert told(guarded(), scope_of(headers, kind="websocket", path="/live")) == CLOSED
+
+
+def test_a_web_socket_of_a_page_of_ours_is_opened() -> None:
+    sent = told(guarded(), scope_of([GOOD_HOST, GOOD_ORIGIN], kind="websocket", path="/live"))
+    assert [m["type"] for m in sent] == ["websocket.accept", "websocket.send", "websocket.close"]
+
+
+# ---- methods and paths --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "method", ["OPTIONS", "TRACE", "TRACK", "CONNECT", "PUT", "DELETE", "PATCH", "get", "PROPFIND"]
+)
+def test_other_methods_are_refused_even_where_a_page_would_take_them(method: str) -> None:
+    sent = told(guarded(), scope_of([GOOD_HOST, GOOD_ORIGIN], method=method))
+    assert status_of(sent) == 405
+    assert headers_of(sent)["allow"] == "GET, HEAD, POST"
+    assert not [name for name in headers_of(sent) if name.startswith("access-control")]
+
+
+def test_a_head_is_marked_as_the_page_itself_is() -> None:
+    head, page = ask("HEAD", "/deaf"), ask("GET", "/deaf")
+    assert head.status_code == page.status_code == 200
+    assert head.headers == page.headers
+    assert head.content == b""
+
+
+PATHS = [
+    "/static/../../etc/passwd",
+    "/static/..",
+    "/static/./x",
+    "/static/.hidden",
+    "/static//x",
+    "//evil.example/x",
+    "/static/..\\x",
+    "/static/x\\y",
+    "/static/a b",
+    "/static/a\x00b",
+    "/static/a\r\nset-cookie: a=b",
+    "/static/a;b",
+    "/static/café",
+    "/static/%2e%2e/x",
+    "http://127.0.0.1:8450/",
+    "http://evil.example/",
+    "*",
+    "",
+    "static/x",
+    "127.0.0.1:8450",
+    "/..",
+    "/.",
+]
+
+
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_a_path_that_leads_astray_is_no_page(path: str, kind: str) -> None:
+    sent = told(guarded(), scope_of([GOOD_HOST, GOOD_ORIGIN], kind=kind, path=path))
+    assert sent == CLOSED if kind == "websocket" else status_of(sent) == 404
+
+
+@pytest.mark.parametrize(
+    ("raw", "path"),
+    [
+        (b"/static/%2e%2e/%2e%2e/etc/passwd", "/static/../../etc/passwd"),
+        (b"/static/..%2f..%2fetc/passwd", "/static/../../etc/passwd"),
+        (b"/static/%2e%2e%5cx", "/static/..\\x"),
+        (b"/static/%252e%252e/x", "/static/%2e%2e/x"),
+        (b"/static%2fx.js", "/static/x.js"),
+        (b"/%73tatic/x.js", "/static/x.js"),
+        (b"/static/x.js%00.png", "/static/x.js\x00.png"),
+        (b"/static/x.js%0d%0aset-cookie:a=b", "/static/x.js\r\nset-cookie:a=b"),
+        (b"/static/%c0%ae%c0%ae/x", "/static/\ufffd\ufffd/x"),
+    ],
+)
+def test_a_path_in_another_spelling_is_no_page(raw: bytes, path: str) -> None:
+    assert status_of(told(guarded(), scope_of([GOOD_HOST], path=path, raw_path=raw))) == 404
+
+
+@pytest.mark.parametrize("path", ["/", "/static/base.css", "/static/plotly.min.js", "/deaf"])
+def test_every_plain_path_is_handed_on(path: str) -> None:
+    assert ask("GET", path).status_code == 200
+    assert ask("GET", f"{path}?first=2030-01-01T00:00:00Z&names=Z_um%2CX").status_code == 200
+
+
+def test_an_address_that_is_longer_than_any_of_ours_is_refused() -> None:
+    assert ask("GET", "/" + "x" * 1024).status_code == 414
+    assert ask("GET", "/?" + "x" * 4097).status_code == 414
+
+
+@given(st.text(max_size=30))
+def test_whatever_the_path_is_no_part_of_what_is_handed_on_begins_with_a_dot(path: str) -> None:
+    seen: list[str] = []
+
+    async def app(scope: Scope, receive: object, send: Callable) -> None:
+        seen.append(scope["path"])
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await send({"type": "http.response.body", "body": b""})
+
+    raw = f"/{path}".encode("utf-8", "surrogatepass")
+    with contextlib.suppress(UnicodeDecodeError):
+        whole = scope_of([GOOD_HOST], path=raw.decode())
+        told(Guard(app, HOSTS, secure=False), whole)
+    for handed_on in seen:
+        assert handed_on.isascii()
+        assert not any(part.startswith(".") for part in handed_on.split("/"))
+        assert not set(handed_on) & set("\\%;\r\n\0 ")
+
+
+# ---- bodies -------------------------------------------------------------------------------------
+
+POST = {"method": "POST"}
+
+
+def posted(
+    path: str, parts: Iterable[bytes], headers: Iterable[tuple[bytes, bytes]] = ()
+) -> list[Message]:
+    scope = scope_of([GOOD_HOST, GOOD_ORIGIN, *headers], method="POST", path=path)
+    return told(guarded(), scope, parts)
+
+
+@pytest.mark.parametrize("path", ["/", "/stream"])
+def test_a_body_is_taken_up_to_its_bound_and_not_a_byte_more(path: str) -> None:
+    whole = [b"x" * 1024] * (LARGEST_BODY_BYTES // 1024)
+    assert status_of(posted(path, whole)) == 200
+    assert status_of(posted(path, [*whole, b"x"])) == 413
+
+
+def test_an_upload_may_be_larger_and_is_bounded_as_well() -> None:
+    part = b"x" * 1_000_000
+    sent = posted(UPLOAD, [part] * 20)
+    assert status_of(sent) == 200
+    assert json.loads(sent[-1]["body"] or sent[-2]["body"]) == {"bytes": 20_000_000}
+    assert LARGEST_BODIES[UPLOAD] == 20_000_000
+    assert status_of(posted(UPLOAD, [part] * 20 + [b"x"])) == 413
+    for near in (f"{UPLOAD}/", f"{UPLOAD}/x", "/positioning/uploads", "/stream"):
+        assert status_of(posted(near, [part])) in {413, 404, 307}
+
+
+def test_a_length_that_is_announced_is_refused_before_a_byte_is_read() -> None:
+    asked = [0]
+
+    async def app(scope: Scope, receive: object, send: object) -> None:
+        asked[0] += 1
+
+    length = (b"content-length", str(LARGEST_BODY_BYTES + 1).encode())
+    scope = scope_of([GOOD_HOST, GOOD_ORIGIN, length], method="POST")
+    sent = told(Guard(app, HOSTS, secure=False), scope, ends=False)
+    assert status_of(sent) == 413
+    assert headers_of(sent)["connection"] == "close"
+    assert asked == [0]
+
+
+def test_a_length_that_lies_does_not_count() -> None:
+    length = (b"content-length", b"10")
+    assert status_of(posted("/", [b"x" * 20_000], [length])) == 413
+
+
+@pytest.mark.parametrize(
+    "lengths",
+    [[b"5", b"5"], [b"5", b"6"], [b"-1"], [b"+5"], [b"5, 5"], [b"0x10"], [b""], [b"9" * 30]],
+)
+def test_a_length_that_is_not_plain_is_refused(lengths: list[bytes]) -> None:
+    headers = [(b"content-length", length) for length in lengths]
+    assert status_of(posted("/", [b"12345"], headers)) == 400
+
+
+def test_a_page_that_swallows_the_refusal_cannot_answer_in_its_place() -> None:
+    sent = posted("/obstinate", [b"x" * 20_000])
+    assert status_of(sent) == 413
+    assert b"all is well" not in b"".join(m.get("body", b"") for m in sent)
+
+
+def test_an_answer_that_has_begun_is_broken_off_and_never_completed() -> None:
+    async def app(scope: Scope, receive: Callable, send: Callable) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await send({"type": "http.response.body", "body": b"begun", "more_body": True})
+        with contextlib.suppress(Exception):
+            while (await receive())["more_body"]:
+                pass
+        await send({"type": "http.response.body", "body": b"all is well"})
+
+    scope = scope_of([GOOD_HOST, GOOD_ORIGIN], method="POST")
+    sent = told(Guard(app, HOSTS, secure=False), scope, [b"x" * 20_000])
+    assert status_of(sent) == 200
+    assert sent[-1] == {"type": "http.response.body", "body": b"begun", "more_body": True}
+
+
+def test_a_page_that_streams_its_answer_is_refused_as_any_other() -> None:
+    assert status_of(posted("/early", [b"x" * 20_000])) == 413
+
+
+def test_a_body_that_nobody_reads_costs_nothing() -> None:
+    assert status_of(posted("/deaf", [b"x" * 20_000])) == 200
+
+
+def test_a_body_that_does_not_come_is_not_waited_for_longer_than_a_minute() -> None:
+    async def scene() -> None:
+        sent: list[Message] = []
+
+        async def receive() -> Message:
+            await asyncio.sleep(BODY_S / 3 + 1.0)
+            return {"type": "http.request", "body": b"x", "more_body": True}
+
+        async def send(message: Message) -> None:
+            sent.append(message)
+
+        began_s = asyncio.get_running_loop().time()
+        scope = scope_of([GOOD_HOST, GOOD_ORIGIN], method="POST")
+        await guarded()(scope, receive, send)
+        assert status_of(sent) == 408
+        assert asyncio.get_running_loop().time() - began_s == pytest.approx(BODY_S)
+
+    run_in_virtual_time(scene())
+
+
+def test_a_page_that_waits_after_the_body_may_wait_as_long_as_it_likes() -> None:
+    async def app(scope: Scope, receive: Callable, send: Callable) -> None:
+        await receive()
+        gone = await receive()
+        assert gone["type"] == "http.disconnect"
+
+    sent = told(Guard(app, HOSTS, secure=False), scope_of([GOOD_HOST]))
+    assert sent == []
+
+
+@given(st.lists(st.binary(max_size=9000), max_size=6))
+def test_the_sum_of_the_parts_decides_however_they_are_cut(parts: list[bytes]) -> None:
+    whole = sum(map(len, parts))
+    assert status_of(posted("/", parts)) == (200 if whole <= LARGEST_BODY_BYTES else 413)
+
+
+# ---- what browsers are told ---------------------------------------------------------------------
+
+MARKS = {
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "cache-control": "no-store",
+}
+
+
+def policy_of(text: str) -> dict[str, list[str]]:
+    rules = [rule.split() for rule in text.split(";")]
+    assert len({rule[0] for rule in rules}) == len(rules)
+    return {rule[0]: rule[1:] for rule in rules}
+
+
+@pytest.mark.parametrize("path", ["/", "/nowhere", "/static/../x", "/elsewhere", "/deaf"])
+@pytest.mark.parametrize("secure", [False, True])
+def test_every_answer_carries_every_mark(path: str, secure: bool) -> None:
+    app = guarded(secure=secure)
+    headers = headers_of(told(app, scope_of([GOOD_HOST], path=path)))
+    for name, value in MARKS.items():
+        assert headers[name] == value
+    assert ("strict-transport-security" in headers) is secure
+    assert "camera=()" in headers["permissions-policy"]
+    policy = policy_of(headers["content-security-policy"])
+    assert policy["default-src"] == ["'none'"]
+    assert policy["script-src"] == ["'self'"]
+    scheme = "wss" if secure else "ws"
+    assert policy["connect-src"] == ["'self'", f"{scheme}://127.0.0.1:8450"]
+    for name in ("frame-ancestors", "base-uri"):
+        assert policy[name] == ["'none'"]
+    for name in ("font-src", "frame-src", "form-action"):
+        assert policy[name] == ["'self'"]
+    assert "unsafe-eval" not in headers["content-security-policy"]
+
+
+def test_a_refusal_is_marked_as_well_and_names_no_host() -> None:
+    headers = headers_of(told(guarded(), scope_of([(b"host", b"evil.example")])))
+    assert policy_of(headers["content-security-policy"])["connect-src"] == ["'self'"]
+    for name, value in MARKS.items():
+        assert headers[name] == value
+
+
+def test_a_policy_that_a_page_has_set_stays_and_nothing_else_that_is_marked() -> None:
+    headers = headers_of(told(guarded(), scope_of([GOOD_HOST], path="/positioning/report/7")))
+    assert headers["content-security-policy"] == "sandbox"
+    assert headers["x-content-type-options"] == "nosniff"
+
+
+def test_only_what_is_static_may_be_kept_by_a_browser() -> None:
+    static = headers_of(told(guarded(), scope_of([GOOD_HOST], path="/static/x.js")))
+    assert static["cache-control"] == "public, max-age=31536000, immutable"
+    other = headers_of(told(guarded(), scope_of([GOOD_HOST], path="/elsewhere")))
+    assert other["cache-control"] == "no-store"
+
+
+def test_a_header_that_would_split_the_answer_is_left_out() -> None:
+    sent = told(guarded(), scope_of([GOOD_HOST], path="/split"))
+    headers = headers_of(sent)
+    assert "location" not in headers
+    assert headers["x-good"] == "yes"
+    assert b"set-cookie" not in repr(sent).encode()
+
+
+def test_the_life_of_the_application_is_handed_on() -> None:
+    seen: list[str] = []
+
+    async def app(scope: Scope, receive: object, send: object) -> None:
+        seen.append(scope["type"])
+
+    async def scene() -> None:
+        await Guard(app, HOSTS, secure=False)({"type": "lifespan"}, None, None)
+
+    asyncio.run(scene())
+    assert seen == ["lifespan"]
+
+
+# ---- before the web server that is used ---------------------------------------------------------
+
+
+@contextlib.asynccontextmanager
+async def served() -> AsyncIterator[int]:
+    """Serve the guarded pages on a free port of this computer."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port = listener.getsockname()[1]
+        config = uvicorn.Config(
+            Guard(pages(), (f"127.0.0.1:{port}",), secure=False),
+            log_config=None,
+            lifespan="off",
+            ws="websockets-sansio",
+            proxy_headers=False,
+        )
+        server = uvicorn.Server(config)
+        server.capture_signals = contextlib.nullcontext
+        task = asyncio.create_task(server.serve(sockets=[listener]))
+        while not server.started:
+            await asyncio.sleep(0.005)
+        try:
+            yield port
+        finally:
+            server.should_exit = True
+            await task
+
+
+async def raw(port: int, sent: bytes) -> tuple[int, bytes]:
+    """Send bytes; return status and all that came."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    answer = b""
+    try:
+        writer.write(sent.replace(b"PORT", str(port).encode()))
+        with contextlib.suppress(ConnectionError):
+            while part := await asyncio.wait_for(reader.read(65536), 5.0):
+                answer += part
+    finally:
+        writer.close()
+        with contextlib.suppress(ConnectionError):
+            await writer.wait_closed()
+    return int(answer.split(b" ", 2)[1]), answer
+
+
+HEAD = b"Host: 127.0.0.1:PORT\r\nConnection: close\r\n"
+OURS = b"Origin: http://127.0.0.1:PORT\r\n"
+CHUNKED = b"Transfer-Encoding: chunked\r\n"
+UPGRADE = (
+    b"GET /live HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\nConnection: Upgrade\r\n"
+    b"Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+)
+RAW = {
+    "a look": (b"GET / HTTP/1.1\r\n" + HEAD + b"\r\n", 200),
+    "a look with a path of another server": (
+        b"GET http://evil.example/ HTTP/1.1\r\n" + HEAD + b"\r\n",
+        404,
+    ),
+    "a look in absolute form": (b"GET http://127.0.0.1:PORT/ HTTP/1.1\r\n" + HEAD + b"\r\n", 404),
+    "no host": (b"GET / HTTP/1.0\r\n\r\n", 421),
+    "two hosts": (b"GET / HTTP/1.1\r\nHost: evil.example\r\n" + HEAD + b"\r\n", None),
+    "a folded host": (b"GET / HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\n evil\r\n\r\n", None),
+    "a way up": (b"GET /static/../../x HTTP/1.1\r\n" + HEAD + b"\r\n", 404),
+    "a way up in another spelling": (b"GET /static/%2e%2e/x HTTP/1.1\r\n" + HEAD + b"\r\n", 404),
+    "a trace": (b"TRACE / HTTP/1.1\r\n" + HEAD + b"\r\n", 405),
+    "a question of another page": (
+        b"OPTIONS / HTTP/1.1\r\nAccess-Control-Request-Method: POST\r\n" + HEAD + b"\r\n",
+        405,
+    ),
+    "a star": (b"OPTIONS * HTTP/1.1\r\n" + HEAD + b"\r\n", 405),
+    "a request without an origin": (
+        b"POST / HTTP/1.1\r\n" + HEAD + b"Content-Length: 1\r\n\r\nx",
+        403,
+    ),
+    "a request of ours": (
+        b"POST / HTTP/1.1\r\n" + HEAD + OURS + b"Content-Length: 1\r\n\r\nx",
+        200,
+    ),
+    "chunks": (
+        b"POST / HTTP/1.1\r\n" + HEAD + OURS + CHUNKED + b"\r\n3\r\nabc\r\n0\r\n\r\n",
+        200,
+    ),
+    "chunks without an end": (
+        b"POST / HTTP/1.1\r\n"
+        + HEAD
+        + OURS
+        + CHUNKED
+        + b"\r\n"
+        + (b"400\r\n" + b"x" * 0x400 + b"\r\n") * 17,
+        413,
+    ),
+    "a large length": (
+        b"POST / HTTP/1.1\r\n" + HEAD + OURS + b"Content-Length: 99999999\r\n\r\n",
+        413,
+    ),
+    "a web socket of another page": (UPGRADE + b"Origin: http://evil.example\r\n\r\n", 403),
+}
+
+
+def test_the_web_server_and_the_guard_refuse_together_what_must_not_be(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async def scene() -> None:
+        async with served() as port:
+            for name, (sent, wanted) in RAW.items():
+                status, answer = await raw(port, sent)
+                if wanted is None:
+                    assert 400 <= status < 500, (name, answer)
+                else:
+                    assert status == wanted, (name, answer)
+                assert b"evil" not in answer, name
+                if status in {404, 405, 413, 421}:
+                    assert b"content-security-policy" in answer.lower(), name
+            here = f"127.0.0.1:{port}"
+            async with connect(f"ws://{here}/live", origin=Origin(f"http://{here}")) as ours:
+                assert await ours.recv() == "hello"
+        assert [r for r in caplog.records if r.levelname == "ERROR"] == []
+
+    run(scene)
+
+
+def test_the_bounds_are_those_that_are_stated() -> None:
+    assert LARGEST_BODY_BYTES == 16_384
+    assert _guard.LARGEST_BODIES == {"/positioning/upload": 20_000_000}
