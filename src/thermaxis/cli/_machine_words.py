@@ -291,24 +291,23 @@ def _surroundings(configuration: "MachineConfiguration") -> "Iterable[str]":
 
 def _screen(screen: "ScreenSettings", server: "ServerSettings | None") -> str:
     """Return where thermaxis screen serves its pages, and who may look."""
-    scheme = "https" if screen.secure else "http"
+    scheme, tls = ("https", "encrypted") if screen.secure else ("http", "not encrypted")
     address = f"[{screen.address}]" if ":" in screen.address else screen.address
     names = f", also called {', '.join(screen.hosts)}" if screen.hosts else ""
-    tls = "encrypted" if screen.secure else "not encrypted"
-    users = server is not None and server.users is not None
-    person = "whoever has logged in as a user of the status server" if users else "nobody logs in"
-    looks = "everybody may look" if screen.view_without_login else "nobody else may look"
-    ends = (
-        f"; a log-in ends after {_seconds(screen.idle_s)} without its person, and after"
-        f" {_seconds(screen.longest_login_s)} in any case"
-        if users
-        else ""
-    )
-    asks = f"{person} may ask for what the role allows" if users else person
     feed = f"as {screen.user}" if screen.user else "without a name"
+    who = "everybody may look; nobody logs in"
+    if server is not None and server.users is not None:
+        looks = (
+            "everybody may look" if screen.view_without_login else "without a log-in nobody looks"
+        )
+        who = (
+            f"{looks}; whoever has logged in as a user of the status server may ask for what the"
+            f" role allows; a log-in ends after {_seconds(screen.idle_s)} without its person, and"
+            f" after {_seconds(screen.longest_login_s)} in any case"
+        )
     return (
-        f"Pages of thermaxis screen at {scheme}://{address}:{screen.port}{names}, {tls}: {looks};"
-        f" {asks}{ends}. They are told by the status server {feed}."
+        f"Pages of thermaxis screen at {scheme}://{address}:{screen.port}{names}, {tls}: {who}."
+        f" They are told by the status server {feed}."
     )
 
 

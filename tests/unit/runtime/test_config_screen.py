@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from tests.unit.runtime.machine_files import TEXT, machine_file
 from tests.unit.runtime.status_server_parts import PASSWORD, Box, users_file
+from thermaxis.cli._machine_words import machine_as_json, machine_in_words
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._certificates import CertificateUse, NewCertificate, make_pair
 from thermaxis.runtime._config import examine_machine, read_machine
@@ -492,3 +493,44 @@ def test_a_certificate_of_the_pages_that_expires_is_said_in_time(tmp_path: Path)
     late = datetime.now(UTC) + timedelta(days=3650)
     told = [f for f in warnings_of(found, late) if f.where == "[screen], certificate"]
     assert [finding.level for finding in told] == [Level.ERROR]
+
+
+# ---- what thermaxis check says ------------------------------------------------------------------
+
+
+def words_of(found: MachineConfiguration) -> str:
+    return " ".join(machine_in_words(found).split())
+
+
+def test_check_says_where_the_pages_are_and_that_everybody_may_look(tmp_path: Path) -> None:
+    found = read_machine(write(tmp_path, OPEN, "[screen]", LOOK))
+    assert (
+        "Pages of thermaxis screen at http://127.0.0.1:8450, not encrypted: everybody may look;"
+        " nobody logs in. They are told by the status server without a name." in words_of(found)
+    )
+    assert machine_as_json(found)["screen"] == {
+        "address": "127.0.0.1",
+        "port": 8450,
+        "hosts": [],
+        "secure": False,
+        "view_without_login": True,
+    }
+
+
+def test_check_says_who_may_look_and_ask_and_for_how_long(tmp_path: Path) -> None:
+    keys = 'address = "::1"\nhosts = ["lathe-3.shop"]\ncertificate = "page.der"'
+    found = read_machine(write(tmp_path, USERS, "[screen]", keys, 'private_key = "page.pem"', FEED))
+    words = words_of(found)
+    assert (
+        "at https://[::1]:8450, also called lathe-3.shop, encrypted: without a log-in nobody looks;"
+        " whoever has logged in as a user of the status server may ask for what the role allows; a"
+        " log-in ends after 15 min without its person, and after 8 h in any case. They are told by the"
+        " status server as viewer." in words
+    )
+    assert "hunter2" not in words + str(machine_as_json(found))
+
+
+def test_check_says_nothing_of_pages_that_are_not_there(tmp_path: Path) -> None:
+    found = read_machine(write(tmp_path, OPEN))
+    assert "thermaxis screen" not in words_of(found)
+    assert machine_as_json(found)["screen"] is None
