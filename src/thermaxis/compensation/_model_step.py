@@ -533,7 +533,10 @@ def _output(
     for span, offset_um in zip(layout.slices, layout.offsets_um):
         part = row[span]
         contribution_um.append(part)
-        model_um.append(offset_um + sum(part))
+        y_um = 0.0
+        for c_um in part:  # from Python 3.12 on sum() rounds otherwise than a PLC does
+            y_um += c_um
+        model_um.append(offset_um + y_um)
     return ModelOutput(time_s, tuple(model_um), tuple(contribution_um), quality, tuple(outcomes))
 
 
