@@ -1,5 +1,6 @@
 """The words of the screen: complete in three languages, used, and true to what the loop says."""
 
+import ast
 import json
 import os
 import re
@@ -63,6 +64,7 @@ ALIKE = {
     "program": "the same word in Czech",
     "alarm": "the same word in both",
     "alarms": "the same word in Czech",
+    "drift": "the same word in both",
     "details": "the same word in German",
     "start": "the same word in German",
     "status": "the same word in German",
@@ -434,6 +436,94 @@ def test_events_of_the_history_are_said_in_the_language(
 ) -> None:
     assert WORDS.event("de", kind, english).startswith(german)
     assert WORDS.event("en", kind, english) == english
+
+
+def events_in_source() -> set[tuple[str, str]]:
+    """Return kind and text of the events that loop and status server write, gaps filled."""
+    found: set[tuple[str, str]] = set()
+    for name in ("_loop.py", "_status_server.py"):
+        for node in ast.walk(ast.parse((RUNTIME / name).read_text("utf-8"))):
+            match node:
+                case ast.Call(
+                    args=[
+                        *_,
+                        ast.Constant(value=str(kind)),
+                        _,
+                        ast.Constant() | ast.JoinedStr() as text,
+                    ]
+                ) if kind in WORDS.said["event"]:
+                    found.add((kind, english_of(text)))
+                case _:
+                    pass
+    return found
+
+
+def english_of(text: ast.Constant | ast.JoinedStr) -> str:
+    if isinstance(text, ast.Constant):
+        return str(text.value)
+    return "".join(str(p.value) if isinstance(p, ast.Constant) else "77" for p in text.values)
+
+
+OPEN = {
+    ("alarm", "77: 77"): "alarms with their priority, tested by each alarm",
+    ("connection", "the connection to 77 77"): "four phrases, tested below",
+    ("alarm", "gone: 77"): "alarms, tested by each alarm",
+}
+"""Events whose gaps hold what is translated itself."""
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+def test_every_event_that_the_loop_writes_is_translated(language: str) -> None:
+    events = events_in_source()
+    assert len(events) > 8
+    assert set(OPEN) <= events
+    left = {
+        (kind, text)
+        for kind, text in events - set(OPEN)
+        if WORDS.event(language, kind, text) == text
+    }
+    assert left == set()
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+def test_every_alarm_is_translated_in_the_history_too(language: str) -> None:
+    for code, words in ALARM_WORDS.items():
+        values = {n: ALARM_VALUES.get(n, 12.5) for n in gaps_of("".join(words))}
+        text = words.filled(values).text
+        said = WORDS.alarm(language, code, values)
+        assert said is not None
+        for priority in PRIORITIES:
+            event = WORDS.event(language, "alarm", f"{priority}: {text}")
+            word = WORDS.phrase(language, "priority", priority)
+            assert event == f"{word}: {text if code in FREE else said.text}"
+
+
+FREE = {"self_test", "historian"}
+"""Alarms whose whole text is free."""
+
+
+@pytest.mark.parametrize("language", FOREIGN)
+@pytest.mark.parametrize("what", ["the values' machine", "the offsets' machine"])
+@pytest.mark.parametrize("how", ["is there", "is lost"])
+def test_a_connection_that_comes_or_goes_is_translated(language: str, what: str, how: str) -> None:
+    english = f"the connection to {what} {how}"
+    assert what in (RUNTIME / "_loop.py").read_text("utf-8")
+    assert english in WORDS.said["event_connection"]
+    assert WORDS.event(language, "connection", english) != english
+
+
+def test_what_a_restart_goes_on_from_is_said_part_by_part() -> None:
+    english = (
+        "a state saved 12 s ago: it is of another model, old.json; the references are taken up,"
+        f" and somebody must enable it; the fault stands: {Reason.LONG_AT_LIMIT}"
+    )
+    assert WORDS.event("de", "start", english) == (
+        "ein vor 12 s gespeicherter Zustand: er ist von einem anderen Modell, old.json; die"
+        " Bezugstemperaturen werden übernommen, und jemand muss einschalten; die Störung besteht"
+        " weiter: die Korrektur stand zu lange an ihrer Grenze"
+    )
+    english = "a state saved 3 s ago: sections and references are taken up; it is off"
+    assert "členy a vztažné teploty se přebírají; je vypnuta" in WORDS.event("cs", "start", english)
 
 
 @given(st.text(max_size=40), st.sampled_from(sorted(WORDS.said)), st.sampled_from(LANGUAGES))
