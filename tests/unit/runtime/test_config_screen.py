@@ -524,8 +524,8 @@ def test_check_says_who_may_look_and_ask_and_for_how_long(tmp_path: Path) -> Non
     assert (
         "at https://[::1]:8450, also called lathe-3.shop, encrypted: without a log-in nobody looks;"
         " whoever has logged in as a user of the status server may ask for what the role allows; a"
-        " log-in ends after 15 min without its person, and after 8 h in any case. They are told by the"
-        " status server as viewer." in words
+        " log-in ends after 15 min without its person, and after 8 h in any case. They are told by"
+        " the status server as viewer." in words
     )
     assert "hunter2" not in words + str(machine_as_json(found))
 
