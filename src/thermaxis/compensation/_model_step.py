@@ -528,11 +528,9 @@ def _output(
     if layout.gained:
         _multiply(layout, said, diameter_mm, outcomes)
     row = tuple(said)
+    contribution_um = [row[span] for span in layout.slices]
     model_um: list[float] = []
-    contribution_um: list[_Floats] = []
-    for span, offset_um in zip(layout.slices, layout.offsets_um):
-        part = row[span]
-        contribution_um.append(part)
+    for part, offset_um in zip(contribution_um, layout.offsets_um):
         y_um = 0.0
         for c_um in part:  # from Python 3.12 on sum() rounds otherwise than a PLC does
             y_um += c_um
