@@ -5,7 +5,8 @@ shows the drift plus the offset that acts: without the offset it would show
 
     uncompensated = probe - effective
 
-with the offset that the machine accepted where it does not say which one acts.
+with the offset that the machine accepted where it does not say which one acts. While the
+compensation is off, the loop reads no offset back, and there is no such number.
 """
 
 from collections.abc import Mapping, Sequence

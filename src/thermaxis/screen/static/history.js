@@ -109,9 +109,8 @@ function draw(shown, lines, second) {
  * @returns {import("./chart.js").Line}
  */
 function lineOf(name, line, k, shift, left) {
-  const label = labelOf(name);
   return {
-    name: shift ? word("history.second_name", { name: label }) : label,
+    name: labelOf(name),
     unit: line.unit,
     x: shift ? line.t.map((at) => at + shift) : line.t,
     y: line.mean,
@@ -120,6 +119,8 @@ function lineOf(name, line, k, shift, left) {
     axis: line.unit === left ? "left" : "right",
     color: (k % 6) + 1,
     dash: shift ? "dash" : "solid",
+    marker: shift ? "none" : undefined,
+    unlisted: shift !== 0,
     digits: line.unit === "µm" || line.unit === "°C" ? 1 : 3,
   };
 }
