@@ -84,7 +84,7 @@ def model_in_force(configuration: MachineConfiguration, name: str, sha256: str) 
         try:
             found = read_model_file(path)
         except ConfigurationError as error:
-            detail = detail or str(error)
+            detail = detail or f"{error.what}."  # without the path: a viewer need not know it
             continue
         if found.sha256 == sha256:
             return Found(found)

@@ -19,6 +19,7 @@ import { number, pageLocale, word } from "./words.js";
  * @property {string} [unit]
  * @property {string} [dash] solid, dash, dot, dashdot, longdash, longdashdot; else by its place
  * @property {string} [marker] circle, square, diamond, triangle-up, cross, x, none
+ * @property {number} [markers] most markers along the line; 12
  * @property {boolean} [stepped] held from value to value
  * @property {boolean} [pointsOnly] markers without a line
  * @property {number} [color] number of the colour, 1 to 6; else by its place
@@ -261,7 +262,7 @@ function tracesOf(chart, axis, paint) {
         color,
         symbol: marked || line.pointsOnly ? look.marker.replace("none", "circle") : "circle",
         size: 8,
-        maxdisplayed: marked ? MOST_MARKERS : 0,
+        maxdisplayed: marked ? line.markers ?? MOST_MARKERS : 0,
       },
     });
   });
@@ -313,7 +314,7 @@ function layoutOf({ chart }, axis, marks, paint, [width, height]) {
   const side = (/** @type {string | undefined} */ title) => ({
     ...common,
     fixedrange: true,
-    title: { text: plain(title ?? ""), standoff: 6, font: { size } },
+    ...(title ? { title: { text: plain(title), standoff: 6, font: { size } } } : {}),
     nticks: Math.max(3, Math.floor(height / 44)),
     zeroline: true,
     rangemode: "normal",
@@ -325,7 +326,7 @@ function layoutOf({ chart }, axis, marks, paint, [width, height]) {
     tickmode: "auto",
     zeroline: false,
   };
-  const own = axis.time && !chart.still ? zoneTitle(axis) : "";
+  const below = chart.xTitle ?? (axis.time && !chart.still ? zoneTitle(axis) : "");
   return {
     width,
     height,
@@ -341,7 +342,7 @@ function layoutOf({ chart }, axis, marks, paint, [width, height]) {
       ...common,
       ...ticksOf(axis, width),
       range: [axis.first, axis.last],
-      title: { text: plain(chart.xTitle ?? own), standoff: 4, font: { size } },
+      ...(below ? { title: { text: plain(below), standoff: 4, font: { size } } } : {}),
       tickangle: 0,
       zeroline: false,
       showspikes: !chart.still,

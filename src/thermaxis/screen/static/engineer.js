@@ -36,7 +36,8 @@ export function say(element, text) {
 }
 
 /**
- * @typedef {string | HTMLElement | {number: string}} Cell a text, an element, or a number's text
+ * @typedef {string | HTMLElement | {number: string | HTMLElement}} Cell a text, an element, or
+ *   a number
  */
 
 /**
@@ -47,7 +48,10 @@ export function say(element, text) {
  */
 export function fillTable(table, head, rows) {
   const top = made("thead");
-  top.append(rowOf(head, "th"));
+  const first = rows[0] ?? [];
+  const asNumber = (/** @type {Cell} */ cell, /** @type {number} */ k) =>
+    typeof first[k] === "object" && "number" in first[k] ? { number: String(cell) } : cell;
+  top.append(rowOf(head.map(asNumber), "th"));
   const body = made("tbody");
   body.append(...rows.map((cells) => rowOf(cells, "td")));
   table.replaceChildren(top, body);
@@ -57,15 +61,15 @@ export function fillTable(table, head, rows) {
 function rowOf(cells, tag) {
   const row = made("tr");
   for (const cell of cells) {
-    const made_ = made(tag);
-    if (typeof cell === "string") made_.textContent = cell;
-    else if (cell instanceof HTMLElement) made_.append(cell);
-    else {
-      made_.textContent = cell.number;
-      made_.className = "number";
+    const item = made(tag);
+    if (typeof cell === "string") item.textContent = cell;
+    else if (cell instanceof HTMLElement) item.append(cell);
+    else if (cell) {
+      item.append(cell.number);
+      item.className = "number";
     }
-    if (tag === "th") made_.setAttribute("scope", "col");
-    row.append(made_);
+    if (tag === "th") item.setAttribute("scope", "col");
+    row.append(item);
   }
   return row;
 }
@@ -106,8 +110,14 @@ export function showRange(range, { low, high, value, digits = 1 }) {
   if (value !== null) now.style.left = `${place(value)}%`;
   now.classList.toggle("outside", value !== null && (value < low || value > high));
   const [first, last] = /** @type {HTMLElement[]} */ ([...ends.children]);
-  if (first) say(first, number(low, digits));
-  if (last) say(last, number(high, digits));
+  for (const [end, x] of /** @type {[HTMLElement | undefined, number][]} */ ([
+    [first, low],
+    [last, high],
+  ])) {
+    if (!end) continue;
+    say(end, number(x, digits));
+    end.style.left = `${place(x)}%`;
+  }
   const [lowest, highest] = [number(low, digits), number(high, digits)];
   const text = word("model.range_said", { value: number(value, digits), lowest, highest });
   if (track.getAttribute("aria-label") !== text) track.setAttribute("aria-label", text);
@@ -125,12 +135,12 @@ export function verdict() {
 /**
  * Show a verdict.
  * @param {HTMLElement} box made by `verdict`
- * @param {boolean} good
+ * @param {boolean | null} good null where nobody knows
  * @param {string} text
  */
 export function showVerdict(box, good, text) {
   const [mark, words] = /** @type {HTMLElement[]} */ ([...box.children]);
-  box.dataset.good = good ? "yes" : "no";
-  if (mark) say(mark, good ? "✓" : "!");
+  box.dataset.good = good === null ? "unknown" : good ? "yes" : "no";
+  if (mark) say(mark, good === null ? "?" : good ? "✓" : "!");
   if (words) say(words, text);
 }

@@ -129,11 +129,11 @@ async function choose() {
 function showOutput(output, model) {
   const section = made("section", "", "output");
   section.append(
-    stepPanel(output, model),
-    partsPanel(output),
+    whole(stepPanel(output, model)),
+    whole(partsPanel(output)),
     rangePanel(output, model),
-    ...gainPanel(output),
     limitsPanel(output),
+    ...gainPanel(output).map(whole),
   );
   part("model-outputs").append(section);
   drawStep(/** @type {HTMLElement} */ (section.querySelector(".step-chart")), output, model);
@@ -145,6 +145,12 @@ function showOutput(output, model) {
 function panel(title, ...content) {
   const section = made("section", "", "panel");
   section.append(made("h2", title), ...content);
+  return section;
+}
+
+/** @param {HTMLElement} section across the page */
+function whole(section) {
+  section.classList.add("whole");
   return section;
 }
 
@@ -178,7 +184,8 @@ function drawStep(element, output, model) {
     const name = one.name;
     const first = { name, unit: "µm/K", x: x.slice(0, known), y: y.slice(0, known), ...look };
     const rest = { name, x: x.slice(known - 1), y: y.slice(known - 1), ...look };
-    const beyond = known > 0 && known < x.length ? [{ ...rest, dash: "dash", unlisted: true }] : [];
+    const more = known > 0 && known < x.length;
+    const beyond = more ? [{ ...rest, dash: "dash", markers: 4, unlisted: true }] : [];
     return [{ ...first, dash: "solid" }, ...beyond];
   });
   const recorded = model.record_s !== null && known < times.length;
@@ -230,7 +237,7 @@ function constantsOf(output) {
 
 /** @param {Data} output */
 function partsPanel(output) {
-  const table = made("table");
+  const table = made("table", "", "parts-table");
   const head = ["part", "input", "direct", "sections", "delay", "dc", "static", "factor"];
   const names = {
     part: word("model.part"),
@@ -270,10 +277,10 @@ function inputOf(one) {
 
 /** @param {Data} one */
 function sectionsOf(one) {
-  const list = made("div");
+  const list = made("div", "", "sections");
   if (!one.sections.length) list.textContent = word("model.no_sections");
   for (const { gain_um_per_k: gain, time_constant_s: tau } of one.sections) {
-    list.append(made("div", `${signed(gain, 3)} µm/K, τ ${duration(tau)} (${number(tau, 1)} s)`));
+    list.append(made("div", `${signed(gain, 3)} µm/K, τ ${number(tau, 1)} s (${duration(tau)})`));
   }
   return list;
 }
@@ -290,9 +297,9 @@ function rangePanel(output, model) {
       const value = inputNow(one, status.inputs);
       say(now, signed(value, 1));
       showRange(bar, { low: one.lowest_k, high: one.highest_k, value });
-      showVerdict(said, insideOf(one, value) !== false, insideWords(one, value));
+      showVerdict(said, insideOf(one, value), insideWords(one, value));
     });
-    return [made("b", one.name), inputOf(one), now, bar, said];
+    return [made("b", one.name), inputOf(one), { number: now }, bar, said];
   });
   fillTable(
     table,
@@ -308,7 +315,7 @@ function rangePanel(output, model) {
   const weight = verdict();
   live.push((status) => {
     const found = status.outputs[output.name]?.weight ?? null;
-    showVerdict(weight, found === null || found >= 1, weightWords(found));
+    showVerdict(weight, found === null ? null : found >= 1, weightWords(found));
   });
   const rule = word("model.validity_rule", {
     margin: number(model.margin_k, 1),
@@ -391,7 +398,10 @@ function gainPanel(output) {
 function drawGains(element, output, model) {
   const gained = output.parts.filter((/** @type {Data} */ one) => one.gain_by_diameter.length);
   const at = model.diameter_mm;
+  const [low, high] = spanOf(gained, at);
   drawChart(element, {
+    first: low - 0.04 * (high - low),
+    last: high + 0.04 * (high - low),
     lines: gained.map((/** @type {Data} */ one) => ({
       name: one.name,
       x: one.gain_by_diameter.map((/** @type {Data} */ point) => point.diameter_mm),
@@ -411,6 +421,16 @@ function drawGains(element, output, model) {
   });
 }
 
+/** @param {Data[]} gained @param {number | null} at @returns {[number, number]} */
+function spanOf(gained, at) {
+  const all = gained.flatMap((one) =>
+    one.gain_by_diameter.map((/** @type {Data} */ point) => point.diameter_mm),
+  );
+  if (at !== null) all.push(at);
+  const [low, high] = [Math.min(...all), Math.max(...all)];
+  return high > low ? [low, high] : [low - 1, high + 1];
+}
+
 /** @param {Data} output */
 function limitsPanel(output) {
   const table = made("table");
@@ -428,7 +448,7 @@ function limitsPanel(output) {
       const found = status.outputs[output.name]?.limits?.[String(key)] ?? null;
       say(value, number(found, Number(digits)));
     });
-    return [String(name), value, String(unit)];
+    return [String(name), { number: value }, String(unit)];
   });
   fillTable(table, [word("model.limit"), word("model.value"), word("model.unit")], cells);
   return panel(word("model.limits_title", { output: output.name }), wide(table));
@@ -451,7 +471,7 @@ function showReferences(model) {
   const rows = [...channels].map((name) => {
     const now = made("span", "–", "live");
     live.push((status) => say(now, number(status.inputs[name]?.reference_c ?? null, 2)));
-    return [String(name), { number: number(model.reference_c[name] ?? null, 2) }, now];
+    return [String(name), { number: number(model.reference_c[name] ?? null, 2) }, { number: now }];
   });
   const table = part("reference-table");
   const trained = stated ? word("model.reference_of_model") : word("model.reference_of_training");

@@ -22,6 +22,7 @@ let least = 0;
 let askedMs = Number.NEGATIVE_INFINITY;
 let drawnMs = Number.NEGATIVE_INFINITY;
 let asking = false;
+let gapMs = 5000;
 /** @type {((status: Data) => void)[]} */
 const live = [];
 /** @type {{element: HTMLElement, seen: boolean, channel: Data}[]} */
@@ -33,6 +34,7 @@ for (const channel of facts.channels) part("sensors").append(card(channel));
 showConditions();
 onStatus((status) => {
   const now = performance.now();
+  gapMs = Math.max(5000, 3000 * status.cycle_s);
   if (now - askedMs >= REFRESH_MS && !asking) void refresh();
   remember(status);
   for (const show of live) show(status);
@@ -123,7 +125,7 @@ function card(channel) {
     const given = input ? input.value_c : raw;
     say(value, `${number(given, 1)} °C`);
     const quality = input ? phrase("quality", input.quality) : word("sensors.not_in_model");
-    showVerdict(said, input ? input.quality === "good" : true, quality);
+    showVerdict(said, input ? input.quality === "good" : null, quality);
     const { lowest_c: low, highest_c: high } = channel.rules;
     showRange(bar, { low, high, value: raw });
   });
@@ -147,7 +149,7 @@ function draw(element, channel) {
   const lines = namesOf(channel).map((name, k) => {
     const own = past.get(name) ?? { t: [], y: [] };
     const text = k ? word("sensors.spare") : word("sensors.sensor");
-    return { name: text, unit: "°C", x: own.t, y: own.y };
+    return { name: text, unit: "°C", ...withGaps(own) };
   });
   const last = Math.max(...lines.map((line) => line.x.at(-1) ?? 0)) || Date.now();
   drawChart(element, {
@@ -160,6 +162,25 @@ function draw(element, channel) {
     yTitle: "°C",
     label: word("sensors.chart_label", { channel: channel.name }),
   });
+}
+
+/**
+ * Return the values with a gap wherever nothing came for a while.
+ * @param {Past} own
+ * @returns {{x: number[], y: (number | null)[]}}
+ */
+function withGaps(own) {
+  const found = /** @type {{x: number[], y: (number | null)[]}} */ ({ x: [], y: [] });
+  own.t.forEach((at, k) => {
+    const before = own.t[k - 1] ?? at;
+    if (at - before > gapMs) {
+      found.x.push(before + 1);
+      found.y.push(null);
+    }
+    found.x.push(at);
+    found.y.push(own.y[k] ?? null);
+  });
+  return found;
 }
 
 /** @param {Data} channel */
@@ -175,7 +196,7 @@ function readings(channel) {
       if (scatter) say(scatter, noiseWords(noise[name]));
     });
     const title = k ? word("sensors.spare") : word("sensors.sensor");
-    return [title, raw ?? "", state ?? "", age ?? "", scatter ?? ""];
+    return [title, { number: raw ?? "" }, state ?? "", { number: age ?? "" }, scatter ?? ""];
   });
   const difference = made("span", "–", "live");
   const body = made("div");
@@ -259,7 +280,7 @@ function showConditions() {
     live.push((status) => {
       const flag = flagOf(status.signals.other_compensation);
       const active = flag === null ? null : flag === facts.other_compensation;
-      showVerdict(said, active === false, activeWords(active));
+      showVerdict(said, active === null ? null : !active, activeWords(active));
     });
     rows.push([word("sensors.other_compensation"), word("sensors.flag"), said]);
   }
@@ -306,7 +327,10 @@ function showOthers(status) {
     fillTable(
       part("other-table"),
       [word("sensors.name"), word("sensors.raw_any"), word("sensors.status"), word("sensors.age")],
-      names.map((name) => [name, ...[0, 1, 2].map(() => made("span", "–", "live"))]),
+      names.map((name) => {
+        const [value, state, age] = [0, 1, 2].map(() => made("span", "–", "live"));
+        return [name, { number: value ?? "" }, state ?? "", { number: age ?? "" }];
+      }),
     );
   }
   part("other-table").querySelectorAll("tbody tr").forEach((row, k) => {

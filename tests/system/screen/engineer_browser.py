@@ -1,0 +1,126 @@
+"""Pages in a real browser without a server: requests go to the application in this program."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from shutil import which
+from typing import Any
+
+from playwright.sync_api import Browser, BrowserContext, Page, Route, WebSocketRoute
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route as HttpRoute
+from starlette.testclient import TestClient
+
+from tests.unit.screen.engineer_bench import KnownFeed, application
+from thermaxis.screen import _model_page, _sensors_page
+from thermaxis.screen._assets import Assets
+from thermaxis.screen._parts import ScreenParts
+
+HOST = "http://screen.test"
+CHROMIUM = which("chromium") or ""
+CSP = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; connect-src 'self' ws://screen.test; font-src 'self'; "
+    "form-action 'self'; base-uri 'none'"
+)
+
+
+class Pages:
+    """The engineer's pages, answered here; every fault of a script is remembered."""
+
+    def __init__(self, parts: ScreenParts, feed: KnownFeed) -> None:
+        self.feed = feed
+        self.faults: list[str] = []
+        self.asked: list[tuple[str, Any]] = []
+        self.answer: Mapping[str, Any] = {"accepted": True, "reason": "", "reason_en": ""}
+        self._sockets: list[WebSocketRoute] = []
+        assets = Assets()
+
+        async def asset(request: Request) -> Response:
+            return assets.answer(request)
+
+        async def blank(request: Request) -> Response:
+            return parts.render(request, "base.html", page="model", charts=True)
+
+        async def ask(request: Request) -> Response:
+            self.asked.append((request.headers["x-thermaxis-token"], await request.json()))
+            return Response(json.dumps(self.answer), media_type="application/json")
+
+        self._hello = {"kind": "hello", "program": parts.program, "name": "", "role": "viewer"}
+        routes = [
+            HttpRoute("/static/{name}", asset),
+            HttpRoute("/ask", ask, methods=["POST"]),
+            HttpRoute("/blank", blank),
+            *_model_page.routes(parts),
+            *_sensors_page.routes(parts),
+        ]
+        self._client = TestClient(application(parts, routes), base_url=HOST)
+
+    def attach(self, context: BrowserContext) -> Page:
+        page = context.new_page()
+        page.on("console", self._console)
+        page.on("pageerror", lambda error: self.faults.append(str(error)))
+        page.route("**/*", self._serve)
+        page.route_web_socket("**/live", self._live)
+        return page
+
+    def _console(self, message: Any) -> None:
+        if message.type in {"error", "warning"}:
+            self.faults.append(message.text)
+
+    def _serve(self, route: Route) -> None:
+        request = route.request
+        if not request.url.startswith(HOST):
+            self.faults.append(f"another host was asked: {request.url}")
+            route.abort()
+            return
+        headers = {k: v for k, v in request.headers.items() if k != "accept-encoding"}
+        answer = self._client.request(
+            request.method,
+            request.url.removeprefix(HOST),
+            content=request.post_data_buffer,
+            headers={**headers, "accept-encoding": "identity"},
+        )
+        route.fulfill(
+            status=answer.status_code,
+            body=answer.content,
+            headers={**dict(answer.headers), "content-security-policy": CSP},
+        )
+
+    def _live(self, socket: WebSocketRoute) -> None:
+        self._sockets = [socket]
+        socket.send(json.dumps(self._hello))
+        self.tell()
+
+    def tell(self) -> None:
+        """Send what the feed knows to the open page."""
+        status = self.feed.status
+        message = (
+            {"kind": "status", "age_s": 0.1, "status": status}
+            if status is not None and self.feed.live
+            else {"kind": "no_data", "key": "feed.no_connection", "text": "gone", "since": None}
+        )
+        for socket in self._sockets:
+            socket.send(json.dumps(message))
+
+    def tell_until(self, page: Page, fulfilled: Callable[[], bool], most: int = 100) -> None:
+        """Send again and again until something is so, as the server does each second."""
+        for _ in range(most):
+            self.tell()
+            page.wait_for_timeout(50)
+            if fulfilled():
+                return
+        raise AssertionError("it did not come about")
+
+
+@contextmanager
+def opened(browser: Browser, pages: Pages, path: str, **context: Any) -> Iterator[Page]:
+    """Open a page in a browser of its own settings; close it afterwards."""
+    made = browser.new_context(timezone_id="Europe/Prague", **context)
+    try:
+        page = pages.attach(made)
+        page.goto(HOST + path)
+        yield page
+    finally:
+        made.close()

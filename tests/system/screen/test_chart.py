@@ -1,0 +1,328 @@
+"""Charts and the engineer's pages in a real browser; no server, no socket."""
+
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from tests.system.screen.engineer_browser import CHROMIUM, Pages, opened
+from tests.unit.screen.engineer_bench import CHANNELS, KnownFeed, lathe, parts_with, told_by_a_loop
+from thermaxis.runtime._users import Role
+
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not CHROMIUM, reason="there is no chromium on this computer"),
+]
+
+MACHINE = lathe()
+WARM = told_by_a_loop(MACHINE, {"T_spindle_C": 36.0, "T_table_C": 22.0, "T_column_C": 21.0})
+
+DRAW = """async (chart) => {
+  const { drawChart } = await import("/static/chart.js");
+  let element = document.getElementById("probe");
+  if (!element) {
+    element = document.createElement("div");
+    element.id = "probe";
+    element.style.height = "24rem";
+    document.getElementById("content").append(element);
+  }
+  window.spans = [];
+  drawChart(element, { ...chart, onSpan: (span) => window.spans.push(span) });
+  await new Promise((done) => setTimeout(done, 150));
+}"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield found
+        found.close()
+
+
+def pages_for(role: Role | None = None) -> Pages:
+    feed = KnownFeed(dict(WARM))
+    feed.fill(("T_spindle_C", "T_spindle_C.spare"), 36.0, 0.05, 290)
+    feed.fill(("T_column_C",), 21.0, 0.02, 12)
+    return Pages(parts_with(MACHINE, feed, role), feed)
+
+
+def texts(page: Page, selector: str) -> list[str]:
+    return [text.strip() for text in page.locator(selector).all_inner_texts()]
+
+
+def drawn_texts(page: Page, selector: str) -> list[str]:
+    """Return the texts of a drawing, which has no inner text."""
+    return page.locator(selector).all_text_contents()
+
+
+def minutes(first: str, count: int) -> list[str]:
+    begin = datetime.fromisoformat(first)
+    return [(begin + timedelta(minutes=k)).isoformat() for k in range(count)]
+
+
+def hours_chart(**changes: Any) -> dict[str, Any]:
+    x = minutes("2026-11-20T08:00:00+00:00", 481)
+    y: list[float | None] = [k / 10.0 - 20.0 for k in range(481)]
+    y[100:140] = [None] * 40
+    return {
+        "lines": [
+            {"name": "Z_um", "unit": "µm", "x": x, "y": y},
+            {"name": "T <b>1</b>", "unit": "°C", "axis": "right", "x": x, "y": y[::-1]},
+        ],
+        "marks": [
+            {"x": x[10], "text": "enabled by novak"},
+            {"x": x[12], "text": "active"},
+            {"x": x[300], "text": "sensor bad", "kind": "alarm"},
+        ],
+        "bands": [{"low": -10, "high": 10, "text": "allowed"}],
+        "yTitle": "Correction [µm]",
+        "rightTitle": "Temperature [°C]",
+        **changes,
+    }
+
+
+# ---- charts -------------------------------------------------------------------------------------
+
+
+def test_a_chart_has_gaps_marks_with_letters_and_a_legend_beside_the_data(browser: Browser) -> None:
+    pages = pages_for()
+    with opened(browser, pages, "/blank", locale="en-GB") as page:
+        page.evaluate(DRAW, hours_chart())
+        traces = page.evaluate(
+            "document.querySelector('#probe .chart-plot').data.map(t => ({gaps: t.connectgaps,"
+            " dash: t.line.dash, symbol: t.marker.symbol,"
+            " empty: t.y.filter(y => y === null).length}))"
+        )
+        assert [t["empty"] for t in traces] == [40, 40]
+        assert not any(t["gaps"] for t in traces)
+        assert len({t["dash"] for t in traces}) == len({t["symbol"] for t in traces}) == 2
+        assert texts(page, ".chart-entry") == [
+            "Z_um [µm]",
+            "T <b>1</b> [°C]",
+            "allowed",
+            "A\nenabled by novak; active",
+            "B\nsensor bad",
+        ]
+        letters = drawn_texts(page, "#probe .annotation-text")
+        assert letters == ["A", "B"]
+        plot = page.locator("#probe .chart-plot").bounding_box()
+        legend = page.locator("#probe .chart-legend").bounding_box()
+        tools = page.locator("#probe .chart-tools").bounding_box()
+        assert plot is not None
+        assert legend is not None
+        assert tools is not None
+        assert legend["y"] >= plot["y"] + plot["height"] - 1
+        assert tools["y"] + tools["height"] <= plot["y"] + 1
+    assert pages.faults == []
+
+
+def test_times_are_local_also_in_the_night_in_which_the_clocks_go_back(browser: Browser) -> None:
+    ticks = """async ([first, last, most, language]) => {
+      const { timeTicks } = await import("/static/chart_time.js");
+      return timeTicks(Date.parse(first), Date.parse(last), most, language);
+    }"""
+    pages = pages_for()
+    with opened(browser, pages, "/blank", locale="en-GB") as page:
+        night = page.evaluate(ticks, ["2026-10-24T23:00:00Z", "2026-10-25T04:00:00Z", 8, "en-GB"])
+        # summer time ends at 01:00 UTC: 02:00 comes twice, the ticks stand once at each full hour
+        assert night["texts"] == ["01:00<br>25/10", "02:00", "03:00", "04:00", "05:00"]
+        steps = [(b - a) / 3.6e6 for a, b in zip(night["at"], night["at"][1:], strict=False)]
+        assert steps == [1.0, 2.0, 1.0, 1.0]
+        spring = page.evaluate(ticks, ["2026-03-29T00:00:00Z", "2026-03-29T03:00:00Z", 8, "de-DE"])
+        assert spring["texts"][0] == "01:00<br>29.3."
+        assert all(b > a for a, b in zip(spring["at"], spring["at"][1:], strict=False))
+        days = page.evaluate(ticks, ["2026-10-20T00:00:00Z", "2026-10-30T00:00:00Z", 12, "de-DE"])
+        assert days["texts"] == [f"{day}.10." for day in range(21, 31)]
+        year = page.evaluate(ticks, ["2026-01-01T00:00:00Z", "2026-12-31T00:00:00Z", 7, "de-DE"])
+        assert 4 <= len(year["texts"]) <= 7
+        seconds = page.evaluate(ticks, ["2026-10-20T10:00:00Z", "2026-10-20T10:00:10Z", 6, "en-GB"])
+        assert seconds["texts"][1] == "12:00:02"
+
+
+@pytest.mark.parametrize(("language", "sign"), [("en-GB", "."), ("de-DE", ","), ("cs-CZ", ",")])
+def test_the_decimal_sign_at_the_axis_is_that_of_the_language(
+    browser: Browser, language: str, sign: str
+) -> None:
+    pages = pages_for()
+    line = {"name": "a", "x": [0, 1, 2], "y": [-0.5, 0.0, 0.5]}
+    with opened(browser, pages, "/blank", locale=language) as page:
+        page.evaluate(DRAW, {"lines": [line], "xTitle": "h"})
+        assert f"\N{MINUS SIGN}0{sign}4" in drawn_texts(page, "#probe .ytick")
+    assert pages.faults == []
+
+
+def test_tools_are_large_move_the_span_and_tell_it_and_a_still_chart_has_none(
+    browser: Browser,
+) -> None:
+    pages = pages_for()
+    with opened(browser, pages, "/blank", locale="en-GB") as page:
+        page.evaluate(DRAW, hours_chart())
+        buttons = page.locator("#probe .chart-tools button")
+        assert buttons.count() == 5
+        for k in range(5):
+            box = buttons.nth(k).bounding_box()
+            assert box is not None
+            assert min(box["width"], box["height"]) >= 48.0
+        begin, end = (datetime.fromisoformat(f"2026-11-20T{h}:00:00+00:00") for h in ("08", "16"))
+        first, last = begin.timestamp() * 1000, end.timestamp() * 1000
+        page.get_by_label("Zoom in").click()
+        page.get_by_label("Later").click()
+        page.get_by_text("All", exact=True).click()
+        quarter = (last - first) / 4
+        assert page.evaluate("window.spans") == [
+            {"first": first + quarter, "last": last - quarter},
+            {"first": first + 2 * quarter, "last": last},
+            None,
+        ]
+        page.evaluate(DRAW, hours_chart(still=True))
+        assert page.locator("#probe .chart-tools").is_hidden()
+    assert pages.faults == []
+
+
+def test_a_drag_over_the_data_zooms_and_a_point_tells_its_values(browser: Browser) -> None:
+    pages = pages_for()
+    with opened(browser, pages, "/blank", locale="en-GB") as page:
+        page.evaluate(DRAW, hours_chart())
+        box = page.locator("#probe .nsewdrag").first.bounding_box()
+        assert box is not None
+        middle = box["y"] + box["height"] / 2
+        page.mouse.move(box["x"] + box["width"] / 2, middle)
+        page.wait_for_selector("#probe .chart-entry strong")
+        told = [text.replace("\N{MINUS SIGN}", "-") for text in texts(page, ".chart-entry strong")]
+        assert [float(value) for value in told] == pytest.approx([4.0, 4.0], abs=0.3)
+        page.mouse.move(box["x"] + box["width"] * 0.25, middle)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] * 0.75, middle, steps=4)
+        page.mouse.up()
+        page.wait_for_function("window.spans.length === 1")
+        span = page.evaluate("window.spans[0]")
+        assert (span["last"] - span["first"]) / 3.6e6 == pytest.approx(4.0, rel=0.02)
+    assert pages.faults == []
+
+
+def test_a_theme_and_a_size_that_change_are_drawn_anew(browser: Browser) -> None:
+    pages = pages_for()
+    color = "document.querySelector('#probe .chart-plot').data[0].line.color"
+    width = "document.querySelector('#probe .chart-plot').layout.width"
+    with opened(browser, pages, "/blank", locale="en-GB", color_scheme="light") as page:
+        page.evaluate(DRAW, hours_chart())
+        light, wide = page.evaluate(color), page.evaluate(width)
+        page.locator("#theme").click()
+        page.wait_for_function(f"{color} !== '{light}'")
+        page.set_viewport_size({"width": 700, "height": 600})
+        page.wait_for_function(f"{width} < {wide}")
+    assert pages.faults == []
+
+
+def test_a_chart_without_values_says_so(browser: Browser) -> None:
+    pages = pages_for()
+    with opened(browser, pages, "/blank", locale="de-DE") as page:
+        page.evaluate(DRAW, {"lines": [{"name": "a", "x": [], "y": []}], "time": True})
+        assert drawn_texts(page, "#probe .annotation-text") == ["Keine Werte in diesem Zeitraum"]
+    assert pages.faults == []
+
+
+# ---- pages --------------------------------------------------------------------------------------
+
+
+def test_the_models_page_shows_where_an_input_stands_and_the_loops_weight(browser: Browser) -> None:
+    pages = pages_for()
+    with opened(browser, pages, "/model", locale="de-DE") as page:
+        page.get_by_text("1,2 K außerhalb des geprüften Bereichs").wait_for()
+        page.get_by_text("Das Modell wirkt mit 77 % seines Gewichts").wait_for()
+        assert page.get_by_text("\N{MINUS SIGN}16,235").count() == 1  # DC gain of the spindle
+        assert page.get_by_text("τ 169,1 s").count() == 2
+        assert "Ende der längsten Aufzeichnung" in page.locator(".step-chart").inner_text()
+        drawn = page.evaluate(
+            "document.querySelector('.step-chart .chart-plot').data"
+            ".map(t => [t.line.dash, t.y.at(-1)])"
+        )
+        assert [dash for dash, _ in drawn] == ["solid", "dash", "solid", "dash"]
+        assert drawn[1][1] == pytest.approx(-16.2347, abs=0.05)
+        assert page.locator("#choose-ask").is_disabled()
+        assert page.locator("#choose-why").is_visible()
+    assert pages.faults == []
+
+
+def test_of_another_file_than_the_model_in_force_nothing_is_shown(browser: Browser) -> None:
+    pages = pages_for()
+    assert pages.feed.status is not None
+    pages.feed.status = {**pages.feed.status, "model_sha256": "0" * 64}
+    with opened(browser, pages, "/model", locale="en-GB") as page:
+        page.get_by_text("is another one than the model in force").wait_for()
+        assert page.locator("#model-outputs").inner_text() == ""
+        assert page.locator("#model-provenance").is_hidden()
+        pages.feed.status = dict(WARM)
+        pages.tell()
+        page.get_by_text("1.2 K outside the tested range").wait_for()
+        assert page.locator("#model-wrong").is_hidden()
+    assert pages.faults == []
+
+
+def test_an_engineer_chooses_a_model_after_a_confirmation(browser: Browser) -> None:
+    pages = pages_for(Role.ENGINEER)
+    with opened(browser, pages, "/model", locale="en-GB") as page:
+        page.locator("#choose-ask").click()
+        dialog = page.locator("dialog")
+        dialog.get_by_text("checks that it fits this machine").wait_for()
+        assert pages.asked == []
+        dialog.get_by_role("button", name="Choose this model").click()
+        page.wait_for_selector("[data-requests]")
+        assert pages.asked == [("t", {"method": "ChooseModel", "arguments": ["lathe.json"]})]
+    assert pages.faults == []
+
+
+def test_values_that_are_old_get_a_mark_and_lose_their_weight(browser: Browser) -> None:
+    pages = pages_for()
+    mark = "getComputedStyle(document.querySelector('.sensor h2 .live'), '::after').content"
+    with opened(browser, pages, "/sensors", locale="en-GB") as page:
+        page.get_by_text("36.0 °C").wait_for()
+        assert page.evaluate(mark) == "none"
+        pages.feed.live = False
+        pages.tell()
+        page.wait_for_function("document.body.dataset.live === 'no'")
+        assert page.evaluate(mark) != "none"
+        pages.feed.live = True
+        pages.tell()
+        page.wait_for_function("document.body.dataset.live === 'yes'")
+    assert pages.faults == []
+
+
+def test_the_sensors_page_has_noise_rules_and_conditions(browser: Browser) -> None:
+    pages = pages_for()
+    with opened(browser, pages, "/sensors", locale="cs-CZ") as page:
+        spindle = page.locator('[data-channel="T_spindle_C"]')
+        spindle.get_by_text("36,0 °C").wait_for()
+        noise = page.locator('[data-channel="T_spindle_C"] tbody td:last-child').first
+        pages.tell_until(page, lambda: noise.inner_text().startswith("0,0"))
+        assert float(noise.inner_text().replace(",", ".")) == pytest.approx(0.05, rel=0.15)
+        assert spindle.get_by_text("5,0 až 80,0 °C").is_visible()
+        column = page.locator('[data-channel="T_column_C"]')
+        assert column.get_by_text("zatím ne").count() == 2
+        assert page.locator("#conditions .verdict[data-good=yes]").count() == 5
+        assert page.locator(".sensor").count() == len(CHANNELS)
+    assert pages.faults == []
+
+
+@pytest.mark.parametrize("path", ["/model", "/sensors"])
+@pytest.mark.parametrize("size", [(1024, 600), (1366, 768), (1920, 1080)])
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_no_page_is_wider_than_the_screen(
+    browser: Browser, path: str, size: tuple[int, int], theme: Any
+) -> None:
+    pages = pages_for(Role.ENGINEER)
+    viewport = {"width": size[0], "height": size[1]}
+    with opened(
+        browser, pages, path, locale="de-DE", viewport=viewport, color_scheme=theme
+    ) as page:
+        page.wait_for_selector(".chart-plot svg")
+        assert page.evaluate("document.querySelector('main').scrollWidth") <= size[0]
+        small = page.evaluate(
+            "[...document.querySelectorAll('main button, main select')].filter(e => e.offsetParent)"
+            ".filter(e => e.getBoundingClientRect().height < 48).map(e => e.textContent)"
+        )
+        assert small == []
+    assert pages.faults == []

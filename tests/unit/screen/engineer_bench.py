@@ -1,0 +1,188 @@
+"""The example's lathe with a loop in virtual time, and its pages without a socket."""
+
+import asyncio
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+from starlette.applications import Starlette
+from starlette.routing import BaseRoute
+
+from tests.unit.runtime.simulated import (
+    SimulatedHistorian,
+    SimulatedMachine,
+    SimulatedSink,
+    SimulatedSource,
+)
+from thermaxis.compensation import Compensation, Request, RequestKind
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
+from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._loop import Borders, CompensationLoop, LoopSettings
+from thermaxis.runtime._ports import interlock_name, spare_name
+from thermaxis.runtime._status_nodes import Snapshot, as_json, facts_of
+from thermaxis.runtime._users import Role
+from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._status_feed import Told, parse_status
+from thermaxis.screen._words import Words
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
+TOKEN = "t"  # noqa: S105 - of nobody
+CHANNELS = ("T_spindle_C", "T_table_C", "T_column_C")
+
+
+def lathe() -> MachineConfiguration:
+    return read_machine(EXAMPLE)
+
+
+def told_by_a_loop(
+    configuration: MachineConfiguration,
+    end_c: Mapping[str, float],
+    *,
+    compensation: Compensation | None = None,
+    seconds: int = 200,
+) -> dict[str, Any]:
+    """Return what a real loop says after its temperatures went from 20 degrees to an end."""
+    values = dict.fromkeys(CHANNELS, 20.0)
+    values |= {spare_name(name): 20.0 for name in CHANNELS}
+    for name, flag in configuration.interlocks.items():
+        values[interlock_name(name)] = float(flag.value)
+    values |= {"other_compensation": 0.0, "diameter": 1200.0, "probe.Z_um": -3.0}
+    machine = SimulatedMachine(values, ("Z_um",))
+    rules = compensation or configuration.compensation
+    found: list[str] = []
+
+    async def script() -> None:
+        loop = CompensationLoop(
+            rules,
+            LoopSettings(
+                machine=configuration.name,
+                model_file=configuration.model.path.name,
+                model_sha256=configuration.model.sha256,
+                reads_diameter=True,
+                interlocks_met={n: f.value for n, f in configuration.interlocks.items()},
+            ),
+            Borders(
+                SimulatedSource(machine),
+                SimulatedSink(machine),
+                SimulatedHistorian(),
+                VirtualClock(),
+            ),
+        )
+        stop = asyncio.Event()
+        async with asyncio.TaskGroup() as group:
+            group.create_task(loop.run(stop))
+            await loop.submit(Request(RequestKind.ENABLE, "novak"))
+            for k in range(seconds):
+                for name in CHANNELS:
+                    value = 20.0 + (end_c[name] - 20.0) * (k + 1) / seconds
+                    machine.values[name] = machine.values[spare_name(name)] = value
+                await asyncio.sleep(1.0)
+            assert loop.status is not None
+            found.append(as_json(Snapshot(loop.status, facts_of(rules))))
+            stop.set()
+
+    run_in_virtual_time(script())
+    return cast("dict[str, Any]", json.loads(found[0]))
+
+
+class KnownFeed:
+    """Says what it was given; a new number and time with every look."""
+
+    def __init__(self, status: Mapping[str, Any] | None) -> None:
+        self.status = status
+        self.raw: dict[str, tuple[tuple[float, float], ...]] = {}
+        self.number = 1
+        self.live = status is not None
+
+    @property
+    def latest(self) -> Told:
+        if self.status is None:
+            return Told(1, "", {}, 0.0, None, live=False, why="feed.no_connection", detail="")
+        text = json.dumps(self.status)
+        parsed = parse_status(text)
+        why = "" if self.live else "feed.no_connection"
+        utc = datetime.fromisoformat(parsed["utc"])
+        return Told(self.number, text, parsed, 1000.0, utc, live=self.live, why=why, detail="")
+
+    def recent(self, name: str) -> tuple[tuple[float, float], ...]:
+        return self.raw.get(name, ())
+
+    def fill(self, names: tuple[str, ...], level_c: float, deviation_k: float, count: int) -> None:
+        drawn = np.random.default_rng(7)
+        for name in names:
+            self.raw[name] = tuple(
+                (
+                    1000.0 - count + 1 + k,
+                    level_c + 0.002 * k + float(drawn.normal(0.0, deviation_k)),
+                )
+                for k in range(count)
+            )
+
+
+class KnownPersons:
+    """Everybody who comes has one role, or nobody has logged in."""
+
+    def __init__(self, role: Role | None = None) -> None:
+        self.role = role
+
+    def of(self, cookie: str | None, *, touch: bool = False) -> object:
+        del cookie, touch
+        if self.role is None:
+            return None
+        return SimpleNamespace(
+            name="novak",
+            role=self.role,
+            token=TOKEN,
+            has_token=lambda token: token == TOKEN,
+        )
+
+    def why_ended(self, cookie: str | None) -> str:
+        del cookie
+        return ""
+
+
+def screen_settings(**changes: Any) -> ScreenSettings:
+    settings = ScreenSettings(
+        address="127.0.0.1",
+        port=0,
+        hosts=(),
+        certificate=None,
+        private_key=None,
+        view_without_login=True,
+        language="en",
+        user="",
+        password=Secret(""),
+        client_certificate=None,
+        client_private_key=None,
+        idle_s=900.0,
+        longest_login_s=28_800.0,
+        evaluation_s=60.0,
+    )
+    return replace(settings, **changes)
+
+
+def parts_with(
+    configuration: MachineConfiguration, feed: KnownFeed, role: Role | None = None, **settings: Any
+) -> ScreenParts:
+    return ScreenParts(
+        configuration=configuration,
+        settings=screen_settings(**settings),
+        clock=VirtualClock(),
+        feed=cast("Any", feed),
+        persons=cast("Any", KnownPersons(role)),
+        words=Words.read(),
+        program="p1",
+    )
+
+
+def application(parts: ScreenParts, routes: list[BaseRoute]) -> Starlette:
+    found = Starlette(routes=routes)
+    found.state.parts = parts
+    return found

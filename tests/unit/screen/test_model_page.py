@@ -1,0 +1,154 @@
+"""The model's page: the model in force, or in words why nothing is shown."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from tests.unit.screen.engineer_bench import (
+    CHANNELS,
+    EXAMPLE,
+    KnownFeed,
+    application,
+    lathe,
+    parts_with,
+    told_by_a_loop,
+)
+from thermaxis.files.model_json import read_model, write_model
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._config_settings import MachineConfiguration
+from thermaxis.runtime._users import Role
+from thermaxis.screen import _model_page
+from thermaxis.screen._model_page import model_in_force
+
+STATUS = told_by_a_loop(lathe(), dict.fromkeys(CHANNELS, 21.0), seconds=20)
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> MachineConfiguration:
+    """The example in a folder that may be changed."""
+    shutil.copy(EXAMPLE, tmp_path / EXAMPLE.name)
+    shutil.copytree(EXAMPLE.parent / "models", tmp_path / "models")
+    return read_machine(tmp_path / EXAMPLE.name)
+
+
+def change_model(path: Path) -> None:
+    text = path.read_text("utf-8").replace('"date": "2026-11-21"', '"date": "2026-11-22"')
+    found = json.loads(text)
+    del found["sha256"]
+    path.write_text(json.dumps(found), "utf-8")
+
+
+def client(
+    machine: MachineConfiguration,
+    status: dict[str, Any] | None = STATUS,
+    role: Role | None = None,
+    **settings: Any,
+) -> TestClient:
+    parts = parts_with(machine, KnownFeed(status), role, **settings)
+    return TestClient(application(parts, _model_page.routes(parts)), follow_redirects=False)
+
+
+def test_the_model_in_force_is_shown_when_its_hash_is_the_loops(
+    machine: MachineConfiguration,
+) -> None:
+    found = client(machine).get("/model/values").json()
+    assert found["sha256"] == machine.model.sha256 == STATUS["model_sha256"]
+    assert [output["name"] for output in found["model"]["outputs"]] == ["Z_um"]
+    assert found["model"]["diameter_mm"] == STATUS["diameter_mm"] == 1200.0
+    assert (found["text"], found["detail"]) == ("", "")
+    assert found["choices"] == ["lathe.json"]
+
+
+def test_nothing_is_shown_of_a_file_that_is_another_one_than_the_model_in_force(
+    machine: MachineConfiguration,
+) -> None:
+    change_model(machine.model.path)
+    found = client(machine).get("/model/values").json()
+    assert found["model"] is None
+    assert "another one than the model in force" in found["text"]
+    assert "2026-11-22" not in json.dumps(found)
+
+
+def test_a_file_that_is_gone_or_no_model_is_said_in_words(machine: MachineConfiguration) -> None:
+    machine.model.path.write_text("{}", "utf-8")
+    found = client(machine).get("/model/values").json()
+    assert found["model"] is None
+    assert "cannot be read" in found["text"]
+    assert "this is no model" in found["detail"]
+    assert str(machine.model.path.parent) not in json.dumps(found)
+    machine.model.path.unlink()
+    found = client(machine).get("/model/values").json()
+    assert found["model"] is None
+    assert "cannot be read" in found["text"]
+    assert found["choices"] == []
+
+
+def test_a_model_chosen_from_the_folder_is_found_there(machine: MachineConfiguration) -> None:
+    assert machine.model_folder is not None
+    other = machine.model_folder / "other.json"
+    shutil.copy(machine.model.path, other)
+    change_model(other)
+    write_model(read_model(other), other)
+    sha256 = json.loads(other.read_text("utf-8"))["sha256"]
+    found = model_in_force(machine, "other.json", sha256)
+    assert found.file is not None
+    assert found.file.path == other
+    assert found.file.sha256 != machine.model.sha256
+    assert model_in_force(machine, "other.json", machine.model.sha256).file is None
+
+
+@pytest.mark.parametrize(
+    "name", ["../lathe.toml", "/etc/hostname", "..\\lathe.json", "a\x00b", "models/../../x", "C:x"]
+)
+def test_a_name_of_the_status_never_leads_out_of_the_folder(
+    machine: MachineConfiguration, name: str
+) -> None:
+    found = model_in_force(machine, name, machine.model.sha256)
+    assert found.file is None
+    assert found.key == _model_page.NO_FILE
+
+
+def test_before_the_loop_has_said_which_model_is_in_force_none_is_shown(
+    machine: MachineConfiguration,
+) -> None:
+    found = client(machine, None).get("/model/values").json()
+    assert found["model"] is None
+    assert "has not told yet" in found["text"]
+
+
+@pytest.mark.parametrize(
+    ("language", "word"), [("en", "Model in force"), ("de", "Aktives Modell"), ("cs", "Aktivní")]
+)
+def test_the_page_is_in_the_visitors_language(
+    machine: MachineConfiguration, language: str, word: str
+) -> None:
+    page = client(machine).get("/model", headers={"accept-language": language})
+    assert page.status_code == 200
+    assert f"<h1>{word}" in page.text
+    assert re.search(r"\{\{|>model\.[a-z]", page.text) is None
+
+
+@pytest.mark.parametrize(
+    ("role", "may"),
+    [(None, "no"), (Role.VIEWER, "no"), (Role.OPERATOR, "no"), (Role.ENGINEER, "yes")],
+)
+def test_only_an_engineer_may_choose_another_model(
+    machine: MachineConfiguration, role: Role | None, may: str
+) -> None:
+    assert f'data-may-choose="{may}"' in client(machine, role=role).get("/model").text
+
+
+def test_who_may_not_look_is_sent_to_the_log_in_and_gets_no_values(
+    machine: MachineConfiguration,
+) -> None:
+    closed = client(machine, view_without_login=False)
+    page = closed.get("/model")
+    assert (page.status_code, page.headers["location"]) == (303, "/login?next=/model")
+    values = closed.get("/model/values")
+    assert values.status_code == 401
+    assert "model" not in values.json()

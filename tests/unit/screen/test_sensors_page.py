@@ -1,0 +1,145 @@
+"""The sensors' page: noise, rules, and who may see them."""
+
+import dataclasses
+import json
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from starlette.testclient import TestClient
+
+from tests.unit.screen.engineer_bench import (
+    CHANNELS,
+    KnownFeed,
+    application,
+    lathe,
+    parts_with,
+    told_by_a_loop,
+)
+from thermaxis.compensation import SensorRules
+from thermaxis.screen import _sensors_page
+from thermaxis.screen._sensors_page import LEAST_VALUES, facts_of, noise_of, rules_of
+
+STATUS = told_by_a_loop(lathe(), dict.fromkeys(CHANNELS, 21.0), seconds=20)
+
+
+def client(feed: KnownFeed, **settings: Any) -> TestClient:
+    parts = parts_with(lathe(), feed, **settings)
+    return TestClient(application(parts, _sensors_page.routes(parts)), follow_redirects=False)
+
+
+# ---- noise --------------------------------------------------------------------------------------
+
+
+@given(seed=st.integers(0, 10_000), deviation_k=st.floats(0.01, 1.0), slope=st.floats(-0.02, 0.02))
+def test_noise_is_found_again_beneath_a_warming_and_as_numpy_finds_it(
+    seed: int, deviation_k: float, slope: float
+) -> None:
+    noise_k = np.random.default_rng(seed).normal(0.0, deviation_k, 300)
+    slope_k = slope * deviation_k * 10.0
+    values = [(float(k), 20.0 + slope_k * k + float(noise_k[k])) for k in range(300)]
+    found = noise_of(values)
+    assert found.values == 300
+    assert found.deviation_k == pytest.approx(deviation_k, rel=0.25)
+    y = np.array([v for _, v in values])
+    assert found.deviation_k == pytest.approx(float(np.sqrt(np.mean(np.diff(y) ** 2) / 2.0)))
+
+
+def test_a_ramp_of_a_kelvin_a_minute_is_nearly_no_noise_though_it_scatters_widely() -> None:
+    values = [(float(k), 20.0 + k / 60.0) for k in range(300)]
+    found = noise_of(values)
+    assert found.deviation_k == pytest.approx(1.0 / 60.0 / math.sqrt(2.0))
+    assert float(np.std([v for _, v in values])) > 1.0
+
+
+def test_values_that_jump_between_two_levels_have_a_noise_known_by_hand() -> None:
+    values = [(float(k), 20.0 + 0.1 * (-1) ** k) for k in range(100)]
+    assert noise_of(values).deviation_k == pytest.approx(0.1 * math.sqrt(2.0))
+
+
+def test_a_value_that_never_changes_has_no_noise() -> None:
+    assert noise_of([(float(k), 20.5) for k in range(60)]).deviation_k == 0.0
+
+
+@pytest.mark.parametrize(("count", "told"), [(LEAST_VALUES - 1, False), (LEAST_VALUES, True)])
+def test_below_thirty_values_no_noise_is_told(count: int, told: bool) -> None:
+    found = noise_of([(float(k), 20.0 + 0.1 * (k % 3)) for k in range(count)])
+    assert found.values == count
+    assert (found.deviation_k is not None) is told
+
+
+def test_what_changed_while_nothing_came_is_no_noise_and_old_values_do_not_count() -> None:
+    first = [(float(k), 20.0 + 0.1 * (k % 2)) for k in range(50)]
+    later = [(200.0 + k, 35.0 + 0.1 * (k % 2)) for k in range(50)]
+    both = noise_of([*first, *later])
+    assert both.values == 100
+    assert both.deviation_k == pytest.approx(0.1 / math.sqrt(2.0))
+    much_later = [(2000.0 + k, 35.0) for k in range(50)]
+    assert noise_of([*first, *much_later]) == (0.0, 50)
+
+
+# ---- rules and values ---------------------------------------------------------------------------
+
+
+def test_every_rule_of_a_sensor_is_told() -> None:
+    rules = SensorRules(lowest_c=1.0, highest_c=2.0, frozen_s=0.0, time_stamp_required=False)
+    assert rules_of(rules) == dataclasses.asdict(rules)
+
+
+def test_every_channel_spare_interlock_and_flag_of_the_configuration_is_told() -> None:
+    configuration = lathe()
+    facts = json.loads(json.dumps(facts_of(configuration)))
+    assert {c["name"]: c["spare"] for c in facts["channels"]} == {
+        name: f"{name}.spare" for name in CHANNELS
+    }
+    assert {i["signal"] for i in facts["interlocks"]} <= set(STATUS["signals"])
+    assert {i["name"]: i["met"] for i in facts["interlocks"]} == {
+        name: flag.value for name, flag in configuration.interlocks.items()
+    }
+    assert facts["other_compensation"] is True
+    assert facts["diameter_read"] is True
+
+
+def test_values_carry_noise_and_the_last_minutes_by_the_time_of_day() -> None:
+    feed = KnownFeed(STATUS)
+    feed.fill(("T_spindle_C",), 25.0, 0.05, 290)
+    found = client(feed).get("/sensors/values").json()
+    assert found["least"] == LEAST_VALUES
+    assert set(found["values"]) == {n for c in CHANNELS for n in (c, f"{c}.spare")}
+    spindle = found["values"]["T_spindle_C"]
+    assert spindle["noise_k"] == pytest.approx(0.05, rel=0.15)
+    assert spindle["count"] == len(spindle["t"]) == len(spindle["y"]) == 290
+    last = feed.latest.received_utc
+    assert last is not None
+    assert spindle["t"][-1] == round(last.timestamp() * 1000)
+    assert spindle["t"][-1] - spindle["t"][0] == 289_000
+    column = found["values"]["T_column_C"]
+    assert column == {"noise_k": None, "count": 0, "t": [], "y": []}
+
+
+def test_without_a_status_there_are_rules_and_no_values() -> None:
+    found = client(KnownFeed(None)).get("/sensors/values").json()
+    assert {value["count"] for value in found["values"].values()} == {0}
+
+
+@pytest.mark.parametrize(
+    ("language", "word"), [("en", "Sensors"), ("de", "Sensoren"), ("cs", "Snímače")]
+)
+def test_the_page_is_in_the_visitors_language_and_has_the_rules(language: str, word: str) -> None:
+    page = client(KnownFeed(STATUS)).get("/sensors", headers={"accept-language": language})
+    assert page.status_code == 200
+    assert f"<h1>{word}</h1>" in page.text
+    facts = re.search(r'id="facts">(.*?)</script>', page.text)
+    assert facts is not None
+    assert len(json.loads(facts[1])["channels"]) == 3
+
+
+def test_who_may_not_look_is_sent_to_the_log_in_and_gets_no_values() -> None:
+    closed = client(KnownFeed(STATUS), view_without_login=False)
+    page = closed.get("/sensors")
+    assert (page.status_code, page.headers["location"]) == (303, "/login?next=/sensors")
+    assert closed.get("/sensors/values").status_code == 401
