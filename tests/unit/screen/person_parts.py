@@ -8,10 +8,9 @@ from pathlib import Path
 
 from tests.opcua_server import Cable, until
 from tests.unit.runtime.status_server_parts import PASSWORD, Box, HandClock, Pairs, served, status
-from thermaxis.runtime._config_settings import ServerSettings
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime._status_server import StatusServer
-from thermaxis.runtime._users import Role, User, hash_password, write_users
+from thermaxis.runtime._users import REFUSED_S, Role, User, hash_password, write_users
 from thermaxis.screen._persons import Person, Persons, Refusal
 
 HERE = "127.0.0.1"
@@ -89,27 +88,44 @@ def connection_to(
     return connection_for
 
 
+class Stage:
+    """A loop's status server that several scenes use one after the other: it is slow to start."""
+
+    def __init__(self, pairs: Pairs) -> None:
+        self.pairs, self.clock, self.box = pairs, HandClock(), Box()
+        self._closing = contextlib.AsyncExitStack()
+
+    async def open(self) -> None:
+        appoint(self.pairs.users, ROLES)
+        running = served(self.pairs.settings(), self.box, self.clock)
+        self.server = await self._closing.enter_async_context(running)
+        self.server.publish(status())
+
+    async def close(self) -> None:
+        await self._closing.aclose()
+
+
 @contextlib.asynccontextmanager
-async def shop(
-    pairs: Pairs, settings: ServerSettings | None = None, **changes: float
-) -> AsyncIterator[Shop]:
-    """Run a loop's server, a cable to it, and persons at the screen; nothing runs on."""
-    appoint(pairs.users, ROLES)
-    clock, box, cable = HandClock(), Box(), Cable()
-    before = asyncio.all_tasks()
-    async with served(settings or pairs.settings(), box, clock) as server:
-        server.publish(status())
-        cable._target = server.port
-        await cable.mend()
-        asked = {"idle_s": IDLE_S, "longest_s": LONGEST_S, **changes}
-        # the server takes the address by which it is asked for, whatever port that names
-        persons = Persons(connection_to(pairs, lambda: cable.url), clock, **asked)
-        await persons.open()
-        try:
-            yield Shop(pairs, server, persons, clock, box, cable)
-        finally:
-            if box.gate is not None:
-                box.gate.set()
-            await persons.close()
-            await cable.cut()
+async def shop(stage: Stage, **changes: float) -> AsyncIterator[Shop]:
+    """Put persons at a screen, and a cable from it to the loop's server; nothing runs on."""
+    appoint(stage.pairs.users, ROLES)
+    stage.clock.now_s += 2.0 * REFUSED_S  # the failures of the scene before are forgotten
+    box, cable, before = stage.box, Cable(), asyncio.all_tasks()
+    box.requests.clear()
+    box.gate, box.outcome = None, Box().outcome
+    cable._target = stage.server.port
+    await cable.mend()
+    asked = {"idle_s": IDLE_S, "longest_s": LONGEST_S, **changes}
+    connection = connection_to(stage.pairs, lambda: cable.url)
+    persons = Persons(connection, stage.clock, **asked)
+    await persons.open()
+    place = Shop(stage.pairs, stage.server, persons, stage.clock, box, cable)
+    try:
+        yield place
+    finally:
+        if box.gate is not None:
+            box.gate.set()
+        await persons.close()
+        await cable.cut()
+    await place.empty()
     await until(lambda: not [t for t in asyncio.all_tasks() - before if not t.done()])

@@ -6,24 +6,24 @@ import logging
 import math
 import statistics
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 
 import pytest
 
 from tests.opcua_server import until
-from tests.unit.runtime.status_server_parts import PASSWORD, Pairs, run, served, status
+from tests.unit.runtime.status_server_parts import PASSWORD, Pairs, served
 from tests.unit.screen.person_parts import (
     HERE,
     IDLE_S,
     LONGEST_S,
     ROLES,
     Shop,
+    Stage,
     appoint,
     shop,
 )
 from thermaxis.compensation import RequestKind
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._config_settings import ServerSettings
 from thermaxis.runtime._ports import RequestOutcome
 from thermaxis.runtime._status_requests import ASKS
 from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Role
@@ -40,20 +40,29 @@ from thermaxis.screen._persons import (
 
 
 @pytest.fixture(scope="module")
-def pairs(tmp_path_factory: pytest.TempPathFactory) -> Pairs:
-    return Pairs(tmp_path_factory.mktemp("persons"))
+def runner() -> Iterator[asyncio.Runner]:
+    with asyncio.Runner() as runner:
+        yield runner
+
+
+@pytest.fixture(scope="module")
+def stage(runner: asyncio.Runner, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
+    one = Stage(Pairs(tmp_path_factory.mktemp("persons")))
+    runner.run(one.open())
+    yield one
+    runner.run(one.close())
 
 
 @pytest.fixture
-def at_the_shop(pairs: Pairs):
-    """Run an act at a shop of its own."""
+def at_the_shop(runner: asyncio.Runner, stage: Stage):
+    """Run an act with persons of its own."""
 
     def play(act: Callable[[Shop], Awaitable[None]], **changes: float) -> None:
         async def scene() -> None:
-            async with shop(pairs, **changes) as place:
+            async with asyncio.timeout(20.0), shop(stage, **changes) as place:
                 await act(place)
 
-        run(scene)
+        runner.run(scene())
 
     return play
 
@@ -258,7 +267,7 @@ def test_a_log_in_that_its_browser_gives_up_leaves_no_session(at_the_shop) -> No
     at_the_shop(act)
 
 
-def test_a_user_without_a_role_is_not_let_in(at_the_shop) -> None:
+def test_a_user_without_a_role_is_not_let_in(at_the_shop, monkeypatch) -> None:
     async def act(place: Shop) -> None:
         users = place.server._users
         assert users is not None
@@ -266,28 +275,27 @@ def test_a_user_without_a_role_is_not_let_in(at_the_shop) -> None:
         async def nobody(_identity: object) -> Role:
             return Role.NONE
 
-        users.role_now = nobody
+        monkeypatch.setattr(users, "role_now", nobody)
         assert await place.refused("novak") == Refusal("login.no_role")
         await place.empty()
 
     at_the_shop(act)
 
 
-def test_a_configuration_that_lets_nobody_log_in_says_so(pairs: Pairs) -> None:
+def test_a_configuration_that_lets_nobody_log_in_says_so(at_the_shop) -> None:
     def connection_for(name: str, password: object):
         raise ConfigurationError("a password needs encryption", where="screen")
 
-    async def scene() -> None:
-        async with shop(pairs) as place:
-            persons = Persons(connection_for, place.clock, idle_s=IDLE_S, longest_s=LONGEST_S)
-            await persons.open()
-            found = await persons.log_in("novak", PASSWORD, HERE)
-            assert isinstance(found, Refusal)
-            assert found.key == "login.impossible"
-            assert "needs encryption" in found.detail
-            await persons.close()
+    async def act(place: Shop) -> None:
+        persons = Persons(connection_for, place.clock, idle_s=IDLE_S, longest_s=LONGEST_S)
+        await persons.open()
+        found = await persons.log_in("novak", PASSWORD, HERE)
+        assert isinstance(found, Refusal)
+        assert found.key == "login.impossible"
+        assert "needs encryption" in found.detail
+        await persons.close()
 
-    run(scene)
+    at_the_shop(act)
 
 
 def test_a_loop_that_is_away_is_no_wrong_password_and_counts_for_nobody(at_the_shop) -> None:
@@ -304,7 +312,7 @@ def test_a_loop_that_is_away_is_no_wrong_password_and_counts_for_nobody(at_the_s
 
 
 def test_a_server_with_another_certificate_is_told_no_password(
-    pairs: Pairs,
+    at_the_shop,
     tmp_path_factory: pytest.TempPathFactory,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -313,8 +321,8 @@ def test_a_server_with_another_certificate_is_told_no_password(
     appoint(other.users, ROLES)
     heard: list[str] = []
 
-    async def scene() -> None:
-        async with shop(pairs) as place, served(other.settings(), clock=place.clock) as false:
+    async def act(place: Shop) -> None:
+        async with served(other.settings(), clock=place.clock) as false:
             users = false._users
             assert users is not None
 
@@ -326,8 +334,9 @@ def test_a_server_with_another_certificate_is_told_no_password(
             found = await place.refused("novak")
             assert found.key == "login.no_connection"
             assert PASSWORD not in found.detail
+            await place.cable.cut()
 
-    run(scene)
+    at_the_shop(act)
     assert heard == []
 
 
@@ -374,9 +383,7 @@ def test_a_log_in_of_its_own_gives_a_guesser_no_more_guesses(at_the_shop) -> Non
     at_the_shop(act)
 
 
-def test_failures_of_all_names_are_bounded_before_anything_reaches_the_server(
-    at_the_shop, pairs: Pairs
-) -> None:
+def test_failures_of_all_names_are_bounded_before_anything_reaches_the_server(at_the_shop) -> None:
     async def act(place: Shop) -> None:
         keys = [
             (await place.refused(f"<{i}>", PASSWORD, f"10.0.{i}.1")).key
@@ -526,32 +533,29 @@ def test_a_user_who_is_struck_off_or_has_another_password_is_logged_out(
     at_the_shop(act)
 
 
-def test_a_server_that_restarts_ends_every_log_in_with_a_reason(pairs: Pairs) -> None:
+def test_a_server_that_restarts_ends_every_log_in_with_a_reason(
+    runner: asyncio.Runner, stage: Stage
+) -> None:
     async def scene() -> None:
-        async with shop(pairs) as place:
+        other = Stage(stage.pairs)
+        await other.open()
+        async with shop(other) as place:
             found = [await place.log_in(name) for name in ROLES]
-            port = place.server.port
-            await place.server.close()
+            await other.close()
             await until(lambda: all(person.ended for _, person in found))
-            settings = ServerSettings(
-                "127.0.0.1",
-                port,
-                pairs.users,
-                "none",
-                pairs.server.certificate,
-                pairs.server.key,
-            )
-            async with served(settings, place.box, place.clock) as server:
-                server.publish(status())
-                for cookie, person in found:
-                    outcome = await place.persons.ask(person, "Enable")
-                    assert (outcome.accepted, outcome.key) == (False, "login.loop_gone")
-                    assert place.persons.of(cookie) is None
-                    assert place.persons.why_ended(cookie) == "login.loop_gone"
-                assert place.box.requests == []
-                await place.log_in("novak")
+            await other.open()
+            place.cable._target = other.server.port
+            for cookie, person in found:
+                outcome = await place.persons.ask(person, "Enable")
+                assert (outcome.accepted, outcome.key) == (False, "login.loop_gone")
+                assert place.persons.of(cookie) is None
+                assert place.persons.why_ended(cookie) == "login.loop_gone"
+            assert place.box.requests == []
+            await place.log_in("novak")
+            await place.persons.close()
+            await other.close()
 
-    run(scene)
+    runner.run(scene())
 
 
 def test_a_server_that_freezes_ends_the_log_in(
@@ -569,16 +573,15 @@ def test_a_server_that_freezes_ends_the_log_in(
     at_the_shop(act)
 
 
-def test_the_end_of_the_screen_logs_everybody_out(pairs: Pairs) -> None:
-    async def scene() -> None:
-        async with shop(pairs) as place:
-            found = [await place.log_in(name) for name in ROLES]
-            await place.persons.close()
-            await place.empty()
-            assert {person.ended for _, person in found} == {"login.screen_ends"}
-            assert await place.refused("novak") == Refusal("login.busy")
+def test_the_end_of_the_screen_logs_everybody_out(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        found = [await place.log_in(name) for name in ROLES]
+        await place.persons.close()
+        await place.empty()
+        assert {person.ended for _, person in found} == {"login.screen_ends"}
+        assert await place.refused("novak") == Refusal("login.busy")
 
-    run(scene)
+    at_the_shop(act)
 
 
 def test_what_is_remembered_of_ended_log_ins_is_bounded(at_the_shop) -> None:
@@ -737,6 +740,7 @@ def test_a_request_without_an_answer_says_that_it_may_still_take_effect(at_the_s
         assert "may still take effect" in outcome.reason
         assert not person.ended
         place.box.gate.set()
+        place.persons._answer_s = 15.0
         assert (await place.persons.ask(person, "Hold")).accepted  # the late answer is nobody's
 
     at_the_shop(act, answer_s=0.3)
