@@ -103,7 +103,7 @@ class Outcome(NamedTuple):
     ending: Ending
     """How it ended."""
     code: int | None
-    """Its exit code; None where it was stopped."""
+    """Its exit code, minus the signal where one ended it; None where it was stopped here."""
     printed: str
     """What it wrote to its standard output, at most `Limits.said_bytes`."""
     said: str
@@ -270,7 +270,8 @@ class Work:
             texts = [_text_of(stream, limits.said_bytes) for stream in run.streams]
         found = {name: folder.path / name for name in outputs}
         files = {name: path for name, path in found.items() if _is_file(path)}
-        code = process.returncode if ending is Ending.DONE else None
+        ended = ending in (Ending.DONE, Ending.KILLED)
+        code = process.returncode if ended else None
         return Outcome(ending, code, texts[0], texts[1], MappingProxyType(files), folder)
 
     def _words(self, words: Sequence[str], limits: Limits) -> list[str]:

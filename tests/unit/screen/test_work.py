@@ -221,7 +221,7 @@ def test_many_small_files_are_stopped_by_their_sum(tmp_path: Path) -> None:
 def test_a_command_that_crashes_is_told_from_one_that_ends(tmp_path: Path) -> None:
     outcome, _ = run(tmp_path, "import os; os.kill(os.getpid(), 11)")
     assert outcome.ending is Ending.KILLED
-    assert outcome.code is None
+    assert outcome.code == -signal.SIGSEGV
 
 
 def test_an_output_that_is_no_plain_file_is_not_there(tmp_path: Path) -> None:

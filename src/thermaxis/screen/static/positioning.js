@@ -1,0 +1,504 @@
+// @ts-check
+// Send a measured run, and show what its evaluation says.
+
+import { moment, number, signed, word } from "./words.js";
+
+/** @typedef {Record<string, any>} Result */
+
+const NAME_CHARACTERS = 200;
+const SECOND_MS = 1000;
+
+const SYMBOLS = {
+  B: "B", B_mean: "B̄", M: "M", E_forward: "E↑", E_backward: "E↓", E: "E",
+  R_forward: "R↑", R_backward: "R↓", R: "R", A_forward: "A↑", A_backward: "A↓", A: "A",
+  U_max: "Umax", U_mean: "Ū", Ps_max: "Ps max", Ps_mean: "P̄s", Pa: "Pa", P: "P",
+};
+const FIGURES = {
+  B: "positioning.figure_b", B_mean: "positioning.figure_b_mean", M: "positioning.figure_m",
+  E_forward: "positioning.figure_e_forward", E_backward: "positioning.figure_e_backward",
+  E: "positioning.figure_e", R_forward: "positioning.figure_r_forward",
+  R_backward: "positioning.figure_r_backward", R: "positioning.figure_r",
+  A_forward: "positioning.figure_a_forward", A_backward: "positioning.figure_a_backward",
+  A: "positioning.figure_a",
+};
+const CYCLES = {
+  standard: "positioning.cycle_standard",
+  pilgrim: "positioning.cycle_pilgrim",
+  step: "positioning.cycle_step",
+};
+const DECISIONS = {
+  pass: ["✓", "positioning.passed"],
+  fail: ["✗", "positioning.failed"],
+  "not decided": ["?", "positioning.not_decided"],
+};
+const RULES = {
+  simple: "positioning.rule_simple",
+  "iso14253-1": "positioning.rule_iso14253",
+};
+const MODELS = {
+  none: "positioning.drift_none",
+  line: "positioning.drift_line",
+  smooth: "positioning.drift_smooth",
+};
+const OTHERS = { iso230_2_1988: "ISO 230-2:1988", vdi3441: "VDI/DGQ 3441" };
+const UNITS = {
+  linear: { deviation: "µm", target: "mm", growth: "µm/m" },
+  rotary: { deviation: "″", target: "°", growth: "″/1000°" },
+};
+
+/** @param {string} id */
+function byId(id) {
+  return /** @type {HTMLElement} */ (document.getElementById(id));
+}
+
+/**
+ * @param {string} tag
+ * @param {string} text
+ * @param {string} [kind]
+ */
+function element(tag, text, kind = "") {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  if (kind) made.className = kind;
+  return made;
+}
+
+/** What the evaluation says in English, in every language of the page.
+ * @param {string} tag
+ * @param {string} text
+ */
+function english(tag, text) {
+  const made = element(tag, text);
+  made.lang = "en";
+  return made;
+}
+
+/**
+ * @template T
+ * @param {Record<string, T>} table
+ * @param {string} key
+ * @returns {T | undefined}
+ */
+function known(table, key) {
+  return Object.hasOwn(table, key) ? table[key] : undefined;
+}
+
+// ---- the result ---------------------------------------------------------------------------------
+
+/** @param {(number | null)[]} values */
+function decimals(values) {
+  const sizes = values.filter((value) => value !== null).map((value) => Math.abs(Number(value)));
+  const largest = Math.max(0, ...sizes);
+  if (largest >= 1) return 2;
+  return largest >= 0.1 ? 3 : 4;
+}
+
+/**
+ * An uncertainty with two significant digits.
+ * @param {number | null} value
+ */
+function within(value) {
+  if (value === null || value === 0) return number(value, 1);
+  const digits = 1 - Math.floor(Math.log10(Math.abs(value)));
+  return number(value, Math.min(6, Math.max(0, digits)));
+}
+
+/** @param {string | null} verdict */
+function decision(verdict) {
+  const found = known(DECISIONS, verdict ?? "");
+  const made = document.createElement("span");
+  if (!found) return made;
+  made.className = "run-decision";
+  made.dataset.verdict = verdict ?? "";
+  made.textContent = `${found[0]} ${word(found[1])}`;
+  return made;
+}
+
+/** @param {Result} result */
+function figureTable(result) {
+  const rows = /** @type {Result[]} */ (result.figures);
+  const has = {
+    within: rows.some((row) => row.measured_within !== null),
+    drift: result.drift !== null,
+    limits: result.verdict !== null,
+  };
+  const digits = decimals(rows.map((row) => row.measured));
+  const unit = unitsOf(result).deviation;
+  const columns = [
+    `${word("positioning.measured")}, ${unit}`,
+    ...(has.within ? [word("positioning.within")] : []),
+    ...(has.drift ? [`${word("positioning.drift_free")}, ${unit}`] : []),
+    ...(has.drift && has.within ? [word("positioning.within")] : []),
+    ...(has.limits ? [word("positioning.limit")] : []),
+  ];
+  const head = document.createElement("tr");
+  head.append(heading(word("positioning.figure"), ""));
+  head.append(...columns.map((text) => heading(text, "number")));
+  if (has.limits) head.append(heading(word("positioning.decision"), ""));
+  const body = rows.map((row) => {
+    const line = document.createElement("tr");
+    const name = document.createElement("th");
+    name.scope = "row";
+    name.append(
+      element("span", known(SYMBOLS, row.key) ?? row.key, "run-symbol"),
+      ` ${word(known(FIGURES, row.key) ?? "")}`,
+    );
+    const cells = [
+      number(row.measured, digits),
+      ...(has.within ? [within(row.measured_within)] : []),
+      ...(has.drift ? [number(row.drift_free, digits)] : []),
+      ...(has.drift && has.within ? [within(row.drift_free_within)] : []),
+      ...(has.limits ? [number(row.limit, digits)] : []),
+    ];
+    line.append(name, ...cells.map((text) => element("td", text, "number")));
+    if (has.limits) {
+      const cell = document.createElement("td");
+      cell.append(decision(row.verdict));
+      line.append(cell);
+    }
+    return line;
+  });
+  return table(head, body);
+}
+
+/**
+ * @param {string} text
+ * @param {string} kind
+ */
+function heading(text, kind) {
+  const made = /** @type {HTMLTableCellElement} */ (element("th", text, kind));
+  made.scope = "col";
+  return made;
+}
+
+/**
+ * @param {HTMLTableRowElement} head
+ * @param {HTMLTableRowElement[]} rows
+ */
+function table(head, rows) {
+  const made = document.createElement("table");
+  const top = document.createElement("thead");
+  const body = document.createElement("tbody");
+  top.append(head);
+  body.append(...rows);
+  made.append(top, body);
+  const scroll = document.createElement("div");
+  scroll.className = "run-scroll";
+  scroll.tabIndex = 0;
+  scroll.setAttribute("role", "region");
+  scroll.setAttribute("aria-label", word("positioning.figures"));
+  scroll.append(made);
+  return scroll;
+}
+
+/** @param {Result} result */
+function unitsOf(result) {
+  return known(UNITS, result.kind) ?? UNITS.linear;
+}
+
+/** @param {Result} result */
+function notes(result) {
+  const made = document.createElement("div");
+  made.className = "muted";
+  const lines = [
+    ...(result.drift ? [word("positioning.not_the_standard")] : []),
+    ...(result.figures.some((/** @type {Result} */ row) => row.measured === null)
+      ? [word("positioning.absent")] : []),
+    ...(result.left_out.length > 0
+      ? [word("positioning.uncertainty_without", { terms: result.left_out.join("; ") })] : []),
+  ];
+  made.append(...lines.map((text) => element("p", text)));
+  return made;
+}
+
+/** @param {Result} result */
+function verdict(result) {
+  if (result.verdict === null) return [];
+  const line = document.createElement("p");
+  line.className = "run-verdict";
+  line.append(word("positioning.verdict"), decision(result.verdict));
+  const rule = known(RULES, result.decision_rule);
+  return rule ? [line, element("p", word(rule), "muted")] : [line];
+}
+
+/** @param {Result} result */
+function drift(result) {
+  const found = result.drift;
+  if (!found) return [];
+  const units = unitsOf(result);
+  const lines = [word(known(MODELS, found.model) ?? "positioning.drift_smooth")];
+  if (found.model !== "none") {
+    lines.push(word("positioning.drift_total", {
+      total: signed(found.total, 2), within: within(found.total_within), unit: units.deviation,
+      per_m: signed(found.total_per_m, 2), per_m_within: within(found.total_per_m_within),
+      unit_per: units.growth,
+    }));
+    const hours = number(found.reference_time_s / 3600, 2);
+    lines.push(word("positioning.drift_state", { hours }));
+  }
+  return section(word("positioning.drift_title"), lines.map((text) => element("p", text)));
+}
+
+/** @param {Result} result */
+function anomalies(result) {
+  const unit = unitsOf(result).target;
+  const rows = result.anomalies.map((/** @type {Result} */ one) => element("li", word(
+    "positioning.anomaly",
+    {
+      approach: one.approach === "forward" ? "↑" : "↓", position: one.position,
+      target: number(one.target, 3), unit, ratio: number(one.statistic, 2),
+    },
+  )));
+  return listed(word("positioning.anomalies"), rows);
+}
+
+/** @param {Result} result */
+function other(result) {
+  if (!result.other) return [];
+  const head = document.createElement("tr");
+  head.append(
+    heading(word("positioning.figure"), ""),
+    heading(`${word("positioning.measured")}, ${unitsOf(result).deviation}`, "number"),
+  );
+  const entries = /** @type {[string, number][]} */ (Object.entries(result.other.figures));
+  const digits = decimals(entries.map(([, value]) => value));
+  const rows = entries.map(([key, value]) => {
+    const line = document.createElement("tr");
+    line.append(element("td", known(SYMBOLS, key) ?? key, "run-symbol"));
+    line.append(element("td", number(value, digits), "number"));
+    return line;
+  });
+  const name = known(OTHERS, result.other.name) ?? "";
+  return section(word("positioning.other", { name }), [
+    table(head, rows), english("p", result.other.mark),
+  ]);
+}
+
+/**
+ * @param {string} title
+ * @param {HTMLElement[]} content
+ */
+function section(title, content) {
+  const made = document.createElement("section");
+  made.append(element("h3", title), ...content);
+  return [made];
+}
+
+/**
+ * @param {string} title
+ * @param {HTMLElement[]} rows
+ */
+function listed(title, rows) {
+  if (rows.length === 0) return [];
+  const list = document.createElement("ul");
+  list.append(...rows);
+  return section(title, [list]);
+}
+
+/** @param {Result} result */
+function facts(result) {
+  const ways = word(result.unidirectional ? "positioning.one_way" : "positioning.both_ways");
+  const cycle = known(CYCLES, result.cycle);
+  return [
+    ...(result.machine ? [result.machine] : []),
+    ...(result.axis ? [word("positioning.axis", { axis: result.axis })] : []),
+    word("positioning.runs", {
+      targets: result.targets, cycles: result.cycles, cycle: cycle ? word(cycle) : result.cycle,
+    }),
+    ways,
+    ...(result.start ? [word("positioning.begun", { time: moment(result.start) })] : []),
+    `ISO 230-2:${result.edition}`,
+  ].join(" · ");
+}
+
+/** @param {Result} result */
+function show(result) {
+  byId("run-nothing").hidden = true;
+  byId("run-result").hidden = false;
+  byId("run-name").textContent = result.name;
+  byId("run-facts").textContent = facts(result);
+  byId("run-shown").replaceChildren(
+    ...verdict(result),
+    figureTable(result),
+    notes(result),
+    ...other(result),
+    ...drift(result),
+    ...anomalies(result),
+    ...listed(word("positioning.diagnosis"),
+      result.diagnosis.map((/** @type {string} */ text) => english("li", text))),
+    ...listed(word("positioning.warnings"),
+      result.warnings.map((/** @type {string} */ text) => english("li", text))),
+    element("p", word("positioning.content", { sha256: result.sha256 }), "muted"),
+    element("p", word("positioning.stored_as"), "muted"),
+  );
+  const certificate = /** @type {HTMLAnchorElement} */ (byId("run-certificate"));
+  certificate.href = `/positioning/certificate/${encodeURIComponent(result.id)}`;
+  certificate.download = "";
+  const frame = /** @type {HTMLIFrameElement} */ (byId("run-frame"));
+  frame.dataset.report = `/positioning/report/${encodeURIComponent(result.id)}`;
+  frame.removeAttribute("src");
+  choose(false);
+}
+
+/** @param {boolean} report */
+function choose(report) {
+  const frame = /** @type {HTMLIFrameElement} */ (byId("run-frame"));
+  if (report && frame.getAttribute("src") !== frame.dataset.report) {
+    frame.src = frame.dataset.report ?? "";
+  }
+  frame.hidden = !report;
+  byId("run-shown").hidden = report;
+  byId("run-report").setAttribute("aria-pressed", String(report));
+  byId("run-figures").setAttribute("aria-pressed", String(!report));
+}
+
+// ---- asking -------------------------------------------------------------------------------------
+
+/** @param {string} text */
+function refuse(text) {
+  const wrong = byId("run-wrong");
+  wrong.textContent = text;
+  wrong.hidden = text === "";
+}
+
+/**
+ * Read an answer as JSON; null where the server is not there.
+ * @param {Promise<Response>} asked
+ * @returns {Promise<{ok: boolean, found: Result} | null>}
+ */
+async function answered(asked) {
+  try {
+    const answer = await asked;
+    return { ok: answer.ok, found: await answer.json() };
+  } catch {
+    return null;
+  }
+}
+
+/**
+ * @param {FormData} data
+ * @param {string} name
+ * @returns {File | null}
+ */
+function fileOf(data, name) {
+  const found = data.get(name);
+  return found instanceof File && found.size > 0 ? found : null;
+}
+
+/**
+ * Address with the options, and what is sent: run, head and limits one after another.
+ * @param {HTMLFormElement} form
+ */
+function request(form) {
+  const data = new FormData(form);
+  const run = fileOf(data, "file");
+  const head = fileOf(data, "head");
+  const limits = fileOf(data, "limits");
+  const value = String(data.get("reference_value") ?? "").trim().replace(",", ".");
+  const reference = data.get("reference");
+  const query = new URLSearchParams({
+    name: (run?.name ?? "").slice(-NAME_CHARACTERS),
+    cycle: String(data.get("cycle") ?? ""),
+    edition: String(data.get("edition") ?? ""),
+    reference_cycle: reference === "cycle" ? value : "",
+    reference_hours: reference === "hours" ? value : "",
+    robust: data.has("robust") ? "yes" : "no",
+    full: data.has("full") ? "yes" : "no",
+    no_drift: data.has("drift") ? "no" : "yes",
+    head_bytes: String(head?.size ?? 0),
+    limits_bytes: String(limits?.size ?? 0),
+  });
+  const sent = [run, head, limits].filter((one) => one !== null);
+  return { address: `/positioning/upload?${query}`, body: new Blob(sent) };
+}
+
+/**
+ * @param {HTMLFormElement} form
+ * @param {HTMLButtonElement} button
+ */
+async function send(form, button) {
+  refuse("");
+  const { address, body } = request(form);
+  if (body.size > Number(form.dataset.largest)) {
+    refuse(word("positioning.too_large"));
+    return;
+  }
+  const told = byId("run-told");
+  const begunMs = performance.now();
+  const tell = () => {
+    const elapsed = Math.floor((performance.now() - begunMs) / SECOND_MS);
+    told.textContent = word("positioning.running", { elapsed, limit: form.dataset.limit });
+  };
+  tell();
+  told.hidden = false;
+  button.disabled = true;
+  const timer = setInterval(tell, SECOND_MS);
+  const answer = await answered(fetch(address, {
+    method: "POST",
+    headers: {
+      "Content-Type": "application/octet-stream",
+      "X-Thermaxis-Token": document.body.dataset.token ?? "",
+    },
+    body,
+  }));
+  clearInterval(timer);
+  told.hidden = true;
+  button.disabled = false;
+  if (!answer) refuse(word("positioning.no_answer"));
+  else if (answer.ok) show(answer.found);
+  else refuse(String(answer.found.text ?? word("positioning.no_answer")));
+  await list(false);
+}
+
+/** @param {string} id */
+async function open(id) {
+  refuse("");
+  const answer = await answered(fetch(`/positioning/result/${encodeURIComponent(id)}`));
+  if (!answer) refuse(word("positioning.no_answer"));
+  else if (answer.ok) show(answer.found);
+  else {
+    refuse(String(answer.found.text ?? word("positioning.gone")));
+    await list(false);
+  }
+}
+
+/** @param {boolean} first */
+async function list(first) {
+  const answer = await answered(fetch("/positioning/results"));
+  if (!answer?.ok) return;
+  const rows = /** @type {Result[]} */ (answer.found.results).map((one) => {
+    const button = /** @type {HTMLButtonElement} */ (
+      element("button", `${one.name} · ${moment(one.at)}`)
+    );
+    button.type = "button";
+    button.addEventListener("click", () => void open(one.id));
+    const row = document.createElement("li");
+    row.append(button);
+    return row;
+  });
+  byId("run-kept").replaceChildren(...rows);
+  if (first && rows.length > 0) await open(answer.found.results[0].id);
+}
+
+/** @param {HTMLFormElement} form */
+function begin(form) {
+  const button = /** @type {HTMLButtonElement} */ (byId("run-submit"));
+  const reference = /** @type {HTMLSelectElement} */ (form.elements.namedItem("reference"));
+  const value = /** @type {HTMLInputElement} */ (form.elements.namedItem("reference_value"));
+  const follow = () => {
+    value.disabled = reference.value === "";
+    value.required = !value.disabled;
+  };
+  reference.addEventListener("change", follow);
+  follow();
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    void send(form, button);
+  });
+  byId("run-figures").addEventListener("click", () => choose(false));
+  byId("run-report").addEventListener("click", () => choose(true));
+  void list(true);
+}
+
+const form = document.getElementById("run-form");
+if (form instanceof HTMLFormElement) begin(form);

@@ -1,0 +1,734 @@
+"""Runs that somebody uploads: what comes back, to whom, and what hostile ones cannot do."""
+
+import asyncio
+import io
+import json
+import os
+import re
+import sys
+import tempfile
+import textwrap
+import zipfile
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Self, cast
+from urllib.parse import urlencode
+
+import httpx
+import pytest
+from starlette.applications import Starlette
+
+from thermaxis.files import read_positioning
+from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
+from thermaxis.runtime._users import Role
+from thermaxis.screen import _positioning_page
+from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._positioning_page import (
+    LARGEST_BYTES,
+    LARGEST_TABLE_BYTES,
+    file_stem,
+    shown_name,
+    stored_name,
+)
+from thermaxis.screen._positioning_results import KEPT_S, MOST_OF_A_PERSON
+from thermaxis.screen._words import Words
+from thermaxis.screen._work import MOST_WAITING, Work
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+DATA = Path(__file__).parents[4] / "shared" / "data"
+TOKEN = "t" * 43
+NOW = datetime(2026, 11, 21, 9, 30, tzinfo=UTC)
+PUBLIC_RUN = "positioning/ess_target_b02_x/target_x_ISO230.dat"
+
+
+class Clock:
+    """A clock that a test sets."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+
+    def monotonic_s(self) -> float:
+        return self.now_s
+
+    def utc(self) -> datetime:
+        return NOW + timedelta(seconds=self.now_s)
+
+
+@dataclass(eq=False)
+class Somebody:
+    """A log-in."""
+
+    name: str
+    role: Role
+    ended: str = ""
+    token: str = TOKEN
+
+    def has_token(self, token: str | None) -> bool:
+        return token == self.token
+
+
+class Stage:
+    """The page without a socket, and somebody in front of it."""
+
+    def __init__(
+        self, where: Path, program: tuple[str, ...] | None = None, **settings: Any
+    ) -> None:
+        self.where = where
+        self.clock = Clock()
+        self.person: Somebody | None = Somebody("novak", Role.ENGINEER)
+        facts: dict[str, Any] = {
+            "view_without_login": False,
+            "language": "en",
+            "evaluation_s": 100.0,
+        }
+        parts = ScreenParts(
+            configuration=cast("Any", SimpleNamespace(name="lathe", server=None)),
+            settings=cast("Any", SimpleNamespace(**(facts | settings))),
+            clock=cast("Any", self.clock),
+            feed=cast("Any", None),
+            persons=cast("Any", SimpleNamespace(of=lambda *_, **__: self.person)),
+            words=Words.read(),
+            program="p",
+        )
+        self.application = Starlette(routes=_positioning_page.routes(parts))
+        self.application.state.parts = parts
+        self.runner = asyncio.Runner()
+        self.work = self.runner.run(self._made(program))
+        self.application.state.work = self.work
+        transport = httpx.ASGITransport(self.application)
+        self.http = httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8450")
+
+    async def _made(self, program: tuple[str, ...] | None) -> Work:
+        return Work(program, where=self.where)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.runner.run(self.http.aclose())
+        self.work.close()
+        self.runner.close()
+
+    async def sent(self, body: Any, headers: dict[str, str] | None = None, **asked: str) -> Any:
+        return await self.http.post(
+            f"/positioning/upload?{urlencode(asked)}",
+            content=body,
+            headers={"X-Thermaxis-Token": TOKEN} | (headers or {}),
+            timeout=60.0,
+        )
+
+    def send(self, body: Any, headers: dict[str, str] | None = None, **asked: str) -> Any:
+        return self.runner.run(self.sent(body, headers, **asked))
+
+    def get(self, address: str, **headers: str) -> httpx.Response:
+        return self.runner.run(self.http.get(address, headers=headers))
+
+    def folders(self) -> list[Path]:
+        """Return the folders of uploads that are still there."""
+        roots = self.where.glob("thermaxis-work-*")
+        found = [path for root in roots for path in root.iterdir()]
+        return [path for path in found if path.name not in ("lock", "settings")]
+
+
+def a_program(tmp_path: Path, text: str) -> tuple[str, ...]:
+    path = tmp_path / "command.py"
+    path.write_text(textwrap.dedent(text))
+    return (sys.executable, "-I", "-S", str(path))
+
+
+def kept_places(text: str, where: Path) -> list[str]:
+    """Return places of this computer that stand in an answer."""
+    places = (str(where), tempfile.gettempdir(), sys.prefix, str(EXAMPLES.parent), "thermaxis-work")
+    return [place for place in places if place in text]
+
+
+# ---- real runs ----------------------------------------------------------------------------------
+
+
+class Real:
+    """One real run with head and limits, and everything that was answered about it."""
+
+    def __init__(self, where: Path) -> None:
+        run = (EXAMPLES / "x_axis_100_cycles.csv").read_bytes()
+        head = (EXAMPLES / "header.toml").read_bytes()
+        limits = (EXAMPLES / "limits.toml").read_bytes()
+        with Stage(where) as stage:
+            answer = stage.send(
+                run + head + limits,
+                name=r"C:\Läufe\osa X <script>.csv",
+                head_bytes=str(len(head)),
+                limits_bytes=str(len(limits)),
+                edition="vdi3441",
+            )
+            assert answer.status_code == 200, answer.text
+            self.shown: dict[str, Any] = answer.json()
+            key = self.shown["id"]
+            self.again = stage.get(f"/positioning/result/{key}")
+            self.listed = stage.get("/positioning/results")
+            self.report = stage.get(f"/positioning/report/{key}")
+            self.certificate = stage.get(f"/positioning/certificate/{key}")
+            stage.person = Somebody("novak", Role.ENGINEER)  # the same name, another log-in
+            self.others = [
+                stage.get(f"/positioning/{kind}/{key}")
+                for kind in ("result", "report", "certificate")
+            ]
+            self.list_of_another = stage.get("/positioning/results")
+
+
+@pytest.fixture(scope="module")
+def real(tmp_path_factory: pytest.TempPathFactory) -> Real:
+    return Real(tmp_path_factory.mktemp("real"))
+
+
+@pytest.mark.timeout(120)
+def test_the_figures_are_those_of_the_evaluation_itself(real: Real) -> None:
+    test = read_positioning(EXAMPLES / "x_axis_100_cycles.csv")
+    iso230_2 = evaluate_iso230_2(test)
+    drift_free = figures_by_key(evaluate_drift(test).figures)
+    assert [one["key"] for one in real.shown["figures"]] == list(FIGURE_KEYS)
+    for one in real.shown["figures"]:
+        assert one["measured"] == pytest.approx(getattr(iso230_2, one["key"]), rel=1e-12)
+        assert one["drift_free"] == pytest.approx(drift_free[one["key"]], rel=1e-9)
+        assert one["measured_within"] > 0.0
+        assert one["drift_free_within"] > 0.0
+
+
+def test_limits_that_go_along_decide(real: Real) -> None:
+    limits = {"B": 5.0, "E": 20.0, "R": 15.0, "A": 25.0}
+    figures = {one["key"]: one for one in real.shown["figures"]}
+    assert {key: one["limit"] for key, one in figures.items() if one["limit"]} == limits
+    for key, one in figures.items():
+        within = key in limits and one["measured"] <= limits[key]
+        assert one["verdict"] == ("pass" if within else None)
+    assert real.shown["verdict"] == "pass"
+    assert real.shown["decision_rule"] == "simple"
+
+
+def test_the_facts_of_the_run_and_what_is_said_about_it_are_shown(real: Real) -> None:
+    shown = real.shown
+    assert (shown["targets"], shown["cycles"], shown["cycle"]) == (16, 100, "standard")
+    assert (shown["kind"], shown["edition"], shown["axis"]) == ("linear", "2014", "X")
+    assert shown["machine"] == "virtual milling machine"  # of the head that went along
+    assert shown["other"]["name"] == "vdi3441"
+    assert shown["other"]["figures"]["Pa"] == pytest.approx(13.49895)
+    assert shown["other"]["mark"]
+    assert {(one["approach"], one["position"]) for one in shown["anomalies"]} >= {
+        ("forward", 3),
+        ("backward", 3),
+    }
+    assert shown["drift"]["model"] == "smooth"
+    assert any("Target 3" in text for text in shown["diagnosis"])
+    assert any("100 cycles" in text for text in shown["warnings"])
+    assert real.again.json() == shown
+    assert [one["id"] for one in real.listed.json()["results"]] == [shown["id"]]
+
+
+def test_a_name_is_shown_as_it_is_without_its_folder(real: Real) -> None:
+    assert real.shown["name"] == "osa X <script>.csv"
+
+
+def test_the_report_comes_in_a_sandbox_and_the_certificate_as_a_download(real: Real) -> None:
+    assert real.report.status_code == 200
+    assert "<h1" in real.report.text
+    policy = real.report.headers["content-security-policy"]
+    assert "sandbox" in [part.strip() for part in policy.split(";")]
+    assert "default-src 'none'" in policy
+    assert "script" not in policy
+    assert "frame-ancestors 'self'" in policy
+    assert real.certificate.content.startswith(b"%PDF-")
+    assert (
+        real.certificate.headers["content-disposition"]
+        == 'attachment; filename="osa_X_script-certificate.pdf"'
+    )
+
+
+def test_no_place_of_this_computer_stands_in_what_comes_back(real: Real, tmp_path: Path) -> None:
+    where = tmp_path.parent
+    answers = (real.again, real.listed, real.report, real.certificate)
+    for answer in answers:
+        assert kept_places(answer.content.decode("latin-1"), where) == []
+
+
+def test_a_result_is_not_there_for_anybody_else(real: Real) -> None:
+    assert [answer.status_code for answer in real.others] == [404, 404, 404]
+    assert {answer.json()["error"] for answer in real.others} == {"positioning.gone"}
+    assert real.list_of_another.json() == {"results": []}
+
+
+@pytest.mark.timeout(120)
+def test_the_format_is_told_from_the_content_not_from_the_name(tmp_path: Path) -> None:
+    with Stage(tmp_path) as stage:
+        body = (EXAMPLES / "y_axis_50_cycles.rtl").read_bytes()
+        answer = stage.send(body, name="lauf.xlsx", no_drift="yes", reference_cycle="3")
+        assert answer.status_code == 200, answer.text
+        shown = answer.json()
+    expected = evaluate_iso230_2(read_positioning(EXAMPLES / "y_axis_50_cycles.rtl"))
+    assert shown["figures"][11]["measured"] == pytest.approx(expected.A)
+    assert shown["drift"] is None
+    assert shown["verdict"] is None
+
+
+@pytest.mark.real_data
+@pytest.mark.timeout(120)
+@pytest.mark.skipif(not (DATA / PUBLIC_RUN).exists(), reason="the data are not here")
+def test_a_public_run_gives_its_known_figures(tmp_path: Path) -> None:
+    with Stage(tmp_path) as stage:
+        answer = stage.send(
+            (DATA / PUBLIC_RUN).read_bytes(), name="target_x_ISO230.dat", no_drift="yes"
+        )
+        assert answer.status_code == 200, answer.text
+        figures = {one["key"]: one["measured"] for one in answer.json()["figures"]}
+    known = {"B": 33.5757, "M": 93.6527, "E": 122.8472, "R": 55.1606, "A": 135.2711}
+    for key, value in known.items():
+        assert figures[key] == pytest.approx(value, abs=5e-5)
+
+
+# ---- hostile contents, by the real program ------------------------------------------------------
+
+
+def zip_bomb() -> bytes:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        archive.writestr("[Content_Types].xml", "<Types/>")
+        archive.writestr("xl/workbook.xml", "<workbook/>")
+        archive.writestr("xl/worksheets/sheet1.xml", b" " * 300_000_000)
+    return packed.getvalue()
+
+
+CONTENTS = {
+    "a zip bomb": zip_bomb,
+    "no archive although it begins as one": lambda: b"PK\x03\x04" + b"\xff" * 5000,
+    "binary": lambda: bytes(range(256)) * 400,
+    "one endless line": lambda: b"1," * 3_000_000,
+    "commas only": lambda: b",\n" * 300_000,
+    "a header alone": lambda: b"cycle,target_mm,approach,deviation_um\n",
+    "entities": lambda: b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>',
+    "no unicode": lambda: "úchylka;ěščř\n".encode("utf-16"),
+}
+
+
+@pytest.mark.parametrize("content", CONTENTS)
+def test_what_is_no_run_is_refused_in_the_words_of_the_evaluation(
+    content: str, tmp_path: Path
+) -> None:
+    with Stage(tmp_path) as stage:
+        answer = stage.send(CONTENTS[content](), name="../../etc/lauf.xlsx")
+        assert answer.status_code == 422
+        found = answer.json()
+        assert found["error"] == "positioning.refused"
+        assert found["text"].startswith("The run cannot be evaluated: ")
+        assert "lauf.xlsx" in found["text"]
+        assert "run.xlsx" not in found["text"]
+        assert not re.search(r"(^|\s)/", found["text"])
+        assert kept_places(found["text"], tmp_path) == []
+        assert stage.folders() == []
+        assert stage.get("/positioning/results").json() == {"results": []}
+
+
+def test_a_wrong_file_of_limits_is_named_as_such(tmp_path: Path) -> None:
+    run = (EXAMPLES / "x_axis_100_cycles.csv").read_bytes()
+    limits = b"[limits]\nQ_um = 1.0\n"
+    with Stage(tmp_path) as stage:
+        answer = stage.send(
+            run + limits, name="x.csv", limits_bytes=str(len(limits)), no_drift="yes"
+        )
+    assert answer.status_code == 422
+    assert "limits.toml" in answer.json()["text"]
+    assert "Q_um" in answer.json()["text"]
+    assert kept_places(answer.text, tmp_path) == []
+
+
+# ---- size, time and shape of an upload, with commands of the test --------------------------------
+
+CANNED = """
+import json, sys
+from pathlib import Path
+Path("words").write_text(json.dumps(sys.argv[1:]))
+Path("result.json").write_bytes(Path({canned!r}).read_bytes())
+Path("report.html").write_text("<p>report of " + Path(sys.argv[2]).read_text() + "</p>")
+Path("certificate.pdf").write_text("%PDF-" + json.dumps(
+    {{"words": sys.argv[1:], "files": {{p.name: p.read_text() for p in Path(".").glob("*.toml")}}}}
+))
+"""
+
+
+@pytest.fixture(scope="module")
+def canned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from thermaxis.cli import main  # noqa: PLC0415 - one evaluation for all
+
+    path = tmp_path_factory.mktemp("canned") / "result.json"
+    run = EXAMPLES / "y_axis_50_cycles.rtl"
+    assert main(["evaluate", str(run), "--no-drift", "--json", str(path)]) == 0
+    return path
+
+
+@pytest.fixture
+def stage(tmp_path: Path, canned: Path) -> Iterator[Stage]:
+    with Stage(tmp_path, a_program(tmp_path, CANNED.format(canned=str(canned)))) as made:
+        yield made
+
+
+def heard(stage: Stage, answer: Any) -> dict[str, Any]:
+    """Return what the command of the test was told."""
+    assert answer.status_code == 200, answer.text
+    found = stage.get(f"/positioning/certificate/{answer.json()['id']}").content
+    return cast("dict[str, Any]", json.loads(found.removeprefix(b"%PDF-")))
+
+
+def test_run_head_and_limits_arrive_apart(stage: Stage) -> None:
+    answer = stage.send(
+        b"the run" + b"the head" + b"the limits", name="a.csv", head_bytes="8", limits_bytes="10"
+    )
+    told = heard(stage, answer)
+    assert told["files"] == {"head.toml": "the head", "limits.toml": "the limits"}
+    report = stage.get(f"/positioning/report/{answer.json()['id']}")
+    assert report.text == "<p>report of the run</p>"
+
+
+def test_options_become_words_of_a_fixed_list(stage: Stage) -> None:
+    asked = {"cycle": "pilgrim", "edition": "1997", "reference_hours": "2.5", "robust": "yes"}
+    told = heard(stage, stage.send(b"1", name="a.rtl", full="yes", no_drift="no", **asked))
+    date = (NOW.astimezone()).date().isoformat()
+    assert told["words"] == [
+        *("evaluate", "run.rtl", "--json=result.json"),
+        *("--report=report.html", "--report=certificate.pdf", f"--date={date}"),
+        *("--cycle=pilgrim", "--edition=1997", "--reference-time=2.5", "--robust", "--full"),
+    ]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"cycle": "--json"},
+        {"edition": "2014; rm"},
+        {"reference_cycle": "0"},
+        {"reference_cycle": "-1"},
+        {"reference_cycle": "1" * 30},
+        {"reference_cycle": "٣"},
+        {"reference_hours": "1e5"},
+        {"reference_hours": "nan"},
+        {"reference_hours": "-2"},
+        {"reference_cycle": "1", "reference_hours": "1"},
+        {"robust": "--full"},
+        {"no_drift": "1"},
+        {"head_bytes": "-5"},
+        {"limits_bytes": "1.5"},
+    ],
+)
+def test_an_option_that_is_none_is_refused(stage: Stage, asked: dict[str, str]) -> None:
+    answer = stage.send(b"1", name="a.csv", **asked)
+    assert answer.status_code == 400
+    assert answer.json()["error"] == "positioning.bad_option"
+    assert stage.folders() == []
+
+
+def test_an_upload_of_the_largest_size_is_taken_and_one_byte_more_is_not(stage: Stage) -> None:
+    answer = stage.send(b"x" * LARGEST_BYTES, name="a.csv")
+    assert answer.status_code == 200
+    report = stage.get(f"/positioning/report/{answer.json()['id']}")
+    assert len(report.content) == LARGEST_BYTES + len("<p>report of </p>")
+    kept = stage.folders()
+    answer = stage.send(b"x" * (LARGEST_BYTES + 1), name="a.csv")
+    assert answer.status_code == 413
+    assert answer.json()["error"] == "positioning.too_large"
+    assert stage.folders() == kept
+
+
+def test_an_endless_upload_ends_at_the_limit_though_it_states_no_length(stage: Stage) -> None:
+    given = 0
+
+    async def endless() -> AsyncIterator[bytes]:
+        nonlocal given
+        while given < 10 * LARGEST_BYTES:
+            given += 1_000_000
+            yield b"x" * 1_000_000
+
+    answer = stage.send(endless(), name="a.csv")
+    assert answer.status_code == 413
+    assert given <= LARGEST_BYTES + 3_000_000
+    assert stage.folders() == []
+
+
+@pytest.mark.parametrize(
+    ("body", "asked"),
+    [(b"", {}), (b"head", {"head_bytes": "4"}), (b"12", {"limits_bytes": "60000"})],
+)
+def test_an_upload_without_a_run_is_refused(
+    stage: Stage, body: bytes, asked: dict[str, str]
+) -> None:
+    answer = stage.send(body, name="a.csv", **asked)
+    assert answer.status_code == 400
+    assert answer.json()["error"] == "positioning.empty"
+    assert stage.folders() == []
+
+
+def test_a_head_that_is_no_head_by_its_size_is_refused(stage: Stage) -> None:
+    answer = stage.send(b"x", name="a.csv", head_bytes=str(LARGEST_TABLE_BYTES + 1))
+    assert answer.status_code == 413
+    assert answer.json()["error"] == "positioning.table_too_large"
+
+
+def test_an_upload_that_does_not_come_is_given_up(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_positioning_page, "UPLOAD_S", 0.05)
+
+    async def stuck() -> AsyncIterator[bytes]:
+        yield b"begin"
+        await asyncio.Event().wait()
+
+    answer = stage.send(stuck(), name="a.csv")
+    assert answer.status_code == 408
+    assert stage.folders() == []
+
+
+def test_nothing_stays_of_an_upload_that_breaks_off(stage: Stage) -> None:
+    messages = [
+        {"type": "http.request", "body": b"begin", "more_body": True},
+        {"type": "http.disconnect"},
+    ]
+    said: list[Any] = []
+
+    async def receive() -> Any:
+        return messages.pop(0)
+
+    async def send(message: Any) -> None:
+        said.append(message)
+
+    scope = {
+        "type": "http",
+        "method": "POST",
+        "path": "/positioning/upload",
+        "query_string": b"name=a.csv",
+        "headers": [(b"x-thermaxis-token", TOKEN.encode())],
+        "server": ("127.0.0.1", 8450),
+        "scheme": "http",
+        "http_version": "1.1",
+    }
+    stage.runner.run(stage.application(cast("Any", scope), receive, cast("Any", send)))
+    assert said[0]["status"] == 400
+    assert stage.folders() == []
+    assert heard(stage, stage.send(b"1", name="a.csv"))["words"][0] == "evaluate"
+
+
+def test_uploads_beyond_those_that_may_wait_are_refused(stage: Stage) -> None:
+    async def crowd() -> list[int]:
+        calls = [stage.sent(b"x", name="a.csv") for _ in range(MOST_WAITING + 3)]
+        return [answer.status_code for answer in await asyncio.gather(*calls)]
+
+    found = stage.runner.run(crowd())
+    assert sorted(found) == [200] * (MOST_WAITING + 1) + [429] * 2
+    assert stage.send(b"x", name="a.csv").status_code == 200
+
+
+# ---- names --------------------------------------------------------------------------------------
+
+NAMES = [
+    "../../etc/passwd",
+    "<script>alert(1)</script>.csv",
+    "a" * 10_000 + ".csv",
+    "bell\x07 line\nend\r\x00.csv",
+    "CON",
+    "",
+    "....",
+    "-rf.csv",
+    "\u202egpj.csv",
+    'a"; filename="b.exe',
+    "ž\udc80.csv".encode("utf-8", "replace").decode(),
+    "C:\\Windows\\system32\\run.dat",
+    "=cmd|' /C calc'!A0.csv",
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_name_becomes_a_path_a_word_or_a_header(stage: Stage, name: str) -> None:
+    answer = stage.send(b"1", name=name)
+    told = heard(stage, answer)
+    assert re.fullmatch(r"run(_ISO230)?\.(rtl|csv|dat|xlsx|txt)", told["words"][1])
+    shown = answer.json()["name"]
+    assert shown
+    assert len(shown) <= 120
+    assert shown.isprintable()
+    certificate = stage.get(f"/positioning/certificate/{answer.json()['id']}")
+    disposition = certificate.headers["content-disposition"]
+    assert re.fullmatch(r'attachment; filename="[A-Za-z0-9_-]{1,60}-certificate\.pdf"', disposition)
+    assert [path.name for path in stage.folders()[0].glob("run*")] == [told["words"][1]]
+
+
+@pytest.mark.parametrize(
+    ("given", "stored", "shown", "stem"),
+    [
+        ("axis X.RTL", "run.rtl", "axis X.RTL", "axis_X"),
+        ("x_iso230.DAT", "run_ISO230.dat", "x_iso230.DAT", "x_iso230"),
+        ("x.dat", "run.dat", "x.dat", "x"),
+        ("table.xlsx", "run.xlsx", "table.xlsx", "table"),
+        ("virus.exe", "run.txt", "virus.exe", "virus"),
+        ("../../etc/passwd", "run.txt", "passwd", "passwd"),
+        ("/", "run.txt", "run", "run"),
+        ("", "run.txt", "run", "run"),
+        ("ěšč", "run.txt", "ěšč", "run"),
+    ],
+)
+def test_names_are_stored_shown_and_offered_as_known(
+    given: str, stored: str, shown: str, stem: str
+) -> None:
+    assert stored_name(given) == stored
+    assert shown_name(given) == shown
+    assert file_stem(shown_name(given)) == stem
+
+
+# ---- commands that go wrong ---------------------------------------------------------------------
+
+WRONG = {
+    "hangs": ("import time; time.sleep(60)", "positioning.too_long"),
+    "crashes": ("import os; os.kill(os.getpid(), 11)", "positioning.crashed"),
+    "is ended by the system": ("import os; os.kill(os.getpid(), 9)", "positioning.too_hungry"),
+    "eats": ("hoard = [bytes(100_000_000) for _ in range(90)]", "positioning.too_hungry"),
+    "floods": ("while True: print('x' * 65536)", "positioning.too_much"),
+    "raises": ("raise RuntimeError(__file__)", "positioning.crashed"),
+    "writes nothing": ("", "positioning.crashed"),
+    "is of another kind": ("import sys; sys.exit(2)", "positioning.crashed"),
+    "writes too much": (
+        (
+            "open('result.json', 'wb').write(bytes(9_000_000));"
+            "open('report.html', 'w'); open('certificate.pdf', 'w')"
+        ),
+        "positioning.too_much",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_a_command_that_goes_wrong_is_told_in_words_and_leaves_nothing(
+    kind: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    text, key = WRONG[kind]
+    with Stage(tmp_path, a_program(tmp_path, text), evaluation_s=1.0) as stage:
+        answer = stage.send(b"1", name="a.csv", headers={"Accept-Language": "de"})
+        assert answer.status_code == 422
+        assert answer.json()["error"] == key
+        assert answer.json()["text"] == Words.read().say("de", key, limit="1")
+        assert kept_places(answer.text, tmp_path) == []
+        assert stage.folders() == []
+        assert stage.get("/positioning/results").status_code == 200  # the page goes on
+    assert ("RuntimeError" in caplog.text) == (
+        kind == "raises"
+    )  # the log has what the page has not
+
+
+def test_places_that_the_command_names_do_not_reach_the_page(tmp_path: Path) -> None:
+    text = """
+        import os, sys
+        here = os.getcwd()
+        sys.stderr.write("a note\\n")
+        sys.stderr.write(f"thermaxis: error: {here}/run.csv, line 3: no. See {here}, and run.csv,"
+                         f" not {sys.prefix}/lib.\\n")
+        sys.exit(2)
+        """
+    with Stage(tmp_path, a_program(tmp_path, text)) as stage:
+        found = stage.send(b"1", name="mine.csv").json()
+    assert found["text"] == (
+        "The run cannot be evaluated: mine.csv, line 3: no. See , and mine.csv, not lib."
+    )
+
+
+# ---- who may ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("role", "status", "key"),
+    [
+        (None, 401, "login.needed"),
+        (Role.VIEWER, 403, "login.role_too_low"),
+        (Role.OPERATOR, 403, "login.role_too_low"),
+    ],
+)
+def test_only_engineers_send_files(stage: Stage, role: Role | None, status: int, key: str) -> None:
+    stage.person = None if role is None else Somebody("novak", role)
+    answer = stage.send(b"1", name="a.csv")
+    assert (answer.status_code, answer.json()["error"]) == (status, key)
+    assert stage.folders() == []
+    for address in ("results", "result/a", "report/a", "certificate/a"):
+        assert stage.get(f"/positioning/{address}").status_code == status
+
+
+def test_nobody_sends_files_where_everybody_may_look(tmp_path: Path) -> None:
+    with Stage(tmp_path, view_without_login=True) as stage:
+        stage.person = None
+        assert stage.send(b"1", name="a.csv").status_code == 401
+        page = stage.get("/positioning")
+        assert page.status_code == 200
+        assert "run-form" not in page.text
+
+
+def test_a_request_without_the_token_of_the_page_is_refused(stage: Stage) -> None:
+    answer = stage.send(b"1", headers={"X-Thermaxis-Token": "forged"}, name="a.csv")
+    assert answer.status_code == 403
+    assert stage.folders() == []
+
+
+@pytest.mark.parametrize("key", ["", "x", "../../lock", "0" * 32, "%2e%2e%2flock", "ž"])
+def test_an_id_that_is_none_is_not_found(stage: Stage, key: str) -> None:
+    assert stage.get(f"/positioning/report/{key}").status_code == 404
+
+
+# ---- how long -----------------------------------------------------------------------------------
+
+
+def test_results_go_after_an_hour(stage: Stage) -> None:
+    key = stage.send(b"1", name="a.csv").json()["id"]
+    stage.clock.now_s = KEPT_S
+    assert stage.get(f"/positioning/report/{key}").status_code == 200
+    stage.clock.now_s = KEPT_S + 1.0
+    assert stage.get(f"/positioning/report/{key}").status_code == 404
+    assert stage.folders() == []
+
+
+def test_results_go_with_the_log_in(stage: Stage) -> None:
+    stage.send(b"1", name="a.csv")
+    assert stage.person is not None
+    stage.person.ended = "login.idle"
+    stage.person = Somebody("svoboda", Role.ENGINEER)
+    assert stage.get("/positioning/results").json() == {"results": []}
+    assert stage.folders() == []
+
+
+def test_the_oldest_result_goes_when_there_are_too_many(stage: Stage) -> None:
+    keys: list[str] = []
+    for k in range(MOST_OF_A_PERSON + 1):
+        stage.clock.now_s = float(k)
+        keys.append(stage.send(b"1", name=f"{k}.csv").json()["id"])
+    rows = stage.get("/positioning/results").json()["results"]
+    assert [row["id"] for row in rows] == keys[:0:-1]
+    assert rows[0]["at"] == (NOW + timedelta(seconds=MOST_OF_A_PERSON)).isoformat()
+    assert len(stage.folders()) == MOST_OF_A_PERSON
+
+
+def test_the_largest_sum_of_all_results_is_kept_to(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("thermaxis.screen._positioning_results.MOST_BYTES", 250_000)
+    keys = [stage.send(b"x" * 100_000, name="a.csv").json()["id"] for _ in range(4)]
+    rows = stage.get("/positioning/results").json()["results"]
+    assert [row["id"] for row in rows] == keys[:1:-1]
+    assert len(stage.folders()) == 2
+
+
+# ---- page ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("language", ["en", "de", "cs"])
+def test_the_page_has_its_form_in_the_language_of_its_visitor(stage: Stage, language: str) -> None:
+    page = stage.get("/positioning", **{"accept-language": language})
+    assert page.status_code == 200
+    say = Words.read().say
+    for key in ("positioning.title", "positioning.submit", "positioning.cycle_pilgrim"):
+        assert say(language, key) in page.text
+    assert re.search(r"<iframe[^>]*\bsandbox\b(?!=)", page.text)
+    assert 'data-largest="20000000"' in page.text
+    assert os.sep + "tmp" not in page.text
