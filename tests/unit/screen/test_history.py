@@ -250,8 +250,8 @@ def test_a_fault_of_the_program_ends_one_question_and_not_the_next() -> None:
 
 def test_memory_does_not_grow_with_questions(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [cycle_record(k) for k in range(2000)])
-    span = BEGIN, BEGIN + timedelta(seconds=2000)
+    write(path, [cycle_record(k) for k in range(1000)])
+    span = BEGIN, BEGIN + timedelta(seconds=1000)
 
     async def play() -> tuple[int, int]:
         history = History(url_of(path))
