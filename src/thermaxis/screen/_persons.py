@@ -15,14 +15,20 @@ from typing import Final, NamedTuple, final
 
 from asyncua import ua
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError, ThermaxisError, printable
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime._opcua_failures import FAILURES, explain
 from thermaxis.runtime._opcua_session import MethodAnswer
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime._status_nodes import Kind
 from thermaxis.runtime._status_requests import ASKS, Ask, refusal_of
-from thermaxis.runtime._users import LONGEST_PASSWORD, Failures, Role, check_name
+from thermaxis.runtime._users import (
+    LONGEST_NAME,
+    LONGEST_PASSWORD,
+    Failures,
+    Role,
+    check_name,
+)
 from thermaxis.screen._person_session import LOG_IN_S, PersonSession, is_refusal
 
 COOKIE_BYTES: Final = 32
@@ -57,7 +63,8 @@ BUSY: Final = "login.busy"
 NO_CONNECTION: Final = "login.no_connection"
 """The loop's server cannot be reached."""
 IMPOSSIBLE: Final = "login.impossible"
-"""The configuration lets nobody log in."""
+"""The configuration lets nobody log in: without encryption, or with certificates that cannot be
+used."""
 NO_ROLE: Final = "login.no_role"
 """The password is right and the user may not even look, or the server says another name."""
 OUT: Final = "login.out"
@@ -299,6 +306,7 @@ class Persons:
             self._coming -= 1
 
     async def _log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
+        name = name[: LONGEST_NAME + 1]
         now_s = self._clock.monotonic_s()
         if self._by_address.refused(address, now_s) or self._by_name.refused(name, now_s):
             return Refusal(TOO_MANY)
@@ -336,6 +344,8 @@ class Persons:
         except FAILURES as error:
             if is_refusal(error):
                 return Refusal(REFUSED)
+            if isinstance(error, ThermaxisError):
+                return Refusal(IMPOSSIBLE, str(error))
             return Refusal(NO_CONNECTION, explain(error, replace(settings, timeout_s=LOG_IN_S)))
 
     async def _admit(

@@ -319,6 +319,12 @@ class StatusFeed:
         """
         await self._session.open()
         self._task = asyncio.create_task(self._look_for_ever(), name="status feed")
+        self._task.add_done_callback(self._looking_ended)
+
+    def _looking_ended(self, task: asyncio.Task[None]) -> None:
+        """Wake whoever waits when a mistake in the program ends the looks: they raise it."""
+        if not task.cancelled() and task.exception() is not None:
+            self._news.set()
 
     async def close(self) -> None:
         """End; whoever waits is told that the screen ends, and waits for ever afterwards."""
@@ -400,8 +406,8 @@ class StatusFeed:
             return trouble
         left_s = end_s - self._clock.monotonic_s()
         found = await self._session.read([_EVERYTHING], max(0.0, left_s))
-        if found is None:
-            return self._no_answer()
+        if found is None or self._session.generation != self._role_of[0]:
+            return self._no_answer()  # through a new connection nothing is shown unasked
         return self._take(found[0])
 
     def _no_answer(self) -> _Trouble | None:

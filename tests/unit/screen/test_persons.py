@@ -7,6 +7,7 @@ import math
 import statistics
 import time
 from collections.abc import Awaitable, Callable, Iterator
+from dataclasses import replace
 
 import pytest
 
@@ -24,6 +25,7 @@ from tests.unit.screen.person_parts import (
 )
 from thermaxis.compensation import RequestKind
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._ports import RequestOutcome
 from thermaxis.runtime._status_requests import ASKS
 from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Role
@@ -176,6 +178,8 @@ def texts_within(thing: object) -> set[str]:
             found.add(one)
         elif isinstance(one, bytes | bytearray):
             found.add(bytes(one).decode("latin-1"))
+        if isinstance(one, dict):
+            waiting.extend(one)  # not every key is told as a referent
         waiting.extend(gc.get_referents(one))
         waiting.extend(getattr(one, "__dict__", {}).values())
     return found
@@ -298,6 +302,21 @@ def test_a_configuration_that_lets_nobody_log_in_says_so(at_the_shop) -> None:
     at_the_shop(act)
 
 
+def test_a_key_that_cannot_be_used_is_no_wrong_password(
+    at_the_shop, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    async def act(place: Shop) -> None:
+        settings = place.persons._connection_for("novak", Secret(PASSWORD))
+        away = tmp_path_factory.mktemp("away") / "key.pem"
+        place.persons._connection_for = lambda *_: replace(settings, private_key=away)
+        found = await place.refused("novak")
+        assert found.key == "login.impossible"
+        assert "key.pem" in found.detail
+        assert PASSWORD not in found.detail
+
+    at_the_shop(act)
+
+
 def test_a_loop_that_is_away_is_no_wrong_password_and_counts_for_nobody(at_the_shop) -> None:
     async def act(place: Shop) -> None:
         await place.cable.cut()
@@ -365,6 +384,22 @@ def test_an_address_that_guesses_many_names_is_refused_and_others_are_not(at_the
             await place.refused(f"nobody{i}", PASSWORD, "10.0.0.9")
         assert await place.refused("novak", PASSWORD, "10.0.0.9") == Refusal("login.too_many")
         await place.log_in("novak", PASSWORD, "10.0.0.10")
+
+    at_the_shop(act)
+
+
+def test_endless_names_of_strangers_are_remembered_within_a_bound(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        for i in range(400):
+            place.clock.now_s += REFUSED_S
+            found = await place.refused(
+                f"<{i}>" + "x" * 9000, PASSWORD, f"10.0.{i // 250}.{i % 250}"
+            )
+            assert found.key == "login.refused"
+        remembered = list(place.persons._by_name._by_name)
+        assert len(remembered) <= 256
+        assert max(map(len, remembered)) <= 65
+        assert len(place.persons._by_address._by_name) <= 256
 
     at_the_shop(act)
 

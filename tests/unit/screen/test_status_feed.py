@@ -1,9 +1,11 @@
 """What the screen makes of what the loop says, and of what it does not say."""
 
 import asyncio
+import gc
 import itertools
 import json
 import math
+import tracemalloc
 from collections.abc import Awaitable, Callable
 
 import pytest
@@ -444,6 +446,70 @@ def test_a_cycle_that_is_seen_twice_is_one_raw_value() -> None:
         assert len(feed.recent("T_spindle_C")) == 1
 
     look(loop, act)
+
+
+def test_looks_beyond_those_that_are_remembered_take_no_memory() -> None:
+    loop = Loop()
+    used: list[int] = []
+
+    async def act(feed: StatusFeed, clock: VirtualClock) -> None:
+        tracemalloc.start()
+        for number in range(2, 1202):
+            loop.text = read_as(20.0 + number / 64.0, number)
+            await feed.after(feed.latest.number)
+            if number % 300 == 1:
+                gc.collect()
+                used.append(tracemalloc.get_traced_memory()[0])
+        tracemalloc.stop()
+
+    look(loop, act)
+    assert len(used) == 4
+    assert max(used[2:]) - used[1] < 60_000, used  # 100 byte for each of 600 looks
+
+
+def test_a_connection_that_was_made_anew_during_a_look_shows_nothing_unasked() -> None:
+    loop = Loop()
+
+    async def act(feed: StatusFeed, clock: VirtualClock) -> None:
+        await feed.after(0)
+        asked = loop.read
+
+        async def renewed(*given: object) -> object:
+            loop.find()
+            loop.role = "operator"
+            loop.text = text_of(99)
+            return await asked(*given)
+
+        loop.read = renewed
+        told = await feed.after(feed.latest.number)
+        assert told.status["number"] == 1  # what the new connection said was not taken
+        told = await feed.after(told.number)
+        assert told.why == "feed.not_a_viewer"
+
+    look(loop, act)
+
+
+def test_a_mistake_in_the_program_reaches_whoever_waits_and_whoever_closes() -> None:
+    loop = Loop()
+
+    async def broken(*_: object) -> None:
+        raise ZeroDivisionError
+
+    async def scene() -> None:
+        feed = StatusFeed(ANYWHERE, VirtualClock(), session=loop)
+        await feed.open()
+        await feed.after(0)
+        waiting = asyncio.create_task(feed.after(feed.latest.number))
+        loop.read = broken
+        with pytest.raises(ZeroDivisionError):
+            await waiting
+        with pytest.raises(ZeroDivisionError):
+            await feed.after(feed.latest.number)
+        with pytest.raises(ZeroDivisionError):
+            await feed.close()
+        assert loop.users == 0
+
+    run_in_virtual_time(scene())
 
 
 def test_a_status_with_a_flood_of_names_is_remembered_within_a_bound() -> None:
