@@ -182,9 +182,7 @@ def shown_of(evaluated: Mapping[str, Any]) -> Json:
         "figures": [_figure(key, evaluated) for key in FIGURE_KEYS],
         "verdict": None if check is None else check["verdict"],
         "decision_rule": None if check is None else check["decision_rule"],
-        "uncertainty_left_out": _texts(
-            _part(evaluated, "uncertainty", "measured").get("left_out", [])
-        ),
+        "left_out": _texts(_part(evaluated, "uncertainty", "measured").get("left_out", [])),
         "other": _other(evaluated),
         "drift": _drift(evaluated["drift"]),
         "anomalies": _anomalies(evaluated),

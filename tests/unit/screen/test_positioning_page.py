@@ -223,6 +223,7 @@ def test_the_facts_of_the_run_and_what_is_said_about_it_are_shown(real: Real) ->
     }
     assert shown["drift"]["model"] == "smooth"
     assert any("Target 3" in text for text in shown["diagnosis"])
+    assert shown["left_out"] == ["instrument and environment: no budget was given"]
     assert any("100 cycles" in text for text in shown["warnings"])
     assert real.again.json() == shown
     assert [one["id"] for one in real.listed.json()["results"]] == [shown["id"]]

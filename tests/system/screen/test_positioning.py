@@ -1,0 +1,272 @@
+"""A positioning run evaluated in a real browser: real server, guard, worker and report."""
+
+import asyncio
+import json
+import re
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from shutil import which
+from types import SimpleNamespace
+from typing import Any, Self, cast
+
+import pytest
+import uvicorn
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from thermaxis.runtime._ports import SystemClock
+from thermaxis.runtime._users import Role
+from thermaxis.screen import _positioning_page
+from thermaxis.screen._assets import Assets
+from thermaxis.screen._guard import Guard
+from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._words import LANGUAGES, Words
+
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(which("chromium") is None, reason="chromium is not here"),
+    pytest.mark.timeout(180),
+]
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+SIZES = ((1024, 600), (1366, 768), (1920, 1080))
+LONGEST_MS = 90_000
+
+
+class Server:
+    """The page behind the real guard, on a port of this computer, for one engineer."""
+
+    def __init__(self) -> None:
+        self.person = SimpleNamespace(
+            name="Nováková",
+            role=Role.ENGINEER,
+            token="t" * 43,
+            ended="",
+            has_token=lambda token: token == "t" * 43,
+        )
+        parts = ScreenParts(
+            configuration=cast("Any", SimpleNamespace(name="lathe", server=None)),
+            settings=cast(
+                "Any",
+                SimpleNamespace(view_without_login=True, language="en", evaluation_s=80.0),
+            ),
+            clock=SystemClock(),
+            feed=cast("Any", None),
+            persons=cast("Any", SimpleNamespace(of=lambda *_, **__: self.person)),
+            words=Words.read(),
+            program="p",
+        )
+        assets = Assets()
+
+        async def asset(request: Request) -> Response:
+            return assets.answer(request)
+
+        async def live(connection: WebSocket) -> None:
+            await connection.accept()
+            status = {"state": "Active", "cycle_s": 1.0, "alarms": [], "utc": None}
+            try:
+                while True:
+                    message = {"kind": "status", "age_s": 0.1, "status": status}
+                    await connection.send_text(json.dumps(message))
+                    await asyncio.sleep(0.5)
+            except WebSocketDisconnect:
+                return
+
+        pages = _positioning_page.routes(parts)
+        application = Starlette(
+            routes=[*pages, Route("/static/{name}", asset), WebSocketRoute("/live", live)]
+        )
+        application.state.parts = parts
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        port = self.listener.getsockname()[1]
+        self.address = f"http://127.0.0.1:{port}"
+        guard = Guard(application, [f"127.0.0.1:{port}"], secure=False)
+        self.server = uvicorn.Server(
+            uvicorn.Config(guard, log_level="error", timeout_graceful_shutdown=1, lifespan="off")
+        )
+        self.thread = threading.Thread(target=self._serve)
+
+    def _serve(self) -> None:
+        asyncio.run(self.server.serve(sockets=[self.listener]))
+
+    def __enter__(self) -> Self:
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.server.should_exit = True
+        self.thread.join(20)
+        self.listener.close()
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    with Server() as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=which("chromium"), args=["--no-sandbox"]
+        )
+        yield browser
+        browser.close()
+
+
+class Visit:
+    """A page that remembers every fault of its scripts and every host that it asks."""
+
+    def __init__(self, context: BrowserContext, server: Server) -> None:
+        self.faults: list[str] = []
+        self.page: Page = context.new_page()
+        self.page.on("pageerror", lambda error: self.faults.append(str(error)))
+        self.page.on("console", self._console)
+        self.page.on("request", self._request)
+        self.server = server
+
+    def _console(self, message: Any) -> None:
+        expected = "status of 4" in message.text  # a refusal that the page shows in words
+        if message.type in ("error", "warning") and not expected:
+            self.faults.append(message.text)
+
+    def _request(self, request: Any) -> None:
+        if not request.url.startswith((self.server.address, "blob:", "data:")):
+            self.faults.append(request.url)
+
+    def open(self) -> Page:
+        self.page.goto(f"{self.server.address}/positioning")
+        return self.page
+
+    def send(self, run: Path, limits: Path | None = None) -> None:
+        self.page.set_input_files("input[name=file]", run)
+        if limits is not None:
+            self.page.set_input_files("input[name=limits]", limits)
+        self.page.click("#run-submit")
+
+
+@pytest.fixture
+def visit(browser: Browser, server: Server) -> Iterator[Visit]:
+    context = browser.new_context(
+        viewport={"width": 1366, "height": 768}, locale="de-DE", timezone_id="Europe/Prague"
+    )
+    made = Visit(context, server)
+    yield made
+    context.close()
+    assert made.faults == []
+
+
+def test_a_run_goes_in_and_figures_report_and_certificate_come_out(
+    visit: Visit, tmp_path: Path
+) -> None:
+    page = visit.open()
+    visit.send(EXAMPLES / "x_axis_100_cycles.csv", EXAMPLES / "limits.toml")
+    expect(page.locator("#run-submit")).to_be_disabled()
+    expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv", timeout=LONGEST_MS)
+    row = page.locator("#run-shown table tbody tr").last
+    expect(row).to_contain_text("A Genauigkeit, zweiseitig")
+    expect(row).to_contain_text("21,77")  # as measured, as the evaluation has it
+    expect(row).to_contain_text("17,89")  # with the drift eliminated
+    expect(row).to_contain_text("✓ bestanden")
+    expect(page.locator("#run-submit")).to_be_enabled()
+    expect(page.locator("#run-kept button")).to_have_count(1)
+
+    page.click("#run-report")
+    frame = page.frame_locator("#run-frame")
+    expect(frame.locator("h1").first).to_be_visible(timeout=20_000)
+    expect(frame.locator("svg, img").first).to_be_visible()
+    expect(page.locator("#run-shown")).to_be_hidden()
+
+    with page.expect_download() as coming:
+        page.click("#run-certificate")
+    assert coming.value.suggested_filename == "x_axis_100_cycles-certificate.pdf"
+    path = tmp_path / "certificate.pdf"
+    coming.value.save_as(path)
+    assert path.read_bytes().startswith(b"%PDF-")
+
+    page.reload()  # what was evaluated is still there
+    expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv")
+
+
+def test_a_file_that_is_no_run_is_refused_in_words_under_its_own_name(
+    visit: Visit, tmp_path: Path
+) -> None:
+    path = tmp_path / "<img src=x onerror=alert(1)>.csv"
+    path.write_bytes(b"no run\n")
+    page = visit.open()
+    visit.send(path)
+    wrong = page.locator("#run-wrong")
+    expect(wrong).to_be_visible(timeout=LONGEST_MS)
+    expect(wrong).to_contain_text("Der Lauf kann nicht ausgewertet werden: <img src=x onerror")
+    assert "/" not in re.sub(r"docs/\w+\.md", "", wrong.inner_text())
+    assert page.locator("#run-wrong img").count() == 0
+
+
+def test_a_file_that_is_too_large_is_refused_before_it_is_sent(
+    visit: Visit, tmp_path: Path
+) -> None:
+    path = tmp_path / "long.csv"
+    path.write_bytes(b"x" * 20_000_001)
+    page = visit.open()
+    visit.send(path)
+    expect(page.locator("#run-wrong")).to_contain_text("größer als 20 MB")
+
+
+def test_a_refused_result_leaves_the_page_as_it_was(visit: Visit) -> None:
+    page = visit.open()
+    page.select_option("select[name=reference]", "cycle")
+    page.fill("input[name=reference_value]", "x")
+    visit.send(EXAMPLES / "y_axis_50_cycles.rtl")
+    expect(page.locator("#run-wrong")).to_contain_text("reference_cycle", timeout=LONGEST_MS)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_size_shows_all_of_it_without_scrolling_sideways(
+    browser: Browser, server: Server, language: str, tmp_path: Path
+) -> None:
+    for width, height in SIZES:
+        context = browser.new_context(
+            viewport={"width": width, "height": height},
+            locale=language,
+            color_scheme="dark" if height == 768 else "light",
+        )
+        visit = Visit(context, server)
+        page = visit.open()
+        expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv", timeout=20_000)
+        page.screenshot(path=tmp_path / f"positioning-{language}-{width}.png")
+        wide = page.evaluate(
+            "() => document.documentElement.scrollWidth > innerWidth"
+            " || document.querySelector('main').scrollWidth > document.querySelector('main')"
+            ".clientWidth"
+        )
+        assert not wide, (language, width)
+        small = page.evaluate(
+            "() => [...document.querySelectorAll('main button, main select, main a.button,"
+            " main input:not([type=checkbox]), main label.run-check')]"
+            ".filter((one) => one.offsetParent && one.getBoundingClientRect().height < 44)"
+            ".map((one) => one.outerHTML)"
+        )
+        assert small == []
+        assert visit.faults == []
+        context.close()
+
+
+def test_a_viewer_is_told_who_may(browser: Browser, server: Server) -> None:
+    context = browser.new_context(locale="cs-CZ")
+    server.person.role = Role.VIEWER
+    try:
+        visit = Visit(context, server)
+        page = visit.open()
+        expect(page.locator("main")).to_contain_text("jen přihlášeným technologům")
+        assert page.locator("form").count() == 0
+        assert visit.faults == []
+    finally:
+        server.person.role = Role.ENGINEER
+        context.close()
