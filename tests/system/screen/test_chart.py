@@ -53,6 +53,15 @@ def texts(page: Page, selector: str) -> list[str]:
     return [text.strip() for text in page.locator(selector).all_inner_texts()]
 
 
+def until(page: Page, condition: str) -> None:
+    """Wait until an expression is true; the page itself may evaluate no text."""
+    for _ in range(200):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(25)
+    raise AssertionError(condition)
+
+
 def drawn_texts(page: Page, selector: str) -> list[str]:
     """Return the texts of a drawing, which has no inner text."""
     return page.locator(selector).all_text_contents()
@@ -197,7 +206,7 @@ def test_a_drag_over_the_data_zooms_and_a_point_tells_its_values(browser: Browse
         page.mouse.down()
         page.mouse.move(box["x"] + box["width"] * 0.75, middle, steps=4)
         page.mouse.up()
-        page.wait_for_function("window.spans.length === 1")
+        until(page, "window.spans.length === 1")
         span = page.evaluate("window.spans[0]")
         assert (span["last"] - span["first"]) / 3.6e6 == pytest.approx(4.0, rel=0.02)
     assert pages.faults == []
@@ -211,9 +220,9 @@ def test_a_theme_and_a_size_that_change_are_drawn_anew(browser: Browser) -> None
         page.evaluate(DRAW, hours_chart())
         light, wide = page.evaluate(color), page.evaluate(width)
         page.locator("#theme").click()
-        page.wait_for_function(f"{color} !== '{light}'")
+        until(page, f"{color} !== '{light}'")
         page.set_viewport_size({"width": 700, "height": 600})
-        page.wait_for_function(f"{width} < {wide}")
+        until(page, f"{width} < {wide}")
     assert pages.faults == []
 
 
@@ -283,11 +292,11 @@ def test_values_that_are_old_get_a_mark_and_lose_their_weight(browser: Browser) 
         assert page.evaluate(mark) == "none"
         pages.feed.live = False
         pages.tell()
-        page.wait_for_function("document.body.dataset.live === 'no'")
+        until(page, "document.body.dataset.live === 'no'")
         assert page.evaluate(mark) != "none"
         pages.feed.live = True
         pages.tell()
-        page.wait_for_function("document.body.dataset.live === 'yes'")
+        until(page, "document.body.dataset.live === 'yes'")
     assert pages.faults == []
 
 
@@ -308,8 +317,9 @@ def test_the_sensors_page_has_noise_rules_and_conditions(browser: Browser) -> No
 
 
 @pytest.mark.parametrize("path", ["/model", "/sensors"])
-@pytest.mark.parametrize("size", [(1024, 600), (1366, 768), (1920, 1080)])
-@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize(
+    ("size", "theme"), [((1024, 600), "light"), ((1366, 768), "dark"), ((1920, 1080), "light")]
+)
 def test_no_page_is_wider_than_the_screen(
     browser: Browser, path: str, size: tuple[int, int], theme: Any
 ) -> None:

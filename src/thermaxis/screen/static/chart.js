@@ -68,6 +68,7 @@ const TICK_ROOM_PX = 84;
 const MOST_MARKERS = 12;
 const STILL_MARKS = 8;
 const TEXTS_SHOWN = 3;
+const BLANK = { range: [0, 1], showticklabels: false };
 const plotly = () => /** @type {any} */ (globalThis).Plotly;
 const language = () => document.documentElement.lang || "en";
 
@@ -173,7 +174,7 @@ function draw(drawn) {
 // ---- axis ----------------------------------------------------------------------------------
 
 /**
- * @typedef {{time: boolean, first: number, last: number, all: [number, number], empty: boolean,
+ * @typedef {{time: boolean, first: number, last: number, unknown: boolean, empty: boolean,
  *   lines: number[][]}} Axis
  * @param {Drawn} drawn
  * @returns {Axis}
@@ -183,12 +184,12 @@ function axisOf({ chart, view }) {
   const time = chart.time ?? (typeof some === "string" || some instanceof Date);
   const lines = chart.lines.map((line) => line.x.map(milliseconds));
   const all = wholeSpan(chart, lines);
-  const [first, last] = view ?? all;
+  const [first, last] = view ?? all ?? [0, 1];
   const empty = !chart.lines.some((line) => line.y.some((y) => y !== null));
-  return { time, first, last, all, empty, lines };
+  return { time, first, last, unknown: !view && !all, empty, lines };
 }
 
-/** @param {Chart} chart @param {number[][]} lines @returns {[number, number]} */
+/** @param {Chart} chart @param {number[][]} lines @returns {[number, number] | null} */
 function wholeSpan(chart, lines) {
   let first = chart.first === undefined ? Infinity : milliseconds(chart.first);
   let last = chart.last === undefined ? -Infinity : milliseconds(chart.last);
@@ -198,12 +199,13 @@ function wholeSpan(chart, lines) {
       if (chart.last === undefined && at > last) last = at;
     }
   }
-  if (!Number.isFinite(first) || !Number.isFinite(last)) return [0, 1];
+  if (!Number.isFinite(first) || !Number.isFinite(last)) return null;
   return last > first ? [first, last] : [first - 1, first + 1];
 }
 
 /** @param {Axis} axis @param {number} width */
 function ticksOf(axis, width) {
+  if (axis.unknown) return { tickmode: "array", tickvals: [], ticktext: [] };
   if (!axis.time) return { tickmode: "auto", nticks: Math.max(3, Math.floor(width / 64)) };
   const most = Math.floor((width - 90) / TICK_ROOM_PX);
   const { at, texts } = timeTicks(axis.first, axis.last, most, pageLocale);
@@ -326,7 +328,7 @@ function layoutOf({ chart }, axis, marks, paint, [width, height]) {
     tickmode: "auto",
     zeroline: false,
   };
-  const below = chart.xTitle ?? (axis.time && !chart.still ? zoneTitle(axis) : "");
+  const below = chart.xTitle ?? (axis.time && !axis.unknown && !chart.still ? zoneTitle(axis) : "");
   return {
     width,
     height,
@@ -351,7 +353,7 @@ function layoutOf({ chart }, axis, marks, paint, [width, height]) {
       spikecolor: paint.muted,
       spikedash: "solid",
     },
-    yaxis: { ...side(chart.yTitle), ...leastRange(chart) },
+    yaxis: { ...side(chart.yTitle), ...(axis.empty ? BLANK : leastRange(chart)) },
     ...(right
       ? { yaxis2: { ...side(chart.rightTitle), ...aside } }
       : {}),
