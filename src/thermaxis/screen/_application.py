@@ -21,6 +21,7 @@ from thermaxis.screen import (
 )
 from thermaxis.screen._assets import Assets
 from thermaxis.screen._guard import Guard
+from thermaxis.screen._history import close_history
 from thermaxis.screen._parts import ScreenParts
 
 _PAGES = (
@@ -73,6 +74,7 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
             closing.push_async_callback(parts.persons.close)
             await parts.feed.open()
             closing.push_async_callback(parts.feed.close)
+            closing.push_async_callback(close_history, application.state)
             yield
 
     application = Starlette(routes=found, lifespan=life)
