@@ -7,7 +7,7 @@ question is told at once and in words.
 
 import json
 from http import HTTPStatus
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, cast
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -75,16 +75,20 @@ def question_of(found: object) -> Question | Refused:
         The method with its arguments; refused if there is no such method, or if the arguments
         are not as many numbers and texts as it takes, or cannot be handed on.
     """
-    if not isinstance(found, dict) or set(found) != {"method", "arguments"}:  # pyright: ignore[reportUnknownArgumentType] - JSON
+    if not isinstance(found, dict):
         return Refused("operator.ask_form")
-    method, given = found["method"], found["arguments"]  # pyright: ignore[reportUnknownVariableType] - JSON
+    question = cast("dict[object, object]", found)
+    if set(question) != {"method", "arguments"}:
+        return Refused("operator.ask_form")
+    method, given = question["method"], question["arguments"]
     ask = _ASKS.get(method) if isinstance(method, str) else None
     if ask is None:
         return Refused("operator.ask_method")
-    if not isinstance(given, list) or len(given) != len(ask.arguments):  # pyright: ignore[reportUnknownArgumentType] - JSON
+    arguments = cast("list[object]", given) if isinstance(given, list) else []
+    if not isinstance(given, list) or len(arguments) != len(ask.arguments):
         return Refused("operator.ask_arguments")
     values: list[float | str] = []
-    for argument, value in zip(ask.arguments, given, strict=True):  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType] - JSON
+    for argument, value in zip(ask.arguments, arguments, strict=True):
         fitting = _fitting(argument.kind, value)
         if fitting is None:
             return Refused("operator.ask_arguments")

@@ -28,7 +28,7 @@ from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
-TOKEN = "a token of the tests"
+TOKEN = "a token of the tests"  # noqa: S105 - of a page that nobody else reaches
 START = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 
 
@@ -129,7 +129,9 @@ class StandIn:
     """Whether it says it now."""
     role: Role = Role.OPERATOR
     """Role of whoever looks."""
-    answer: Outcome = Outcome(accepted=True, reason="the trim is added")
+    answer: Outcome = field(
+        default_factory=lambda: Outcome(accepted=True, reason="the trim is added")
+    )
     """How the next question is answered."""
     asked: list[tuple[str, tuple[float | str, ...]]] = field(default_factory=list)
     """What was asked."""

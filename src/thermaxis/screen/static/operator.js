@@ -185,10 +185,10 @@ function followHash() {
 function showAll(status) {
   showState(status);
   showAlarm(status);
-  showAxes(status);
-  showInputs(status);
   showStrip(status);
   showAsks(latest());
+  showAxes(status); // these two fill the room that the others leave
+  showInputs(status);
   redraw?.();
 }
 

@@ -36,7 +36,6 @@ function rowsOf(status, name, unit) {
   })}` : "";
   const trimmed = Math.abs(axis.trim_um ?? 0) > NEAR_ZERO;
   const inside = (axis.weight ?? 0) >= 1;
-  const weight = { weight: number(100 * (axis.weight ?? NaN), 0) };
   return [
     row("commanded", word("operator.commanded"), signed(axis.requested_um, 1) + unit, 8),
     row("accepted", word("operator.accepted"), signed(axis.accepted_um, 1) + unit, 8),
@@ -47,12 +46,19 @@ function rowsOf(status, name, unit) {
     }) : word("operator.trim_none"), trimmed ? 9 : 3, trimmed),
     row("rate", word("operator.rate"),
       `${signed(axis.rate_um_per_s, 2)}${rateLimit}\u00a0µm/s`, 6),
-    row("weight", word("operator.weight"), inside
-      ? word("operator.weight_full", weight) : word("operator.weight_less", weight),
-    inside ? 4 : 7, !inside),
+    row("weight", word("operator.weight"), weightSaid(axis.weight),
+      inside ? 4 : 7, axis.weight !== null && !inside),
     row("parts", word("operator.parts"), partsOf(status, name), 5),
     row("wanted", word("operator.wanted"), signed(axis.wanted_um, 1) + unit, 2),
   ];
+}
+
+/** @param {number | null} weight */
+function weightSaid(weight) {
+  if (weight === null) return number(null, 0);
+  const values = { weight: number(100 * weight, 0) };
+  return weight >= 1
+    ? word("operator.weight_full", values) : word("operator.weight_less", values);
 }
 
 /**
@@ -101,12 +107,12 @@ export function showAxes(status) {
     box.dataset.count = String(shown.length);
     box.replaceChildren(...shown.map(card));
   }
-  shown.forEach((name, k) => {
-    fillCard(/** @type {HTMLElement} */ (box.children[k]), status, name);
-  });
   const more = byId("cards-more");
   more.hidden = names.length <= MOST_CARDS;
   show(more, word("operator.more_axes", { count: names.length - shown.length }));
+  shown.forEach((name, k) => {
+    fillCard(/** @type {HTMLElement} */ (box.children[k]), status, name);
+  });
 }
 
 /** @param {string} name */
@@ -186,7 +192,7 @@ export function bar() {
   }
   const above = made("span", "", "op-scale op-scale-soft");
   const below = made("span", "", "op-scale op-scale-hard");
-  above.append(made("span", ""), made("span", "", "op-trimmed"), made("span", ""));
+  above.append(made("span", ""), made("span", ""));
   below.append(made("span", ""), made("span", "0"), made("span", ""));
   made_.append(above, track, below);
   return made_;
@@ -218,13 +224,14 @@ export function fillBar(element, axis, name) {
   const narrow = element.clientWidth > 0 && element.clientWidth < NARROW_PX;
   const softWord = narrow ? "" : `${word("operator.soft")} `;
   const trimmed = narrow && Math.abs(axis.trim_um ?? 0) > NEAR_ZERO;
+  const hardWord = trimmed ? "" : `${word("operator.hard")} `;
   label(above?.children[0], at(-soft), `${softWord}${number(-soft, 0)}`);
-  label(above?.children[1], 50, trimmed
-    ? word("operator.trim_short", { value: signed(axis.trim_um, 1) }) : "");
-  label(above?.children[2], at(soft), `${softWord}+${number(soft, 0)}`);
-  label(below?.children[0], at(-hard), `${word("operator.hard")} ${number(-hard, 0)}`);
-  label(below?.children[1], 50, "0");
-  label(below?.children[2], at(hard), `${word("operator.hard")} +${number(hard, 0)}`);
+  label(above?.children[1], at(soft), `${softWord}+${number(soft, 0)}`);
+  label(below?.children[0], at(-hard), `${hardWord}${number(-hard, 0)}`);
+  label(below?.children[1], 50, trimmed
+    ? word("operator.trim_short", { value: signed(axis.trim_um, 1) }) : "0");
+  label(below?.children[2], at(hard), `${hardWord}+${number(hard, 0)}`);
+  below?.children[1]?.classList.toggle("op-trimmed", trimmed);
   element.setAttribute("aria-label", word("operator.correction_bar", {
     axis: shortName(name), value: signed(now, 1), soft: number(soft, 0), hard: number(hard, 0),
   }));

@@ -8,6 +8,7 @@ import { duration, number, phrase, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
+const FEW = 6;
 const GOOD = "good";
 const SPARE = "the spare sensor stands in";
 
@@ -23,6 +24,7 @@ export function showInputs(status) {
     ? word("operator.inputs_bad", { bad: bad.length, count: names.length })
     : word("operator.inputs_good", { count: names.length }));
   more.hidden = true;
+  list.dataset.few = names.length <= FEW ? "yes" : "no";
   fillInputs(list, status, names);
   if (!tooHigh(list)) return;
   more.hidden = false;
@@ -71,5 +73,5 @@ function fillInput(row, input) {
   shape?.setAttribute("aria-hidden", "true");
   show(value, `${number(input.value_c, 1)}\u00a0°C`);
   show(quality, phrase("quality", input.quality));
-  show(age, input.age_s === null ? word("operator.no_age") : duration(input.age_s));
+  show(age, duration(input.age_s));
 }

@@ -1,0 +1,173 @@
+"""POST /ask: only what the loop knows, only who may, only while there are data."""
+
+import asyncio
+import json
+import math
+
+import httpx
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.screen.operator_parts import Somebody, sent
+from thermaxis.runtime._status_nodes import Kind
+from thermaxis.runtime._status_requests import ASKS
+from thermaxis.runtime._users import Role
+from thermaxis.screen._operator_page import Question, Refused, question_of
+from thermaxis.screen._persons import LOST, Outcome
+from thermaxis.screen._words import Words
+
+HOLD = {"method": "Hold", "arguments": []}
+TRIM = {"method": "Trim", "arguments": ["Z_um", 2.0, 3600]}
+
+
+def ask(somebody: Somebody, question: object, **options: object) -> httpx.Response:
+    """Return the answer to a question."""
+    return asyncio.run(sent(somebody, "POST", "/ask", json=question, **options))
+
+
+def test_a_question_reaches_the_loop_under_the_name_of_who_has_logged_in() -> None:
+    somebody = Somebody(answer=Outcome(accepted=True, reason="the trim is added"))
+    answer = ask(somebody, TRIM)
+    assert answer.status_code == 200
+    said = {"accepted": True, "reason": "the trim is added", "reason_en": "the trim is added"}
+    assert answer.json() == said
+    assert somebody.asked == [("Trim", ("Z_um", 2.0, 3600.0))]
+
+
+def test_a_refusal_of_the_loop_is_told_in_the_language_of_who_asks() -> None:
+    reason = "it is in the state Fault: remove the cause and acknowledge first"
+    somebody = Somebody(answer=Outcome(accepted=False, reason=reason))
+    answer = ask(somebody, HOLD, headers={"Accept-Language": "cs"}).json()
+    assert answer["accepted"] is False
+    assert answer["reason_en"] == reason
+    assert answer["reason"] == Words.read().phrase("cs", "answer", reason) != reason
+
+
+def test_what_the_loop_itself_has_not_answered_is_told_in_words_too() -> None:
+    somebody = Somebody(answer=Outcome(accepted=False, reason="lost", key=LOST))
+    answer = ask(somebody, HOLD, headers={"Accept-Language": "de"}).json()
+    assert answer["reason"] == Words.read().say("de", LOST)
+
+
+@pytest.mark.parametrize("wanted", ASKS, ids=lambda wanted: wanted.name)
+def test_every_method_needs_its_role(wanted: object) -> None:
+    found = next(one for one in ASKS if one is wanted)
+    values = ["name" if argument.kind is Kind.TEXT else 1.0 for argument in found.arguments]
+    question = {"method": found.name, "arguments": values}
+    for role in Role:
+        somebody = Somebody(role)
+        allowed = role.at_least(found.role)
+        assert ask(somebody, question).status_code == (200 if allowed else 403)
+        assert len(somebody.asked) == allowed
+
+
+def test_nobody_asks_without_a_log_in() -> None:
+    somebody = Somebody(role=None)
+    answer = ask(somebody, HOLD)
+    assert (answer.status_code, answer.json()["error"]) == (401, "login.needed")
+    assert somebody.asked == []
+
+
+@pytest.mark.parametrize("token", ["", "another", "the token of the pag"])
+def test_a_request_without_the_pages_token_reaches_nobody(token: str) -> None:
+    somebody = Somebody()
+    assert ask(somebody, HOLD, token=token).status_code == 403
+    assert somebody.asked == []
+
+
+def test_nothing_is_asked_while_nobody_sees_what_the_loop_says() -> None:
+    somebody = Somebody(why="feed.stands_still")
+    answer = ask(somebody, HOLD)
+    assert (answer.status_code, answer.json()["error"]) == (409, "feed.stands_still")
+    assert answer.json()["text"] == Words.read().say("en", "feed.stands_still")
+    assert somebody.asked == []
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        None,
+        [],
+        "Hold",
+        {},
+        {"method": "Hold"},
+        {"method": "Hold", "arguments": [], "who": "somebody else"},
+        {"method": "WhoAmI", "arguments": []},
+        {"method": "hold", "arguments": []},
+        {"method": ["Hold"], "arguments": []},
+        {"method": "Hold", "arguments": [1.0]},
+        {"method": "Hold", "arguments": {}},
+        {"method": "Trim", "arguments": ["Z_um", 1.0]},
+        {"method": "Trim", "arguments": [1.0, 1.0, 1.0]},
+        {"method": "Trim", "arguments": ["Z_um", "1.0", 60.0]},
+        {"method": "Trim", "arguments": ["Z_um", True, 60.0]},
+        {"method": "Trim", "arguments": ["Z_um", None, 60.0]},
+        {"method": "Trim", "arguments": ["", 1.0, 60.0]},
+        {"method": "Trim", "arguments": ["../Z_um", 1.0, 60.0]},
+        {"method": "Trim", "arguments": ["Z_um", 10**400, 60.0]},
+        {"method": "ChooseModel", "arguments": ["folder/model.json"]},
+        {"method": "ChooseModel", "arguments": ["a\u202egpj.nosj"]},
+        {"method": "ChooseModel", "arguments": ["x" * 201]},
+    ],
+)
+def test_what_is_no_request_is_refused_before_anybody_is_asked(question: object) -> None:
+    somebody = Somebody(Role.ENGINEER)
+    answer = ask(somebody, question)
+    assert answer.status_code == 400
+    assert answer.json()["text"]
+    assert somebody.asked == []
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"",
+        b"{",
+        b"\xff\xfe",
+        b"[" * 100_000,
+        b'{"method":"Trim","arguments":["Z_um",NaN,60]}',
+        b'{"method":"Trim","arguments":["Z_um",1e999,60]}',
+        b'{"method":"Trim","arguments":["Z_um",' + b"9" * 5000 + b",60]}",
+    ],
+)
+def test_a_body_that_is_no_json_or_holds_no_number_is_refused(body: bytes) -> None:
+    somebody = Somebody()
+    answer = asyncio.run(sent(somebody, "POST", "/ask", content=body))
+    assert answer.status_code == 400
+    assert somebody.asked == []
+
+
+def test_asking_is_no_reading() -> None:
+    somebody = Somebody()
+    assert asyncio.run(sent(somebody, "GET", "/ask")).status_code == 405
+    assert somebody.asked == []
+
+
+_JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=3)
+    ),
+    max_leaves=8,
+)
+_METHODS = st.sampled_from([ask.name for ask in ASKS]) | st.text(max_size=8)
+
+
+@given(_JSON | st.fixed_dictionaries({"method": _METHODS | _JSON, "arguments": _JSON}))
+def test_a_question_that_passes_is_one_that_the_loops_server_takes(found: object) -> None:
+    checked = question_of(found)
+    if isinstance(checked, Refused):
+        assert Words.read().say("en", checked.key, reason=checked.reason)
+        return
+    assert isinstance(checked, Question)
+    assert checked.ask in ASKS
+    assert len(checked.arguments) == len(checked.ask.arguments)
+    for argument, value in zip(checked.ask.arguments, checked.arguments, strict=True):
+        if argument.kind is Kind.TEXT:
+            assert isinstance(value, str)
+        else:
+            assert isinstance(value, float)
+            assert math.isfinite(value)
+    assert checked.ask.request("novak", checked.arguments).who == "novak"
+    assert json.loads(json.dumps(found)) == found

@@ -1,0 +1,162 @@
+"""The operator's page: who sees it, and what it is given."""
+
+import asyncio
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import httpx
+import pytest
+
+from tests.unit.screen.operator_parts import Somebody, configuration, sent
+from thermaxis.runtime._status_requests import ASKS
+from thermaxis.runtime._users import Role
+from thermaxis.screen import _operator_page
+from thermaxis.screen._operator_page import EXPIRIES_S, expiries_of, facts_of, gains_of
+from thermaxis.screen._words import LANGUAGES, Words
+
+FOLDER = Path(_operator_page.__file__).parent
+
+
+def page(somebody: Somebody, **options: object) -> httpx.Response:
+    """Return the page."""
+    return asyncio.run(sent(somebody, "GET", "/", **options))
+
+
+def facts_in(text: str) -> dict[str, object]:
+    """Return what stands in the page for its script."""
+    found = re.search(r'<script type="application/json" id="operator-facts">(.*?)</script>', text)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def test_the_page_is_there_for_everybody_who_may_look() -> None:
+    for role in (Role.VIEWER, Role.OPERATOR, Role.ENGINEER):
+        assert page(Somebody(role)).status_code == 200
+
+
+def test_whoever_has_not_logged_in_looks_only_where_the_configuration_says_so() -> None:
+    allowed = configuration().screen
+    assert allowed is not None
+    answer = page(Somebody(role=None))
+    if allowed.view_without_login:
+        assert answer.status_code == 200
+        assert 'data-token=""' in answer.text
+    else:
+        assert (answer.status_code, answer.headers["location"]) == (303, "/login?next=/")
+
+
+def test_a_log_in_without_a_role_does_not_even_see_the_page() -> None:
+    assert page(Somebody(Role.NONE)).status_code == 403
+
+
+def test_the_page_knows_the_loops_rules_that_the_status_does_not_tell() -> None:
+    rules = configuration().compensation.supervisor
+    facts = facts_in(page(Somebody()).text)
+    assert facts["hold_operator_s"] == rules.hold_operator_s
+    assert facts["longest_trim_s"] == rules.longest_trim_s
+    assert facts["model_sha256"] == configuration().model.sha256
+    assert facts["diameter_read"] is True
+    assert facts == json.loads(json.dumps(facts_of(configuration())))
+
+
+def test_the_gains_are_those_of_the_models_file() -> None:
+    model = json.loads(configuration().model.path.read_text("utf-8"))
+    expected = {
+        output["name"]: {
+            part["name"]: {
+                "points": [[p["diameter_mm"], p["gain"]] for p in part["gain_by_diameter"]],
+                "tool_gain": part["tool_gain"],
+            }
+            for part in output["parts"]
+            if part["gain_by_diameter"]
+        }
+        for output in model["outputs"]
+    }
+    assert gains_of(configuration().model.model) == expected
+    assert expected["Z_um"].keys() == {"table"}
+
+
+@pytest.mark.parametrize(
+    ("longest_s", "expected"),
+    [
+        (28_800.0, EXPIRIES_S),
+        (28_799.9, (1800.0, 3600.0, 14_400.0)),
+        (1800.0, (1800.0,)),
+        (600.0, (600.0,)),
+    ],
+)
+def test_no_trim_can_be_chosen_that_expires_later_than_the_loop_allows(
+    longest_s: float, expected: tuple[float, ...]
+) -> None:
+    assert expiries_of(longest_s) == expected
+
+
+def test_a_hostile_model_name_stays_data_in_the_page() -> None:
+    found = configuration()
+    output = found.model.model.outputs[0]
+    part = next(part for part in output.parts if part.gain_by_diameter)
+    hostile = "</script><script>alert(1)</script>"
+    parts = tuple(replace(one, name=hostile) if one is part else one for one in output.parts)
+    model = replace(found.model.model, outputs=(replace(output, parts=parts),))
+    text = str(_operator_page.for_script({"gains": gains_of(model)}))
+    assert "<" not in text
+    assert hostile in json.loads(text)["gains"]["Z_um"]
+
+
+class _Words(HTMLParser):
+    """Collects the letters that stand in a template itself."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_data(self, data: str) -> None:
+        """Note text."""
+        if any(c.isalpha() for c in data):
+            self.found.append(data.strip())
+
+
+def test_no_word_of_a_language_stands_in_the_template() -> None:
+    template = (FOLDER / "pages" / "operator.html").read_text("utf-8")
+    reader = _Words()
+    reader.feed(re.sub(r"{%.*?%}|{{.*?}}", "", template, flags=re.DOTALL))
+    assert reader.found == []
+
+
+def test_every_word_of_the_page_is_used_and_every_used_one_exists() -> None:
+    sources = [*FOLDER.glob("static/operator*.js"), FOLDER / "static" / "ask.js"]
+    sources += [FOLDER / "pages" / "operator.html", FOLDER / "_operator_page.py"]
+    texts = "\n".join(source.read_text("utf-8") for source in sources)
+    files = {"operator.css", "operator.js", "operator.html"}
+    used = set(re.findall(r"""["'](operator\.[a-z_]+)["']""", texts)) - files
+    known = {key for key in Words.read().catalog("en") if key.startswith("operator.")}
+    assert used == known
+
+
+def test_every_method_that_an_operator_may_call_has_a_way_on_the_page() -> None:
+    script = (FOLDER / "static" / "operator_asks.js").read_text("utf-8")
+    template = (FOLDER / "pages" / "operator.html").read_text("utf-8")
+    for ask in ASKS:
+        if ask.role is Role.OPERATOR:
+            assert f'"{ask.name}"' in script
+            if ask.name != "NoDiameter":  # in the dialog of the diameter
+                assert f'data-ask="{ask.name}"' in template
+
+
+def test_the_page_asks_nothing_of_any_other_address() -> None:
+    for source in [*FOLDER.glob("static/operator*"), *FOLDER.glob("static/ask.*")]:
+        text = source.read_text("utf-8")
+        assert "//" not in re.sub(r"(?m)^\s*//.*$|/\*.*?\*/|; // .*$", "", text)
+        assert "innerHTML" not in text
+        assert "eval(" not in text
+
+
+def test_the_page_is_said_in_the_language_of_who_looks() -> None:
+    words = Words.read()
+    for language in LANGUAGES:
+        text = page(Somebody(), headers={"Accept-Language": language}).text
+        assert f'<html lang="{language}">' in text
+        assert words.say(language, "operator.disable") in text
