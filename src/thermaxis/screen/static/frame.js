@@ -2,7 +2,7 @@
 // What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
 
 import { noDataWords, onNoData, onStatus, startLive } from "./live.js";
-import { clock, phrase, word } from "./words.js";
+import { clock, word } from "./words.js";
 
 /** @param {string} id */
 function byId(id) {
@@ -53,7 +53,7 @@ function watch() {
     if (none && !none.hidden) none.hidden = true;
     if (state) {
       state.dataset.state = status.state;
-      show(state, phrase("state", status.state));
+      show(state, word(`operator.state_${status.state.toLowerCase()}`));
     }
     if (alarms) {
       const gravest = status.alarms[0]?.priority ?? "";
