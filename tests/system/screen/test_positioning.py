@@ -9,10 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from shutil import which
 from types import SimpleNamespace
-from typing import Any, Self, cast
+from typing import Any, Literal, Self, cast
 
 import pytest
 import uvicorn
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -247,15 +248,49 @@ def test_every_size_shows_all_of_it_without_scrolling_sideways(
             ".clientWidth"
         )
         assert not wide, (language, width)
+        tallest = page.evaluate(
+            "() => Math.max(...[...document.querySelectorAll('#run-shown tr')]"
+            ".map((one) => one.offsetHeight))"
+        )
+        assert tallest < 110, (language, width)  # no name of a figure is squeezed into a column
+        cut = page.evaluate(
+            "() => [...document.querySelectorAll('.run-scroll')]"
+            ".filter((one) => one.scrollWidth > one.clientWidth).length"
+        )
+        assert cut == 0, (language, width)
         small = page.evaluate(
             "() => [...document.querySelectorAll('main button, main select, main a.button,"
-            " main input:not([type=checkbox]), main label.run-check')]"
+            " main input:not([type=checkbox], .unseen), main label.run-check')]"
             ".filter((one) => one.offsetParent && one.getBoundingClientRect().height < 44)"
             ".map((one) => one.outerHTML)"
         )
         assert small == []
         assert visit.faults == []
         context.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_shown_result_is_readable_for_everybody(
+    browser: Browser, server: Server, scheme: Literal["light", "dark"]
+) -> None:
+    context = browser.new_context(color_scheme=scheme, locale="en-GB")
+    visit = Visit(context, server)
+    page = visit.open()
+    expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv", timeout=20_000)
+    found = Axe().run(page, options={"runOnly": ["wcag2a", "wcag2aa"]}).response
+    assert [one["id"] for one in found["violations"]] == []
+    context.close()
+
+
+def test_what_lacks_is_said_before_anything_is_sent(visit: Visit) -> None:
+    page = visit.open()
+    expect(page.locator(".run-file-name").first).to_have_text("keine Datei gewählt")
+    page.click("#run-submit")
+    expect(page.locator("#run-wrong")).to_have_text("Zuerst einen gemessenen Lauf wählen.")
+    page.select_option("select[name=reference]", "hours")
+    visit.send(EXAMPLES / "y_axis_50_cycles.rtl")
+    expect(page.locator("#run-wrong")).to_contain_text("Nummer des Zyklus oder die Stunden")
+    expect(page.locator(".run-file-name").first).to_have_text("y_axis_50_cycles.rtl")
 
 
 def test_a_viewer_is_told_who_may(browser: Browser, server: Server) -> None:

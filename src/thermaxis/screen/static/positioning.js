@@ -98,9 +98,17 @@ function decimals(values) {
  * @param {number | null} value
  */
 function within(value) {
-  if (value === null || value === 0) return number(value, 1);
-  const digits = 1 - Math.floor(Math.log10(Math.abs(value)));
-  return number(value, Math.min(6, Math.max(0, digits)));
+  return number(value, twoDigits(value));
+}
+
+/**
+ * Decimals that show two significant digits of a number.
+ * @param {number | null} value
+ */
+function twoDigits(value) {
+  if (value === null || value === 0) return 1;
+  const rounded = Math.abs(Number(value.toPrecision(2)));
+  return Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(rounded))));
 }
 
 /** @param {string | null} verdict */
@@ -229,9 +237,10 @@ function drift(result) {
   const lines = [word(known(MODELS, found.model) ?? "positioning.drift_smooth")];
   if (found.model !== "none") {
     lines.push(word("positioning.drift_total", {
-      total: signed(found.total, 2), within: within(found.total_within), unit: units.deviation,
-      per_m: signed(found.total_per_m, 2), per_m_within: within(found.total_per_m_within),
-      unit_per: units.growth,
+      total: signed(found.total, twoDigits(found.total_within)),
+      within: within(found.total_within), unit: units.deviation,
+      per_m: signed(found.total_per_m, twoDigits(found.total_per_m_within)),
+      per_m_within: within(found.total_per_m_within), unit_per: units.growth,
     }));
     const hours = number(found.reference_time_s / 3600, 2);
     lines.push(word("positioning.drift_state", { hours }));
@@ -409,7 +418,9 @@ function request(form) {
     limits_bytes: String(limits?.size ?? 0),
   });
   const sent = [run, head, limits].filter((one) => one !== null);
-  return { address: `/positioning/upload?${query}`, body: new Blob(sent) };
+  const noValue = reference && !value ? word("positioning.value_first") : "";
+  const lacking = run ? noValue : word("positioning.file_first");
+  return { address: `/positioning/upload?${query}`, body: new Blob(sent), lacking };
 }
 
 /**
@@ -418,7 +429,11 @@ function request(form) {
  */
 async function send(form, button) {
   refuse("");
-  const { address, body } = request(form);
+  const { address, body, lacking } = request(form);
+  if (lacking) {
+    refuse(lacking);
+    return;
+  }
   if (body.size > Number(form.dataset.largest)) {
     refuse(word("positioning.too_large"));
     return;
@@ -480,6 +495,12 @@ async function list(first) {
   if (first && rows.length > 0) await open(answer.found.results[0].id);
 }
 
+/** @param {HTMLInputElement} input */
+function nameFile(input) {
+  const shown = input.parentElement?.querySelector(".run-file-name");
+  if (shown) shown.textContent = input.files?.[0]?.name ?? word("positioning.no_file");
+}
+
 /** @param {HTMLFormElement} form */
 function begin(form) {
   const button = /** @type {HTMLButtonElement} */ (byId("run-submit"));
@@ -487,8 +508,11 @@ function begin(form) {
   const value = /** @type {HTMLInputElement} */ (form.elements.namedItem("reference_value"));
   const follow = () => {
     value.disabled = reference.value === "";
-    value.required = !value.disabled;
   };
+  for (const input of form.querySelectorAll("input[type=file]")) {
+    input.addEventListener("change", () => nameFile(/** @type {HTMLInputElement} */ (input)));
+    nameFile(/** @type {HTMLInputElement} */ (input));
+  }
   reference.addEventListener("change", follow);
   follow();
   form.addEventListener("submit", (event) => {
