@@ -17,7 +17,7 @@ from playwright.sync_api import (
     sync_playwright,
 )
 
-from tests.system.screen.stand import Stand, Visitor
+from tests.system.screen.stand import Stand, Visitor, wait_until
 
 WIDTH, HEIGHT = 1366, 768
 EXPECTED_WITHOUT_SERVER = ("WebSocket connection to", "net::ERR_CONNECTION_REFUSED", "net::ERR_")
@@ -36,9 +36,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="session")
-def screens(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def screens(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the pictures."""
     stated = request.config.getoption("--screens", default=None)
     folder = Path(stated) if stated else tmp_path_factory.mktemp("screens")
@@ -46,13 +44,13 @@ def screens(
     return folder
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def playwright() -> Generator[Playwright]:
     with sync_playwright() as found:
         yield found
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser(playwright: Playwright) -> Generator[Browser]:
     """Yield the system's Chromium."""
     path = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -114,9 +112,10 @@ class Looked:
 
     def _request(self, request: Request) -> None:
         asked = urlsplit(request.url)
-        if asked.scheme not in {"data", "blob", "about"} and asked.netloc != urlsplit(
-            self.address
-        ).netloc:
+        if (
+            asked.scheme not in {"data", "blob", "about"}
+            and asked.netloc != urlsplit(self.address).netloc
+        ):
             self.wrong.append(f"foreign address: {request.url}")
 
     def open(self, path: str) -> Page:
@@ -127,6 +126,10 @@ class Looked:
     def wait_live(self, limit_s: float = 15.0) -> None:
         """Wait for fresh values."""
         self.page.wait_for_selector('body[data-live="yes"]', timeout=1e3 * limit_s)
+
+    def until(self, expression: str, limit_s: float = 20.0) -> None:
+        """Wait until an expression is true on the page; the page itself may not evaluate any."""
+        wait_until(expression, lambda: self.page.evaluate(expression), limit_s)
 
     def unexpected(self) -> list[str]:
         """Return what went wrong other than that a server was gone for a while."""

@@ -433,7 +433,8 @@ class Visitor:
         self.cookies = http.cookiejar.CookieJar()
         self._context = None
         if stand.secure:
-            self._context = ssl.create_default_context(cafile=str(stand.folder / "page.crt"))
+            der = (stand.folder / "page.crt").read_bytes()
+            self._context = ssl.create_default_context(cadata=der)
 
     def ask(
         self,

@@ -60,7 +60,7 @@ def test_a_page_fits_its_width_at_three_sizes(
     assert page.evaluate("document.documentElement.dataset.theme") == theme
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
-        page.wait_for_function(f"innerWidth === {width}")
+        seen.until(f"innerWidth === {width}")
         page.screenshot(path=screens / f"{name}-{theme}-{width}x{height}.png")
         over = page.evaluate(
             "[document.scrollingElement.scrollWidth - innerWidth,"
@@ -121,8 +121,8 @@ def test_the_theme_is_switched_kept_and_seen_by_the_charts(look: Look) -> None:
     paper = "getComputedStyle(document.body).backgroundColor"
     light = page.evaluate(f"[{fill}, {paper}]")
     page.click("#theme")
-    page.wait_for_function("document.documentElement.dataset.theme === 'dark'")
-    page.wait_for_function(f"{fill} !== '{light[0]}'")
+    seen.until("document.documentElement.dataset.theme === 'dark'")
+    seen.until(f"{fill} !== '{light[0]}'")
     assert page.evaluate(paper) != light[1]
     page.reload()
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"

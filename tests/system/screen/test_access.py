@@ -1,0 +1,273 @@
+"""Who may do what: log-ins, forged requests, foreign pages, sessions that end."""
+
+import json
+import time
+from collections.abc import Callable, Generator
+from typing import Final
+
+import pytest
+from websockets.exceptions import InvalidStatus, WebSocketException
+from websockets.sync.client import connect
+
+from tests.system.screen.conftest import Looked
+from tests.system.screen.stand import Stand, Visitor, wait_until
+
+Look = Callable[..., Looked]
+WRONG: Final = 6
+"""Wrong passwords after which nobody may try again for a while. [1]"""
+ENABLE: Final = {"method": "Enable", "arguments": []}
+
+
+@pytest.fixture(scope="module")
+def open_stand(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+    """Yield a stand of its own: its log-ins are blocked, and end after a minute."""
+    more = "idle_s = 60.0\nlongest_login_s = 60.0\n"
+    folder = tmp_path_factory.mktemp("open")
+    with Stand(folder, view_without_login=True, anonymous=True, more=more) as found:
+        yield found
+
+
+def socket_status(stand: Stand, **headers: str) -> int:
+    """Return the HTTP status with which a web socket is refused, 101 if it is accepted."""
+    address = stand.address.replace("http", "ws", 1) + "/live"
+    try:
+        with connect(
+            address,
+            origin=None,
+            additional_headers={name: value for name, value in headers.items() if value},
+            proxy=None,
+        ):
+            return 101
+    except InvalidStatus as error:
+        return int(error.response.status_code)
+    except WebSocketException as error:
+        raise AssertionError(error) from error
+
+
+def test_somebody_without_a_log_in_sees_nothing_but_the_log_in(stand: Stand) -> None:
+    nobody = stand.visitor()
+    for path in ("/", "/model", "/sensors", "/history", "/probe", "/positioning"):
+        answer = nobody.ask(path)
+        assert answer.status == 303, path
+        assert answer.headers["location"].startswith("/login?next=/"), path
+        assert b"virtual lathe" not in answer.body
+    for path in ("/history/series", "/model/values", "/sensors/values", "/probe/values", "/trend8"):
+        assert nobody.ask(path).status == 401, path
+    assert nobody.ask("/ask", ENABLE).status == 401
+    assert nobody.ask("/history/export?format=csv").status == 401
+    assert socket_status(stand, Origin=stand.address) in {401, 403}
+
+
+def test_a_person_logs_in_by_the_page_and_out_again(look: Look, stand: Stand) -> None:
+    seen = look()
+    page = seen.open("/model")
+    assert "/login?next=/model" in page.url
+    page.fill("input[name=name]", "operator")
+    page.fill("input[name=password]", "wrong " + stand.passwords["operator"])
+    page.click("button.main")
+    page.wait_for_selector("#wrong:not([hidden])")
+    assert page.locator("#wrong").inner_text() == "Name or password is wrong."
+    page.fill("input[name=password]", stand.passwords["operator"])
+    page.click("button.main")
+    page.wait_for_url("**/model")
+    seen.wait_live()
+    assert "operator" in page.locator(".who").inner_text()
+    cookies = {one["name"]: one for one in seen.context.cookies()}
+    secret = next(one for name, one in cookies.items() if "language" not in name)
+    assert secret["httpOnly"]
+    assert secret["sameSite"] == "Strict"
+    assert page.evaluate("document.cookie") == ""
+    page.click("#logout")
+    page.wait_for_url("**/login**")
+    seen.context.add_cookies([secret])
+    assert "/login" in seen.open("/").url, "the cookie of a log-in that has ended still works"
+
+
+def test_a_log_in_never_leads_to_another_address(look: Look, stand: Stand) -> None:
+    seen = look()
+    page = seen.open("/login?next=//evil.example/")
+    page.fill("input[name=name]", "viewer")
+    page.fill("input[name=password]", stand.passwords["viewer"])
+    page.click("button.main")
+    wait_until("it went on", lambda: "/login" not in page.url)
+    assert page.url.startswith(f"{stand.address}/")
+    seen.wait_live()
+    assert seen.wrong == []
+    page.click("#logout")
+    page.wait_for_url("**/login**")
+
+
+def test_a_viewer_who_forges_a_request_is_refused(
+    stand: Stand, people: Callable[[str], Visitor]
+) -> None:
+    viewer = people("viewer")
+    for method in ("Enable", "Disable", "Hold", "Resume", "Acknowledge", "NoDiameter"):
+        answer = viewer.ask("/ask", {"method": method, "arguments": []})
+        assert answer.status == 403, method
+        assert "operator" in answer.json()["text"].lower()
+    answer = viewer.ask("/ask", {"method": "Trim", "arguments": ["Z_um", 1.0, 60.0]})
+    assert answer.status == 403
+    answer = viewer.ask("/positioning/upload?name=x.csv", b"1;2;3\n")
+    assert answer.status == 403
+    answer = people("operator").ask("/positioning/upload?name=x.csv", b"1;2;3\n")
+    assert answer.status == 403
+    told = [e for e in stand.events() if e["kind"] == "request" and e["who"] == "viewer"]
+    assert told == [], "it reached the loop"
+
+
+def test_a_request_without_the_token_or_from_a_foreign_page_is_refused(
+    stand: Stand, people: Callable[[str], Visitor]
+) -> None:
+    operator = people("operator")
+    assert operator.token
+    other = people("viewer").token
+    foreign = {"Origin": "https://evil.example"}
+    for headers, token in (
+        ({}, False),
+        ({"X-Thermaxis-Token": other}, False),
+        ({"X-Thermaxis-Token": operator.token[:-1]}, False),
+        (foreign, True),
+        ({"Origin": "null"}, True),
+        ({"Origin": ""}, True),
+        ({"Origin": stand.address.replace("127.0.0.1", "localhost")}, True),
+        ({"Origin": stand.address.replace("http", "https")}, True),
+    ):
+        answer = operator.ask("/ask", ENABLE, headers=headers, token=token)
+        assert answer.status == 403, (headers, answer)
+    assert operator.ask("/logout", {}, headers=foreign).status == 403
+    assert operator.ask("/").status == 200, "a foreign page has logged somebody out"
+    assert operator.ask("/ask", {"method": "Resume", "arguments": []}).status == 200
+    address = {"name": "operator", "password": stand.passwords["operator"]}
+    assert stand.visitor().ask("/login", address, headers=foreign).status == 403
+
+
+def test_a_page_of_another_origin_gets_neither_data_nor_a_frame(
+    stand: Stand, people: Callable[[str], Visitor]
+) -> None:
+    viewer = people("viewer")
+    cookie = viewer.cookie
+    assert socket_status(stand, Cookie=cookie, Origin=stand.address) == 101
+    assert socket_status(stand, Cookie=cookie, Origin="https://evil.example") == 403
+    assert socket_status(stand, Cookie=cookie) == 403
+    for path in ("/", "/model", "/history/series", "/static/base.css", "/login", "/nowhere"):
+        headers = viewer.ask(path).headers
+        policy = headers["content-security-policy"]
+        assert "default-src 'none'" in policy, path
+        assert "frame-ancestors 'none'" in policy, path
+        assert "unsafe-eval" not in policy, path
+        assert "script-src 'self';" in policy.replace("script-src 'self' ;", "script-src 'self';")
+        assert headers["x-content-type-options"] == "nosniff", path
+        assert headers["referrer-policy"] == "no-referrer", path
+        assert "access-control-allow-origin" not in headers, path
+        assert "server" not in headers, path
+
+
+def test_another_name_of_the_host_is_not_answered(
+    stand: Stand, people: Callable[[str], Visitor]
+) -> None:
+    viewer = people("viewer")
+    port = stand.screen_port
+    for host in ("evil.example", f"evil.example:{port}", "127.0.0.1", f"127.0.0.1:{port + 1}"):
+        answer = viewer.ask("/", headers={"Host": host})
+        assert answer.status == 421, (host, answer.status)
+        assert b"virtual lathe" not in answer.body
+    assert viewer.ask("/alive", headers={"Host": f"localhost:{port}"}).status == 200
+
+
+def test_a_forged_cookie_is_nobody(stand: Stand, people: Callable[[str], Visitor]) -> None:
+    viewer = people("viewer")
+    name, _, value = viewer.cookie.partition("=")
+    changed = ("A" if value[0] != "A" else "B") + value[1:]
+    for cookie in (f"{name}={changed}", f"{name}=", f"{name}=viewer", f"{name}={value[:-1]}"):
+        answer = stand.visitor().ask("/", headers={"Cookie": cookie})
+        assert answer.status == 303, cookie
+    assert stand.visitor().ask("/", headers={"Cookie": f"{name}={value}"}).status == 200
+
+
+def test_a_body_that_is_too_large_is_not_read(
+    stand: Stand, people: Callable[[str], Visitor]
+) -> None:
+    answer = stand.visitor().ask("/login", {"name": "viewer", "password": "x" * 100_000})
+    assert answer.status == 413
+    assert people("operator").ask("/ask", b"[" * 20_000).status == 413
+    nested = people("operator").ask("/ask", b"[" * 10_000)
+    assert nested.status == 400, nested
+
+
+def test_what_is_no_question_is_refused_in_words(people: Callable[[str], Visitor]) -> None:
+    operator = people("operator")
+    for given in (
+        {"method": "Enable", "arguments": [1.0]},
+        {"method": "Trim", "arguments": ["Z_um", "1", 60.0]},
+        {"method": "__init__", "arguments": []},
+        {"method": "Enable"},
+        ["Enable"],
+        None,
+        {"method": "Trim", "arguments": ["Z_um", 1e400, 60.0]},
+    ):
+        answer = operator.ask("/ask", json.dumps(given).encode())
+        assert answer.status == 400, (given, answer)
+        assert len(answer.json()["text"]) > 5, given
+
+
+def test_a_trim_that_the_loop_refuses_says_why(people: Callable[[str], Visitor]) -> None:
+    answer = people("operator").ask("/ask", {"method": "Trim", "arguments": ["Z_um", 1e3, 60.0]})
+    assert answer.status == 200
+    assert answer.json()["accepted"] is False
+    assert "from -10 to 10 um" in answer.json()["reason_en"]
+
+
+# ---- with a stand of its own --------------------------------------------------------------------
+
+
+def test_a_log_in_ends_by_time_and_the_page_says_so(look: Look, open_stand: Stand) -> None:
+    visitor = open_stand.visitor()
+    began_s = time.monotonic()
+    assert visitor.log_in("operator").status == 200
+    seen = look(of=open_stand)
+    seen.context.add_cookies(
+        [
+            {"name": one.name, "value": one.value or "", "url": open_stand.address}
+            for one in visitor.cookies
+        ]
+    )
+    page = seen.open("/")
+    seen.wait_live()
+    assert page.locator("body").get_attribute("data-role") == "operator"
+    wait_until(
+        "the page knows that the log-in has ended",
+        lambda: page.locator("body").get_attribute("data-name") == "",
+        90.0,
+    )
+    assert 58.0 <= time.monotonic() - began_s <= 75.0
+    page.wait_for_selector("#notice:not([hidden])")
+    assert "The log-in has" in page.locator("#notice").inner_text()
+    assert visitor.ask("/ask", ENABLE).status == 401
+    assert page.locator('[data-ask="Enable"]').is_disabled()
+
+
+def test_who_only_looks_needs_no_log_in_where_that_is_configured(
+    look: Look, open_stand: Stand
+) -> None:
+    seen = look(of=open_stand)
+    page = seen.open("/")
+    seen.wait_live()
+    assert page.locator('[data-ask="Enable"]').is_disabled()
+    nobody = open_stand.visitor()
+    assert nobody.ask("/ask", ENABLE).status == 401
+    assert nobody.ask("/history/export?format=csv").status == 401
+    assert seen.wrong == []
+
+
+def test_wrong_passwords_block_the_name_and_tell_nobody_whether_it_exists(
+    open_stand: Stand,
+) -> None:
+    visitor = open_stand.visitor()
+    answers = [visitor.log_in("viewer", f"wrong {k}") for k in range(WRONG)]
+    assert [one.status for one in answers[:4]] == [401] * 4
+    assert answers[-1].status == 429, [one.status for one in answers]
+    right = visitor.log_in("viewer")
+    assert right.status == 429, "the right password is tried although the name is blocked"
+    unknown = open_stand.visitor().ask("/login", {"name": "nobody", "password": "x"})
+    assert unknown.status in {401, 429}
+    assert unknown.json()["text"] in {answers[0].json()["text"], answers[-1].json()["text"]}

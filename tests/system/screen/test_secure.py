@@ -1,0 +1,51 @@
+"""The pages through TLS, with a certificate that thermaxis certificate new has made."""
+
+import socket
+import ssl
+from collections.abc import Callable, Generator
+
+import pytest
+
+from tests.system.screen.conftest import Looked
+from tests.system.screen.stand import Stand
+
+Look = Callable[..., Looked]
+
+
+@pytest.fixture(scope="module")
+def secure(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+    with Stand(tmp_path_factory.mktemp("secure"), secure=True) as found:
+        yield found
+
+
+def test_a_client_that_trusts_the_certificate_is_served(secure: Stand) -> None:
+    visitor = secure.visitor()  # it trusts this certificate and no other
+    assert visitor.ask("/alive").status == 200
+    answer = visitor.log_in("operator")
+    assert answer.status == 200
+    cookie = answer.headers["set-cookie"]
+    assert cookie.startswith("__Host-thermaxis")
+    assert "Secure" in cookie
+    assert "HttpOnly" in cookie
+    page = visitor.ask("/")
+    assert "strict-transport-security" in page.headers
+    assert "wss://" in page.headers["content-security-policy"]
+
+
+def test_a_client_that_does_not_know_the_certificate_refuses_it(secure: Stand) -> None:
+    with (
+        socket.create_connection(("127.0.0.1", secure.screen_port), timeout=10.0) as plain,
+        pytest.raises(ssl.SSLCertVerificationError),
+    ):
+        ssl.create_default_context().wrap_socket(plain, server_hostname="127.0.0.1")
+
+
+def test_the_pages_work_through_tls(look: Look, secure: Stand) -> None:
+    seen = look(of=secure, ignore_https_errors=True)
+    page = seen.open("/")
+    page.fill("input[name=name]", "viewer")
+    page.fill("input[name=password]", secure.passwords["viewer"])
+    page.click("button.main")
+    seen.wait_live()
+    assert page.evaluate("isSecureContext")
+    assert seen.unexpected() == []
