@@ -806,9 +806,10 @@ def test_a_request_that_waits_for_the_loop_costs_nobody_the_log_in(
         place.box.gate = asyncio.Event()
         asking = asyncio.create_task(place.persons.ask(person, "Hold"))
         await until(lambda: bool(place.box.requests))
-        for _ in range(3):  # neither the look that is due nor one that is asked for
+        for _ in range(3):
             await place.clock.move(KEEP_ALIVE_S)
-            await place.persons._ask_role(person)
+        assert len(person.session._link.under_way) == 1  # nothing is heaped up behind it
+        await place.persons._ask_role(person)  # and one that is asked for ends nothing
         assert place.persons.of(cookie) is person
         place.box.gate.set()
         assert (await asking).accepted
