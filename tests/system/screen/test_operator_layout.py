@@ -544,3 +544,29 @@ def test_who_may_only_look_is_told_so_and_finds_no_button_to_press(
         page.wait_for_function("document.querySelector('.op-value b').textContent !== '–'")
         assert page.locator(".op-buttons button:enabled").count() == 0
         assert "log in as operator" in page.inner_text("#asks-why")
+
+
+@pytest.mark.parametrize("language", LOCALES)
+def test_a_long_answer_moves_nothing_out_of_the_page_and_is_whole_at_a_touch(
+    browser: Browser, stand_in: StandIn, language: str
+) -> None:
+    reason = "the machine does not report the offset that was written still: "
+    stand_in.answer = Outcome(accepted=False, reason=reason + "check the connection and the axis")
+    with context_of(browser, language) as context:
+        page, _ = opened(context, stand_in)
+        shown(page, stand_in, made_up(state="Fault", alarms=ALARMS))
+        page.click('[data-ask="Acknowledge"]')
+        page.click("dialog[open] .main")
+        page.wait_for_selector('[data-requests][data-answer="refused"]')
+        whole = page.text_content("#request")
+        for live in (True, False):
+            stand_in.live = live
+            page.wait_for_selector(f'body[data-live="{"yes" if live else "no"}"]')
+            page.wait_for_timeout(60)
+            assert max(page.evaluate(SCROLLS)) <= 0
+            aside = "e => e.scrollHeight - e.clientHeight"
+            assert page.locator(".op-asks").evaluate(aside) <= 0
+            heights = "els => els.map(e => e.getBoundingClientRect().height)"
+            assert min(page.locator(".op-buttons button").evaluate_all(heights)) >= 44.5
+        page.click("#request")
+        assert page.text_content("dialog[open] .ask-body") == whole

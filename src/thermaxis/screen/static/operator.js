@@ -8,7 +8,7 @@ import { showAsks, startAsks } from "./operator_asks.js";
 import { fillDetails, onCard, showAxes } from "./operator_axes.js";
 import { fillInputs, showInputs } from "./operator_inputs.js";
 import {
-  alarmSaid, byId, priorityWord, reasonsSaid, show, stateWord,
+  alarmSaid, byId, overflows, priorityWord, reasonsSaid, show, stateWord,
 } from "./operator_parts.js";
 import { addLive, startTrend } from "./operator_trend.js";
 import { clock, duration, moment, number, word } from "./words.js";
@@ -172,6 +172,25 @@ function openInputs() {
   });
 }
 
+/** The course of the last request, where it is longer than its place. */
+function watchRequest() {
+  const place = byId("request");
+  const open = () => {
+    if (!place.childElementCount) return;
+    openList(word("operator.request"), (body) => {
+      if (body.textContent === place.textContent) return;
+      body.replaceChildren(...[...place.children].map((line) => made("p", line.textContent ?? "")));
+    });
+  };
+  const look = () => { place.dataset.more = overflows(place) ? "yes" : "no"; };
+  place.addEventListener("click", open);
+  place.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") open();
+  });
+  new MutationObserver(look).observe(place, { childList: true });
+  new ResizeObserver(look).observe(place);
+}
+
 /** The link to the alarms in the header of every page leads here. */
 function followHash() {
   if (location.hash !== "#alarms") return;
@@ -219,6 +238,7 @@ new ResizeObserver(() => {
 }).observe(byId("op"));
 setInterval(tick, 1000);
 startAsks();
+watchRequest();
 showAsks(null);
 startTrend();
 followHash();
