@@ -91,6 +91,10 @@ COMPOSED = {
         ("1h", "8h", "1d", "7d", "30d", "all"),
         "the lengths of a span that the page's template lists",
     ),
+    "operator.state_": (
+        tuple(state.value.lower() for state in SupervisorState),
+        "the state that the loop tells",
+    ),
     "common.role_": (tuple(Role), "the role of a log-in"),
     "alarms.": (
         tuple(f"{code}.{part}" for code in ALARM_WORDS for part in SaidAlarm._fields),
@@ -234,7 +238,7 @@ def test_every_group_of_phrases_that_a_script_names_exists() -> None:
         for file in FILES
         for group in re.findall(r"""\bphrase\((?:\w+, )?["'](\w+)["']""", file.read_text("utf-8"))
     }
-    assert groups >= {"reason", "state"}
+    assert groups >= {"reason", "answer"}
     assert groups <= set(WORDS.said)
 
 
