@@ -23,7 +23,7 @@ from thermaxis.runtime._status_server import NAMESPACE
 from thermaxis.runtime._users import Role
 
 LARGEST_STATUS_BYTES: Final = 1_000_000
-"""Largest status that is looked at; one of 20 channels has 6 kB [run]. [byte]"""
+"""Largest status that is looked at; one with 20 inputs has 5 kB [run]. [byte]"""
 REMEMBERED_LOOKS: Final = 300
 """Raw values of so many looks are kept, for their noise. [1]"""
 WHO_AM_I_S: Final = 10.0
