@@ -1,0 +1,337 @@
+"""What is exported: a compensation at a fixed cycle, in the numbers of a PLC."""
+
+import re
+import struct
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from math import expm1, isfinite
+from typing import final
+
+from thermaxis.compensation import Compensation, CompensationModel, Part
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc._names import PlcNames, names_of, remark_text
+
+INTERLOCK = "plc"
+"""Name of the one interlock of the block."""
+CYCLE_TOLERANCE = 0.1
+"""Share by which a measured cycle may differ from the exported one. Default: a tenth. [1]"""
+LONGEST_DELAY_CYCLES = 10_000
+"""Longest delay: the elements of an array that an old PLC has room for. [1]"""
+MOST_OUTPUTS = 8
+"""Most outputs of a program. [1]"""
+MOST_PARTS = 50
+"""Most parts of a program. [1]"""
+MOST_SECTIONS = 100
+"""Most sections of a program. [1]"""
+MOST_CHANNELS = 32
+"""Most channels of a program: the terminals of some modules. [1]"""
+LARGEST_STALL = 1e-3
+"""Largest share of a step in which a section in REAL may come to rest too early. [1]"""
+
+_SMALLEST = {True: 2.2250738585072014e-308, False: 1.1754943508222875e-38}
+_LARGEST = {True: 1.7976931348623157e308, False: 3.4028234663852886e38}
+_HASH = re.compile(r"[0-9a-f]{64}")
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlcSettings:
+    """What `build_program` builds.
+
+    Not protected: whether the limits suit the machine; whether the PLC calls the block as often
+    as stated is checked by the block itself, from the cycle time that it is told.
+
+    Raises
+    ------
+    ConfigurationError
+        If there are spare sensors or other interlocks than `INTERLOCK`, too many outputs, parts,
+        sections or channels, a delay that is no whole number of cycles or too long, a gap that is
+        shorter than the longest cycle, a name that cannot be made legal, or a number that the
+        target's numbers cannot hold.
+    """
+
+    compensation: Compensation
+    """Model, rules and limits; its cycle is that of the PLC."""
+    double: bool = True
+    """Whether numbers are LREAL, or REAL."""
+    name: str = "compensation"
+    """Name of the block, before it is made legal."""
+    model_sha256: str = ""
+    """Hash of the model's file, in 64 hexadecimal digits; empty where there is none."""
+    notes: tuple[str, ...] = ()
+    """What the export has changed in the model, in words."""
+    names: PlcNames = field(init=False, repr=False, compare=False)
+    """Names of everything."""
+
+    def __post_init__(self) -> None:
+        """Check what a PLC can hold."""
+        compensation = self.compensation
+        model = compensation.model
+        if compensation.spares:
+            raise ConfigurationError(
+                "the block has no second sensors",
+                where="spares",
+                remedy="Choose the better one before the block, and clear its ok where they differ",
+            )
+        if compensation.interlocks != (INTERLOCK,):
+            raise ConfigurationError(
+                f"the block has the one interlock {INTERLOCK}",
+                where="interlocks",
+                remedy="Combine the conditions before the block",
+            )
+        _require_size(model)
+        for part in model.layout.parts:
+            _require_delay(part, compensation.cycle_s)
+        if model.longest_gap_s < self.longest_cycle_s:
+            raise ConfigurationError(
+                f"the model starts anew after {model.longest_gap_s:g} s, within a cycle",
+                where="longest_gap_s",
+                remedy="Export it with a shorter cycle",
+            )
+        if self.model_sha256 and not _HASH.fullmatch(self.model_sha256):
+            raise ConfigurationError("not 64 hexadecimal digits", where="model_sha256")
+        object.__setattr__(self, "names", names_of(model, self.name))
+        _require_numbers(self)
+
+    @property
+    def cycle_s(self) -> float:
+        """Time from call to call. [s]"""
+        return self.compensation.cycle_s
+
+    @property
+    def shortest_cycle_s(self) -> float:
+        """Shortest measured cycle in which the block advances. [s]"""
+        return self.cycle_s * (1.0 - CYCLE_TOLERANCE)
+
+    @property
+    def longest_cycle_s(self) -> float:
+        """Longest measured cycle in which the block advances. [s]"""
+        return self.cycle_s * (1.0 + CYCLE_TOLERANCE)
+
+    def delay_cycles(self, part: Part) -> int:
+        """Return the delay of a part.
+
+        Parameters
+        ----------
+        part : Part
+            A part of the model.
+
+        Returns
+        -------
+        int
+            Its delay in cycles. [1]
+        """
+        return round(part.delay_s / self.cycle_s)
+
+
+def export_settings(
+    compensation: Compensation,
+    *,
+    cycle_s: float,
+    name: str,
+    double: bool = True,
+    model_sha256: str = "",
+) -> PlcSettings:
+    """Return what a PLC gets of a compensation.
+
+    The second sensors are left out, the interlocks are one, and every delay is the nearest whole
+    number of cycles; `notes` says which were changed.
+
+    Parameters
+    ----------
+    compensation : Compensation
+        Model, rules and limits.
+    cycle_s : float
+        Time from call to call. [s]
+    name : str
+        Name of the block.
+    double : bool
+        Whether the PLC's numbers are LREAL. Default: they are.
+    model_sha256 : str
+        Hash of the model's file. Default: none is stated.
+
+    Returns
+    -------
+    PlcSettings
+        The settings; `cycle` with their compensation is what the block does.
+
+    Raises
+    ------
+    ConfigurationError
+        If the cycle is not from 0.1 to 60 s, or as `PlcSettings` says.
+    """
+    changed = replace(
+        compensation, cycle_s=cycle_s, spares=frozenset[str](), interlocks=(INTERLOCK,)
+    )
+    notes: list[str] = []
+    outputs = tuple(
+        replace(output, parts=tuple(_in_cycles(part, cycle_s, notes) for part in output.parts))
+        for output in compensation.model.outputs
+    )
+    if notes:
+        changed = replace(changed, model=replace(compensation.model, outputs=outputs))
+    return PlcSettings(
+        compensation=changed,
+        double=double,
+        name=name,
+        model_sha256=model_sha256,
+        notes=tuple(notes),
+    )
+
+
+def _in_cycles(part: Part, cycle_s: float, notes: list[str]) -> Part:
+    delay_s = round(part.delay_s / cycle_s) * cycle_s
+    if delay_s == part.delay_s:
+        return part
+    notes.append(
+        f"delay of {remark_text(part.name)}: {part.delay_s:g} s in the model, {delay_s:g} s here"
+    )
+    return replace(part, delay_s=delay_s)
+
+
+# ---- checks -------------------------------------------------------------------------------------
+
+
+def _require_size(model: CompensationModel) -> None:
+    layout = model.layout
+    for what, number, most in (
+        ("outputs", len(model.outputs), MOST_OUTPUTS),
+        ("parts", len(layout.parts), MOST_PARTS),
+        ("sections", len(layout.taus_s), MOST_SECTIONS),
+        ("channels", len(model.channels), MOST_CHANNELS),
+    ):
+        if number > most:
+            raise ConfigurationError(
+                f"the model has {number} {what}, of which a block takes {most}",
+                where=what,
+                remedy="Export its outputs one by one",
+            )
+
+
+def _require_delay(part: Part, cycle_s: float) -> None:
+    cycles = part.delay_s / cycle_s
+    where = f"part {part.name}"
+    if cycles > LONGEST_DELAY_CYCLES:
+        raise ConfigurationError(
+            f"its delay is {cycles:.0f} cycles, longer than {LONGEST_DELAY_CYCLES}",
+            where=where,
+            remedy="Export it with a longer cycle",
+        )
+    if part.delay_s != round(cycles) * cycle_s:
+        raise ConfigurationError(
+            f"its delay of {part.delay_s:g} s is no whole number of cycles",
+            where=where,
+            remedy="Round it, as the export does",
+        )
+
+
+def require_held(value: float, *, double: bool, where: str) -> None:
+    """Refuse a number that the target's numbers cannot hold.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    double : bool
+        Whether numbers are LREAL, or REAL.
+    where : str
+        What it is.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is no finite number, or neither zero nor of a magnitude that has all its digits.
+    """
+    size = abs(value)
+    if isfinite(value) and (value == 0.0 or _SMALLEST[double] <= size <= _LARGEST[double]):
+        return
+    raise ConfigurationError(
+        f"{value:g} is no number that {'LREAL' if double else 'REAL'} holds", where=where
+    )
+
+
+def compensated_stall(alpha: float) -> float:
+    """Return the share of a step at which a section in REAL comes to rest too early.
+
+    A compensated increment keeps what the sum loses in a second state of at most half a unit in
+    the last place of the first, a share of 2**-24; an increment is lost only where it is less
+    than half a unit in the last place of that one.
+
+    Parameters
+    ----------
+    alpha : float
+        Share of the difference that a cycle takes away. [1]
+
+    Returns
+    -------
+    float
+        The share. [1]
+    """
+    return 2.0**-48 / alpha
+
+
+def require_no_stall(alpha: float, *, where: str) -> None:
+    """Refuse a section that would come to rest too early in REAL.
+
+    Parameters
+    ----------
+    alpha : float
+        Share of the difference that a cycle takes away. [1]
+    where : str
+        What it belongs to.
+
+    Raises
+    ------
+    ConfigurationError
+        If it would rest at more than `LARGEST_STALL` of a step before its end.
+    """
+    if not alpha > 0.0 or compensated_stall(alpha) > LARGEST_STALL:
+        raise ConfigurationError(
+            "the section is too slow for its cycle in REAL",
+            where=where,
+            remedy="Export it with a longer cycle, or with LREAL",
+        )
+
+
+def in_target(value: float, *, double: bool) -> float:
+    """Return a number as the target holds it.
+
+    Parameters
+    ----------
+    value : float
+        The number, in the range of the target.
+    double : bool
+        Whether numbers are LREAL, or REAL.
+
+    Returns
+    -------
+    float
+        The nearest number of the target.
+    """
+    if double:
+        return value
+    rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
+    return rounded
+
+
+def _require_numbers(settings: PlcSettings) -> None:
+    model, double = settings.compensation.model, settings.double
+    for part in model.layout.parts:
+        where = f"part {part.name}"
+        numbers = [part.direct_gain_um_per_k, part.tool_gain]
+        numbers += [section.gain_um_per_k for section in part.sections]
+        numbers += [x for p in part.gain_by_diameter for x in (p.diameter_mm, p.gain)]
+        for value in numbers:
+            require_held(value, double=double, where=where)
+        for section in part.sections:
+            alpha = -expm1(-settings.cycle_s / section.time_constant_s)
+            require_held(alpha, double=double, where=where)
+            if not double:
+                require_no_stall(alpha, where=where)
+        held = [in_target(p.diameter_mm, double=double) for p in part.gain_by_diameter]
+        if any(a >= b for a, b in pairwise(held)):
+            raise ConfigurationError(
+                "two diameters of its gains are one number in REAL",
+                where=where,
+                remedy="Export it with LREAL",
+            )
