@@ -108,6 +108,13 @@ def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
     return Visitor("", role, language, "", None)
 
 
+def _why_ended(request: Request) -> str:
+    """Return the key of the words that say why somebody's log-in has ended; empty for nobody."""
+    parts = parts_of(request)
+    cookie = request.cookies.get(cookie_name(parts, request.url.port))
+    return parts.persons.why_ended(cookie)
+
+
 def answer_json(value: object, status: int = 200) -> JSONResponse:
     """Return an answer as JSON.
 
@@ -176,7 +183,7 @@ def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[E
             if visitor.person is None and (named or not visitor.role.at_least(role)):
                 if page:
                     return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
-                return refuse(request, _UNAUTHORIZED, "login.needed")
+                return refuse(request, _UNAUTHORIZED, _why_ended(request) or "login.needed")
             if not visitor.role.at_least(role):
                 needed = parts_of(request).words.say(visitor.language, f"common.role_{role.value}")
                 return refuse(request, _FORBIDDEN, "login.role_too_low", needed=needed)

@@ -75,6 +75,7 @@ class People:
         self.standing: dict[str, SimpleNamespace] = {}
         self.touched: list[str] = []
         self.refusal: Refusal | None = None
+        self.ended: dict[str, str] = {}
 
     async def log_in(self, name: str, password: str, address: str) -> Any:
         """Let somebody in."""
@@ -91,6 +92,10 @@ class People:
         if touch and cookie in self.standing:
             self.touched.append(cookie)
         return self.standing.get(cookie or "")
+
+    def why_ended(self, cookie: str | None) -> str:
+        """Return why a log-in has ended."""
+        return self.ended.get(cookie or "", "")
 
     async def log_out(self, cookie: str | None) -> None:
         """Let somebody out."""

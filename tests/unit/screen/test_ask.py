@@ -4,7 +4,7 @@ import asyncio
 import json
 import math
 
-import httpx
+import httpx2 as httpx
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

@@ -108,6 +108,19 @@ def test_pages_and_requests_are_signs_of_a_person_and_what_a_page_asks_by_itself
         assert len(people.touched) == expected
 
 
+def test_a_request_after_the_end_of_a_log_in_is_told_why_it_ended() -> None:
+    def routes(_: ScreenParts) -> list[BaseRoute]:
+        return [guarded(Role.OPERATOR)]
+
+    given = parts()
+    people = cast("People", given.persons)
+    browser = client(given, routes, name="operator")
+    people.standing.clear()
+    people.ended["cookie-operator"] = "login.loop_gone"
+    answer = browser.get("/guarded")
+    assert (answer.status_code, answer.json()["error"]) == (401, "login.loop_gone")
+
+
 def test_a_refusal_speaks_the_language_of_who_asks() -> None:
     def routes(_: ScreenParts) -> list[BaseRoute]:
         return [guarded(Role.ENGINEER)]

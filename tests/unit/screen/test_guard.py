@@ -6,7 +6,7 @@ import json
 import socket
 from collections.abc import AsyncIterator, Callable, Iterable
 
-import httpx
+import httpx2 as httpx
 import pytest
 import uvicorn
 from hypothesis import example, given

@@ -67,7 +67,7 @@ class Stage:
         )
         person = SimpleNamespace(name="Nováková", role=role, token="t" * 43)
         found = None if role is Role.NONE else person
-        persons = SimpleNamespace(of=lambda *_, **__: found)
+        persons = SimpleNamespace(of=lambda *_, **__: found, why_ended=lambda _: "")
         self.settings = SimpleNamespace(view_without_login=False, language="en")
         self.parts = ScreenParts(
             configuration=cast("Any", configuration),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
-import httpx
+import httpx2 as httpx
 import pytest
 
 from tests.unit.screen.operator_parts import Somebody, configuration, sent

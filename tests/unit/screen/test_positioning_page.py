@@ -17,7 +17,7 @@ from types import SimpleNamespace
 from typing import Any, Self, cast
 from urllib.parse import urlencode
 
-import httpx
+import httpx2 as httpx
 import pytest
 from starlette.applications import Starlette
 
@@ -91,7 +91,10 @@ class Stage:
             settings=cast("Any", SimpleNamespace(**(facts | settings))),
             clock=cast("Any", self.clock),
             feed=cast("Any", None),
-            persons=cast("Any", SimpleNamespace(of=lambda *_, **__: self.person)),
+            persons=cast(
+                "Any",
+                SimpleNamespace(of=lambda *_, **__: self.person, why_ended=lambda _: ""),
+            ),
             words=Words.read(),
             program="p",
         )
