@@ -28,7 +28,8 @@ function showState(status) {
   sinceMs = Date.parse(status.state_since);
   show(byId("state-since"), word("operator.since", { time: timeOf(status.state_since) }));
   const reasons = reasonsSaid(status);
-  show(byId("state-reasons"), reasons.join(" ") || word("operator.everything_there"));
+  show(byId("state-reasons"), reasons.join(" ")
+    || (status.state === "Active" ? word("operator.everything_there") : ""));
   tick();
 }
 
@@ -108,7 +109,8 @@ function showStrip(status) {
     beatNumber = status.number;
     byId("beat").dataset.beat = status.number % 2 ? "odd" : "even";
   }
-  show(byId("beat-text"), word("operator.beat", { number: status.number, time: clock(status.utc) }));
+  const beat = { number: status.number, time: clock(status.utc) };
+  show(byId("beat-text"), word("operator.beat", beat));
   link("link-source", status.source_connected, word("operator.source_good"),
     word("operator.source_lost"));
   link("link-sink", status.sink_connected, word("operator.sink_good"), word("operator.sink_lost"));
@@ -167,7 +169,8 @@ function openAxes() {
 
 function openInputs() {
   openList(word("operator.all_inputs"), (body, status) => {
-    const list = body.querySelector("ul") ?? body.appendChild(made("ul", "", "op-rows op-rows-all"));
+    const list = body.querySelector("ul")
+      ?? body.appendChild(made("ul", "", "op-rows op-rows-all"));
     fillInputs(/** @type {HTMLElement} */ (list), status, Object.keys(status.inputs));
   });
 }

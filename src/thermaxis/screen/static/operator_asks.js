@@ -59,7 +59,8 @@ function blocked(status) {
 /** @param {Status | null} status null: no data */
 export function showAsks(status) {
   const may = ["operator", "engineer"].includes(document.body.dataset.role ?? "");
-  const why = !may ? word("operator.why_role") : status === null ? word("operator.why_no_data") : "";
+  const blind = status === null ? word("operator.why_no_data") : "";
+  const why = may ? blind : word("operator.why_role");
   const place = byId("asks-why");
   place.hidden = why === "";
   show(place, why);
@@ -91,13 +92,20 @@ export function startAsks() {
 function enable() {
   void ask("Enable", [], {
     title: word("operator.enable_title"),
-    text: (status) => [word("operator.enable_text"), ...axesOf(status).map(([name, axis]) =>
-      word("operator.enable_axis", {
-        axis: shortName(name), now: signed(axis.correction_um, 1), wanted: signed(axis.wanted_um, 1),
-        rate: rate(axis), time: takes(axis, axis.wanted_um - axis.correction_um),
-      }))],
+    text: (status) => [word("operator.enable_text"), ...followed(status)],
     effective: (status) => status.state === "Active",
   });
+}
+
+/** Where each correction goes when it follows the model. @param {Status} status */
+function followed(status) {
+  return axesOf(status).map(([name, axis]) => word("operator.enable_axis", {
+    axis: shortName(name),
+    now: signed(axis.correction_um, 1),
+    wanted: signed(axis.wanted_um, 1),
+    rate: rate(axis),
+    time: takes(axis, axis.wanted_um - axis.correction_um),
+  }));
 }
 
 function disable() {
@@ -134,11 +142,7 @@ function hold() {
 function resume() {
   void ask("Resume", [], {
     title: word("operator.resume_title"),
-    text: (status) => [word("operator.resume_text"), ...axesOf(status).map(([name, axis]) =>
-      word("operator.enable_axis", {
-        axis: shortName(name), now: signed(axis.correction_um, 1), wanted: signed(axis.wanted_um, 1),
-        rate: rate(axis), time: takes(axis, axis.wanted_um - axis.correction_um),
-      }))],
+    text: (status) => [word("operator.resume_text"), ...followed(status)],
     effective: (status) => !isHeld(status),
   });
 }

@@ -164,20 +164,22 @@ export function fillRows(lines, rows) {
 }
 
 /**
- * Leave out what has no room, the least important first; the three values of the read-back stay
- * or go together.
+ * Show what has room, the most important first; the three values of the read-back stay or go
+ * together.
  * @param {HTMLElement} element
  * @param {HTMLElement} lines
  */
 function fitRows(element, lines) {
   const all = /** @type {HTMLElement[]} */ ([...lines.children]);
   for (const line of all) line.hidden = false;
-  const weights = [...new Set(all.map((line) => Number(line.dataset.weight)))].sort((a, b) => a - b);
-  for (const weight of weights) {
-    if (!overflows(element) && !overflows(lines)) return;
-    for (const line of all) {
-      if (Number(line.dataset.weight) === weight) line.hidden = true;
-    }
+  if (!overflows(element) && !overflows(lines)) return;
+  for (const line of all) line.hidden = true;
+  const weights = [...new Set(all.map((line) => Number(line.dataset.weight)))];
+  for (const weight of weights.sort((a, b) => b - a)) {
+    const group = all.filter((line) => Number(line.dataset.weight) === weight);
+    for (const line of group) line.hidden = false;
+    if (!overflows(element) && !overflows(lines)) continue;
+    for (const line of group) line.hidden = true;
   }
 }
 

@@ -30,7 +30,8 @@ export function showInputs(status) {
   more.hidden = false;
   const good = names.filter((name) => !bad.includes(name));
   const ranked = [...bad, ...good];
-  const rows = new Map(names.map((name, k) => [name, /** @type {HTMLElement} */ (list.children[k])]));
+  const items = /** @type {HTMLElement[]} */ ([...list.children]);
+  const rows = new Map(names.map((name, k) => [name, items[k]]));
   for (let most = ranked.length - 1; most > 0 && tooHigh(list); most -= 1) {
     const last = rows.get(ranked[most] ?? "");
     if (last) last.hidden = true;
