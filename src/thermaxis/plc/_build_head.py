@@ -1,0 +1,188 @@
+"""The lines at the top of a program: what it is, where it comes from, what its numbers mean."""
+
+import textwrap
+from collections.abc import Iterator
+
+from thermaxis import __version__
+from thermaxis.compensation import (
+    STATED,
+    Outcome,
+    Output,
+    Part,
+    Reason,
+    SampleQuality,
+    SupervisorState,
+)
+from thermaxis.plc._names import remark_text
+from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
+
+WIDTH = 88
+"""Longest line of the head. Origin: a line of 100 signs with the signs of a remark. [1]"""
+MOST_FIGURES = 40
+"""Figures of the identification that are listed. [1]"""
+
+
+def head_of(settings: PlcSettings) -> tuple[str, ...]:
+    """Return the head of a program.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported.
+
+    Returns
+    -------
+    tuple of str
+        Lines of letters, digits, space and ``- _ . , : ( ) = /``; the same settings give the same
+        ones, whatever the day.
+    """
+    paragraphs = (
+        *_identity(settings),
+        *_conventions(settings),
+        *_model(settings),
+        *_limits(settings),
+        *_numbers(),
+        *_not_protected(),
+    )
+    return tuple(line for paragraph in paragraphs for line in _wrapped(paragraph))
+
+
+def _wrapped(paragraph: str) -> list[str]:
+    indent = " " * (len(paragraph) - len(paragraph.lstrip()))
+    return textwrap.wrap(paragraph.strip(), WIDTH, initial_indent=indent,
+                         subsequent_indent=indent + "  ") or [""]  # fmt: skip
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}".replace("+", "")
+
+
+def _plain(sentence: str) -> str:
+    return sentence.replace("'", "").replace(";", ",")
+
+
+def _identity(settings: PlcSettings) -> Iterator[str]:
+    provenance = settings.compensation.model.provenance
+    yield f"{settings.names.block}: thermal compensation, exported by thermaxis {__version__}"
+    yield f"Name: {remark_text(settings.name)}"
+    yield f"Model SHA-256: {settings.model_sha256 or 'not stated'}"
+    yield f"Model date: {remark_text(provenance.date) or 'not stated'}"
+    yield f"Method: {remark_text(provenance.method, 200) or 'not stated'}"
+    yield f"Identified by: {remark_text(provenance.program) or 'not stated'}"
+    for log in provenance.logs:
+        yield f"Training log: {remark_text(log.name)}, {log.rows} rows"
+    for name, value in list(provenance.figures.items())[:MOST_FIGURES]:
+        yield f"Figure {remark_text(name)} = {_number(value)}"
+    for warning in settings.compensation.model.warnings:
+        yield f"Warning: {remark_text(warning, 300)}"
+    for text in settings.notes:
+        yield f"Changed by the export: {text}".replace("+", "")
+
+
+def _conventions(settings: PlcSettings) -> Iterator[str]:
+    cycle, percent = _number(settings.cycle_s), round(100 * CYCLE_TOLERANCE)
+    yield ""
+    yield (
+        f"Cycle: call it every {cycle} s. A call whose measured time differs by more than"
+        f" {percent} percent advances nothing."
+    )
+    if settings.double:
+        yield "Numbers: LREAL (binary64), one rounding per statement."
+    else:
+        yield (
+            "Numbers: REAL (binary32), one rounding per statement. Sections keep what their sum"
+            " loses."
+        )
+    yield "Units: temperatures degC, differences K, displacements and corrections um, times s."
+    yield (
+        "Sign: a model output is the displacement of the tool point relative to the workpiece,"
+        " positive away from it. The correction is minus the model."
+    )
+    model = settings.compensation.model
+    if model.reference == STATED:
+        for channel in model.channels:
+            yield f"Reference of {remark_text(channel)}: {_number(model.reference_c[channel])} degC"
+    else:
+        yield "Reference: the first good temperatures after the start; sections start at rest."
+    yield "Start: nothing is kept over a loss of power."
+
+
+def _model(settings: PlcSettings) -> Iterator[str]:
+    model = settings.compensation.model
+    yield ""
+    for output, stem in zip(model.outputs, settings.names.outputs, strict=True):
+        yield f"Output {remark_text(output.name)} ({stem}), offset {_number(output.offset_um)} um:"
+        yield from _parts(settings, output)
+    if model.input_filter_s > 0.0:
+        yield f"Filter of the inputs: {_number(model.input_filter_s)} s"
+    yield f"An input that fails is held for {_number(model.longest_hold_s)} s."
+
+
+def _parts(settings: PlcSettings, output: Output) -> Iterator[str]:
+    for part in output.parts:
+        yield f"  Part {remark_text(part.name)}: {_input(part)}"
+        yield f"    direct gain {_number(part.direct_gain_um_per_k)} um/K"
+        for section in part.sections:
+            yield (
+                f"    gain {_number(section.gain_um_per_k)} um/K,"
+                f" time constant {_number(section.time_constant_s)} s"
+            )
+        cycles = settings.delay_cycles(part)
+        if cycles:
+            yield f"    delay {cycles} cycles = {_number(part.delay_s)} s"
+        for point in part.gain_by_diameter:
+            yield f"    at {_number(point.diameter_mm)} mm times {_number(point.gain)}"
+        if part.gain_by_diameter:
+            yield f"    at the tool centre point times {_number(part.tool_gain)}"
+        if part.lowest_k is not None and part.highest_k is not None:
+            yield f"    trained from {_number(part.lowest_k)} to {_number(part.highest_k)} K"
+
+
+def _input(part: Part) -> str:
+    plus, minus = remark_text(part.plus), remark_text(part.minus)
+    return f"temperature {plus} minus {minus}" if part.minus else f"temperature {plus}"
+
+
+def _limits(settings: PlcSettings) -> Iterator[str]:
+    compensation = settings.compensation
+    rules = compensation.supervisor
+    yield ""
+    for output, b in zip(compensation.model.outputs, compensation.bounds, strict=True):
+        yield (
+            f"Limits of {remark_text(output.name)}: {_number(b.largest_um)} um, with the trim"
+            f" {_number(b.total_um)} um, {_number(b.largest_rate_um_per_s)} um/s, trim"
+            f" {_number(b.largest_trim_um)} um, deadband {_number(b.deadband_um)} um"
+        )
+    yield (
+        f"Supervisor: settles {_number(rules.settle_s)} s, heals {_number(rules.heal_s)} s, bridges"
+        f" a lost input {_number(rules.grace_s)} s, holds {_number(rules.hold_input_s)} s (input),"
+        f" {_number(rules.hold_connection_s)} s (connection), {_number(rules.hold_interlock_s)} s"
+        f" (interlock), {_number(rules.hold_operator_s)} s (operator)."
+    )
+
+
+def _numbers() -> Iterator[str]:
+    yield ""
+    states = ", ".join(f"{k} {state}" for k, state in enumerate(SupervisorState))
+    yield f"state: {states}"
+    yield "fault_word: sum of"
+    yield from (f"  {2**k} {_plain(reason)}" for k, reason in enumerate(Reason))
+    yield "outcome_word: sum of"
+    yield from (f"  {2**k} {_plain(outcome)}" for k, outcome in enumerate(Outcome))
+    yield "quality of a temperature:"
+    yield from (f"  {k} {quality}" for k, quality in enumerate(SampleQuality))
+    yield "model_quality: 0 good, 1 an input is held, 2 bad"
+
+
+def _not_protected() -> Iterator[str]:
+    yield ""
+    yield (
+        "Not protected: the block knows neither whether its inputs are wired to the sensors that"
+        " the model means, nor whether the axis is referenced, nor whether the sign is right on"
+        " this machine, nor whether the control adds what it is given. Prove that at"
+        " commissioning, with the test vectors first and small corrections then."
+    )
+    yield (
+        "Times are counted in cycles. With a cycle that a binary number does not hold, such as"
+        " 0.1 s, a limit in seconds may be met one cycle earlier or later than on the computer."
+    )
