@@ -410,7 +410,8 @@ async def _watch(run: _Run) -> Ending:
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_LOOK_S):
                 code = await run.process.wait()
-                return _judged(code)
+                # it may have failed at the size of a file, sooner than it was looked at
+                return Ending.TOO_MUCH if code and _wrote_too_much(run) else _judged(code)
         if _wrote_too_much(run):
             return Ending.TOO_MUCH
         if loop.time() >= end_s:

@@ -190,6 +190,15 @@ def test_a_command_that_floods_its_output_is_stopped(tmp_path: Path) -> None:
     assert len(outcome.printed) == 100_000
 
 
+def test_a_flood_that_fails_before_anybody_looks_is_told_as_one(tmp_path: Path) -> None:
+    outcome, _ = run(
+        tmp_path,
+        "import os; os.write(1, bytes(300_000)); raise OSError",
+        limits=Limits(longest_s=10.0, said_bytes=100_000),
+    )
+    assert outcome.ending is Ending.TOO_MUCH
+
+
 def test_no_file_grows_past_its_limit(tmp_path: Path) -> None:
     outcome, files = run(
         tmp_path,
