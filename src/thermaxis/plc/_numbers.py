@@ -1,0 +1,92 @@
+"""Numbers as every dialect reads them: the same binary number comes back."""
+
+import math
+import struct
+import sys
+
+from thermaxis.errors import ConfigurationError
+
+DIGITS = {True: 17, False: 9}
+"""Significant digits by whether numbers are LREAL: as many as find the same binary number again.
+[1]"""
+SMALLEST = {True: sys.float_info.min, False: 2.0**-126}
+"""Smallest number above zero that is kept with all its digits, by whether numbers are LREAL."""
+_PLAIN_FROM, _PLAIN_TO = -3, 6
+
+
+def stored(value: float, *, double: bool, where: str = "") -> float:
+    """Return a number as the target keeps it.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    double : bool
+        Whether the target keeps numbers as LREAL (binary64), or as REAL (binary32).
+    where : str
+        What the number is, for the error.
+
+    Returns
+    -------
+    float
+        The number, rounded to the nearest one of the target.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is no number, is infinite, is too large for the target, or is so small that the
+        target would lose digits of it or take it for zero.
+    """
+    kind = "LREAL" if double else "REAL"
+    if not math.isfinite(value):
+        raise ConfigurationError("the number is infinite or no number at all", where=where)
+    remedy = "" if double else "Export it with LREAL, or choose a unit that suits it"
+    try:
+        kept = float(value) if double else struct.unpack("<f", struct.pack("<f", value))[0]
+    except OverflowError:
+        raise ConfigurationError(
+            f"{value:g} is too large for {kind}", where=where, remedy=remedy
+        ) from None
+    if value != 0.0 and abs(kept) < SMALLEST[double]:
+        raise ConfigurationError(f"{value:g} is too small for {kind}", where=where, remedy=remedy)
+    return kept
+
+
+def number_text(value: float, *, double: bool, where: str = "") -> str:
+    """Return a number as text: a point in the mantissa, an exponent as in ``1.0E-06``.
+
+    Parameters
+    ----------
+    value : float
+        The number, in double precision; rounded once, here.
+    double : bool
+        Whether the target keeps numbers as LREAL, or as REAL.
+    where : str
+        What the number is, for the error.
+
+    Returns
+    -------
+    str
+        17 significant digits for LREAL, 9 for REAL, without zeros at their end; plain from 0.001
+        to ten millions. Whoever reads it as LREAL, or REAL, has the same binary number.
+
+    Raises
+    ------
+    ConfigurationError
+        If the target cannot keep the number, see `stored`.
+    """
+    kept = stored(value, double=double, where=where)
+    sign = "-" if math.copysign(1.0, kept) < 0.0 else ""
+    if kept == 0.0:
+        return sign + "0.0"
+    mantissa, exponent = f"{abs(kept):.{DIGITS[double] - 1}E}".split("E")
+    digits, power = mantissa.replace(".", ""), int(exponent)
+    if not _PLAIN_FROM <= power <= _PLAIN_TO:
+        return f"{sign}{digits[0]}.{_fraction(digits[1:])}E{power:+03d}"
+    if power < 0:
+        return f"{sign}0.{_fraction('0' * (-power - 1) + digits)}"
+    return f"{sign}{digits[: power + 1]}.{_fraction(digits[power + 1 :])}"
+
+
+def _fraction(digits: str) -> str:
+    return digits.rstrip("0") or "0"
