@@ -23,6 +23,7 @@ from thermaxis.screen._assets import Assets
 from thermaxis.screen._guard import Guard
 from thermaxis.screen._history import close_history
 from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._work import close_work
 
 _PAGES = (
     _operator_page,
@@ -75,6 +76,7 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
             await parts.feed.open()
             closing.push_async_callback(parts.feed.close)
             closing.push_async_callback(close_history, application.state)
+            closing.callback(close_work, application.state)
             yield
 
     application = Starlette(routes=found, lifespan=life)

@@ -18,6 +18,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Final, NamedTuple, cast, final
 
+from starlette.datastructures import State
 from starlette.requests import HTTPConnection
 
 from thermaxis.errors import ConfigurationError
@@ -329,6 +330,18 @@ def work_of(connection: HTTPConnection) -> Work:
     if not hasattr(state, "work"):
         state.work = Work()
     return cast("Work", state.work)
+
+
+def close_work(state: State) -> None:
+    """Remove every folder of a program that ends, if anything was ever worked on.
+
+    Parameters
+    ----------
+    state : State
+        State of the application.
+    """
+    if hasattr(state, "work"):
+        cast("Work", state.work).close()
 
 
 def remove_leftovers(where: Path | None = None) -> int:
