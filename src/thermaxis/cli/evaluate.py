@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     )
     from thermaxis.report import PositioningReport
 
+_LONGEST_SOURCE_NAME = 200
+
 
 def _cycle_number(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
@@ -99,6 +101,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--budget", metavar="FILE", type=Path, help="terms of the uncertainty budget (TOML)")
     add("--plan", metavar="FILE", type=Path, help="compare the run with its plan (JSON)")
+    add(
+        "--source-name",
+        metavar="TEXT",
+        help="name of the measured file in results and certificate (default: its file name)",
+    )
     add("--date", metavar="YYYY-MM-DD", type=_date, help="date of the certificate")
     add("--encoding", metavar="NAME", default="cp1250", help="of a text that is not UTF-8")
 
@@ -269,6 +276,7 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
     from dataclasses import replace  # noqa: PLC0415  --help needs none of these
 
     from thermaxis import __version__, report  # noqa: PLC0415
+    from thermaxis.errors import printable  # noqa: PLC0415
     from thermaxis.files import read_positioning_with_sha256  # noqa: PLC0415
     from thermaxis.positioning import (  # noqa: PLC0415
         Cycle,
@@ -316,7 +324,9 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
         uncertainty=uncertainty,
         diagnosis=diagnosis,
         plan_differences=plan_differences,
-        source_name=path.name,
+        source_name=printable(arguments.source_name, _LONGEST_SOURCE_NAME)
+        if arguments.source_name
+        else path.name,
         source_sha256=sha256,
         version=__version__,
         date=arguments.date,

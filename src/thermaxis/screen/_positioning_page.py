@@ -352,7 +352,8 @@ async def _evaluated(request: Request, work: Work, asked: _Asked, person: "Perso
         outcome = await work.run_command(
             [
                 *("evaluate", asked.stored, f"--json={_JSON}", f"--report={_HTML}"),
-                *(f"--report={_PDF}", f"--date={today}", *asked.words),
+                *(f"--report={_PDF}", f"--date={today}", f"--source-name={asked.name}"),
+                *asked.words,
             ],
             limits=Limits(parts.settings.evaluation_s),
             outputs=(_JSON, _HTML, _PDF),

@@ -118,7 +118,7 @@ class Outcome(NamedTuple):
 class _Run(NamedTuple):
     """A command that runs."""
 
-    process: asyncio.subprocess.Process
+    program: asyncio.subprocess.Process
     """Its process, first of a group of its own."""
     folder: Path
     """Where it works."""
@@ -257,7 +257,7 @@ class Work:
         self, words: Sequence[str], folder: WorkFolder, outputs: Sequence[str], limits: Limits
     ) -> Outcome:
         with _printed_file(folder.path) as printed, _printed_file(folder.path) as said:
-            process = await asyncio.create_subprocess_exec(
+            program = await asyncio.create_subprocess_exec(
                 *self._words(words, limits),
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=printed,
@@ -266,13 +266,13 @@ class Work:
                 env=self._environment(folder.path),
                 start_new_session=True,
             )
-            run = _Run(process, folder.path, (printed, said), limits)
+            run = _Run(program, folder.path, (printed, said), limits)
             ending = await _ending_of(run)
             texts = [_text_of(stream, limits.said_bytes) for stream in run.streams]
         found = {name: folder.path / name for name in outputs}
         files = {name: path for name, path in found.items() if _is_file(path)}
         ended = ending in (Ending.DONE, Ending.KILLED)
-        code = process.returncode if ended else None
+        code = program.returncode if ended else None
         return Outcome(ending, code, texts[0], texts[1], MappingProxyType(files), folder)
 
     def _words(self, words: Sequence[str], limits: Limits) -> list[str]:
@@ -409,10 +409,10 @@ async def _ending_of(run: _Run) -> Ending:
     try:
         ending = await _watch(run)
     finally:
-        _kill(run.process.pid)
+        _kill(run.program.pid)
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_GONE_S):
-                await run.process.wait()
+                await run.program.wait()
     return ending
 
 
@@ -422,7 +422,7 @@ async def _watch(run: _Run) -> Ending:
     while True:
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_LOOK_S):
-                code = await run.process.wait()
+                code = await run.program.wait()
                 # it may have failed at the size of a file, sooner than it was looked at
                 return Ending.TOO_MUCH if code and _wrote_too_much(run) else _judged(code)
         if _wrote_too_much(run):

@@ -307,3 +307,16 @@ def test_unknown_words_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
         main(["evaluat"])
     assert stopped.value.code == 2
     assert "invalid choice" in capsys.readouterr().err
+
+
+def test_the_measured_file_may_be_shown_under_another_name(
+    run_file: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    page = tmp_path / "certificate.html"
+    name = "axis <X>\n.csv"
+    found = evaluated(capsys, run_file, "--no-drift", "--source-name", name, "--report", str(page))
+    shown = "axis <X>\\n.csv"
+    assert shown in json.dumps(found, ensure_ascii=False).replace("\\\\", "\\")
+    written = page.read_text(encoding="utf-8")
+    assert "axis &lt;X&gt;" in written
+    assert "run.csv" not in written

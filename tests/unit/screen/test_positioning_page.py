@@ -401,7 +401,8 @@ def test_options_become_words_of_a_fixed_list(stage: Stage) -> None:
     assert told["words"] == [
         *("evaluate", "run.rtl", "--json=result.json"),
         *("--report=report.html", "--report=certificate.pdf", f"--date={date}"),
-        *("--cycle=pilgrim", "--edition=1997", "--reference-time=2.5", "--robust", "--full"),
+        *("--source-name=a.rtl", "--cycle=pilgrim"),
+        *("--edition=1997", "--reference-time=2.5", "--robust", "--full"),
     ]
 
 

@@ -338,7 +338,6 @@ function show(result) {
     ...listed(word("positioning.warnings"),
       result.warnings.map((/** @type {string} */ text) => english("li", text))),
     element("p", word("positioning.content", { sha256: result.sha256 }), "muted"),
-    element("p", word("positioning.stored_as"), "muted"),
   );
   const certificate = /** @type {HTMLAnchorElement} */ (byId("run-certificate"));
   certificate.href = `/positioning/certificate/${encodeURIComponent(result.id)}`;
