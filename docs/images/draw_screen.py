@@ -103,7 +103,7 @@ def draw(folder: Path, wait_s: float) -> None:
 
 def main() -> None:
     """Read the options and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--folder", type=Path, default=Path(__file__).parent)
     parser.add_argument("--wait", type=float, default=60.0, metavar="SECONDS")
     arguments = parser.parse_args()
