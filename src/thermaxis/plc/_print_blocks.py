@@ -90,7 +90,7 @@ def block_lines(block: Block, dialect: Dialect) -> list[str]:
     lines += _section("VAR", (*block.states, *block.temporaries), block.instances, dialect)
     if dialect.typed_constants:
         lines += _section("VAR CONSTANT", block.constants, (), dialect)
-    lines += dialect.before_statements
+    lines += dialect.before_statements or ("",)
     lines += body_lines(block.body, dialect.wording, INDENT)
     return [*lines, "END_FUNCTION_BLOCK"]
 

@@ -179,12 +179,13 @@ def _type(kind: Kind) -> str:
 def _source(program: Program, blocks: tuple[Block, ...]) -> str:
     widths = (0, 1) if program.double else (0,)
     wider = " && ".join(f"(FLT_EVAL_METHOD != {width})" for width in widths)
-    lines = [line for text in program.head for line in remark_lines(text, "", REMARK)]
-    lines += remark_lines(
+    lines: list[str] = []
+    for text in (
+        *program.head[:1],
+        f"Model, units, signs and what is not protected stand in {program.name}.h.",
         "Compile with -ffp-contract=off: a product and a sum in one operation round otherwise.",
-        "",
-        REMARK,
-    )
+    ):
+        lines += remark_lines(text, "", REMARK)
     lines += [
         f'#include "{program.name}.h"',
         "",

@@ -1,0 +1,479 @@
+"""Every rule of the tree is checked, and what breaks it is said in words."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tests.unit.plc.small_programs import LENGTH, count, let, number, small, truth, two, when
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc._check import LONGEST_ARRAY, check_program, unused
+from thermaxis.plc._print_c import print_c
+from thermaxis.plc._print_scl import print_scl
+from thermaxis.plc._print_st import print_st
+from thermaxis.plc._tree import (
+    LONGEST_NAME,
+    Assign,
+    Block,
+    Call,
+    Count,
+    Element,
+    If,
+    Instance,
+    Kind,
+    Minus,
+    Name,
+    Not,
+    OutputOf,
+    Program,
+    Remark,
+    Truth,
+    Variable,
+)
+from thermaxis.plc._walk import ProgramError
+
+
+def inner() -> Block:
+    return Block(
+        name="tx_inner",
+        inputs=(number("u"), truth("go")),
+        outputs=(number("y"), count("n")),
+        body=(let("y", "u"), let("n", 7)),
+    )
+
+
+def program(*body: Any, **parts: Any) -> Program:
+    """A program with variables of every kind whose main block does what is given."""
+    main = Block(
+        name="tx_main",
+        **{
+            "inputs": (number("u"), truth("go"), count("k")),
+            "outputs": (number("y"),),
+            "states": (number("x"), truth("was"), count("i"), number("ring", length=LENGTH)),
+            "temporaries": (number("t"), truth("b"), count("j")),
+            "constants": (number("a", 0.5), number("zero"), count("last", LENGTH - 1)),
+            "instances": (Instance("one", "tx_inner"),),
+            "body": (*body, let("y", "u")),
+            **parts,
+        },
+    )
+    return Program(name="tx_main", double=True, blocks=(inner(), main))
+
+
+def refused(match: str, *body: Any, **parts: Any) -> ProgramError:
+    wrong = program(*body, **parts)
+    with pytest.raises(ProgramError, match=match) as caught:
+        check_program(wrong)
+    return caught.value
+
+
+def taken(*body: Any, **parts: Any) -> None:
+    check_program(program(*body, **parts))
+
+
+CALL = Call("one", (("u", Name("u")), ("go", Truth(value=True))))
+
+
+# ---- the whole ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_a_program_that_keeps_every_rule_is_taken(double: bool) -> None:
+    check_program(small(double=double))
+    assert unused(small(double=double)) == ()
+    taken()
+
+
+@pytest.mark.parametrize("printer", [print_st, print_scl, print_c])
+def test_every_printer_checks_first(printer: Any) -> None:
+    with pytest.raises(ProgramError, match="nobody is not declared"):
+        printer(program(let("t", "nobody")))
+
+
+def test_an_error_names_block_statement_and_branch() -> None:
+    error = refused(
+        "lost is not declared", let("t", "u"), when("go", let("x", "u"), let("t", "lost"))
+    )
+    assert error.where == "block tx_main, statement 2, branch 1, statement 2"
+
+
+def test_the_last_block_is_the_one_that_is_called() -> None:
+    with pytest.raises(ProgramError, match="last block"):
+        check_program(replace(small(), name="tx_lag"))
+    with pytest.raises(ProgramError, match="last block"):
+        check_program(Program(name="tx_none", double=True))
+
+
+# ---- names and texts ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["", "Upper", "1st", "_a", "a_", "a__b", "a-b", "x" * (LONGEST_NAME + 1), "if", "step", "real",
+     "double", "tx_own", "ü"],
+)  # fmt: skip
+def test_a_name_that_some_target_refuses_is_refused(name: str) -> None:
+    refused("name is not legal", temporaries=(number(name),))
+    refused("name is not legal", instances=(Instance(name, "tx_inner"),))
+
+
+@pytest.mark.parametrize("name", ["main", "tx_Main", "tx_" + "x" * LONGEST_NAME, "tx__a"])
+def test_the_name_of_a_block_has_its_prefix_and_a_legal_form(name: str) -> None:
+    whole = program()
+    blocks = (replace(whole.blocks[0], name=name), replace(whole.blocks[1], instances=()))
+    with pytest.raises(ProgramError, match="name of the block is not legal"):
+        check_program(replace(whole, blocks=blocks))
+
+
+@pytest.mark.parametrize(
+    "name", ["tx_number", "tx_step", "tx_init", "tx_main_step", "tx_main_init"]
+)
+def test_the_name_of_a_block_is_none_that_c_needs(name: str) -> None:
+    whole = program()
+    with pytest.raises(ProgramError, match="in C another"):
+        check_program(replace(whole, blocks=(*whole.blocks, replace(inner(), name=name))))
+
+
+def test_names_are_declared_once() -> None:
+    refused("declared twice", temporaries=(number("u"),))
+    refused("declared twice", instances=(Instance("u", "tx_inner"),))
+    refused("declared twice", instances=(Instance("one", "tx_inner"),) * 2)
+    whole = program()
+    with pytest.raises(ProgramError, match="two blocks"):
+        check_program(replace(whole, blocks=(inner(), *whole.blocks)))
+
+
+@pytest.mark.parametrize(
+    "text", ["*)", "(* nested", "/* c", "a\nb", "50 µm", "'", "{", "#", '"', ";"]
+)
+def test_remarks_have_no_sign_that_could_end_them(text: str) -> None:
+    refused("other signs", Remark(text))
+    refused("other signs", temporaries=(Variable("v", Kind.NUMBER, text),))
+    refused("other signs", remarks=(text,))
+    with pytest.raises(ProgramError, match="other signs"):
+        check_program(replace(program(), head=(text,)))
+
+
+def test_units_in_brackets_stand_beside_variables_and_not_in_statements() -> None:
+    taken(temporaries=(Variable("v", Kind.NUMBER, "a length, 2.5 (or so) = x/y: [um]"),))
+    refused("other signs", Remark("a length [um]"))
+
+
+# ---- variables ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "start"),
+    [
+        (Kind.BOOL, 1),
+        (Kind.BOOL, 0.5),
+        (Kind.INT, 32768),
+        (Kind.INT, -32769),
+        (Kind.INT, 1.0),
+        (Kind.INT, True),
+        (Kind.NUMBER, float("nan")),
+        (Kind.NUMBER, float("inf")),
+        (Kind.NUMBER, True),
+    ],
+)
+def test_a_start_is_of_its_kind(kind: Kind, start: float) -> None:
+    refused(f"is no {kind.value}", temporaries=(Variable("v", kind, "v", start),))
+
+
+def test_a_number_that_the_target_cannot_keep_is_refused_with_its_name() -> None:
+    constants = (number("tiny", 1e-300),)
+    taken(constants=constants)
+    with pytest.raises(ConfigurationError, match="tx_main, tiny: 1e-300 is too small for REAL"):
+        check_program(replace(program(constants=constants), double=False))
+
+
+def test_only_states_are_arrays_and_no_array_is_too_long_or_has_a_start() -> None:
+    array = number("other", length=3)
+    taken(states=(array, number("most", length=LONGEST_ARRAY)))
+    for section in ("inputs", "outputs", "temporaries", "constants"):
+        refused("only a state", **{section: (array,)})
+    for length in (-1, LONGEST_ARRAY + 1):
+        refused("elements", states=(number("other", length=length),))
+    refused("no start", states=(number("other", 1.0, length=3),))
+
+
+def test_a_block_says_something() -> None:
+    refused("no output", outputs=(), body=())
+
+
+# ---- calls --------------------------------------------------------------------------------------
+
+
+def test_an_instance_is_of_a_block_that_stands_before() -> None:
+    refused("does not stand before", instances=(Instance("one", "tx_none"),))
+    refused("does not stand before", instances=(Instance("one", "tx_main"),))
+    whole = program(CALL)
+    check_program(whole)
+    turned = Program(name="tx_inner", double=True, blocks=(whole.blocks[1], whole.blocks[0]))
+    with pytest.raises(ProgramError, match="does not stand before"):
+        check_program(turned)
+
+
+def test_two_blocks_cannot_call_each_other() -> None:
+    first = replace(inner(), instances=(Instance("whole", "tx_main"),))
+    with pytest.raises(ProgramError, match="does not stand before"):
+        check_program(replace(program(CALL), blocks=(first, program(CALL).blocks[1])))
+
+
+def test_a_call_gives_every_input_in_its_order_and_kind() -> None:
+    taken(CALL, let("x", "one.y"), let("i", 0))
+    u, go = ("u", Name("u")), ("go", Name("go"))
+    refused("no instance", Call("two", (u, go)))
+    refused("in their order", Call("one", (u,)))
+    refused("in their order", Call("one", (go, u)))
+    refused("in their order", Call("one", (u, go, go)))
+    refused("NUMBER|number", Call("one", (("u", Name("go")), go)))
+    refused("BOOL belongs", Call("one", (u, ("go", Count(1)))))
+    refused("name, a truth", Call("one", (u, ("go", Not(Name("go"))))))
+    refused("name, a truth", Call("one", (("u", OutputOf("one", "y")), go)))
+
+
+def test_an_output_is_one_of_an_instance() -> None:
+    refused("no instance", let("x", OutputOf("two", "y")))
+    refused("no output v", let("x", OutputOf("one", "v")))
+    refused("no output u", let("x", OutputOf("one", "u")))
+
+
+# ---- kinds and operations -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        let("x", "go"),
+        let("x", "k"),
+        let("x", 1),
+        let("x", True),
+        let("was", "u"),
+        let("was", 0),
+        let("i", "u"),
+        let("x", two("u", "+", "k")),
+        let("x", two("go", "+", "go")),
+        let("was", two("u", "AND", "go")),
+        let("was", two("k", "OR", "k")),
+        let("was", two("go", "<", "go")),
+        let("was", two("go", "=", "was")),
+        let("was", two("u", "<", "k")),
+        let("was", two("u", "<", 1)),
+        let("was", Not(Name("u"))),
+        let("x", Minus(Name("go"))),
+        let("i", Minus(Name("k"))),
+        let("i", two("k", "/", "last")),
+        let("i", 32768),
+        let("i", -32769),
+        when("u", let("x", "u")),
+        when(two("k", "+", 1), let("x", "u")),
+    ],
+)
+def test_kinds_are_never_mixed(statement: Any) -> None:
+    with pytest.raises(ProgramError):
+        check_program(program(statement))
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        let("x", two("u", "*", two("u", "+", "x"))),
+        let("x", two(two("u", "*", "x"), "+", "x")),
+        let("was", two(two("u", "-", "x"), ">", "a")),
+        when(two("a", "<", two("u", "+", "x")), let("x", "u")),
+        let("was", two("go", "AND", two(two("u", "*", "a"), "<", "x"))),
+        let(Element("ring", "i"), two(two("u", "*", "a"), "+", "x")),
+    ],
+)
+def test_a_number_is_computed_alone(statement: Any) -> None:
+    with pytest.raises(ProgramError, match="operation on numbers"):
+        check_program(program(statement))
+
+
+def test_one_operation_on_numbers_may_have_signs_elements_and_outputs() -> None:
+    taken(
+        CALL,
+        let("x", two(Minus(Name("u")), "*", OutputOf("one", "y"))),
+        let("x", two(Element("ring", "i"), "-", Minus(Element("ring", "i")))),
+        let("was", two(two("u", "<", Minus(Name("a"))), "OR", Not(two("x", "=", "u")))),
+    )
+
+
+def test_only_copied_numbers_are_compared_for_equality() -> None:
+    refused("copied", let("was", two(Minus(Name("u")), "=", "x")))
+
+
+@pytest.mark.parametrize("divisor", ["zero", "u", "x", Minus(Name("a"))])
+def test_only_a_constant_that_is_not_zero_divides(divisor: Any) -> None:
+    refused("divides", let("x", two("u", "/", divisor)))
+    taken(let("x", two("u", "/", "a")))
+
+
+@pytest.mark.parametrize("name", ["u", "go", "k", "a", "last"])
+def test_inputs_and_constants_are_never_written(name: str) -> None:
+    refused("never written", Assign(Name(name), Name(name)))
+
+
+def test_arrays_are_named_with_an_index_and_nothing_else_is() -> None:
+    refused("needs an index", let("x", "ring"))
+    refused("needs an index", let("ring", "x"))
+    refused("no array", let("x", Element("u", "i")))
+    refused("INT belongs", let("x", Element("ring", "u")))
+    refused("not declared", let("x", Element("rung", "i")))
+    refused("not declared", let("x", Element("ring", "ii")))
+
+
+def test_a_branch_does_something() -> None:
+    refused("no branch", If(()))
+    refused("does nothing", when("go"))
+    refused("does nothing", when("go", Remark("later")))
+    refused("does nothing", If(((Name("go"), (let("x", "u"),)),), (Remark("later"),)))
+
+
+# ---- written before read ------------------------------------------------------------------------
+
+
+def test_a_temporary_is_written_before_it_is_read_on_every_path() -> None:
+    refused("t may be read before", let("x", "t"))
+    refused("t may be read before", let("x", two("a", "*", "t")), let("t", "u"))
+    refused("b may be read before", when("b", let("x", "u")))
+    refused("b may be read before", let("was", two("go", "OR", Not(Name("b")))))
+    refused("j may be read before", let("x", Element("ring", "j")))
+    refused("j may be read before", let(Element("ring", "j"), "u"))
+    refused("t may be read before", Call("one", (("u", Name("t")), ("go", Name("go")))))
+    refused("t may be read before", when("go", let("t", "u")), let("x", "t"))
+    refused(
+        "t may be read before",
+        If(((Name("go"), (let("t", "u"),)), (Name("was"), (let("t", "u"),)))),
+        let("x", "t"),
+    )
+    refused(
+        "t may be read before",
+        If(((Name("go"), (let("t", "u"),)),), (let("b", True),)),
+        let("x", "t"),
+    )
+    taken(If(((Name("go"), (let("t", "u"),)),), (let("t", "a"),)), let("x", "t"))
+    taken(when("go", let("t", "u"), let("x", "t")))
+
+
+def test_an_output_is_written_on_every_path_and_not_read_before() -> None:
+    refused("y is not written", body=())
+    refused("y is not written", body=(when("go", let("y", "u")),))
+    refused("y may be read before", let("x", "y"))
+    taken(body=(If(((Name("go"), (let("y", "u"),)),), (let("y", "x"),)), let("x", "y")))
+
+
+# ---- whole numbers and indices ------------------------------------------------------------------
+
+
+def turn(limit: Any, *, sign: str = ">=") -> tuple[Any, ...]:
+    """Count a place on and set it back."""
+    return (
+        let(Element("ring", "i"), "u"),
+        let("i", two("i", "+", 1)),
+        when(two("i", sign, limit), let("i", 0)),
+    )
+
+
+def test_an_index_that_is_set_back_in_time_is_taken() -> None:
+    taken(*turn(LENGTH))
+    taken(*turn("last", sign=">"))
+    taken(*turn(LENGTH - 2))
+    taken(
+        If(
+            ((two("i", "<", "last"), (let("i", two("i", "+", 1)),)),),
+            (let("i", 0),),
+        ),
+        let("x", Element("ring", "i")),
+    )
+    taken(
+        when(
+            two(two("k", ">=", 0), "AND", two("k", "<", LENGTH)),
+            let("x", Element("ring", "k")),
+        )
+    )
+    taken(
+        If(
+            ((two(two("k", "<", 0), "OR", two("k", ">", "last")), (let("x", "u"),)),),
+            (let("x", Element("ring", "k")),),
+        )
+    )
+    taken(when(Not(two(two("k", "<", 0), "OR", two(4, "<", "k"))), let("x", Element("ring", "k"))))
+    taken(when(two("k", "=", 3), let("x", Element("ring", "k"))))
+    taken(let("x", Element("ring", "last")))
+
+
+def test_an_index_that_may_leave_its_array_is_refused() -> None:
+    refused("i may be 0 to 5, ring has 0 to 4", *turn(LENGTH + 1))
+    refused("ring has 0 to 4", *turn(LENGTH, sign=">"))
+    refused("ring has 0 to 4", let("x", Element("ring", "k")))
+    refused("k may be -32768 to 4", when(two("k", "<", 5), let("x", Element("ring", "k"))))
+    refused(
+        "ring has 0 to 4",
+        when(two(two("k", ">=", 0), "OR", two("k", "<", 5)), let("x", Element("ring", "k"))),
+    )
+    refused(
+        "ring has 0 to 4",
+        let("i", -1),
+        let("x", Element("ring", "i")),
+    )
+    refused("i may be 5 to 5", states=(count("i", 5), number("ring", length=5)),
+            body=(let("y", Element("ring", "i")),))  # fmt: skip
+
+
+def test_a_condition_beside_an_element_does_not_guard_it_because_both_sides_are_evaluated() -> None:
+    inside = two(two("k", ">=", 0), "AND", two("k", "<", LENGTH))
+    refused(
+        "ring has 0 to 4",
+        let("was", two(inside, "AND", two(Element("ring", "k"), ">", "a"))),
+    )
+
+
+def test_a_count_that_is_held_or_set_back_is_taken_and_one_that_grows_is_refused() -> None:
+    taken(when(two("i", "<", 32767), let("i", two("i", "+", 1))))
+    taken(If(((two("i", ">=", 32767), (let("i", 0),)),), (let("i", two("i", "+", 1)),)))
+    refused("may become 32768", let("i", two("i", "+", 1)))
+    refused("may become -32769", let("i", two("i", "-", 1)))
+    refused("may become 32768", let("i", two("k", "+", 1)))
+    refused("may become", let("i", two("k", "*", -2)))
+    refused("may become", when(two(two("k", "+", 1), ">", 3), let("x", "u")))
+
+
+def test_what_an_instance_says_is_known_to_lie_in_its_interval() -> None:
+    taken(CALL, let("i", two(OutputOf("one", "n"), "*", 4000)))
+    refused("may become 35000", CALL, let("i", two(OutputOf("one", "n"), "*", 5000)))
+
+
+def test_a_branch_that_cannot_be_reached_harms_nothing() -> None:
+    taken(when(two(1, ">", 2), let("x", Element("ring", "k"))))
+    taken(when(Truth(value=False), let("x", Element("ring", "k"))))
+
+
+def test_whole_numbers_in_an_array_are_followed_together() -> None:
+    states = (count("i"), replace(count("rows"), length=3))
+    rows = Element("rows", "i")
+    taken(let(rows, 3), let("j", rows), let("j", two("j", "*", 10_000)), states=states)
+    refused("may become 40000", let(rows, 4), let("j", two(rows, "*", 10_000)), states=states)
+
+
+# ---- what is never used -------------------------------------------------------------------------
+
+
+def test_what_is_never_used_is_listed() -> None:
+    whole = program(let("was", True), let("t", "a"))
+    spare = replace(inner(), name="tx_spare")
+    whole = replace(whole, blocks=(spare, *whole.blocks))
+    assert set(unused(whole)) == {
+        "tx_main.x",
+        "tx_main.was",
+        "tx_main.i",
+        "tx_main.ring",
+        "tx_main.t",
+        "tx_main.b",
+        "tx_main.j",
+        "tx_main.zero",
+        "tx_main.last",
+        "tx_main.one",
+        "tx_spare",
+    }

@@ -1,0 +1,104 @@
+"""Numbers as text come back as the same binary number."""
+
+import re
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc._numbers import number_text, stored
+
+FORM = re.compile(r"-?[0-9]+\.[0-9]+(E[+-][0-9]{2,3})?")
+
+
+def bits(value: float, *, double: bool) -> bytes:
+    return struct.pack("<d" if double else "<f", value)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, allow_subnormal=False))
+def test_an_lreal_comes_back_with_every_bit(value: float) -> None:
+    text = number_text(value, double=True)
+    assert FORM.fullmatch(text)
+    assert bits(float(text), double=True) == bits(value, double=True)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, allow_subnormal=False, width=32))
+def test_a_real_comes_back_with_every_bit(value: float) -> None:
+    text = number_text(value, double=False)
+    assert FORM.fullmatch(text)
+    assert bits(float(text), double=False) == bits(value, double=False)
+
+
+@given(st.floats(min_value=-1e30, max_value=1e30).filter(lambda x: abs(x) > 1e-30))
+def test_a_double_is_rounded_to_real_once_and_to_the_nearest(value: float) -> None:
+    kept = float(number_text(value, double=False))
+    nearest = struct.unpack("<f", struct.pack("<f", value))[0]
+    assert bits(kept, double=False) == bits(nearest, double=False)
+    assert stored(value, double=False) == nearest
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, allow_subnormal=False))
+def test_no_more_digits_are_printed_than_the_type_has(value: float) -> None:
+    for double, most in ((True, 17), (False, 9)):
+        try:
+            text = number_text(value, double=double)
+        except ConfigurationError:
+            continue
+        digits = text.partition("E")[0].replace("-", "").replace(".", "")
+        assert len(digits.strip("0")) <= most
+
+
+@pytest.mark.parametrize(
+    ("value", "lreal", "real"),
+    [
+        (0.0, "0.0", "0.0"),
+        (-0.0, "-0.0", "-0.0"),
+        (1.0, "1.0", "1.0"),
+        (-2.5, "-2.5", "-2.5"),
+        (60.0, "60.0", "60.0"),
+        (1e-6, "9.9999999999999995E-07", "9.99999997E-07"),
+        (0.1, "0.10000000000000001", "0.100000001"),
+        (0.001, "0.001", "0.00100000005"),
+        (2.0**-20, "9.5367431640625E-07", "9.53674316E-07"),
+        (1e6, "1000000.0", "1000000.0"),
+        (123456.75, "123456.75", "123456.75"),
+        (1e7, "1.0E+07", "1.0E+07"),
+        (2.0**100, "1.2676506002282294E+30", "1.2676506E+30"),
+    ],
+)
+def test_numbers_have_a_point_and_an_exponent_of_two_digits(
+    value: float, lreal: str, real: str
+) -> None:
+    assert number_text(value, double=True) == lreal
+    assert number_text(value, double=False) == real
+
+
+@pytest.mark.parametrize("double", [True, False])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
+def test_what_is_no_number_is_refused(value: float, double: bool) -> None:
+    with pytest.raises(ConfigurationError, match="here: the number is infinite or no number"):
+        number_text(value, double=double, where="here")
+
+
+@pytest.mark.parametrize(
+    ("value", "double"),
+    [(5e-324, True), (2.2e-308, True), (-1e-310, True), (1e-45, False), (1e-300, False)],
+)
+def test_a_number_that_would_lose_digits_or_vanish_is_refused(value: float, double: bool) -> None:
+    with pytest.raises(ConfigurationError, match="too small for " + ("L" * double) + "REAL"):
+        number_text(value, double=double)
+
+
+def test_a_number_beyond_real_is_refused_and_lreal_is_offered() -> None:
+    with pytest.raises(ConfigurationError, match=r"1e\+39 is too large for REAL.*LREAL"):
+        number_text(1e39, double=False)
+    assert number_text(1e39, double=True) == "9.9999999999999994E+38"
+
+
+def test_the_largest_and_the_smallest_numbers_of_both_types_are_kept() -> None:
+    for value in (1.7976931348623157e308, 2.2250738585072014e-308):
+        assert float(number_text(value, double=True)) == value
+    for value in (3.4028234663852886e38, 2.0**-126):
+        assert stored(float(number_text(value, double=False)), double=False) == value

@@ -1,0 +1,250 @@
+"""C99 says what the tree says; where gcc is, it is compiled and run."""
+
+import re
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import chain
+from pathlib import Path
+
+import pytest
+
+from tests.unit.plc.small_programs import Asked, Said, asked, let, number, said, small, truth
+from tests.unit.plc.st_interpreter import first_difference
+from thermaxis.plc._print_c import CText, print_c
+from thermaxis.plc._tree import Program
+
+FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off")
+MORE_FLAGS = (
+    "-Wconversion", "-Wfloat-conversion", "-Wdouble-promotion", "-Wshadow", "-Wstrict-prototypes",
+    "-Wmissing-prototypes", "-Wsign-conversion", "-Wundef", "-Wcast-qual",
+)  # fmt: skip
+DRIVER = """
+#include "tx_small.h"
+#include <stdio.h>
+int main(void) {
+    tx_small block;
+    double u;
+    int reset, offset;
+    tx_small_init(&block);
+    printf("%a %d %d %d\\n", (double)block.y_um, block.at_limit, block.beat, block.sum_word);
+    while (scanf("%la %d %d", &u, &reset, &offset) == 3) {
+        block.u_um = (tx_number)u;
+        block.reset = reset != 0;
+        block.offset = (int16_t)offset;
+        tx_small_step(&block);
+        printf("%a %d %d %d\\n", (double)block.y_um, block.at_limit, block.beat, block.sum_word);
+    }
+    return 0;
+}
+"""
+
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not here")
+
+
+def written(text: CText, folder: Path, name: str = "tx_small") -> Path:
+    (folder / f"{name}.h").write_text(text.header, encoding="ascii")
+    (folder / f"{name}.c").write_text(text.source, encoding="ascii")
+    return folder / f"{name}.c"
+
+
+def compiler(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = ["gcc", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+
+
+def run(program: Path, rows: Sequence[Asked]) -> list[Said]:
+    sent = "".join(f"{r.u_um.hex()} {int(r.reset)} {r.offset}\n" for r in rows)
+    answer = subprocess.run(
+        [str(program)], input=sent, capture_output=True, text=True, check=True, timeout=60
+    )
+    cells = [line.split() for line in answer.stdout.splitlines()]
+    return [Said(float.fromhex(a), b == "1", int(c), int(d)) for a, b, c, d in cells]
+
+
+# ---- the text -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_the_text_is_ascii_in_lines_of_a_hundred_signs(double: bool) -> None:
+    for text in print_c(small(double=double)):
+        assert text.isascii()
+        assert max(map(len, text.splitlines())) <= 100
+        assert not any(line != line.rstrip() for line in text.splitlines())
+        assert text.count("/*") == text.count("*/")
+        assert "//" not in text
+
+
+def test_inputs_outputs_states_and_instances_are_members_and_the_rest_is_local() -> None:
+    header, source = print_c(small())
+    for line in (
+        "    tx_number u_um;  /* a number [um] */",
+        "    bool at_limit;  /* a truth */",
+        "    int16_t beat;  /* a whole number [1] */",
+        "    tx_number ring[5];  /* a number [um] */",
+        "    tx_small_lag one;",
+        "void tx_small_init(tx_small *b);",
+        "void tx_small_step(tx_small *b);",
+        "typedef double tx_number;",
+        'extern "C" {',
+        "#ifndef TX_SMALL_H",
+    ):
+        assert line in header.splitlines()
+    for line in (
+        "static void tx_small_lag_step(tx_small_lag *b_)",
+        "    static const tx_number largest_um = 12.5;  /* largest magnitude [um] */",
+        "    tx_number past = 0.0;  /* a number [um] */",
+        "    low = b_->one.y;",
+        "    b_->one.u = past;",
+        "    tx_small_lag_step(&b_->one);",
+        "    low = (-largest_um);",
+        "    b_->ring[b_->place] = b_->u_um;",
+        "    if (b_->place >= last) {",
+        "        b_->place = (int16_t)(b_->place + 1);",
+        "    b_->at_limit = (beyond && ((!b_->reset) && yes));",
+        "    if (b_->offset == (-7)) {",
+        "    b_->y_um = 0.25;",
+    ):
+        assert line in source.splitlines(), line
+
+
+def test_nothing_is_included_but_types_and_nothing_is_called_but_its_own() -> None:
+    for double in (True, False):
+        header, source = print_c(small(double=double))
+        assert set(re.findall(r"#include (.*)", header + source)) == {
+            "<stdbool.h>", "<stdint.h>", "<float.h>", '"tx_small.h"',
+        }  # fmt: skip
+        code = re.sub(r"/\*.*?\*/|#.*", "", source)
+        called = set(re.findall(r"\b(\w+)\(", code)) - {"if", "for"}
+        assert called == {
+            "tx_small_init", "tx_small_step", "tx_small_lag_init", "tx_small_lag_step",
+        }  # fmt: skip
+
+
+def test_real_is_float_and_no_literal_is_a_double() -> None:
+    header, source = print_c(small(double=False))
+    assert "typedef float tx_number;" in header
+    assert "double" not in source
+    code = re.sub(r"/\*.*?\*/", "", source)
+    literals = re.findall(r"[0-9]+\.[0-9]+\w*(?:[+-][0-9]+F)?", code)
+    assert literals
+    assert all(literal.endswith("F") for literal in literals)
+    assert "static const tx_number alpha = 0.142857149F;" in source
+
+
+def test_what_is_not_used_makes_no_warning_and_a_block_nobody_calls_is_left_out() -> None:
+    header, source = print_c(with_unused())
+    assert "spare_constant" not in source
+    assert "    (void)spare;" in source.splitlines()
+    assert "tx_small_spare" not in header + source
+    assert "tx_small_idle_init(&b_->never);" in source
+    assert "tx_small_idle_step" not in source
+
+
+def with_unused() -> Program:
+    program = small()
+    lag, main = program.blocks
+    main = replace(
+        main,
+        temporaries=(*main.temporaries, number("spare"), truth("unset")),
+        constants=(*main.constants, number("spare_constant", 2.5)),
+        instances=(*main.instances, replace(main.instances[0], name="never", block="tx_idle")),
+        body=(let("spare", "u_um"), *main.body),
+    )
+    idle = replace(lag, name="tx_idle")
+    return replace(program, blocks=(lag, replace(lag, name="tx_spare"), idle, main))
+
+
+# ---- compiled -----------------------------------------------------------------------------------
+
+
+@pytest.mark.system
+@needs_gcc
+@pytest.mark.parametrize("level", ["-O0", "-O2", "-O3"])
+@pytest.mark.parametrize("double", [True, False])
+def test_compiled_without_a_warning_it_computes_what_plain_python_computes(
+    tmp_path: Path, double: bool, level: str
+) -> None:
+    source = written(print_c(small(double=double)), tmp_path)
+    built = compiler(*FLAGS, *MORE_FLAGS, level, "-c", source, "-o", tmp_path / "block.o")
+    assert (built.returncode, built.stderr) == (0, "")
+    driver = tmp_path / "driver.c"
+    driver.write_text(DRIVER, encoding="ascii")
+    program = tmp_path / "program"
+    linked = compiler(*FLAGS, level, driver, tmp_path / "block.o", "-o", program)
+    assert (linked.returncode, linked.stderr) == (0, "")
+    rows = asked(2000, seed=3)
+    expected = chain([(0.25, True, -3, 0)], said(rows, double=double))
+    assert first_difference(Said._fields, expected, run(program, rows)) is None
+
+
+@pytest.mark.system
+@needs_gcc
+def test_a_changed_coefficient_is_found(tmp_path: Path) -> None:
+    text = print_c(small())
+    changed = re.sub(r"(alpha = 0\.14285714285714)\d+", r"\g<1>300", text.source)
+    assert changed != text.source
+    source = written(CText(text.header, changed), tmp_path)
+    driver = tmp_path / "driver.c"
+    driver.write_text(DRIVER, encoding="ascii")
+    assert compiler(*FLAGS, driver, source, "-o", tmp_path / "program").returncode == 0
+    rows = asked(50)
+    expected = chain([(0.25, True, -3, 0)], said(rows, double=True))
+    assert first_difference(Said._fields, expected, run(tmp_path / "program", rows)) is not None
+
+
+@pytest.mark.system
+@needs_gcc
+def test_unused_parts_make_no_warning(tmp_path: Path) -> None:
+    source = written(print_c(with_unused()), tmp_path)
+    for level in ("-O0", "-O2"):
+        built = compiler(*FLAGS, *MORE_FLAGS, level, "-c", source, "-o", tmp_path / "block.o")
+        assert (built.returncode, built.stderr) == (0, "")
+
+
+@pytest.mark.system
+@needs_gcc
+def test_two_programs_stand_in_one_and_mixed_numbers_are_refused(tmp_path: Path) -> None:
+    other = small()
+    main = replace(other.blocks[-1], name="tx_other")
+    other = replace(other, name="tx_other", blocks=(*other.blocks[:-1], main))
+    written(print_c(small()), tmp_path)
+    written(print_c(other), tmp_path, "tx_other")
+    both = tmp_path / "both.c"
+    both.write_text(
+        '#include "tx_small.h"\n#include "tx_other.h"\n#include "tx_small.h"\n'
+        "int main(void) { tx_small a; tx_other b; tx_small_init(&a); tx_other_init(&b);\n"
+        "tx_small_step(&a); tx_other_step(&b); return 0; }\n",
+        encoding="ascii",
+    )
+    sources = (both, tmp_path / "tx_small.c", tmp_path / "tx_other.c")
+    built = compiler(*FLAGS, *sources, "-o", tmp_path / "program")
+    assert (built.returncode, built.stderr) == (0, "")
+    written(print_c(replace(other, double=False)), tmp_path, "tx_other")
+    mixed = compiler(*FLAGS, "-c", both, "-o", tmp_path / "both.o")
+    assert mixed.returncode != 0
+    assert "computes in float, another one included before in double" in mixed.stderr
+
+
+@pytest.mark.system
+@needs_gcc
+def test_a_compiler_that_computes_otherwise_is_refused(tmp_path: Path) -> None:
+    macros = compiler("-dM", "-E", "-x", "c", "/dev/null").stdout
+    for double in (True, False):
+        source = written(print_c(small(double=double)), tmp_path)
+        fast = compiler(*FLAGS, "-ffast-math", "-c", source, "-o", tmp_path / "block.o")
+        assert "fast math" in fast.stderr
+        if "__x86_64__" in macros:
+            wide = compiler(*FLAGS, "-mfpmath=387", "-c", source, "-o", tmp_path / "block.o")
+            assert "does not compute in the type" in wide.stderr
+
+
+@pytest.mark.system
+@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not here")
+def test_cplusplus_reads_the_header(tmp_path: Path) -> None:
+    written(print_c(small()), tmp_path)
+    user = tmp_path / "user.cpp"
+    user.write_text('#include "tx_small.h"\nvoid f(tx_small *b) { tx_small_step(b); }\n')
+    built = compiler("-x", "c++", "-std=c++17", "-Wall", "-Werror", "-fsyntax-only", user)
+    assert (built.returncode, built.stderr) == (0, "")

@@ -1,0 +1,138 @@
+"""Structured Text says what the tree says, and other programs read it so."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from tests.unit.plc.small_programs import Asked, asked, let, number, said, small, two, when
+from tests.unit.plc.st_interpreter import Machine, first_difference, parse_with_blark
+from thermaxis.plc._numbers import number_text
+from thermaxis.plc._print_st import print_st
+from thermaxis.plc._tree import Name, Not, Operation, Program, Remark, Two
+
+FLAVOURS = ("iec", "twincat", "codesys")
+
+
+def long_program() -> Program:
+    """A program with lines that must be broken: a long condition, text and call."""
+    text = "a remark that is so long that no line of a hundred signs has room for it " * 3
+    names = [f"number_{k}_of_many" for k in range(12)]
+    condition: Two | Not = Not(two(names[0], "<", "u_um"))
+    for name in names:
+        condition = Two(condition, Operation.AND, Not(two(name, ">", "u_um")))
+    program = small()
+    main = program.blocks[-1]
+    main = replace(
+        main,
+        remarks=(text,),
+        temporaries=(*main.temporaries, *(number(n, 0.0, text) for n in names)),
+        body=(
+            Remark(text),
+            *(let(n, Name("u_um")) for n in names),
+            when(condition, let("low", "u_um")),
+            *main.body,
+        ),
+    )
+    return replace(program, head=(text,), blocks=(program.blocks[0], main))
+
+
+@pytest.mark.parametrize("double", [True, False])
+@pytest.mark.parametrize("flavour", FLAVOURS)
+def test_the_text_computes_what_plain_python_computes(flavour: str, double: bool) -> None:
+    machine = Machine(print_st(small(double=double), flavour))  # type: ignore[arg-type]
+    assert machine.inputs == Asked._fields
+    rows = asked(400)
+    got = machine.start().run(rows)
+    assert first_difference(machine.outputs, said(rows, double=double), got) is None
+    columns = list(zip(*got, strict=True))
+    assert set(columns[1]) == {True, False}
+    assert {row[3] for row in got} >= {0, 1, 2, 4}
+
+
+def test_before_the_first_call_everything_has_its_start() -> None:
+    assert Machine(print_st(small())).start().first == (0.25, True, -3, 0)
+
+
+@pytest.mark.parametrize("flavour", FLAVOURS)
+@pytest.mark.parametrize("program", [small(), small(double=False), long_program()])
+def test_the_text_is_ascii_in_lines_of_a_hundred_signs(flavour: str, program: Program) -> None:
+    text = print_st(program, flavour)  # type: ignore[arg-type]
+    assert text.isascii()
+    assert text.endswith("\n")
+    assert max(map(len, text.splitlines())) <= 100
+    assert not any(line != line.rstrip() for line in text.splitlines())
+    assert set(text) >= set("():=;")
+    assert "\t" not in text
+
+
+def test_lines_that_were_broken_compute_the_same() -> None:
+    text = print_st(long_program())
+    assert any(len(line) > 90 for line in text.splitlines())
+    rows = asked(50)
+    names, got = Machine(text).outputs, Machine(text).start().run(rows)
+    assert first_difference(names, said(rows, double=True), got) is None
+
+
+def test_another_grammar_reads_it() -> None:
+    for flavour in FLAVOURS:
+        parse_with_blark(print_st(small(), flavour))  # type: ignore[arg-type]
+    parse_with_blark(print_st(long_program()))
+
+
+def test_remarks_are_never_nested_and_stand_in_one_line() -> None:
+    for flavour in FLAVOURS:
+        text = print_st(long_program(), flavour)  # type: ignore[arg-type]
+        assert "//" not in text
+        assert "/*" not in text
+        for line in text.splitlines():
+            assert line.count("(*") == line.count("*)") <= 1
+            if "(*" in line:
+                assert line.index("(*") < line.index("*)")
+                assert line.endswith("*)")
+
+
+def test_every_operation_stands_in_parentheses() -> None:
+    text = print_st(small())
+    assert "at_limit := (beyond AND ((NOT reset) AND yes));" in text
+    assert "low := (-largest_um);" in text
+    assert "IF (sum_word" not in text
+    assert "    IF (offset = (-7)) THEN" in text
+    assert "        place := (place + 1);" in text
+    assert "one(u := past, start := reset);" in text
+    assert "low := one.y;" in text
+    assert "past := ring[place];" in text
+
+
+def test_declarations_have_type_start_and_remark() -> None:
+    text = print_st(small())
+    assert "    u_um : LREAL := 0.0;  (* a number [um] *)" in text
+    assert "    y_um : LREAL := 0.25;  (* a number [um] *)" in text
+    assert "    at_limit : BOOL := TRUE;  (* a truth *)" in text
+    assert "    beats : INT := -1;  (* a whole number [1] *)" in text
+    assert "    ring : ARRAY[0..4] OF LREAL;  (* a number [um] *)" in text
+    assert "    one : tx_lag;" in text
+    assert f"    alpha : LREAL := {number_text(1 / 7, double=True)};" in text
+    assert " LREAL" not in print_st(small(double=False))
+    assert "    alpha : REAL := 0.142857149;" in print_st(small(double=False))
+
+
+def test_no_number_stands_in_a_statement() -> None:
+    for double in (True, False):
+        for block in print_st(small(double=double)).split("FUNCTION_BLOCK tx_")[1:]:
+            statements = block.rpartition("END_VAR")[2]
+            assert not re.search(r"[0-9]\.[0-9]", re.sub(r"\(\*.*?\*\)", "", statements))
+
+
+def test_editors_with_two_panes_get_marks_and_nothing_else_differs() -> None:
+    plain = print_st(small())
+    for flavour, name in (("twincat", "TwinCAT 3"), ("codesys", "CODESYS")):
+        text = print_st(small(), flavour)  # type: ignore[arg-type]
+        assert name in text
+        assert text.count("the lower pane ----") == 2
+        code = [line for line in text.splitlines() if line and not line.startswith("(*")]
+        assert code == [line for line in plain.splitlines() if line and not line.startswith("(*")]
+
+
+def test_the_same_program_gives_the_same_text() -> None:
+    assert print_st(small()) == print_st(small())
