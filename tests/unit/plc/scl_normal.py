@@ -15,7 +15,7 @@ _REMARK = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _HEADING = re.compile(r'FUNCTION_BLOCK "([A-Za-z][A-Za-z0-9_]*)"')
 _INSTANCE = re.compile(r'(\s*[A-Za-z]\w* : )"([A-Za-z]\w*)";\s*')
 _CONSTANT = re.compile(r"(\s*[A-Za-z]\w*) := ([^;]+);(.*)")
-_WORD = re.compile(r"(?<![\w#.])[A-Za-z_]\w*")
+_WORD = re.compile(r"(?<![\w.])#?[A-Za-z_]\w*")
 _ATTRIBUTES: dict[Cpu, tuple[str, ...]] = {
     "s7-1500": (r"\{ S7_Optimized_Access := 'TRUE' \}", r"VERSION : [0-9]+\.[0-9]+"),
     "s7-300": (
@@ -127,11 +127,12 @@ class _Normal:
         if self._cpu == "s7-300":
             self._refuse(line, "#")
             return line
-        if re.search(r"#(?![A-Za-z])", line) or re.search(r"\w#", line):
-            raise self._error("# stands before no name")
+        if re.search(r"#(?![A-Za-z])|[\w.#]#", line):
+            raise self._error("# stands before no variable")
         for word in _WORD.finditer(line):
-            if word.group() not in _KEYWORDS and not self._is_argument(line, word):
-                raise self._error(f"{word.group()} has no # before it")
+            marked, argument = word.group().startswith("#"), self._is_argument(line, word)
+            if marked == argument and word.group() not in _KEYWORDS:
+                raise self._error(f"{word.group()}: # stands before variables, and only there")
         self._depth += line.count("(") - line.count(")")
         return line.replace("#", " ")
 
