@@ -103,7 +103,7 @@ def _conventions(settings: PlcSettings) -> Iterator[str]:
         for channel in model.channels:
             yield f"Reference of {remark_text(channel)}: {_number(model.reference_c[channel])} degC"
     else:
-        yield "Reference: the first good temperatures after the start; sections start at rest."
+        yield "Reference: the first good temperatures after the start, sections start at rest."
     yield "Start: nothing is kept over a loss of power."
 
 

@@ -20,7 +20,7 @@ from thermaxis.plc._build_draft import (
     when,
     within,
 )
-from thermaxis.plc._tree import Block, Count, Element, Expression, Kind, Statement
+from thermaxis.plc._tree import Block, Count, Element, Expression, Kind, Name, Statement
 
 LAG = "tx_lag"
 """Name of the block of a section."""
@@ -171,7 +171,6 @@ def gain_block(name: str, part: Part, *, double: bool) -> Block:
     known = draft.input("known", "whether it is stated, else the tool centre point", Kind.BOOL)
     gain = draft.output("gain", "factor of the part [1]", start=1.0)
     held = draft.output("held", "whether the diameter lies outside the points", Kind.BOOL)
-    share = draft.temporary("share", "place between two points [1]")
     tool = draft.constant("tool_gain", "gain at the tool centre point [1]", part.tool_gain)
     points = part.gain_by_diameter
     d = [
@@ -183,6 +182,9 @@ def gain_block(name: str, part: Part, *, double: bool) -> Block:
         (no(known), (let(gain, tool), let(held, NO))),
         (at_most(diameter, d[0]), (let(gain, g[0]),)),
     ]
+    share = Name("share")
+    if len(points) > 1:
+        draft.temporary(share.name, "place between two points [1]")
     for k, (low, high) in enumerate(pairwise(points), 1):
         width = draft.constant(
             f"width{k}_mm", f"from point {k} to the next [mm]", high.diameter_mm - low.diameter_mm

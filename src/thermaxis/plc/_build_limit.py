@@ -51,7 +51,7 @@ def trim_block(*, double: bool) -> Block:
     draft = Draft(
         TRIM,
         "A person adds a bounded amount to one output: every new value of the input is a request.",
-        "It expires; what is refused leaves the trim in force as it is.",
+        "It expires. What is refused leaves the trim in force as it is.",
         double=double,
     )
     asked = draft.input("trim_um", "what is asked for [um]")
@@ -209,8 +209,8 @@ def limit_block(*, double: bool) -> Block:
     draft = Draft(
         LIMIT,
         "The correction goes to its goal within the total, as fast as the rate allows and never",
-        "faster. A goal stays until another is wanted that differs by more than the deadband;",
-        "zero and the correction in force are goals that no deadband keeps away.",
+        "faster. A goal stays until another is wanted that differs by more than the deadband.",
+        "Zero and the correction in force are goals that no deadband keeps away.",
         double=double,
     )
     asked = draft.input("asked_um", "where it is to go [um]")

@@ -186,16 +186,17 @@ class _Main:
         known = draft.state("clock_known", "whether a cycle was a good one before", _BOOL)
         clock_ok = self.flag("clock_ok", "whether the call came in time")
         passed = self.flag("passed", "whether a cycle has passed since a good call")
-        heartbeat = Name("heartbeat")
+        count = draft.state("call_count", "calls, as the heartbeat says them [1]", _INT)
         self.add(
             note("A call that comes too early or too late advances nothing."),
             let(clock_ok, within(Name("cycle_time_s"), shortest, longest)),
             let(passed, both(clock_ok, known)),
             when(clock_ok, let(known, YES)),
             choose(
-                (at_least(heartbeat, Count(LAST_HEARTBEAT)), (let(heartbeat, Count(0)),)),
-                otherwise=(let(heartbeat, plus(heartbeat, Count(1))),),
+                (at_least(count, Count(LAST_HEARTBEAT)), (let(count, Count(0)),)),
+                otherwise=(let(count, plus(count, Count(1))),),
             ),
+            let(Name("heartbeat"), count),
         )
         self.add(*(let(Name(f"model_id_{n}"), Count(v)) for n, v in enumerate(self._identity(), 1)))
 
@@ -349,7 +350,7 @@ class _Main:
                 call(
                     fb,
                     value_c=Name(f"t_{stem}"),
-                    ok=Name(f"ok_{stem}"),
+                    is_ok=Name(f"ok_{stem}"),
                     forget=Name("forget"),
                     passed=Name("passed"),
                     cycle_s=self.cycle_s,

@@ -198,7 +198,7 @@ def _present(m: ModelDraft, failed: Name, some_held: Name) -> Body:
         "longest_hold_s", "an input that fails is held so long [s]", model.longest_hold_s
     )
     cycle_s = draft.constant("cycle_s", "time from call to call [s]", settings.cycle_s)
-    body: list[Statement] = [note("What was read; what failed keeps its last good value.")]
+    body: list[Statement] = [note("What was read. What failed keeps its last good value.")]
     for k, channel in enumerate(model.channels, 1):
         text = remark_text(channel)
         read = draft.input(f"value{k}_c", f"{text}: what was read [degC]")
@@ -241,7 +241,9 @@ def _inputs(m: ModelDraft, outside: Name) -> tuple[list[Name], Body]:
     layout, draft = m.settings.compensation.model.layout, m.draft
     filtered = m.settings.compensation.model.input_filter_s > 0.0
     channels = [remark_text(c) for c in m.settings.compensation.model.channels]
-    other = draft.temporary("other_k", "the temperature that is subtracted [K]")
+    other = Name("other_k")
+    if any(second >= 0 for _, second in layout.wires):
+        draft.temporary(other.name, "the temperature that is subtracted [K]")
     now: list[Name] = []
     body: list[Statement] = [note("Inputs of the model, relative to their references.")]
     for n, ((first, second), (lowest, highest)) in enumerate(
@@ -312,7 +314,7 @@ def _advanced(m: ModelDraft, started: Name, now: list[Name]) -> Body:
         )
     if body:
         rest = "at the inputs" if model.reference == STATED else "at rest"
-        body.insert(0, note(f"Sections, with the inputs since the last call; at the start {rest}."))
+        body.insert(0, note(f"Sections, with the inputs since the last call, at the start {rest}."))
     body.extend(_filtered(m, started, now))
     for n, ((wire, cycles), late) in enumerate(m.delayed.items(), 1):
         delay = draft.instance(f"delay{n}", delay_name(cycles))
@@ -347,7 +349,9 @@ def _contributions(m: ModelDraft, diameter: Name, known: Name, beyond: Name) -> 
     settings, draft = m.settings, m.draft
     model, names = settings.compensation.model, settings.names
     layout = model.layout
-    term = draft.temporary("term_um", "one term of a part [um]")
+    term = Name("term_um")
+    if any(_terms(part) > 1 for part in layout.parts):
+        draft.temporary(term.name, "one term of a part [um]")
     body: list[Statement] = []
     said: list[Name] = []
     gained = {k: n for n, k in enumerate(layout.gained, 1)}
@@ -376,12 +380,21 @@ def _contributions(m: ModelDraft, diameter: Name, known: Name, beyond: Name) -> 
     return tuple(body)
 
 
+def _is_direct(part: Part) -> bool:
+    """Whether the direct term is written: a gain of zero beside sections adds nothing."""
+    return part.direct_gain_um_per_k != 0.0 or not part.sections
+
+
+def _terms(part: Part) -> int:
+    return len(part.sections) + _is_direct(part)
+
+
 def _part(m: ModelDraft, k: int, out: Name, term: Name) -> Body:
     """Compute what a part contributes, before its gain by diameter."""
     layout, draft = m.settings.compensation.model.layout, m.draft
     part = layout.parts[k]
     body: list[Statement] = []
-    if part.direct_gain_um_per_k != 0.0 or not part.sections:
+    if _is_direct(part):
         direct = draft.constant(
             f"direct{k + 1}_um_per_k", "direct gain [um/K]", part.direct_gain_um_per_k
         )

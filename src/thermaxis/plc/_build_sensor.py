@@ -71,7 +71,7 @@ def sensor_block(*, double: bool) -> Block:
         double=double,
     )
     value = draft.input("value_c", "what was read [degC]")
-    ok = draft.input("ok", "whether its status is good", Kind.BOOL)
+    ok = draft.input("is_ok", "whether its status is good", Kind.BOOL)
     forget = draft.input("forget", "whether to take the value as the first one", Kind.BOOL)
     passed = draft.input("passed", "whether a cycle has passed", Kind.BOOL)
     cycle_s = draft.input("cycle_s", "time of a cycle [s]")

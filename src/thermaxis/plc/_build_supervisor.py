@@ -104,13 +104,15 @@ def requests_block(*, double: bool) -> Block:
     outside = told("offset_outside", "whether a correction lies outside its total")
     agrees = told("read_back_agrees", "whether the machine reports what was written")
     connected = told("connected", "whether the machine can be written to")
-    enabled = said("enabled", "whether somebody has enabled the compensation")
-    held = said("held", "whether an operator holds it")
+    enabled_out = said("enabled", "whether somebody has enabled the compensation")
+    held_out = said("held", "whether an operator holds it")
     refused = said("refused", "whether a request of this call was refused")
     forget = said("forget", "whether the sensors take their present values")
     cleared = said("acknowledged", "whether a fault was acknowledged")
     anew = said("enabled_anew", "whether it was enabled in this call")
     held_anew = said("held_anew", "whether it was held in this call")
+    enabled = draft.state("is_enabled", "whether somebody has enabled it", Kind.BOOL)
+    held = draft.state("is_held", "whether an operator holds it", Kind.BOOL)
     in_fault = draft.temporary("in_fault", "whether it is in the state Fault", Kind.BOOL)
     before = {
         name: draft.state(f"{name}_before", f"{name} in the last call", Kind.BOOL)
@@ -168,6 +170,8 @@ def requests_block(*, double: bool) -> Block:
         let(before["reset"], reset),
         let(before["enable"], enable),
         let(before["hold"], hold),
+        let(enabled_out, enabled),
+        let(held_out, held),
     )
 
 
@@ -264,7 +268,7 @@ def supervisor_block(settings: PlcSettings) -> Block:
     times = _Times(draft, settings.compensation.supervisor, settings.cycle_s)
     expired = draft.temporary("expired", "whether it was held for too long", Kind.BOOL)
     blocked = draft.temporary("blocked", "sum of the reasons that keep it inactive", Kind.INT)
-    known_zero = draft.temporary("known_zero", "whether the machine's offset is zero", Kind.BOOL)
+    known_zero = draft.temporary("known_zero", "whether the machine stands at zero", Kind.BOOL)
     ready = draft.temporary("ready", "whether everything is there", Kind.BOOL)
     return draft.block(
         let(state, signals.state),

@@ -28,7 +28,7 @@ _LONGEST_OUTPUT = 13
 _LONGEST_PART = 18
 _LONGEST_BLOCK = LONGEST_NAME - len(PREFIX)
 # Names of the main block that are made of a prefix and one of these would mean something else.
-_TAKEN_STEMS = frozenset({"ok", "quality", "id", "id_1", "id_2", "um", "s", "mm", "k", "c"})
+_TAKEN_STEMS = frozenset({"ok", "quality", "runs", "id_1", "id_2"})
 
 _IEC = """
     action and any array at begin bool by byte case char configuration const constant continue

@@ -34,7 +34,7 @@ _SIGNS = {Operation.EQUAL: "==", Operation.AND: "&", Operation.OR: "|"}
 _COMPUTED = {Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.DIVIDE}
 
 
-def binary32(value: float | int) -> float | int:
+def binary32(value: float) -> float:
     """Return a number as binary32 holds it; whole numbers stay."""
     return value if type(value) is int else _BINARY32.unpack(_BINARY32.pack(value))[0]
 
@@ -110,17 +110,17 @@ def _statement(statement: Statement, depth: int, double: bool) -> list[str]:
 def _text(of: Expression) -> str:
     match of:
         case Name(name):
-            return f"self.{name}"
+            text = f"self.{name}"
         case OutputOf(instance, output):
-            return f"self.{instance}.{output}"
+            text = f"self.{instance}.{output}"
         case Element(array, index):
-            return f"self.{array}[self.{index}]"
+            text = f"self.{array}[self.{index}]"
         case Truth(value) | Count(value):
-            return repr(value)
+            text = repr(value)
         case Minus(inner):
-            return f"(-{_text(inner)})"
+            text = f"(-{_text(inner)})"
         case Not(inner):
-            return f"(not {_text(inner)})"
+            text = f"(not {_text(inner)})"
         case Two(left, operation, right):
-            sign = _SIGNS.get(operation, operation.value)
-            return f"({_text(left)} {sign} {_text(right)})"
+            text = f"({_text(left)} {_SIGNS.get(operation, operation.value)} {_text(right)})"
+    return text

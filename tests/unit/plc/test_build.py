@@ -1,0 +1,776 @@
+"""The tree against `cycle()`: the same numbers, bit for bit, whatever comes."""
+
+import math
+import random
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tests.unit.plc.tree_run import compiled
+from thermaxis.compensation import (
+    START,
+    STATED,
+    Compensation,
+    CompensationModel,
+    CycleOutput,
+    CycleReading,
+    GainPoint,
+    Limits,
+    Outcome,
+    Output,
+    Part,
+    Provenance,
+    Quality,
+    Reason,
+    Request,
+    RequestKind,
+    Sample,
+    SampleQuality,
+    Section,
+    SensorRules,
+    SupervisorRules,
+    SupervisorState,
+    TrainingLog,
+    cycle,
+    cycle_state,
+)
+from thermaxis.plc._build import build_program
+from thermaxis.plc._check import check_program, unused
+from thermaxis.plc._names import is_legal
+from thermaxis.plc._settings import PlcSettings, export_settings
+from thermaxis.plc._tree import Assign, Block, If, Program, Remark, Statement
+
+ODD = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e7, 0.0, -40.0)
+NEVER = {
+    Outcome.CLOCK_BACKWARD,
+    Outcome.CLOCK_STILL,
+    Outcome.GAP,
+    Outcome.STATE_UNUSABLE,
+    Outcome.DIAMETER_UNKNOWN,
+}
+NEVER_SAMPLE = {
+    SampleQuality.SPARE,
+    SampleQuality.OLD,
+    SampleQuality.NO_TIME_STAMP,
+    SampleQuality.DISAGREES,
+}
+STATES, REASONS, OUTCOMES = list(SupervisorState), list(Reason), list(Outcome)
+QUALITIES, MODEL_QUALITIES = list(SampleQuality), list(Quality)
+EXACT_CYCLES_S = (1.0, 10.0, 0.5, 0.125, 2.0)
+
+
+# ---- models -------------------------------------------------------------------------------------
+
+
+def a_model(rng: random.Random, cycle_s: float, *, reference: str) -> CompensationModel:
+    """Return a model with up to 8 sections, 4 inputs and two outputs, and every trait by chance."""
+    channels = [f"T{k}" for k in range(rng.randint(1, 4))]
+    left = rng.randint(1, 8)
+    outputs: list[Output] = []
+    for name in ("Z_um", "X_um")[: rng.randint(1, 2)]:
+        parts: list[Part] = []
+        for n in range(rng.randint(1, 3)):
+            sections = min(left, rng.randint(0, 4))
+            left -= sections
+            parts.append(a_part(rng, f"p{n}", channels, sections, cycle_s))
+        outputs.append(Output(name, tuple(parts), offset_um=rng.choice((0.0, 0.25, -3.1))))
+    return CompensationModel(
+        outputs=tuple(outputs),
+        sample_time_s=cycle_s,
+        reference=reference,
+        reference_c={c: rng.uniform(18.0, 24.0) for c in channels} if reference == STATED else {},
+        input_filter_s=rng.choice((0.0, 0.0, 7.3 * cycle_s)),
+        longest_hold_s=rng.choice((0.0, 3.0, 4.5)) * cycle_s,
+        longest_gap_s=1e4,
+    )
+
+
+def a_part(
+    rng: random.Random, name: str, channels: list[str], sections: int, cycle_s: float
+) -> Part:
+    plus = rng.choice(channels)
+    others = [c for c in channels if c != plus]
+    points: tuple[GainPoint, ...] = ()
+    if rng.random() < 0.4:
+        diameters = sorted(rng.sample(range(10, 900), rng.randint(1, 4)))
+        points = tuple(GainPoint(float(d), rng.uniform(0.2, 2.0)) for d in diameters)
+    ranged = rng.random() < 0.5
+    return Part(
+        name,
+        plus,
+        rng.choice(others) if others and rng.random() < 0.5 else "",
+        rng.choice((0.0, rng.uniform(-3.0, 3.0))),
+        tuple(
+            Section(rng.uniform(-6.0, 6.0), cycle_s * 10 ** rng.uniform(0.5, 3.0))
+            for _ in range(sections)
+        ),
+        delay_s=rng.choice((0.0, 0.0, 1.0, 3.0, 5.0)) * cycle_s,
+        gain_by_diameter=points,
+        tool_gain=rng.uniform(0.5, 1.5),
+        lowest_k=-1.0 if ranged else None,
+        highest_k=rng.uniform(0.5, 4.0) if ranged else None,
+    )
+
+
+def a_compensation(rng: random.Random, cycle_s: float, *, reference: str) -> Compensation:
+    model = a_model(rng, cycle_s, reference=reference)
+    seconds = dict.fromkeys(
+        ("settle_s", "heal_s", "grace_s", "hold_input_s", "hold_connection_s", "hold_interlock_s",
+         "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s"),
+        0.0,
+    )  # fmt: skip
+    for name in seconds:
+        seconds[name] = rng.choice((0.0, 1.0, 2.5, 4.0, 7.0, 12.0)) * cycle_s
+    limits = {
+        output.name: Limits(
+            rng.choice((4.0, 9.0, 30.0)),
+            rng.choice((0.3, 2.0, 11.0)) / cycle_s,
+            rng.choice((0.0, 31.0)),
+            rng.choice((0.0, 0.4)),
+            largest_trim_um=3.0,
+        )
+        for output in model.outputs
+    }
+    rules = {
+        channel: SensorRules(
+            lowest_c=5.0,
+            highest_c=60.0,
+            largest_rate_k_per_s=rng.choice((0.1, 0.37)) / cycle_s,
+            step_k=rng.choice((0.0, 0.5, 1.0)),
+            frozen_s=rng.choice((0.0, 6.0, 20.0)) * cycle_s,
+        )
+        for channel in model.channels
+    }
+    return Compensation(
+        model=model,
+        sensors=rules,
+        limits=limits,
+        supervisor=SupervisorRules(**seconds),
+        cycle_s=cycle_s,
+        interlocks=("plc",),
+        validity_margin_k=rng.choice((0.7, 5.0)),
+        lowest_weight=rng.choice((0.0, 0.2)),
+    )
+
+
+def some_settings(seed: int, *, double: bool = True) -> PlcSettings:
+    rng = random.Random(seed)  # noqa: S311 - a seeded world
+    cycle_s = EXACT_CYCLES_S[seed % len(EXACT_CYCLES_S)]
+    compensation = a_compensation(rng, cycle_s, reference=(START, STATED)[seed % 2])
+    return export_settings(compensation, cycle_s=cycle_s, name=f"axis {seed}", double=double)
+
+
+# ---- the world ----------------------------------------------------------------------------------
+
+
+class World:
+    """A seeded world that keeps its moods for some calls, so that every state is visited."""
+
+    def __init__(self, settings: PlcSettings, seed: int) -> None:
+        self.rng = random.Random(seed)  # noqa: S311 - a seeded world
+        self.settings = settings
+        channels, outputs = settings.names.channels, settings.names.outputs
+        self.temperature = [20.0 + self.rng.random() for _ in channels]
+        self.drift = [0.0] * len(channels)
+        # What stands in the control before the first call, now and then beyond the limits.
+        self.sent = [self.rng.choice((0.0, 0.0, 1.5, -3.0, 40.0)) for _ in outputs]
+        self.moods: dict[str, bool] = {}
+        self.level = {"enable": False, "hold": False}
+        self.trims = [0.0] * len(outputs)
+        self.diameter: tuple[float, bool] = (0.0, False)
+        self.wrong_um = 0.0
+
+    def mood(self, name: str, begin: float, end: float) -> bool:
+        now = self.moods.get(name, False)
+        self.moods[name] = self.rng.random() >= end if now else self.rng.random() < begin
+        return self.moods[name]
+
+    def inputs(self) -> dict[str, Any]:
+        """Return what the block is told in a call; `sent` holds what it said last."""
+        rng, settings = self.rng, self.settings
+        calm = self.mood("calm", 0.01, 0.01)
+        told: dict[str, Any] = {"cycle_time_s": settings.cycle_s * rng.uniform(0.92, 1.08)}
+        if self.mood("late", 0.01, 0.5) and not calm:
+            told["cycle_time_s"] = settings.cycle_s * rng.choice((0.89, 1.11, 0.0, math.nan, 1e30))
+        for name, begin, end in (("enable", 0.15, 0.01), ("hold", 0.02, 0.15)):
+            if rng.random() < (end if self.level[name] else begin) and not (
+                calm and name == "hold"
+            ):
+                self.level[name] = not self.level[name]
+            told[name] = self.level[name]
+        told["reset"] = rng.random() < 0.06
+        if rng.random() < 0.05:
+            value = rng.choice((*ODD, 5.0, 100.0, 500.0, 899.0, 1e5, 1e6, -1.0))
+            self.diameter = (value, rng.random() < 0.7)
+        told["diameter_mm"], told["diameter_known"] = self.diameter
+        self._temperatures(told, calm)
+        for k, stem in enumerate(settings.names.outputs):
+            if rng.random() < 0.03:
+                self.trims[k] = rng.choice((0.0, 1.0, -2.5, 3.0, 3.1, math.nan, math.inf, 1e300))
+            told[f"trim_{stem}"] = self.trims[k]
+        told["interlocks_met"] = calm or not self.mood("open", 0.02, 0.2)
+        told["connected"] = calm or not self.mood("lost", 0.02, 0.2)
+        told["other_compensation"] = self.mood("other", 0.005, 0.4) and not calm
+        self._read_back(told, calm)
+        return told
+
+    def _temperatures(self, told: dict[str, Any], calm: bool) -> None:
+        rng = self.rng
+        fast = self.mood("fast", 0.02, 0.1)
+        for k, stem in enumerate(self.settings.names.channels):
+            if rng.random() < 0.03:
+                self.drift[k] = rng.choice((-0.12, -0.02, 0.0, 0.02, 0.12)) * (3 if fast else 1)
+            frozen = self.mood(f"frozen {k}", 0.01, 0.04) and not calm
+            if not frozen:
+                self.temperature[k] += self.drift[k] + rng.gauss(0.0, 0.01)
+                if not 15.0 < self.temperature[k] < 30.0:
+                    self.drift[k] = math.copysign(0.05, 20.0 - self.temperature[k])
+            value = self.temperature[k]
+            if not calm and self.mood(f"odd {k}", 0.01, 0.3):
+                value = rng.choice(ODD)
+            if not calm and self.mood(f"jump {k}", 0.005, 0.1):
+                value += 6.0
+            told[f"t_{stem}"] = value
+            told[f"ok_{stem}"] = calm or not self.mood(f"status {k}", 0.01, 0.25)
+
+    def _read_back(self, told: dict[str, Any], calm: bool) -> None:
+        rng = self.rng
+        if self.mood("differs", 0.01, 0.15) and not calm:
+            if self.wrong_um == 0.0:
+                self.wrong_um = rng.choice((0.4, -3.0, 5.0, 50.0))
+        else:
+            self.wrong_um = 0.0
+        for k, stem in enumerate(self.settings.names.outputs):
+            value = self.sent[k] + self.wrong_um
+            if self.mood("unreadable", 0.005, 0.3) and not calm:
+                value = rng.choice((math.nan, math.inf, 2e6, -2e6))
+            told[f"read_{stem}"] = value
+        told["read_ok"] = calm or not self.mood("unread", 0.01, 0.3)
+
+
+class Driver:
+    """Runs `cycle()` as the block is run: levels become requests, calls become times."""
+
+    def __init__(self, settings: PlcSettings) -> None:
+        self.settings = settings
+        self.state = cycle_state(settings.compensation)
+        self.calls = 0
+        self.good = 0
+        self.before = {"enable": False, "hold": False, "reset": False}
+        self.trims = [0.0] * len(settings.names.outputs)
+
+    def requests(self, told: dict[str, Any]) -> tuple[Request, ...]:
+        asked: list[Request] = []
+        edges = {name: (told[name], before) for name, before in self.before.items()}
+        if edges["reset"] == (True, False):
+            asked.append(Request(RequestKind.ACKNOWLEDGE))
+        for name, rising, falling in (
+            ("enable", RequestKind.ENABLE, RequestKind.DISABLE),
+            ("hold", RequestKind.HOLD, RequestKind.RESUME),
+        ):
+            if edges[name][0] != edges[name][1]:
+                asked.append(Request(rising if told[name] else falling))
+        value = told["diameter_mm"] if told["diameter_known"] else None
+        asked.append(Request(RequestKind.DIAMETER, value=value))
+        longest_s = self.settings.compensation.supervisor.longest_trim_s
+        outputs = self.settings.compensation.model.outputs
+        for k, stem in enumerate(self.settings.names.outputs):
+            trim = told[f"trim_{stem}"]
+            if trim != self.trims[k]:
+                asked.append(
+                    Request(RequestKind.TRIM, "plc", outputs[k].name, trim, duration_s=longest_s)
+                )
+            self.trims[k] = trim
+        self.before = {name: told[name] for name in self.before}
+        return tuple(asked)
+
+    def step(self, told: dict[str, Any]) -> CycleOutput:
+        settings = self.settings
+        ok = settings.shortest_cycle_s <= told["cycle_time_s"] <= settings.longest_cycle_s
+        time_s = math.nan
+        if ok:
+            time_s = settings.cycle_s * self.good
+            self.good += 1
+        read: tuple[float | None, ...] | None = None
+        if told["read_ok"]:
+            read = tuple(told[f"read_{stem}"] for stem in settings.names.outputs)
+        reading = CycleReading(
+            time_s,
+            tuple(
+                Sample(told[f"t_{stem}"], told[f"ok_{stem}"], 0.0)
+                for stem in settings.names.channels
+            ),
+            (),
+            (told["interlocks_met"],),
+            told["connected"],
+            read,
+            read if self.calls == 0 else None,
+            told["other_compensation"],
+            self.requests(told),
+        )
+        self.calls += 1
+        self.state, said = cycle(settings.compensation, self.state, reading)
+        return said
+
+
+def expected(settings: PlcSettings, said: CycleOutput, calls: int) -> dict[str, Any]:
+    """Return the outputs of the block for what `cycle()` said."""
+    names = settings.names
+    rows = {
+        "correction": said.correction_um,
+        "model": said.model_um,
+        "wanted": said.wanted_um,
+        "weight": said.weight,
+        "limit": said.at_limit,
+    }
+    wanted: dict[str, Any] = {
+        f"{prefix}_{stem}": value
+        for prefix, row in rows.items()
+        for stem, value in zip(names.outputs, row, strict=True)
+    }
+    parts = [c for row in said.contribution_um for c in row]
+    wanted |= {f"part_{s}": c for s, c in zip(names.parts, parts, strict=True)}
+    wanted |= {
+        f"quality_{s}": QUALITIES.index(q)
+        for s, q in zip(names.channels, said.qualities, strict=True)
+    }
+    wanted["state"] = STATES.index(said.state)
+    wanted["fault_word"] = sum(2 ** REASONS.index(r) for r in said.reasons)
+    wanted["outcome_word"] = sum(2 ** OUTCOMES.index(o) for o in said.outcomes)
+    wanted["model_quality"] = MODEL_QUALITIES.index(said.quality)
+    wanted["refused"] = any(not answer.accepted for answer in said.answers)
+    wanted["heartbeat"] = calls % 32768
+    return wanted
+
+
+def tell(block: Any, told: dict[str, Any]) -> None:
+    for name, value in told.items():
+        setattr(block, name, value)
+
+
+def run(settings: PlcSettings, calls: int, seed: int) -> list[CycleOutput]:
+    """Run block and `cycle()` side by side, and fail at the first difference."""
+    block = compiled(build_program(settings))()
+    driver, world = Driver(settings), World(settings, seed)
+    said: list[CycleOutput] = []
+    for call in range(calls):
+        told = world.inputs()
+        tell(block, told)
+        block.step()
+        output = driver.step(told)
+        wanted = expected(settings, output, call + 1)
+        got = {name: getattr(block, name) for name in wanted}
+        assert got == wanted, (call, {n: (got[n], w) for n, w in wanted.items() if got[n] != w})
+        world.sent = list(output.correction_um)
+        said.append(output)
+    return said
+
+
+# ---- equality -----------------------------------------------------------------------------------
+
+
+def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
+    states: set[tuple[SupervisorState, SupervisorState]] = set()
+    reasons: set[Reason] = set()
+    outcomes: set[Outcome] = set()
+    samples: set[SampleQuality] = set()
+    qualities: set[Quality] = set()
+    refused: set[str] = set()
+    refusals: set[str] = set()
+    moved = limited = weighted = 0
+    for seed in range(60):
+        said = run(some_settings(seed), 700, 1000 + seed)
+        states |= {(a.state, b.state) for a, b in pairwise(said)}
+        for output in said:
+            reasons |= set(output.reasons)
+            outcomes |= set(output.outcomes)
+            samples |= set(output.qualities)
+            qualities.add(output.quality)
+            refused |= {a.request.kind for a in output.answers if not a.accepted}
+            refusals |= {a.reason for a in output.answers if not a.accepted}
+            moved += output.correction_um != output.before_um
+            limited += any(output.at_limit)
+            weighted += any(0.0 < w < 1.0 for w in output.weight)
+    assert {a for a, _ in states} == set(SupervisorState)
+    # An offset beyond the limits can only be found while it is off, and stays: enable is refused.
+    assert reasons == set(Reason) - {Reason.OFFSET_OUTSIDE}
+    assert any("found in the machine" in text for text in refusals)
+    assert outcomes == set(Outcome) - NEVER
+    assert samples == set(SampleQuality) - NEVER_SAMPLE
+    assert qualities == set(Quality)
+    assert refused >= {"enable", "hold", "trim", "diameter", "acknowledge"}
+    assert moved > 1000
+    assert limited > 100
+    assert weighted > 50
+    state = SupervisorState
+    assert states >= {
+        (state.OFF, state.WARMING),
+        (state.WARMING, state.ACTIVE),
+        (state.WARMING, state.FADING),
+        (state.ACTIVE, state.HOLDING),
+        (state.ACTIVE, state.FADING),
+        (state.ACTIVE, state.FAULT),
+        (state.HOLDING, state.ACTIVE),
+        (state.HOLDING, state.FADING),
+        (state.FADING, state.OFF),
+        (state.FADING, state.WARMING),
+        (state.FADING, state.ACTIVE),
+        (state.FAULT, state.FADING),
+        (state.FAULT, state.OFF),
+    }
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_long_run_equals_the_cycle(seed: int) -> None:
+    assert len(run(some_settings(200 + seed), 4000, 5 + seed)) == 4000
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_with_a_cycle_that_binary_numbers_do_not_hold_the_first_minute_differs_by_rounding_only(
+    seed: int,
+) -> None:
+    """No time limit is met within it, so that only the elapsed times differ in their last bit."""
+    cycle_s = 0.1
+    rng = random.Random(seed)  # noqa: S311 - a seeded world
+    plain = a_compensation(rng, cycle_s, reference=(START, STATED)[seed % 2])
+    rules = {c: replace(r, frozen_s=0.0) for c, r in plain.sensors.items()}
+    quiet = SupervisorRules(settle_s=0.25, heal_s=0.15)
+    settings = export_settings(
+        replace(plain, sensors=rules, supervisor=quiet), cycle_s=cycle_s, name="axis"
+    )
+    block, driver = compiled(build_program(settings))(), Driver(settings)
+    values = [20.0] * len(settings.names.channels)
+    sent = (0.0,) * len(settings.names.outputs)
+    active = 0
+    for _ in range(600):
+        values = [v + rng.uniform(0.0, 0.02) for v in values]
+        told = quiet_inputs(settings, values, sent)
+        tell(block, told)
+        block.step()
+        output = driver.step(told)
+        sent = output.correction_um
+        for stem, wanted in zip(settings.names.outputs, output.model_um, strict=True):
+            assert getattr(block, f"model_{stem}") == pytest.approx(wanted, rel=1e-12, abs=1e-12)
+        active += output.state is SupervisorState.ACTIVE and block.state == 2
+    assert active > 590
+
+
+def quiet_inputs(
+    settings: PlcSettings, values: list[float], sent: tuple[float, ...]
+) -> dict[str, Any]:
+    """Return what the block is told where everything is well and it is enabled."""
+    told: dict[str, Any] = {
+        "cycle_time_s": settings.cycle_s,
+        "enable": True,
+        "hold": False,
+        "reset": False,
+        "diameter_mm": 0.0,
+        "diameter_known": False,
+        "interlocks_met": True,
+        "connected": True,
+        "other_compensation": False,
+        "read_ok": True,
+    }
+    for stem, value in zip(settings.names.channels, values, strict=True):
+        told |= {f"t_{stem}": value, f"ok_{stem}": True}
+    for stem, value in zip(settings.names.outputs, sent, strict=True):
+        told |= {f"trim_{stem}": 0.0, f"read_{stem}": value}
+    return told
+
+
+# ---- the program --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("double", [True, False])
+@pytest.mark.parametrize("seed", range(25))
+def test_every_program_keeps_the_rules_of_the_tree_and_has_nothing_that_is_not_used(
+    seed: int, double: bool
+) -> None:
+    program = build_program(some_settings(seed, double=double))
+    check_program(program)
+    assert unused(program) == ()
+    assert program.double is double
+    assert all(len(line) <= 90 for line in program.head)
+    assert all(len(line) <= 90 for block in program.blocks for line in block.remarks)
+
+
+def test_the_same_settings_give_the_same_program() -> None:
+    assert build_program(some_settings(3)) == build_program(some_settings(3))
+    assert build_program(some_settings(3)) != build_program(some_settings(8))
+
+
+def test_every_name_is_legal_in_every_target() -> None:
+    for seed in range(10):
+        for block in build_program(some_settings(seed)).blocks:
+            variables = (*block.inputs, *block.outputs, *block.states)
+            variables += (*block.temporaries, *block.constants)
+            assert is_legal(block.name)
+            assert all(is_legal(v.name) for v in variables)
+            assert all(is_legal(i.name) for i in block.instances)
+
+
+def test_the_block_has_the_inputs_and_outputs_that_the_interface_names() -> None:
+    settings = one_section(double=True)
+    main = build_program(settings).blocks[-1]
+    assert [v.name for v in main.inputs] == [
+        "cycle_time_s", "enable", "hold", "reset", "diameter_mm", "diameter_known", "t_spindle",
+        "ok_spindle", "trim_z_um", "interlocks_met", "connected", "other_compensation",
+        "read_z_um", "read_ok",
+    ]  # fmt: skip
+    assert [v.name for v in main.outputs] == [
+        "correction_z_um", "model_z_um", "wanted_z_um", "weight_z_um", "limit_z_um",
+        "part_spindle", "quality_spindle", "state", "fault_word", "model_quality",
+        "outcome_word", "refused", "heartbeat", "model_id_1", "model_id_2",
+    ]  # fmt: skip
+
+
+def test_the_block_says_the_first_digits_of_the_hash_of_its_model() -> None:
+    block = compiled(build_program(one_section(double=True)))()
+    block.step()
+    assert (block.model_id_1, block.model_id_2) == (0xABC, 0xDEF)
+
+
+def test_the_head_says_where_the_model_comes_from_and_how_its_numbers_are_meant() -> None:
+    head = "\n".join(build_program(one_section(double=False)).head)
+    for said in (
+        "tx_z_axis",
+        "abcdef",
+        "Model date: 2026-11-21",
+        "Method: output error",
+        "Training log: warm up.csv, 3600 rows",
+        "Figure Z_um.fit_percent = 93.25",
+        "Warning: the log is short",
+        "every 1 s",
+        "10 percent",
+        "REAL (binary32)",
+        "gain 8 um/K, time constant 1200 s",
+        "delay 3 cycles = 3 s",
+        "Changed by the export: delay of spindle: 3.2 s in the model, 3 s here",
+        "Reference of spindle: 20 degC",
+        "positive away from it. The correction is minus the model.",
+        "0 Off, 1 Warming, 2 Active",
+        "Not protected",
+    ):
+        assert said in head, said
+
+
+def test_a_hostile_text_enters_a_remark_as_letters_and_digits_only() -> None:
+    evil = "*) END_VAR; (* \u202e\n#include <x> */"
+    plain = one_section(double=True).compensation
+    part = replace(plain.model.outputs[0].parts[0], name=evil + "part")
+    provenance = Provenance(method=evil, program=evil, date=evil, logs=(TrainingLog(evil, "", 1),))
+    model = replace(
+        plain.model,
+        outputs=(replace(plain.model.outputs[0], parts=(part,)),),
+        provenance=provenance,
+        warnings=(evil,),
+    )
+    program = build_program(
+        export_settings(replace(plain, model=model), cycle_s=1.0, name=f"z {evil}")
+    )
+    check_program(program)
+    texts = [*program.head]
+    for block in program.blocks:
+        texts += [*block.remarks, *(s.text for s in block.body if isinstance(s, Remark))]
+        variables = (*block.inputs, *block.outputs, *block.states, *block.temporaries)
+        texts += [v.text for v in (*variables, *block.constants)]
+    text = " ".join(texts)
+    assert "END_VAR" in text
+    for sign in ("(*", "*)", "#", "<", ";", "\u202e"):
+        assert sign not in text
+
+
+def test_no_output_can_take_the_name_of_another_variable_of_the_block() -> None:
+    """An output with the rest of any name behind one of the prefixes still gets its own name."""
+    plain = one_section(double=True)
+    prefixes = ("correction_", "model_", "wanted_", "weight_", "limit_", "trim_", "read_")
+    main = build_program(plain).blocks[-1]
+    variables = (*main.inputs, *main.outputs, *main.states, *main.temporaries, *main.constants)
+    rests = {
+        v.name.removeprefix(p) for v in variables for p in prefixes if v.name.startswith(p)
+    } - {"z_um"}
+    assert rests >= {"ok", "quality", "runs", "id_1", "id_2"}
+    for rest in sorted(rests):
+        output = replace(plain.compensation.model.outputs[0], name=rest)
+        model = replace(plain.compensation.model, outputs=(output,))
+        limits = {rest: Limits(1.0, 1.0)}
+        renamed = replace(plain.compensation, model=model, limits=limits)
+        check_program(
+            build_program(export_settings(renamed, cycle_s=1.0, name="z", model_sha256="ab" * 32))
+        )
+
+
+# ---- single laws --------------------------------------------------------------------------------
+
+
+def one_section(*, double: bool, tau_s: float = 1200.0, cycle_s: float = 1.0) -> PlcSettings:
+    part = Part("spindle", "spindle", "", 2.0, (Section(8.0, tau_s),), delay_s=3.2 * cycle_s)
+    model = CompensationModel(
+        outputs=(Output("Z_um", (part,)),),
+        reference=STATED,
+        reference_c={"spindle": 20.0},
+        provenance=Provenance(
+            method="output error",
+            program="thermaxis",
+            date="2026-11-21",
+            logs=(TrainingLog("warm up.csv", "", 3600),),
+            figures={"Z_um.fit_percent": 93.25},
+        ),
+        warnings=("the log is short",),
+    )
+    compensation = Compensation(
+        model=model,
+        sensors={"spindle": SensorRules(lowest_c=1.0, highest_c=90.0, step_k=50.0, frozen_s=0.0)},
+        limits={"Z_um": Limits(1000.0, 1000.0)},
+        supervisor=SupervisorRules(settle_s=2.0, heal_s=1.0),
+    )
+    return export_settings(
+        compensation,
+        cycle_s=cycle_s,
+        name="Z axis",
+        double=double,
+        model_sha256="abcdef" + "0" * 58,
+    )
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_a_delayed_step_answers_as_its_closed_form_says(double: bool) -> None:
+    settings = one_section(double=double)
+    block = compiled(build_program(settings))()
+    sent = (0.0,)
+    for call in range(3000):
+        told = quiet_inputs(settings, [20.0 if call < 10 else 30.0], sent)
+        tell(block, told)
+        block.step()
+        sent = (block.correction_z_um,)
+        seconds = max(call - 13, -1)
+        response = 0.0 if seconds < 0 else 2.0 + 8.0 * (1.0 - math.exp(-seconds / 1200.0))
+        assert block.model_z_um == pytest.approx(10.0 * response, abs=1e-10 if double else 2e-4), (
+            call
+        )
+    assert block.correction_z_um == -block.model_z_um
+
+
+def test_a_slow_section_in_real_comes_to_its_end_where_a_plain_increment_would_not() -> None:
+    settings = one_section(double=False, tau_s=36_000.0, cycle_s=0.125)
+    program = build_program(settings)
+    lag = compiled(SimpleNamespace(blocks=program.blocks[:1], double=False, name="tx_lag"))()  # pyright: ignore[reportArgumentType]
+    lag.alpha, lag.start, lag.u_k = -math.expm1(-0.125 / 36_000.0), False, 10.0
+    steps = 600_000
+    for _ in range(steps):
+        lag.step()
+    wanted = 10.0 * -math.expm1(-steps * 0.125 / 36_000.0)
+    assert lag.x_k == pytest.approx(wanted, abs=3e-6)
+
+
+def test_the_heartbeat_counts_to_32767_and_begins_at_zero() -> None:
+    block = compiled(build_program(one_section(double=True)))()
+    beats = [block.step().heartbeat for _ in range(32_770)]
+    assert beats[:2] == [1, 2]
+    assert beats[32_765:] == [32_766, 32_767, 0, 1, 2]
+
+
+def test_an_offset_that_stands_in_the_control_is_taken_over_and_never_jumped_to_zero() -> None:
+    settings = one_section(double=True)
+    block = compiled(build_program(settings))()
+    said: list[float] = []
+    sent = (12.5,)
+    for _ in range(3):
+        told = quiet_inputs(settings, [20.0], sent) | {"enable": False}
+        tell(block, told)
+        said.append(block.step().correction_z_um)
+        sent = (said[-1],)
+    assert said == [12.5, 12.5, 12.5]
+
+
+def test_a_longest_delay_fits_and_the_program_is_made_in_a_moment() -> None:
+    plain = one_section(double=True).compensation
+    part = replace(plain.model.outputs[0].parts[0], delay_s=10_000.0)
+    model = replace(plain.model, outputs=(replace(plain.model.outputs[0], parts=(part,)),))
+    program = build_program(export_settings(replace(plain, model=model), cycle_s=1.0, name="z"))
+    check_program(program)
+    assert any(v.length == 10_000 for block in program.blocks for v in block.states)
+
+
+# ---- mutants ------------------------------------------------------------------------------------
+
+
+def changed(program: Program, block: str, edit: Any) -> Program:
+    """Return a program in which every assignment of a block went through an edit."""
+
+    def body(statements: tuple[Statement, ...]) -> tuple[Statement, ...]:
+        return tuple(one(s) for s in statements)
+
+    def one(statement: Statement) -> Statement:
+        if isinstance(statement, If):
+            branches = tuple((c, body(inner)) for c, inner in statement.branches)
+            return If(branches, body(statement.otherwise))
+        return edit(statement)
+
+    def block_of(b: Block) -> Block:
+        return replace(b, body=body(b.body)) if b.name == block else b
+
+    return replace(program, blocks=tuple(block_of(b) for b in program.blocks))
+
+
+def differs_somewhere(settings: PlcSettings, program: Program, calls: int, seed: int) -> bool:
+    block, driver, world = compiled(program)(), Driver(settings), World(settings, seed)
+    for call in range(calls):
+        told = world.inputs()
+        tell(block, told)
+        block.step()
+        output = driver.step(told)
+        wanted = expected(settings, output, call + 1)
+        if any(getattr(block, name) != value for name, value in wanted.items()):
+            return True
+        world.sent = list(output.correction_um)
+    return False
+
+
+def differs_quietly(settings: PlcSettings, program: Program, calls: int, seed: int) -> bool:
+    """Whether a mutant differs; to read what was never written is a difference too."""
+    try:
+        return differs_somewhere(settings, program, calls, seed)
+    except (AttributeError, TypeError):
+        return True
+
+
+def targets_of(program: Program, block: str) -> list[str]:
+    names: list[str] = []
+
+    def note(statement: Statement) -> Statement:
+        if isinstance(statement, Assign):
+            names.append(repr(statement))
+        return statement
+
+    changed(program, block, note)
+    return list(dict.fromkeys(names))
+
+
+@pytest.mark.parametrize(
+    "block", ["tx_lag", "tx_sensor", "tx_requests", "tx_supervisor", "tx_limit", "tx_trim"]
+)
+def test_nearly_every_statement_that_is_left_out_is_noticed(block: str) -> None:
+    """What is left are statements that only repeat what already stands there."""
+    settings = [some_settings(seed) for seed in range(12)]
+    programs = [build_program(one) for one in settings]
+    rows = [(s, p) for s, p in zip(settings, programs, strict=True)
+            if block in {b.name for b in p.blocks}]  # fmt: skip
+    all_of_them = targets_of(rows[0][1], block)
+    missed: list[str] = []
+    for text in all_of_them:
+
+        def without(statement: Statement, text: str = text) -> Statement:
+            same = isinstance(statement, Assign) and repr(statement) == text
+            return Assign(statement.target, statement.target) if same else statement  # pyright: ignore[reportAttributeAccessIssue]
+
+        if not any(
+            differs_quietly(s, changed(p, block, without), 400, 77 + n)
+            for n, (s, p) in enumerate(rows)
+        ):
+            missed.append(text)
+    print(block, len(all_of_them), missed)
+    assert len(missed) <= len(all_of_them) // 5, missed

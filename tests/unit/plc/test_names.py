@@ -1,0 +1,106 @@
+"""Names that every target takes, and text from people."""
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from thermaxis.compensation import CompensationModel, Output, Part
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc._names import RESERVED, is_legal, legal_stem, names_of, remark_text, unique
+from thermaxis.plc._tree import LONGEST_NAME
+
+PREFIXES = ("correction_", "model_", "wanted_", "weight_", "limit_", "trim_", "read_")
+
+
+def a_model(*parts: tuple[str, str], outputs: tuple[str, ...] = ("Z_um",)) -> CompensationModel:
+    made = tuple(Part(name, channel) for name, channel in parts)
+    return CompensationModel(outputs=tuple(Output(name, made) for name in outputs))
+
+
+def test_a_name_becomes_lower_case_with_single_underscores() -> None:
+    assert legal_stem("Spindle  front-bearing", 30, where="x") == "spindle_front_bearing"
+    assert legal_stem("__T1__(°C)", 30, where="x") == "t1_degc"
+    assert legal_stem("Lůžko řady 3", 30, where="x") == "luzko_rady_3"
+    assert legal_stem("Weg µm", 30, where="x") == "weg_um"
+    assert legal_stem("front bearing", 6, where="x") == "front"
+
+
+@pytest.mark.parametrize("text", ["", "   ", "---", "温度", "*()", "_"])
+def test_a_name_without_a_letter_is_refused(text: str) -> None:
+    with pytest.raises(ConfigurationError, match="no letter and no digit"):
+        legal_stem(text, 20, where="channel")
+
+
+@given(st.text(max_size=40))
+def test_every_name_is_legal_behind_its_prefix_or_refused(text: str) -> None:
+    try:
+        stem = legal_stem(text, 13, where="output")
+    except ConfigurationError:
+        assert not re.search("[A-Za-z0-9]", text)
+        return
+    for prefix in PREFIXES:
+        assert is_legal(prefix + stem)
+
+
+@given(st.lists(st.text("aBbC_ 1", min_size=1, max_size=20), min_size=1, max_size=12, unique=True))
+def test_names_are_unique_whatever_the_case(texts: list[str]) -> None:
+    named = [(text, text) for text in texts if re.search("[A-Za-z0-9]", text)]
+    if not named:
+        return
+    names = names_of(a_model(*named), "axis")
+    for stems, prefix in ((names.channels, "quality_"), (names.parts, "part_")):
+        assert len({stem.lower() for stem in stems}) == len(named)
+        assert all(is_legal(prefix + stem) for stem in stems)
+
+
+def test_names_that_are_cut_to_the_same_beginning_get_a_number() -> None:
+    long = "temperature of the front bearing"
+    names = names_of(a_model((f"{long} 1", f"{long} 1"), (f"{long} 2", f"{long} 2")), "axis")
+    assert names.channels == ("temperature_of", "temperature_2")
+    assert unique("a", {"a", "a_2"}, 5) == "a_3"
+
+
+def test_an_output_never_takes_the_name_of_another_variable() -> None:
+    """An output `ok` would make `read_ok`, `quality` would make `model_quality`."""
+    names = names_of(a_model(("p", "t"), outputs=("ok", "Quality", "id_1")), "axis")
+    made = {prefix + stem for prefix in PREFIXES for stem in names.outputs}
+    assert not made & {"read_ok", "model_quality", "model_id_1", "model_id_2"}
+
+
+def test_parts_of_two_outputs_have_names_of_their_own() -> None:
+    names = names_of(a_model(("spindle", "t"), outputs=("Z_um", "X_um")), "axis")
+    assert names.parts == ("spindle", "spindle_2")
+
+
+@pytest.mark.parametrize(
+    "name", ["lag", "Sensor", "model", "number", "gain_3", "delay 12", "lag_step", "z_init"]
+)
+def test_the_block_never_takes_a_name_that_the_program_needs(name: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        names_of(a_model(("p", "t")), name)
+    assert caught.value.where == "name"
+
+
+@pytest.mark.parametrize("name", ["limit", "at", "to", "step", "ok", "int", "function_block"])
+def test_reserved_words_are_no_names(name: str) -> None:
+    assert name in RESERVED
+    assert not is_legal(name)
+
+
+@pytest.mark.parametrize("name", ["A", "a__b", "_a", "a_", "1a", "a b", "", "ä", "x" * 25])
+def test_other_signs_are_no_names(name: str) -> None:
+    assert not is_legal(name)
+    assert is_legal("x" * LONGEST_NAME)
+
+
+@given(st.text(max_size=200))
+def test_text_from_people_is_letters_digits_space_and_three_signs(text: str) -> None:
+    shown = remark_text(text)
+    assert re.fullmatch(r"[A-Za-z0-9 _.-]{0,60}", shown)
+    assert remark_text(shown) == shown
+
+
+def test_text_from_people_stays_readable() -> None:
+    assert remark_text("Ložisko č. 3 (°C) – 5 µm; *) END_VAR") == "Lozisko c. 3 degC 5 um END_VAR"

@@ -1,0 +1,162 @@
+"""What a PLC gets of a compensation, and what is refused in words."""
+
+from dataclasses import replace
+
+import pytest
+
+from thermaxis.compensation import (
+    Compensation,
+    CompensationModel,
+    GainPoint,
+    Limits,
+    Output,
+    Part,
+    Section,
+    SensorRules,
+)
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc._build import build_program
+from thermaxis.plc._settings import (
+    PlcSettings,
+    compensated_stall,
+    export_settings,
+    in_target,
+    require_held,
+    require_no_stall,
+)
+
+RULES = SensorRules(lowest_c=1.0, highest_c=90.0)
+
+
+def a_compensation(*parts: Part, outputs: int = 1, **traits: object) -> Compensation:
+    made = parts or (Part("p", "t", "", 1.0, (Section(2.0, 600.0),)),)
+    model = CompensationModel(outputs=tuple(Output(f"o{k}", made) for k in range(outputs)))
+    plain = Compensation(
+        model=model,
+        sensors=dict.fromkeys(model.channels, RULES),
+        limits={output.name: Limits(20.0, 1.0) for output in model.outputs},
+    )
+    return replace(plain, **traits)  # pyright: ignore[reportArgumentType]
+
+
+def exported(compensation: Compensation, **traits: object) -> PlcSettings:
+    chosen = {"cycle_s": 1.0, "name": "z"} | traits
+    return export_settings(compensation, **chosen)  # pyright: ignore[reportArgumentType]
+
+
+def test_an_export_has_the_cycle_of_the_plc_one_interlock_and_no_second_sensors() -> None:
+    given = a_compensation(spares=frozenset({"t"}), interlocks=("on", "homed"), cycle_s=0.5)
+    settings = exported(given, cycle_s=2.0)
+    assert settings.compensation.cycle_s == 2.0
+    assert settings.compensation.interlocks == ("plc",)
+    assert settings.compensation.spares == frozenset()
+    assert settings.compensation.model is given.model
+    assert settings.notes == ()
+
+
+def test_a_delay_becomes_the_nearest_whole_number_of_cycles_and_the_export_says_so() -> None:
+    parts = [Part(f"p{k}", "t", "", 1.0, delay_s=d) for k, d in enumerate((0.0, 0.4, 2.6, 4.0))]
+    settings = exported(a_compensation(*parts))
+    delays = [settings.delay_cycles(part) for part in settings.compensation.model.layout.parts]
+    assert delays == [0, 0, 3, 4]
+    assert settings.notes == (
+        "delay of p1: 0.4 s in the model, 0 s here",
+        "delay of p2: 2.6 s in the model, 3 s here",
+    )
+
+
+def test_the_cycle_may_differ_by_a_tenth() -> None:
+    settings = exported(a_compensation(), cycle_s=10.0)
+    assert (settings.shortest_cycle_s, settings.longest_cycle_s) == (9.0, 11.0)
+
+
+@pytest.mark.parametrize("cycle_s", [0.0, 0.09, 61.0, float("nan")])
+def test_a_cycle_outside_a_tenth_of_a_second_to_a_minute_is_refused(cycle_s: float) -> None:
+    with pytest.raises(ConfigurationError, match="cycle"):
+        exported(a_compensation(), cycle_s=cycle_s)
+
+
+def refusal(compensation: Compensation, **traits: object) -> str:
+    with pytest.raises(ConfigurationError) as caught:
+        exported(compensation, **traits)
+    return str(caught.value)
+
+
+def test_too_large_models_are_refused_in_words() -> None:
+    assert "9 outputs, of which a block takes 8" in refusal(a_compensation(outputs=9))
+    parts = tuple(Part(f"p{k}", "t", "", 1.0) for k in range(51))
+    assert "51 parts, of which a block takes 50" in refusal(a_compensation(*parts))
+    slow = tuple(Section(1.0, 60.0 + k) for k in range(101))
+    assert "101 sections" in refusal(a_compensation(Part("p", "t", "", 1.0, slow)))
+    many = tuple(Part(f"p{k}", f"t{k}", "", 1.0) for k in range(33))
+    assert "33 channels" in refusal(a_compensation(*many))
+
+
+def test_too_long_a_delay_is_refused_and_the_longest_is_not() -> None:
+    def part(delay_s: float) -> Part:
+        return Part("p", "t", "", 1.0, delay_s=delay_s)
+
+    assert "longer than 10000" in refusal(a_compensation(part(10_001.0)))
+    assert exported(a_compensation(part(10_000.0))).notes == ()
+    assert exported(a_compensation(part(10_001.0)), cycle_s=2.0).notes
+
+
+def test_settings_that_were_not_made_by_the_export_are_checked_too() -> None:
+    plain = a_compensation(interlocks=("plc",))
+    PlcSettings(compensation=plain)
+    late = a_compensation(Part("p", "t", "", 1.0, delay_s=0.7), interlocks=("plc",))
+    for compensation, words in (
+        (late, "no whole number of cycles"),
+        (a_compensation(), "one interlock"),
+        (a_compensation(spares=frozenset({"t"}), interlocks=("plc",)), "no second sensors"),
+    ):
+        with pytest.raises(ConfigurationError, match=words):
+            PlcSettings(compensation=compensation)
+    with pytest.raises(ConfigurationError, match="64 hexadecimal"):
+        PlcSettings(compensation=plain, model_sha256="xyz")
+
+
+def test_a_gap_within_a_cycle_is_refused() -> None:
+    plain = a_compensation()
+    short = replace(plain, model=replace(plain.model, longest_gap_s=5.0))
+    assert "starts anew after 5 s" in refusal(short, cycle_s=10.0)
+    assert exported(short, cycle_s=4.0).cycle_s == 4.0
+
+
+def test_numbers_that_binary32_cannot_hold_are_refused_in_real_only() -> None:
+    tiny = a_compensation(Part("p", "t", "", 1e-40))
+    assert "REAL" in refusal(tiny, double=False)
+    assert exported(tiny).double
+    narrow = (GainPoint(100.0, 1.0), GainPoint(100.000001, 2.0))
+    close = a_compensation(Part("p", "t", "", 1.0, gain_by_diameter=narrow))
+    assert "one number in REAL" in refusal(close, double=False)
+    assert exported(close).double
+    with pytest.raises(ConfigurationError, match="LREAL"):
+        require_held(5e-324, double=True, where="x")
+    for value in (float("nan"), float("inf"), 1e39):
+        with pytest.raises(ConfigurationError, match="is no number that REAL holds"):
+            require_held(value, double=False, where="x")
+
+
+def test_a_constant_that_only_the_build_computes_is_refused_too() -> None:
+    plain = a_compensation()
+    faint = replace(plain, validity_margin_k=1e-42)
+    ranged = Part("p", "t", "", 1.0, lowest_k=-1.0, highest_k=1.0)
+    faint = replace(faint, model=replace(plain.model, outputs=(Output("o0", (ranged,)),)))
+    with pytest.raises(ConfigurationError, match="margin_k"):
+        build_program(exported(faint, double=False))
+    assert build_program(exported(faint)).double
+
+
+def test_the_stall_of_a_compensated_increment_matters_only_beyond_every_legal_section() -> None:
+    """The slowest legal section at the fastest legal cycle: alpha is 1e-9."""
+    assert compensated_stall(1e-9) == pytest.approx(3.55e-6, rel=1e-3)
+    require_no_stall(1e-9, where="section")
+    for alpha in (1e-12, 0.0):
+        with pytest.raises(ConfigurationError, match="too slow for its cycle in REAL"):
+            require_no_stall(alpha, where="section")
+
+
+def test_a_number_in_the_target_is_rounded_once() -> None:
+    assert in_target(0.1, double=True) == 0.1
+    assert in_target(0.1, double=False) == 0.100000001490116119384765625
