@@ -289,7 +289,6 @@ class _Main:
             ("enabled", "whether somebody has enabled it"),
             ("held", "whether an operator holds it"),
             ("enabled_anew", "whether it was enabled in this call"),
-            ("held_anew", "whether it was held in this call"),
         ):
             self.add(let(self.flag(flag, text), OutputOf(fb, flag)))
         self._diameter(refused)
@@ -453,7 +452,6 @@ class _Main:
                 held=Name("held"),
                 acknowledged=Name("acknowledged"),
                 enabled_anew=Name("enabled_anew"),
-                held_anew=Name("held_anew"),
                 inputs_usable=usable,
                 model_runs=runs,
                 connected=Name("connected"),

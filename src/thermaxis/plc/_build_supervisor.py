@@ -110,7 +110,6 @@ def requests_block(*, double: bool) -> Block:
     forget = said("forget", "whether the sensors take their present values")
     cleared = said("acknowledged", "whether a fault was acknowledged")
     anew = said("enabled_anew", "whether it was enabled in this call")
-    held_anew = said("held_anew", "whether it was held in this call")
     enabled = draft.state("is_enabled", "whether somebody has enabled it", Kind.BOOL)
     held = draft.state("is_held", "whether an operator holds it", Kind.BOOL)
     in_fault = draft.temporary("in_fault", "whether it is in the state Fault", Kind.BOOL)
@@ -124,7 +123,7 @@ def requests_block(*, double: bool) -> Block:
         both(equals(fault, reason_bit(Reason.READ_BACK_DIFFERS)), no(both(agrees, connected))),
     )
     return draft.block(
-        *(let(flag, NO) for flag in (refused, forget, cleared, anew, held_anew)),
+        *(let(flag, NO) for flag in (refused, forget, cleared, anew)),
         let(in_fault, equals(state, _FAULT)),
         when(
             both(reset, no(before["reset"])),
@@ -161,7 +160,7 @@ def requests_block(*, double: bool) -> Block:
                 (
                     choose(
                         (either(in_fault, no(enabled)), (let(refused, YES),)),
-                        (no(held), (let(held, YES), let(held_anew, YES))),
+                        otherwise=(let(held, YES),),
                     ),
                 ),
             ),
@@ -199,7 +198,6 @@ class _Signals(NamedTuple):
     held: Name
     acknowledged: Name
     enabled_anew: Name
-    held_anew: Name
     inputs_usable: Name
     model_runs: Name
     connected: Name
@@ -218,7 +216,6 @@ _SIGNAL_TEXTS = {
     "held": "whether an operator holds it",
     "acknowledged": "whether a fault was acknowledged in this call",
     "enabled_anew": "whether it was enabled in this call",
-    "held_anew": "whether it was held in this call",
     "inputs_usable": "whether every input has a usable value",
     "model_runs": "whether the model runs on, neither waiting nor started anew",
     "connected": "whether the machine can be written to",
@@ -280,7 +277,6 @@ def supervisor_block(settings: PlcSettings) -> Block:
             let(times.differs, zero),
         ),
         when(signals.enabled_anew, let(times.ready, zero)),
-        when(signals.held_anew, let(times.held, zero)),
         *_counted(times, signals, state, ready, zero, cycle_s),
         *_blockers(times, signals, blocked, expired, zero),
         let(known_zero, both(signals.at_zero, signals.connected)),
