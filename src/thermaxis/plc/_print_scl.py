@@ -16,7 +16,9 @@ NOT_CHECKED = (
     "not checked.",
 )
 """What the head says of every SCL file."""
-_RETENTIVE = (
+_CLASSIC = (
+    "STEP 7 V5: enter every quoted name in the symbol table, each as a function block of its own,",
+    "before the source is compiled. From the trade, not checked.",
     "CPUs of this class keep instance data over power-off as a rule. Declare the instance data",
     "block non-retain, or load its start values when the CPU starts: states must not outlast a",
     "pause in which the machine cooled. From the trade, not checked.",
@@ -62,7 +64,7 @@ def print_scl(program: Program, cpu: SclCpu = "s7-1500") -> str:
         )
     check_program(program)
     classic = cpu == "s7-300"
-    head = (*program.head, *NOT_CHECKED, *(_RETENTIVE if classic else ()))
+    head = (*program.head, *NOT_CHECKED, *(_CLASSIC if classic else ()))
     lines = [line for text in head for line in remark_lines(text, "", REMARK)]
     for block in program.blocks:
         dialect = _classic(block.name) if classic else _portal(double=program.double)

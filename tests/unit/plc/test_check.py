@@ -1,6 +1,7 @@
 """Every rule of the tree is checked, and what breaks it is said in words."""
 
 from dataclasses import replace
+from random import Random
 from typing import Any
 
 import pytest
@@ -44,19 +45,17 @@ def inner() -> Block:
 
 def program(*body: Any, **parts: Any) -> Program:
     """A program with variables of every kind whose main block does what is given."""
-    main = Block(
-        name="tx_main",
-        **{
-            "inputs": (number("u"), truth("go"), count("k")),
-            "outputs": (number("y"),),
-            "states": (number("x"), truth("was"), count("i"), number("ring", length=LENGTH)),
-            "temporaries": (number("t"), truth("b"), count("j")),
-            "constants": (number("a", 0.5), number("zero"), count("last", LENGTH - 1)),
-            "instances": (Instance("one", "tx_inner"),),
-            "body": (*body, let("y", "u")),
-            **parts,
-        },
-    )
+    sections: dict[str, Any] = {
+        "inputs": (number("u"), truth("go"), count("k")),
+        "outputs": (number("y"),),
+        "states": (number("x"), truth("was"), count("i"), number("ring", length=LENGTH)),
+        "temporaries": (number("t"), truth("b"), count("j")),
+        "constants": (number("a", 0.5), number("zero"), count("last", LENGTH - 1)),
+        "instances": (Instance("one", "tx_inner"),),
+        "body": (*body, let("y", "u")),
+        **parts,
+    }
+    main = Block(name="tx_main", **sections)
     return Program(name="tx_main", double=True, blocks=(inner(), main))
 
 
@@ -455,6 +454,92 @@ def test_whole_numbers_in_an_array_are_followed_together() -> None:
     rows = Element("rows", "i")
     taken(let(rows, 3), let("j", rows), let("j", two("j", "*", 10_000)), states=states)
     refused("may become 40000", let(rows, 4), let("j", two(rows, "*", 10_000)), states=states)
+
+
+def whole_numbers(random: Random) -> tuple[Any, ...]:
+    """Statements on whole numbers and an array, right or wrong."""
+
+    def term_of() -> Any:
+        return random.choice(("i", "k", "last", random.randint(-3, 8)))
+
+    def condition() -> Any:
+        compared = two(term_of(), random.choice(("<", "<=", ">", ">=", "=")), term_of())
+        kind = random.random()
+        if kind < 0.5:
+            return compared
+        return (
+            Not(compared)
+            if kind < 0.65
+            else two(compared, random.choice(("AND", "OR")), condition())
+        )
+
+    def statement(depth: int) -> Any:
+        kind = random.random()
+        if kind < 0.3 and depth < 3:
+            branches = tuple((condition(), body(depth + 1)) for _ in range(random.randint(1, 2)))
+            return If(branches, body(depth + 1) if random.random() < 0.5 else ())
+        if kind < 0.6:
+            return let("i", two(term_of(), random.choice(("+", "-", "*")), term_of()))
+        if kind < 0.8:
+            return let("i", term_of())
+        return let(Element("ring", random.choice(("i", "last"))), "u")
+
+    def body(depth: int) -> tuple[Any, ...]:
+        return tuple(statement(depth) for _ in range(random.randint(1, 3)))
+
+    return body(0)
+
+
+def carried_out(statements: tuple[Any, ...], values: dict[str, int]) -> None:
+    """Carry out statements on whole numbers; what leaves its range fails."""
+
+    def of(expression: Any) -> int:
+        match expression:
+            case Count(value):
+                return value
+            case Name(name):
+                return values[name]
+            case Not(inside):
+                return not of(inside)
+            case _:
+                pass
+        a, b = of(expression.left), of(expression.right)
+        got = {
+            "+": a + b, "-": a - b, "*": a * b, "<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b,
+            "=": a == b, "AND": a and b, "OR": a or b,
+        }[expression.operation.value]  # fmt: skip
+        assert -32768 <= got <= 32767
+        return got
+
+    for statement in statements:
+        if isinstance(statement, If):
+            chosen = [body for condition, body in statement.branches if of(condition)]
+            carried_out(chosen[0] if chosen else statement.otherwise, values)
+        elif isinstance(statement.target, Element):
+            assert 0 <= values[statement.target.index] < LENGTH
+        else:
+            values[statement.target.name] = of(statement.value)
+
+
+def test_what_is_taken_never_overflows_and_never_leaves_an_array() -> None:
+    random = Random(8)  # noqa: S311 - programs for a test
+    accepted = reached = 0
+    for _ in range(3000):
+        statements = whole_numbers(random)
+        try:
+            check_program(program(*statements))
+        except ProgramError:
+            continue
+        accepted += 1
+        values = {"i": 0, "last": LENGTH - 1}
+        seen: set[int] = set()
+        for _ in range(40):
+            values["k"] = random.choice((-32768, 32767, 0, random.randint(-9, 9)))
+            carried_out(statements, values)
+            seen.add(values["i"])
+        reached += len(seen) > 2
+    assert accepted > 300
+    assert reached > 50
 
 
 # ---- what is never used -------------------------------------------------------------------------

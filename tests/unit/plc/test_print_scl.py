@@ -6,6 +6,7 @@ from typing import Literal
 
 import pytest
 
+from tests.unit.plc.scl_normal import scl_normal
 from tests.unit.plc.small_programs import asked, let, said, small
 from tests.unit.plc.st_interpreter import Machine, first_difference
 from thermaxis.errors import ConfigurationError
@@ -56,10 +57,12 @@ def test_without_its_coat_it_is_the_structured_text(cpu: Cpu, double: bool) -> N
 
 @pytest.mark.parametrize(("cpu", "double"), CASES)
 def test_it_computes_what_plain_python_computes(cpu: Cpu, double: bool) -> None:
-    machine = Machine(bare(print_scl(small(double=double), cpu)))
+    text = print_scl(small(double=double), cpu)
     rows = asked(300, seed=2)
-    got = machine.start().run(rows)
-    assert first_difference(machine.outputs, said(rows, double=double), got) is None
+    for plain in (bare(text), scl_normal(text, cpu)):
+        machine = Machine(plain)
+        got = machine.start().run(rows)
+        assert first_difference(machine.outputs, said(rows, double=double), got) is None
 
 
 @pytest.mark.parametrize(("cpu", "double"), CASES)
