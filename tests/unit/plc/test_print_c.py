@@ -2,66 +2,22 @@
 
 import re
 import shutil
-import subprocess
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
 import pytest
 
-from tests.unit.plc.small_programs import Asked, Said, asked, let, number, said, small, truth
+from tests.unit.plc.c_program import FLAGS, CProgram, compiler, needs_gcc, written
+from tests.unit.plc.small_programs import asked, let, number, said, small, truth
 from tests.unit.plc.st_interpreter import first_difference
 from thermaxis.plc._print_c import CText, print_c
 from thermaxis.plc._tree import Program
 
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off")
 MORE_FLAGS = (
     "-Wconversion", "-Wfloat-conversion", "-Wdouble-promotion", "-Wshadow", "-Wstrict-prototypes",
     "-Wmissing-prototypes", "-Wsign-conversion", "-Wundef", "-Wcast-qual",
 )  # fmt: skip
-DRIVER = """
-#include "tx_small.h"
-#include <stdio.h>
-int main(void) {
-    tx_small block;
-    double u;
-    int reset, offset;
-    tx_small_init(&block);
-    printf("%a %d %d %d\\n", (double)block.y_um, block.at_limit, block.beat, block.sum_word);
-    while (scanf("%la %d %d", &u, &reset, &offset) == 3) {
-        block.u_um = (tx_number)u;
-        block.reset = reset != 0;
-        block.offset = (int16_t)offset;
-        tx_small_step(&block);
-        printf("%a %d %d %d\\n", (double)block.y_um, block.at_limit, block.beat, block.sum_word);
-    }
-    return 0;
-}
-"""
-
-needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not here")
-
-
-def written(text: CText, folder: Path, name: str = "tx_small") -> Path:
-    (folder / f"{name}.h").write_text(text.header, encoding="ascii")
-    (folder / f"{name}.c").write_text(text.source, encoding="ascii")
-    return folder / f"{name}.c"
-
-
-def compiler(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = ["gcc", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
-
-
-def run(program: Path, rows: Sequence[Asked]) -> list[Said]:
-    sent = "".join(f"{r.u_um.hex()} {int(r.reset)} {r.offset}\n" for r in rows)
-    answer = subprocess.run(
-        [str(program)], input=sent, capture_output=True, text=True, check=True, timeout=60
-    )
-    cells = [line.split() for line in answer.stdout.splitlines()]
-    return [Said(float.fromhex(a), b == "1", int(c), int(d)) for a, b, c, d in cells]
-
 
 # ---- the text -----------------------------------------------------------------------------------
 
@@ -166,17 +122,14 @@ def with_unused() -> Program:
 def test_compiled_without_a_warning_it_computes_what_plain_python_computes(
     tmp_path: Path, double: bool, level: str
 ) -> None:
-    source = written(print_c(small(double=double)), tmp_path)
+    program = small(double=double)
+    source = written(print_c(program), tmp_path, "tx_small")
     built = compiler(*FLAGS, *MORE_FLAGS, level, "-c", source, "-o", tmp_path / "block.o")
     assert (built.returncode, built.stderr) == (0, "")
-    driver = tmp_path / "driver.c"
-    driver.write_text(DRIVER, encoding="ascii")
-    program = tmp_path / "program"
-    linked = compiler(*FLAGS, level, driver, tmp_path / "block.o", "-o", program)
-    assert (linked.returncode, linked.stderr) == (0, "")
     rows = asked(2000, seed=3)
     expected = chain([(0.25, True, -3, 0)], said(rows, double=double))
-    assert first_difference(Said._fields, expected, run(program, rows)) is None
+    compiled = CProgram(program, tmp_path, level)
+    assert first_difference(compiled.outputs, expected, compiled.run(rows)) is None
 
 
 @pytest.mark.system
@@ -185,19 +138,16 @@ def test_a_changed_coefficient_is_found(tmp_path: Path) -> None:
     text = print_c(small())
     changed = re.sub(r"(alpha = 0\.14285714285714)\d+", r"\g<1>300", text.source)
     assert changed != text.source
-    source = written(CText(text.header, changed), tmp_path)
-    driver = tmp_path / "driver.c"
-    driver.write_text(DRIVER, encoding="ascii")
-    assert compiler(*FLAGS, driver, source, "-o", tmp_path / "program").returncode == 0
     rows = asked(50)
     expected = chain([(0.25, True, -3, 0)], said(rows, double=True))
-    assert first_difference(Said._fields, expected, run(tmp_path / "program", rows)) is not None
+    compiled = CProgram(small(), tmp_path, text=CText(text.header, changed))
+    assert first_difference(compiled.outputs, expected, compiled.run(rows)) is not None
 
 
 @pytest.mark.system
 @needs_gcc
 def test_unused_parts_make_no_warning(tmp_path: Path) -> None:
-    source = written(print_c(with_unused()), tmp_path)
+    source = written(print_c(with_unused()), tmp_path, "tx_small")
     for level in ("-O0", "-O2"):
         built = compiler(*FLAGS, *MORE_FLAGS, level, "-c", source, "-o", tmp_path / "block.o")
         assert (built.returncode, built.stderr) == (0, "")
@@ -209,7 +159,7 @@ def test_two_programs_stand_in_one_and_mixed_numbers_are_refused(tmp_path: Path)
     other = small()
     main = replace(other.blocks[-1], name="tx_other")
     other = replace(other, name="tx_other", blocks=(*other.blocks[:-1], main))
-    written(print_c(small()), tmp_path)
+    written(print_c(small()), tmp_path, "tx_small")
     written(print_c(other), tmp_path, "tx_other")
     both = tmp_path / "both.c"
     both.write_text(
@@ -232,7 +182,7 @@ def test_two_programs_stand_in_one_and_mixed_numbers_are_refused(tmp_path: Path)
 def test_a_compiler_that_computes_otherwise_is_refused(tmp_path: Path) -> None:
     macros = compiler("-dM", "-E", "-x", "c", "/dev/null").stdout
     for double in (True, False):
-        source = written(print_c(small(double=double)), tmp_path)
+        source = written(print_c(small(double=double)), tmp_path, "tx_small")
         fast = compiler(*FLAGS, "-ffast-math", "-c", source, "-o", tmp_path / "block.o")
         assert "fast math" in fast.stderr
         if "__x86_64__" in macros:
@@ -243,7 +193,7 @@ def test_a_compiler_that_computes_otherwise_is_refused(tmp_path: Path) -> None:
 @pytest.mark.system
 @pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not here")
 def test_cplusplus_reads_the_header(tmp_path: Path) -> None:
-    written(print_c(small()), tmp_path)
+    written(print_c(small()), tmp_path, "tx_small")
     user = tmp_path / "user.cpp"
     user.write_text('#include "tx_small.h"\nvoid f(tx_small *b) { tx_small_step(b); }\n')
     built = compiler("-x", "c++", "-std=c++17", "-Wall", "-Werror", "-fsyntax-only", user)
