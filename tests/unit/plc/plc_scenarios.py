@@ -1,0 +1,208 @@
+"""Random compensations for a PLC, and `cycle` driven as the block is."""
+
+import math
+import random
+from collections.abc import Iterator
+
+from thermaxis.compensation import (
+    Compensation,
+    CompensationModel,
+    CycleOutput,
+    CycleReading,
+    CycleState,
+    GainPoint,
+    Limits,
+    Outcome,
+    Output,
+    Part,
+    Quality,
+    Reason,
+    Request,
+    RequestKind,
+    Sample,
+    SampleQuality,
+    Section,
+    SensorRules,
+    SupervisorRules,
+    SupervisorState,
+    cycle,
+    cycle_state,
+)
+from thermaxis.plc._settings import PlcSettings, export_settings
+from thermaxis.plc._twin import PlcInputs, PlcOutputs
+
+STATES = list(SupervisorState)
+REASONS = list(Reason)
+OUTCOMES = list(Outcome)
+SAMPLE_QUALITIES = list(SampleQuality)
+QUALITIES = list(Quality)
+
+QUICK = SupervisorRules(
+    settle_s=6.0,
+    heal_s=2.0,
+    grace_s=1.5,
+    hold_input_s=9.0,
+    hold_connection_s=8.0,
+    hold_interlock_s=3.0,
+    hold_operator_s=15.0,
+    at_limit_s=12.0,
+    read_back_s=4.0,
+    longest_trim_s=20.0,
+)
+
+
+def random_settings(
+    seed: int, *, cycle_s: float = 1.0, double: bool = True, quick: bool = True
+) -> PlcSettings:
+    """1 to 8 sections, 1 to 4 channels, 1 or 2 outputs; gains, delays, filter, both references."""
+    rng = random.Random(seed)  # noqa: S311 - a test that can be repeated
+    channels = [f"T_{k}_C" for k in range(rng.randint(1, 4))]
+    sections_left = rng.randint(1, 8)
+    outputs: list[Output] = []
+    for name in ("Z_um", "X_um")[: rng.randint(1, 2)]:
+        parts: list[Part] = []
+        for k in range(rng.randint(1, 3)):
+            number = rng.randint(0, sections_left)
+            if not outputs and not parts:
+                number = max(number, 1)
+            sections_left -= number
+            plus, *others = rng.sample(channels, len(channels))
+            low, high = sorted((rng.uniform(-12.0, -3.0), rng.uniform(3.0, 14.0)))
+            ranged = rng.random() < 0.3
+            points = (GainPoint(20.0, 0.4), GainPoint(100.0, 0.9), GainPoint(333.0, 1.7))
+            parts.append(
+                Part(
+                    f"part {k}",
+                    plus,
+                    others[0] if others and rng.random() < 0.5 else "",
+                    rng.choice((0.0, rng.uniform(-4.0, 4.0))) if number else rng.uniform(1.0, 4.0),
+                    tuple(
+                        Section(rng.uniform(-6.0, 6.0), 10 ** rng.uniform(0.5, 4.5))
+                        for _ in range(number)
+                    ),
+                    delay_s=rng.choice((0.0, 0.0, 1.0, 7.0)) * cycle_s,
+                    gain_by_diameter=points[: rng.randint(1, 3)] if rng.random() < 0.4 else (),
+                    tool_gain=rng.uniform(0.5, 1.5),
+                    lowest_k=low if ranged else None,
+                    highest_k=high if ranged else None,
+                )
+            )
+        outputs.append(Output(name, tuple(parts), rng.choice((0.0, rng.uniform(-2.0, 2.0)))))
+    used = {c for o in outputs for p in o.parts for c in (p.plus, p.minus) if c}
+    stated = rng.random() < 0.5
+    model = CompensationModel(
+        outputs=tuple(outputs),
+        reference="stated" if stated else "start",
+        reference_c={c: rng.uniform(18.0, 24.0) for c in used} if stated else {},
+        input_filter_s=rng.choice((0.0, 0.0, 20.0)),
+        longest_hold_s=rng.choice((3.0, 60.0)) if quick else 60.0,
+    )
+    sensors = {
+        c: SensorRules(
+            lowest_c=rng.uniform(1.0, 5.0),
+            highest_c=rng.uniform(45.0, 70.0),
+            largest_rate_k_per_s=rng.uniform(0.05, 0.3),
+            step_k=rng.choice((0.0, 0.5, 1.0)),
+            frozen_s=rng.choice((0.0, 90.0, 200.0)) if quick else 14_400.0,
+        )
+        for c in model.channels
+    }
+    limits = {
+        o.name: Limits(
+            largest,
+            rng.uniform(0.2, 3.0),
+            largest * rng.choice((1.0, 1.2)),
+            deadband_um=rng.choice((0.0, 0.3)),
+        )
+        for o in outputs
+        for largest in [rng.uniform(8.0, 60.0)]
+    }
+    compensation = Compensation(
+        model=model,
+        sensors=sensors,
+        limits=limits,
+        supervisor=QUICK if quick else SupervisorRules(),
+        interlocks=("plc",),
+        validity_margin_k=rng.choice((2.0, 5.0)),
+        lowest_weight=rng.choice((0.0, 0.25)),
+    )
+    return export_settings(compensation, cycle_s=cycle_s, name=f"random {seed}", double=double)
+
+
+class CycleDriver:
+    """Calls `cycle` as the block is called: edges are requests, a wrong cycle time is none."""
+
+    def __init__(self, settings: PlcSettings) -> None:
+        self.settings = settings
+        self.switch_on()
+
+    def switch_on(self) -> None:
+        self.state: CycleState = cycle_state(self.settings.compensation)
+        self.good_calls = 0
+        self.calls = 0
+        self.levels = (False, False, False)
+        self.trims = (0.0,) * len(self.settings.compensation.bounds)
+
+    def step(self, inputs: PlcInputs) -> CycleOutput:
+        if inputs.restart:
+            self.switch_on()
+        cycle_s = self.settings.cycle_s
+        time_s = math.nan
+        if cycle_s * (1.0 - 0.1) <= inputs.cycle_time_s <= cycle_s * (1.0 + 0.1):
+            self.good_calls += 1
+            time_s = cycle_s * self.good_calls
+        read = tuple(u if inputs.read_ok else None for u in inputs.read_um)
+        reading = CycleReading(
+            time_s,
+            tuple(
+                Sample(value, good, 0.0)
+                for value, good in zip(inputs.temperatures_c, inputs.ok, strict=True)
+            ),
+            (),
+            (inputs.interlocks_met,),
+            inputs.connected,
+            read,
+            read if self.calls == 0 else None,
+            inputs.other_compensation,
+            tuple(self.requests(inputs)),
+        )
+        self.calls += 1
+        self.state, output = cycle(self.settings.compensation, self.state, reading)
+        return output
+
+    def requests(self, inputs: PlcInputs) -> Iterator[Request]:
+        reset, enable, hold = self.levels
+        if inputs.reset and not reset:
+            yield Request(RequestKind.ACKNOWLEDGE, "plc")
+        if inputs.enable != enable:
+            yield Request(RequestKind.ENABLE if inputs.enable else RequestKind.DISABLE, "plc")
+        if inputs.hold != hold:
+            yield Request(RequestKind.HOLD if inputs.hold else RequestKind.RESUME, "plc")
+        diameter_mm = inputs.diameter_mm if inputs.diameter_known else None
+        yield Request(RequestKind.DIAMETER, "plc", value=diameter_mm)
+        longest_s = self.settings.compensation.supervisor.longest_trim_s
+        outputs = self.settings.compensation.model.outputs
+        for output, before, trim in zip(outputs, self.trims, inputs.trims_um, strict=True):
+            if not trim == before:  # noqa: SIM201 - NaN differs from itself
+                yield Request(RequestKind.TRIM, "plc", output.name, trim, longest_s)
+        self.levels = inputs.reset, inputs.enable, inputs.hold
+        self.trims = inputs.trims_um
+
+
+def as_block(output: CycleOutput, calls: int) -> PlcOutputs:
+    """Return what `cycle` said as the outputs of the block."""
+    return PlcOutputs(
+        output.correction_um,
+        output.model_um,
+        output.wanted_um,
+        output.weight,
+        output.at_limit,
+        tuple(part for parts in output.contribution_um for part in parts),
+        tuple(SAMPLE_QUALITIES.index(quality) for quality in output.qualities),
+        STATES.index(output.state),
+        sum(2 ** REASONS.index(reason) for reason in output.reasons),
+        QUALITIES.index(output.quality),
+        sum(2 ** OUTCOMES.index(outcome) for outcome in output.outcomes),
+        not all(answer.accepted for answer in output.answers),
+        calls % 32768,
+    )
