@@ -301,6 +301,7 @@ class _BlockReader:
         self._known = known
         self._numbers = numbers
         self._operations = 0
+        self._headings: set[str] = set()
         self.block = StBlock("")
         body: list[Node] = []
         for name, child in inner(node):
@@ -332,6 +333,10 @@ class _BlockReader:
 
     def _section(self, node: Node) -> None:
         section = _SECTIONS[node.type]
+        heading = node.type + "".join(c.type for c in node.children if "qualifier" in c.type)
+        if heading in self._headings:
+            raise error_at(node, "two sections with the same heading")
+        self._headings.add(heading)
         for _, child in inner(node):
             if child.type == "var_qualifier_list":
                 if section != STATE or text_of(child).upper() != "CONSTANT":
@@ -467,7 +472,7 @@ class _BlockReader:
             raise error_at(node, "only a variable of the block can be assigned")
         section = self.block.variables[target.name].section
         if section in {INPUT, CONSTANT}:
-            raise error_at(node, f"{target.name} is an {section}; it cannot be assigned")
+            raise error_at(node, f"{target.name} cannot be assigned: its section is {section}")
         return target
 
     def _choice(self, node: Node) -> Choice:

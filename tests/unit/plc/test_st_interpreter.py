@@ -217,6 +217,60 @@ def test_another_block_than_the_last_one_can_be_run() -> None:
         Machine(text("y := a;"), block="tx_none")
 
 
+def whole_number(rng: np.random.Generator, depth: int) -> tuple[str, str]:
+    """A random expression of INT: in Structured Text, and in Python."""
+    if depth == 0 or rng.random() < 0.3:
+        leaf = str(rng.choice(["n", "0", "1", "7", "(-3)"]))
+        return leaf, leaf
+    (a, x), (b, y) = whole_number(rng, depth - 1), whole_number(rng, depth - 1)
+    sign = str(rng.choice(["+", "-", "*"]))
+    return f"({a} {sign} {b})", f"({x} {sign} {y})"
+
+
+def truth(rng: np.random.Generator, depth: int) -> tuple[str, str]:
+    """A random expression of BOOL: in Structured Text, and in Python."""
+    if depth == 0 or rng.random() < 0.2:
+        leaf = str(rng.choice(["p", "q", "TRUE", "FALSE"]))
+        return leaf, leaf.title() if leaf.isupper() else leaf
+    if rng.random() < 0.4:
+        sign = str(rng.choice(["<", "<=", ">", ">=", "=", "<>"]))
+        other = {"=": "==", "<>": "!="}.get(sign, sign)
+        if rng.random() < 0.5:
+            (a, x), (b, y) = whole_number(rng, 2), whole_number(rng, 2)
+            return f"({a} {sign} {b})", f"({x} {other} {y})"
+        c, d = (str(rng.choice(["a", "b", "(-a)"])) for _ in range(2))
+        return f"({c} {sign} {d})", f"({c} {other} {d})"
+    (a, x), (b, y) = truth(rng, depth - 1), truth(rng, depth - 1)
+    if rng.random() < 0.3:
+        return f"(NOT {a})", f"(not {x})"
+    word = str(rng.choice(["AND", "OR"]))
+    return f"({a} {word} {b})", f"({x} {word.lower()} {y})"
+
+
+@pytest.mark.parametrize("kind", ["LREAL", "REAL"])
+def test_random_expressions_are_worth_what_python_says(kind: str) -> None:
+    rng = np.random.default_rng(11)
+    seen: set[bool] = set()
+    for _ in range(60):
+        (bool_text, bool_python), (int_text, int_python) = truth(rng, 5), whole_number(rng, 3)
+        source = text(f"z := {bool_text};\nm := {int_text};").replace("LREAL", kind)
+        execution = Machine(source).start()
+        for _ in range(5):
+            row = [
+                float(rng.choice([-1.5, 0.0, 1.5, NAN, INF])),
+                float(rng.choice([-1.5, 0.0, 1.5])),
+                bool(rng.random() < 0.5),
+                bool(rng.random() < 0.5),
+                int(rng.integers(-3, 4)),
+            ]
+            known = dict(zip("abpqn", row, strict=True))
+            _, z, m = execution.step(row)
+            assert z is eval(bool_python, {}, known), bool_text  # noqa: S307 - made above
+            assert m == eval(int_python, {}, known), int_text  # noqa: S307 - made above
+            seen.add(bool(z))
+    assert seen == {True, False}
+
+
 # ---- the arithmetic of REAL ---------------------------------------------------------------------
 
 
@@ -375,8 +429,8 @@ def test_inputs_by_name_are_all_stated() -> None:
     [
         ("y := c;", "c is not declared"),
         ("c := y;", "c is not declared"),
-        ("a := b;", "a is an input"),
-        ("k := b;", "k is an constant"),
+        ("a := b;", "a cannot be assigned"),
+        ("k := b;", "k cannot be assigned"),
         ("lag := b;", "not declared, or is no variable"),
         ("lag.x := b;", "only a variable of the block"),
         ("y := lag.secret;", "secret is no output"),
@@ -535,6 +589,8 @@ def test_a_declaration_that_some_compiler_refuses_is_refused(line: str, what: st
         ("VAR_TEMP\n", "VAR_TEMP\n  e : tx_lag;\n", "an instance stands in VAR"),
         ("VAR_TEMP\n", "VAR_TEMP\n  e : ARRAY[0..1] OF LREAL;\n", "an array stands in VAR"),
         ("VAR CONSTANT", "VAR RETAIN", "RETAIN"),
+        ("VAR CONSTANT", "VAR", "same heading"),
+        ("END_VAR\nVAR_OUTPUT", "END_VAR\nVAR_INPUT", "same heading"),
         ("VAR CONSTANT", "VAR CONSTANT RETAIN", "RETAIN"),
         ("VAR_TEMP", "VAR_IN_OUT", "var_in_out"),
         ("VAR_TEMP", "VAR_EXTERNAL", "var_external"),
