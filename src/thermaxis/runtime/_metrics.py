@@ -9,7 +9,6 @@ import hmac
 import math
 import ssl
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import NamedTuple, final
 from urllib.parse import urlsplit
 
@@ -17,8 +16,8 @@ from thermaxis.errors import ConfigurationError, printable
 from thermaxis.runtime._config_settings import MetricsSettings
 from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import NOT_READ, Clock
-from thermaxis.runtime._private_files import refuse_readable
 from thermaxis.runtime._status import RuntimeStatus
+from thermaxis.runtime._tls import server_context
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 """Content type of the page."""
@@ -352,7 +351,7 @@ class MetricsServer:
         settings = self._settings
         context = None
         if settings.certificate is not None and settings.private_key is not None:
-            context = _tls(settings.certificate, settings.private_key)
+            context = server_context(settings.certificate, settings.private_key, where="metrics")
         try:
             self._server = await asyncio.start_server(
                 self._connected,
@@ -474,18 +473,3 @@ def _response(line: str, body: bytes, content_type: str, header: str = "") -> by
         f"{header}Cache-Control: no-store\r\nConnection: close\r\n\r\n"
     )
     return head.encode("ascii") + body
-
-
-def _tls(certificate: Path, key: Path) -> ssl.SSLContext:
-    refuse_readable(key, where="metrics, private_key")
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    context.minimum_version = ssl.TLSVersion.TLSv1_2
-    try:
-        context.load_cert_chain(certificate, key, password="")  # never asks a terminal
-    except (OSError, ssl.SSLError) as error:
-        raise ConfigurationError(
-            f"the certificate of the metrics or its key cannot be read: {error.strerror or error}",
-            where=str(certificate),
-            remedy="TLS takes PEM files",
-        ) from None
-    return context

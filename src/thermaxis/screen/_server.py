@@ -4,6 +4,7 @@ import asyncio
 import secrets
 import signal
 import socket
+import ssl
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import final
@@ -11,10 +12,10 @@ from typing import final
 import uvicorn
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._certificates import certificate_of, private_key_of
 from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
 from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import Clock
+from thermaxis.runtime._tls import server_context
 from thermaxis.screen._application import build_application
 from thermaxis.screen._parts import ScreenParts
 from thermaxis.screen._persons import Persons
@@ -56,10 +57,7 @@ async def serve(
             where=str(configuration.path),
             remedy="Add [screen], for a start with view_without_login = true",
         )
-    secure = settings.certificate is not None and settings.private_key is not None
-    if settings.certificate is not None and settings.private_key is not None:
-        certificate_of(settings.certificate)
-        private_key_of(settings.private_key)
+    context = _context_of(settings)
     parts = ScreenParts(
         configuration=configuration,
         settings=settings,
@@ -73,8 +71,9 @@ async def serve(
         ),
         words=Words.read(),
         program=secrets.token_hex(8),
-        secure=secure,
+        secure=context is not None,
     )
+    secure = context is not None
     with _listening(settings) as listener:
         port = int(listener.getsockname()[1])
         hosts = allowed_hosts(settings, port, secure=secure)
@@ -92,13 +91,27 @@ async def serve(
                 timeout_graceful_shutdown=_LEAVE_S,
                 limit_concurrency=_MOST_CONNECTIONS,
                 proxy_headers=False,
-                ssl_certfile=settings.certificate if secure else None,
-                ssl_keyfile=settings.private_key if secure else None,
+                ssl_context_factory=None if context is None else _giving(context),
             ),
             lambda: tell(f"{'https' if secure else 'http'}://{_host(settings.address)}:{port}/"),
         )
         _end_by_signal(server)
         await server.serve(sockets=[listener])
+
+
+def _context_of(settings: ScreenSettings) -> ssl.SSLContext | None:
+    if settings.certificate is None or settings.private_key is None:
+        return None
+    return server_context(settings.certificate, settings.private_key, where="screen")
+
+
+def _giving(
+    context: ssl.SSLContext,
+) -> Callable[[uvicorn.Config, Callable[[], ssl.SSLContext]], ssl.SSLContext]:
+    def given(_: uvicorn.Config, __: Callable[[], ssl.SSLContext]) -> ssl.SSLContext:
+        return context
+
+    return given
 
 
 def allowed_hosts(settings: ScreenSettings, port: int, *, secure: bool) -> tuple[str, ...]:

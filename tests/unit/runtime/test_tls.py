@@ -1,0 +1,122 @@
+"""Certificates of our own web servers: whatever form they have, and whoever can read the key."""
+
+import socket
+import ssl
+import threading
+from pathlib import Path
+
+import pytest
+from cryptography.hazmat.primitives import serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+
+from tests.unit.runtime.status_server_parts import Pair
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._tls import server_context
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    return Pair(tmp_path_factory.mktemp("pair"), "page")
+
+
+def peer_of(context: ssl.SSLContext) -> bytes:
+    """Return the certificate that a client is shown, as DER."""
+    trusting = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    trusting.check_hostname, trusting.verify_mode = False, ssl.CERT_NONE
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+
+        def serve() -> None:
+            plain, _ = listener.accept()
+            with context.wrap_socket(plain, server_side=True) as served:
+                served.recv(1)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        with (
+            socket.create_connection(listener.getsockname()) as plain,
+            trusting.wrap_socket(plain) as client,
+        ):
+            found = client.getpeercert(binary_form=True)
+            client.send(b"x")
+        thread.join(10.0)
+    assert found is not None
+    return found
+
+
+def test_a_certificate_and_its_key_are_taken_as_der_and_as_pem(pair: Pair, tmp_path: Path) -> None:
+    key = serialization.load_pem_private_key(pair.key.read_bytes(), None)
+    der_key = tmp_path / "key.der"
+    der_key.touch(mode=0o600)
+    der_key.write_bytes(
+        key.private_bytes(
+            serialization.Encoding.DER,
+            serialization.PrivateFormat.PKCS8,
+            serialization.NoEncryption(),
+        )
+    )
+    for certificate in (pair.certificate, pair.pem):
+        for private_key in (pair.key, der_key):
+            shown = peer_of(server_context(certificate, private_key, where="screen"))
+            assert shown == pair.certificate.read_bytes()
+
+
+def test_old_versions_of_tls_are_not_spoken(pair: Pair) -> None:
+    context = server_context(pair.certificate, pair.key, where="screen")
+    assert context.minimum_version >= ssl.TLSVersion.TLSv1_2
+
+
+def locked(path: Path, *, password: bytes = b"secret") -> Path:
+    path.touch(mode=0o600)
+    path.write_bytes(
+        ec.generate_private_key(ec.SECP256R1()).private_bytes(
+            serialization.Encoding.PEM,
+            serialization.PrivateFormat.PKCS8,
+            serialization.BestAvailableEncryption(password),
+        )
+    )
+    return path
+
+
+def foreign(path: Path) -> Path:
+    path.touch(mode=0o600)
+    path.write_bytes(
+        ec.generate_private_key(ec.SECP256R1()).private_bytes(
+            serialization.Encoding.PEM,
+            serialization.PrivateFormat.PKCS8,
+            serialization.NoEncryption(),
+        )
+    )
+    return path
+
+
+def readable_by_others(path: Path) -> Path:
+    foreign(path).chmod(0o644)
+    return path
+
+
+def noise(path: Path) -> Path:
+    path.touch(mode=0o600)
+    path.write_bytes(b"\x30\x82" + bytes(range(200)))
+    return path
+
+
+@pytest.mark.parametrize("made", [locked, foreign, readable_by_others, noise])
+def test_a_key_that_cannot_be_used_is_said_in_words(
+    made: object, pair: Pair, tmp_path: Path
+) -> None:
+    key = made(tmp_path / "key.pem")  # type: ignore[operator]
+    with pytest.raises(ConfigurationError) as told:
+        server_context(pair.certificate, key, where="screen")
+    assert str(key) in str(told.value)
+
+
+@pytest.mark.parametrize("content", [b"", b"no certificate", b"\x30" * 50])
+def test_a_certificate_that_is_none_is_said_in_words(
+    content: bytes, pair: Pair, tmp_path: Path
+) -> None:
+    certificate = tmp_path / "page.crt"
+    certificate.write_bytes(content)
+    with pytest.raises(ConfigurationError, match=r"page\.crt"):
+        server_context(certificate, pair.key, where="screen")
+    with pytest.raises(ConfigurationError, match="cannot be read"):
+        server_context(tmp_path / "none.crt", pair.key, where="screen")
