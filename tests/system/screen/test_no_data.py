@@ -86,7 +86,7 @@ def test_the_screen_is_killed_and_comes_back(watched: Looked, lonely: Stand) -> 
 
 
 def test_the_death_of_the_screen_does_not_touch_the_loop(watched: Looked, lonely: Stand) -> None:
-    lonely.kill("run", signal.SIGTERM)
+    lonely.kill("run")
     lonely.start_loop("--enable")
     wait_until("an offset in the lathe", lambda: abs(lonely.offset_um()) > 5.0)
     before = lonely.lathe_values("heartbeat")[0]
