@@ -2,13 +2,17 @@
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.unit.plc.small_programs import Asked, asked, let, number, said, small, two, when
 from tests.unit.plc.st_interpreter import Machine, first_difference, parse_with_blark
 from thermaxis.plc._numbers import number_text
 from thermaxis.plc._print_st import print_st
+from thermaxis.plc._print_text import broken, remark_lines
 from thermaxis.plc._tree import Name, Not, Operation, Program, Remark, Two
 
 FLAVOURS = ("iec", "twincat", "codesys")
@@ -74,9 +78,35 @@ def test_lines_that_were_broken_compute_the_same() -> None:
     assert first_difference(names, said(rows, double=True), got) is None
 
 
+@given(
+    st.lists(st.text("abc(=)_", min_size=1, max_size=30), min_size=1, max_size=60),
+    st.integers(0, 10),
+)
+def test_broken_lines_keep_their_words_and_no_line_is_too_long(
+    words: list[str], depth: int
+) -> None:
+    begin = "    " * depth
+    code = broken(begin + " ".join(words))
+    assert " ".join(code).split() == words
+    remarks = remark_lines(" ".join(words), begin, ("(*", "*)"))
+    assert all(line[len(begin) :].startswith("(* ") and line.endswith(" *)") for line in remarks)
+    assert " ".join(line[len(begin) + 3 : -3] for line in remarks).split() == words
+    for lines in (code, remarks):
+        assert all(len(line) <= 100 and line.startswith(begin) for line in lines)
+    # As few lines as there can be: the first word of a line had no room in the line before.
+    for line, after in pairwise(remarks):
+        assert len(line) + 1 + len(after.split()[1]) > 100
+
+
+def test_a_word_that_no_line_has_room_for_is_cut_and_nothing_of_it_is_lost() -> None:
+    word = "".join(chr(ord("a") + k % 26) for k in range(300))
+    lines = remark_lines(word, "", ("(*", "*)"))
+    assert "".join(line[3:-3] for line in lines) == word
+    assert max(map(len, lines)) == 100
+
+
 def test_another_grammar_reads_it() -> None:
-    for flavour in FLAVOURS:
-        parse_with_blark(print_st(small(), flavour))  # type: ignore[arg-type]
+    parse_with_blark(print_st(small(), "twincat"))
     parse_with_blark(print_st(long_program()))
 
 
