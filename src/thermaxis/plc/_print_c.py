@@ -178,7 +178,7 @@ def _type(kind: Kind) -> str:
 
 def _source(program: Program, blocks: tuple[Block, ...]) -> str:
     widths = (0, 1) if program.double else (0,)
-    wider = " && ".join(f"(FLT_EVAL_METHOD != {width})" for width in widths)
+    wider = " && ".join(f"FLT_EVAL_METHOD != {width}" for width in widths)
     lines: list[str] = []
     for text in (
         *program.head[:1],
