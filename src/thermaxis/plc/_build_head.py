@@ -183,6 +183,10 @@ def _not_protected() -> Iterator[str]:
         " commissioning, with the test vectors first and small corrections then."
     )
     yield (
+        "An offset that stands in the control beyond the limits at the first call stays as it is"
+        " and enabling is refused: bring it back in the control, then start the block anew."
+    )
+    yield (
         "Times are counted in cycles. With a cycle that a binary number does not hold, such as"
         " 0.1 s, a limit in seconds may be met one cycle earlier or later than on the computer."
     )

@@ -27,7 +27,7 @@ from thermaxis.plc._build_sensor import SENSOR
 from thermaxis.plc._build_supervisor import REQUESTS, SUPERVISOR, state_number
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc._tree import Block, Count, Expression, Kind, Name, OutputOf, Statement
+from thermaxis.plc._tree import Block, Count, Kind, Name, OutputOf, Statement
 
 LARGEST_DIAMETER_MM = 1e5
 """Largest clamping diameter: a hundred metres. [mm]"""
@@ -112,10 +112,6 @@ class _Main:
         """Return stem and text of every output."""
         outputs = self.compensation.model.outputs
         return [(s, remark_text(o.name)) for s, o in zip(self.outputs, outputs, strict=True)]
-
-    def all_outputs(self, name: str) -> Expression:
-        """Whether a flag holds for every output."""
-        return both(*(OutputOf(f"fb_{name}{k}", "agrees") for k in range(1, len(self.outputs) + 1)))
 
     # ---- variables ------------------------------------------------------------------------------
 
@@ -226,9 +222,12 @@ class _Main:
         agrees = self.flag("agrees", "whether the machine reports what was written")
         outside = self.flag("outside", "whether a correction lies outside its total")
         at_zero = self.flag("at_zero", "whether every correction is zero")
-        self.add(note("What the machine reports, and where the corrections are."))
-        inside: list[Expression] = []
-        zeros: list[Expression] = []
+        self.add(
+            note("What the machine reports, and where the corrections are."),
+            let(agrees, YES),
+            let(outside, NO),
+            let(at_zero, YES),
+        )
         for k, (stem, text) in enumerate(self.output_texts(), 1):
             fb = self.draft.instance(f"fb_read_back{k}", READ_BACK)
             bounds = self.compensation.bounds[k - 1]
@@ -236,8 +235,6 @@ class _Main:
                 f"total{k}_um", f"{text}: largest magnitude with the trim [um]", bounds.total_um
             )
             force = self.force(k)
-            inside.append(within(force, minus(total), total))
-            zeros.append(within(force, self.zero, self.zero))
             self.add(
                 call(
                     fb,
@@ -245,13 +242,11 @@ class _Main:
                     read_ok=Name("read_ok"),
                     in_force_um=force,
                     tolerance_um=tolerance,
-                )
+                ),
+                when(no(OutputOf(fb, "agrees")), let(agrees, NO)),
+                when(no(within(force, minus(total), total)), let(outside, YES)),
+                when(no(within(force, self.zero, self.zero)), let(at_zero, NO)),
             )
-        self.add(
-            let(agrees, self.all_outputs("read_back")),
-            let(outside, no(both(*inside))),
-            let(at_zero, both(*zeros)),
-        )
 
     def requests(self) -> None:
         """Answer the requests: reset, enable, hold, diameter, trims."""
@@ -339,8 +334,8 @@ class _Main:
 
     def sensors(self) -> None:
         """Judge every temperature."""
-        usable: list[Expression] = []
-        self.add(note("Sensors: which temperatures are believed."))
+        everything = self.flag("all_usable", "whether every temperature may be used")
+        self.add(note("Sensors: which temperatures are believed."), let(everything, YES))
         for k, (stem, text) in enumerate(self.channel_texts(), 1):
             fb = self.draft.instance(f"fb_sensor{k}", SENSOR)
             flag = self.flag(f"usable{k}", f"{text}: whether it may be used")
@@ -357,10 +352,8 @@ class _Main:
                 ),
                 let(flag, OutputOf(fb, "usable")),
                 let(Name(f"quality_{stem}"), OutputOf(fb, "quality")),
+                when(no(flag), let(everything, NO)),
             )
-            usable.append(flag)
-        everything = self.flag("all_usable", "whether every temperature may be used")
-        self.add(let(everything, both(*usable)))
 
     def _sensor_rules(self, k: int, text: str) -> dict[str, Name]:
         rules = self.compensation.rules[k - 1]
@@ -407,8 +400,9 @@ class _Main:
     def wanted(self) -> None:
         """Say what the corrections should be."""
         at_limit = self.flag("at_limit", "whether the model asks for more than is allowed")
-        some: list[Expression] = []
-        self.add(note("What the corrections should be: minus the model, trimmed."))
+        self.add(
+            note("What the corrections should be: minus the model, trimmed."), let(at_limit, NO)
+        )
         for k, (stem, text) in enumerate(self.output_texts(), 1):
             fb = self.draft.instance(f"fb_wanted{k}", WANTED)
             largest = self.draft.constant(
@@ -427,9 +421,8 @@ class _Main:
                 ),
                 let(Name(f"wanted_{stem}"), OutputOf(fb, "wanted_um")),
                 let(Name(f"limit_{stem}"), OutputOf(fb, "at_limit")),
+                when(Name(f"limit_{stem}"), let(at_limit, YES)),
             )
-            some.append(Name(f"limit_{stem}"))
-        self.add(let(at_limit, either(*some)))
 
     def supervisor(self) -> None:
         """Ask the supervisor."""

@@ -313,7 +313,7 @@ def _advanced(m: ModelDraft, started: Name, now: list[Name]) -> Body:
             )
         )
     if body:
-        rest = "at the inputs" if model.reference == STATED else "at rest"
+        rest = "in the steady state" if model.reference == STATED else "at rest"
         body.insert(0, note(f"Sections, with the inputs since the last call, at the start {rest}."))
     body.extend(_filtered(m, started, now))
     for n, ((wire, cycles), late) in enumerate(m.delayed.items(), 1):

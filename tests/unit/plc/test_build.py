@@ -42,6 +42,7 @@ from thermaxis.plc._check import check_program, unused
 from thermaxis.plc._names import is_legal
 from thermaxis.plc._settings import PlcSettings, export_settings
 from thermaxis.plc._tree import Assign, Block, If, Minus, Name, Program, Remark, Statement, Two
+from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
 
 ODD = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e7, 0.0, -40.0)
 NEVER = {
@@ -456,6 +457,110 @@ def test_with_a_cycle_that_binary_numbers_do_not_hold_the_first_minute_differs_b
             assert getattr(block, f"model_{stem}") == pytest.approx(wanted, rel=1e-12, abs=1e-12)
         active += output.state is SupervisorState.ACTIVE and block.state == 2
     assert active > 590
+
+
+def a_large_model() -> PlcSettings:
+    """Return nearly as much as a block takes: 8 outputs, 48 parts, 96 sections, 32 channels."""
+    rng = random.Random(1)  # noqa: S311 - a seeded world
+    points = tuple(GainPoint(100.0 * j, 1.0 + j) for j in range(5))
+    outputs = tuple(
+        Output(
+            f"axis {axis} um",
+            tuple(
+                Part(
+                    f"part {k}",
+                    f"T{(6 * axis + k) % 32}",
+                    f"T{(6 * axis + k + 5) % 32}",
+                    1.0,
+                    tuple(Section(rng.uniform(-5, 5), rng.uniform(60, 9000)) for _ in range(2)),
+                    delay_s=float(k % 3),
+                    gain_by_diameter=points,
+                    lowest_k=-3.0,
+                    highest_k=5.0,
+                )
+                for k in range(6)
+            ),
+        )
+        for axis in range(8)
+    )
+    model = CompensationModel(outputs=outputs, input_filter_s=10.0)
+    rules = SensorRules(lowest_c=1.0, highest_c=90.0)
+    compensation = Compensation(
+        model=model,
+        sensors=dict.fromkeys(model.channels, rules),
+        limits={output.name: Limits(50.0, 1.0) for output in outputs},
+    )
+    return export_settings(compensation, cycle_s=1.0, name="every axis")
+
+
+def test_a_large_model_equals_the_cycle_and_keeps_the_rules_of_the_tree() -> None:
+    settings = a_large_model()
+    program = build_program(settings)
+    check_program(program)
+    assert unused(program) == ()
+    states = {output.state for output in run(settings, 200, 3)}
+    assert len(states) > 2
+
+
+def twin_inputs(settings: PlcSettings, told: dict[str, Any]) -> PlcInputs:
+    names = settings.names
+    return PlcInputs(
+        told["cycle_time_s"],
+        told["enable"],
+        told["hold"],
+        told["reset"],
+        told["diameter_mm"],
+        told["diameter_known"],
+        tuple(told[f"t_{stem}"] for stem in names.channels),
+        tuple(told[f"ok_{stem}"] for stem in names.channels),
+        tuple(told[f"trim_{stem}"] for stem in names.outputs),
+        told["interlocks_met"],
+        told["connected"],
+        told["other_compensation"],
+        tuple(told[f"read_{stem}"] for stem in names.outputs),
+        told["read_ok"],
+    )
+
+
+def twin_outputs(settings: PlcSettings, said: PlcOutputs) -> dict[str, Any]:
+    names = settings.names
+    rows: tuple[tuple[str, tuple[str, ...], tuple[Any, ...]], ...] = (
+        ("correction", names.outputs, said.correction_um),
+        ("model", names.outputs, said.model_um),
+        ("wanted", names.outputs, said.wanted_um),
+        ("weight", names.outputs, said.weight),
+        ("limit", names.outputs, said.at_limit),
+        ("part", names.parts, said.parts_um),
+        ("quality", names.channels, said.qualities),
+    )
+    whole = ("state", "fault_word", "model_quality", "outcome_word", "refused", "heartbeat")
+    return {
+        f"{prefix}_{stem}": value
+        for prefix, stems, values in rows
+        for stem, value in zip(stems, values, strict=True)
+    } | {name: getattr(said, name) for name in whole}
+
+
+@pytest.mark.parametrize("cycle_s", [1.0, 0.1, 7.0])
+def test_in_real_the_tree_equals_the_twin_bit_for_bit(cycle_s: float) -> None:
+    """The twin says the rules once more in plain words: neither was made from the other."""
+    states: set[int] = set()
+    for seed in range(10):
+        rng = random.Random(seed)  # noqa: S311 - a seeded world
+        plain = a_compensation(rng, cycle_s, reference=(START, STATED)[seed % 2])
+        settings = export_settings(plain, cycle_s=cycle_s, name="axis", double=False)
+        block, twin = compiled(build_program(settings))(), Twin(settings)
+        world = World(settings, 4000 + seed)
+        for call in range(400):
+            told = world.inputs()
+            tell(block, told)
+            block.step()
+            said = twin.step(twin_inputs(settings, told))
+            wanted = twin_outputs(settings, said)
+            assert {name: getattr(block, name) for name in wanted} == wanted, (seed, call)
+            world.sent = [float(c) for c in said.correction_um]
+            states.add(said.state)
+    assert states == {0, 1, 2, 3, 4, 5}
 
 
 def quiet_inputs(

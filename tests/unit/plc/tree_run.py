@@ -4,6 +4,7 @@ Both sides of AND and OR are evaluated; a temporary or an element that was not w
 that computing with it fails. In REAL every operation, input and constant is rounded to binary32.
 """
 
+import math
 import struct
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -35,8 +36,13 @@ _COMPUTED = {Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.DI
 
 
 def binary32(value: float) -> float:
-    """Return a number as binary32 holds it; whole numbers stay."""
-    return value if type(value) is int else _BINARY32.unpack(_BINARY32.pack(value))[0]
+    """Return a number as binary32 holds it, infinite where it is too large; whole numbers stay."""
+    if type(value) is int:
+        return value
+    try:
+        return _BINARY32.unpack(_BINARY32.pack(value))[0]
+    except OverflowError:
+        return math.copysign(math.inf, value)
 
 
 def _same(value: Any) -> Any:
