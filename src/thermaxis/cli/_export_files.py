@@ -1,0 +1,230 @@
+"""The files of an export: program, test vectors, guide and report, as text."""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple, cast, final
+
+from thermaxis.cli._export_settings import Exported, exported_of
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc._build import build_program
+from thermaxis.plc._guide import GuideFacts, guide_text
+from thermaxis.plc._print_c import print_c
+from thermaxis.plc._print_scl import SclCpu, print_scl
+from thermaxis.plc._print_st import StFlavour, print_st
+from thermaxis.plc._report import (
+    REPORT_ENDING,
+    TEMPCOMP,
+    Difference,
+    ReportFacts,
+    Target,
+    report_of,
+    report_text,
+)
+from thermaxis.plc._scenario import scenario
+from thermaxis.plc._settings import PlcSettings, export_settings
+from thermaxis.plc._tempcomp import LineSettings, build_line_program
+from thermaxis.plc._tempcomp_twin import line_vectors_csv
+from thermaxis.plc._tree import Program
+from thermaxis.plc._twin import Twin
+from thermaxis.plc._vectors import vectors_csv
+
+_COMPARED_CALLS = 1000
+_SCENARIO_SEED = 8
+_SCL = {"scl", TEMPCOMP}
+
+
+@final
+class Export(NamedTuple):
+    """An export before it is written."""
+
+    settings: PlcSettings
+    """What is exported."""
+    line: LineSettings | None
+    """The line; None where there is none."""
+    difference: Difference | None
+    """Measured difference of REAL from LREAL."""
+    files: Mapping[str, str]
+    """Content by name; the report is the last."""
+    report: Mapping[str, object]
+    """Content of the report."""
+    not_checked: tuple[str, ...]
+    """What nobody has checked."""
+    remarks: tuple[str, ...]
+    """What the user must know besides the model's warnings."""
+
+
+def export_of(arguments: argparse.Namespace) -> Export:
+    """Return what ``thermaxis export`` writes.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What the command declares.
+
+    Returns
+    -------
+    Export
+        Files and report: the same words and files give the same bytes.
+
+    Raises
+    ------
+    ConfigurationError
+        If a file cannot be read, the words contradict each other, or the target cannot hold it.
+    """
+    target, double = target_of(arguments)
+    exported = exported_of(arguments, line=target.dialect == TEMPCOMP)
+    line = _line_of(arguments, exported) if target.dialect == TEMPCOMP else None
+    settings = export_settings(
+        exported.compensation,
+        cycle_s=arguments.cycle_s,
+        name=_name_of(arguments, exported, line),
+        double=double,
+        model_sha256=exported.model_sha256,
+    )
+    program = build_program(settings) if line is None else build_line_program(settings, line)
+    files = program_files(program, target)
+    stem = settings.names.block
+    vectors, guide = f"{stem}.vectors.csv", f"{stem}.guide.md"
+    facts = GuideFacts(target, tuple(files), vectors, exported.compensation.interlocks, line)
+    files[vectors] = vectors_csv(settings) if line is None else line_vectors_csv(settings, line)
+    files[guide] = guide_text(settings, program, facts)
+    difference = None if double else measured_difference(settings)
+    sources = tuple((source.name, source.sha256) for source in exported.sources)
+    report = report_of(settings, ReportFacts(target, sources, difference, line), files)
+    files[stem + REPORT_ENDING] = report_text(report)
+    return Export(
+        settings,
+        line,
+        difference,
+        files,
+        report,
+        tuple(cast("list[str]", report["not_checked"])),
+        _remarks(exported),
+    )
+
+
+def target_of(arguments: argparse.Namespace) -> tuple[Target, bool]:
+    """Return who gets the program, and whether its numbers are LREAL.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What the command declares.
+
+    Returns
+    -------
+    target : Target
+        Dialect, and CPU or flavour.
+    double : bool
+        Whether numbers are LREAL.
+
+    Raises
+    ------
+    ConfigurationError
+        If an option belongs to another dialect, or LREAL is asked of a CPU that has none.
+    """
+    dialect: str = arguments.dialect
+    cpu: str | None = arguments.cpu
+    flavour: str | None = arguments.flavour
+    if cpu is not None and dialect not in _SCL:
+        raise ConfigurationError("this belongs to SCL", where="--cpu", remedy="Leave it out")
+    if flavour is not None and dialect != "st":
+        raise ConfigurationError("this belongs to ST", where="--flavour", remedy="Leave it out")
+    if dialect in _SCL:
+        if cpu == "s7-300" and arguments.real == "64":
+            raise ConfigurationError(
+                "CPUs of the S7-300 class, as in SINUMERIK 840D sl, know no LREAL",
+                where="--real",
+                remedy="Write --real 32; sections are compensated there, so that little is lost",
+            )
+        double = arguments.real != "32" if cpu != "s7-300" else False
+        return Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
+    return Target(dialect, (flavour or "iec") if dialect == "st" else ""), arguments.real != "32"
+
+
+def program_files(program: Program, target: Target) -> dict[str, str]:
+    """Return a program as the files of a target.
+
+    Parameters
+    ----------
+    program : Program
+        The program.
+    target : Target
+        Who gets it.
+
+    Returns
+    -------
+    dict
+        Content by name.
+
+    Raises
+    ------
+    ThermaxisError
+        If the program breaks a rule, or the target cannot hold a number.
+    """
+    if target.dialect == "c":
+        text = print_c(program)
+        return {f"{program.name}.h": text.header, f"{program.name}.c": text.source}
+    if target.dialect == "st":
+        flavour = cast("StFlavour", target.variant)
+        return {f"{program.name}.st": print_st(program, flavour)}
+    return {f"{program.name}.scl": print_scl(program, cast("SclCpu", target.variant))}
+
+
+def measured_difference(settings: PlcSettings) -> Difference:
+    """Return how far the model in REAL is from that in LREAL, along a scenario without faults.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported, in REAL.
+
+    Returns
+    -------
+    Difference
+        Largest difference of a displacement. [µm]
+    """
+    single, double = Twin(settings), Twin(replace(settings, double=True))
+    hours = _COMPARED_CALLS * settings.cycle_s / 3600.0
+    largest_um, calls = 0.0, 0
+    for inputs in scenario(settings, hours, _SCENARIO_SEED, faults=False):
+        pairs = zip(single.step(inputs).model_um, double.step(inputs).model_um, strict=True)
+        largest_um = max(largest_um, *(abs(a - b) for a, b in pairs))
+        calls += 1
+    return Difference(largest_um, calls)
+
+
+def _line_of(arguments: argparse.Namespace, exported: Exported) -> LineSettings:
+    if arguments.positive is None:
+        raise ConfigurationError(
+            "where a positive motion of the axis moves the tool point is not stated, and there is"
+            " no default",
+            where="--positive",
+            remedy="Write --positive away or --positive towards, seen from the workpiece",
+        )
+    return LineSettings(
+        positions_mm=exported.positions_mm,
+        away=arguments.positive == "away",
+        reference_mm=arguments.reference_position,
+    )
+
+
+def _name_of(arguments: argparse.Namespace, exported: Exported, line: LineSettings | None) -> str:
+    if arguments.name is not None:
+        return str(arguments.name)
+    first = exported.sources[0]
+    if line is not None and len(exported.sources) > 1:
+        return first.model.outputs[0].name.removesuffix("_um")
+    return first.name.removesuffix(".json")
+
+
+def _remarks(exported: Exported) -> tuple[str, ...]:
+    said: list[str] = []
+    if exported.compensation.spares:
+        said.append("the block has no second sensors: choose between two before it")
+    if len(exported.compensation.interlocks) > 1:
+        said.append(
+            "interlocks_met is one input for " + ", ".join(exported.compensation.interlocks)
+        )
+    return tuple(said)
