@@ -347,7 +347,10 @@ def _kind_of_two(scope: Scope, two: Two, where: str) -> Kind:
     _require_kind(scope, two.right, left, where)
     operation = two.operation
     if operation in {Operation.AND, Operation.OR}:
-        _require_kind(scope, two.left, Kind.BOOL, where)
+        if left is not Kind.BOOL:
+            raise ProgramError(
+                f"a {left.value} stands where a {Kind.BOOL.value} belongs", where=where
+            )
         return Kind.BOOL
     if left is Kind.BOOL:
         raise ProgramError(f"{operation.value} is no operation on BOOL", where=where)

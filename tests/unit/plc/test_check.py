@@ -19,16 +19,19 @@ from thermaxis.plc._tree import (
     Call,
     Count,
     Element,
+    Expression,
     If,
     Instance,
     Kind,
     Minus,
     Name,
     Not,
+    Operation,
     OutputOf,
     Program,
     Remark,
     Truth,
+    Two,
     Variable,
 )
 from thermaxis.plc._walk import ProgramError
@@ -568,3 +571,15 @@ def test_what_is_never_used_is_listed() -> None:
         "tx_main.one",
         "tx_spare",
     }
+
+
+def test_a_condition_that_nests_deeply_is_checked_in_a_moment() -> None:
+    deep: Expression = Truth(value=True)
+    for _ in range(200):
+        deep = Two(deep, Operation.AND, Truth(value=True))
+    block = Block(
+        name="tx_deep",
+        outputs=(Variable("done", Kind.BOOL, "Whether it is.", start=False),),
+        body=(Assign(Name("done"), deep),),
+    )
+    check_program(Program(name="tx_deep", double=True, blocks=(block,)))
