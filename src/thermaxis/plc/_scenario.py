@@ -16,7 +16,6 @@ _STEP_C = 0.01
 _NEAR_UM = 0.25
 _MASK = 2**64 - 1
 _ODD = (float("nan"), float("inf"), float("-inf"), 1e300, -1e300, 1e7, 0.0, -40.0)
-_DAY_S = 28_800.0
 _MARGIN_CALLS = 3
 _T = TypeVar("_T")
 
