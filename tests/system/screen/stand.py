@@ -49,6 +49,8 @@ CYCLE_S: Final = 0.5
 """Cycle of the loop. [s]"""
 START_S: Final = 40.0
 """Longest start of a program, also of a busy computer. [s]"""
+NO_DATA_STATUS: Final = 409
+"""Nothing is asked while the screen has no data. [1]"""
 PEOPLE: Final = ("viewer", "operator", "engineer")
 """Names of the log-ins, which are their roles too."""
 OTHER_MODEL: Final = "lathe.json"
@@ -484,6 +486,18 @@ class Visitor:
             page = self.ask("/").body.decode()
             self.token = page.partition('data-token="')[2].partition('"')[0]
         return answer
+
+    def request(self, method: str, *arguments: float | str) -> dict[str, Any]:
+        """Ask something of the loop, as soon as the screen has data; return the answer."""
+        given = {"method": method, "arguments": list(arguments)}
+        answers: list[Answer] = []
+
+        def answered() -> bool:
+            answers.append(self.ask("/ask", given))
+            return answers[-1].status != NO_DATA_STATUS
+
+        wait_until("the screen has data", answered)
+        return answers[-1].json()
 
     @property
     def cookie(self) -> str:

@@ -69,11 +69,11 @@ WALK: Final = """() => {
 
 @pytest.fixture(scope="module", autouse=True)
 def active(stand: Stand, people: Callable[[str], Visitor]) -> None:
-    """Let the loop compensate, and let an alarm stand: nothing is written without a trim."""
+    """Let the loop compensate, with a trim, so that the pages have much to show."""
     operator = people("operator")
-    for method, arguments in (("Enable", []), ("Trim", ["Z_um", 1.0, 3600.0])):
-        answer = operator.ask("/ask", {"method": method, "arguments": arguments})
-        assert answer.json()["accepted"], answer.body
+    for question in (("Enable",), ("Trim", "Z_um", 1.0, 3600.0)):
+        answer = operator.request(*question)
+        assert answer["accepted"], answer
     wait_until("an offset in the lathe", lambda: abs(stand.offset_um()) > 5.0)
 
 

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Generator
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import pytest
 from playwright.sync_api import Page
@@ -40,11 +40,6 @@ def operating(look: Look) -> Generator[Looked]:
     assert seen.unexpected() == []
 
 
-def ask(stand_visitor: Visitor, method: str, *arguments: float | str) -> dict[str, Any]:
-    """Ask without a browser, to bring the loop where a test needs it."""
-    return stand_visitor.ask("/ask", {"method": method, "arguments": list(arguments)}).json()
-
-
 def state_of(page: Page) -> str:
     return page.locator("#op").get_attribute("data-state") or ""
 
@@ -63,7 +58,7 @@ def active(stand: Stand, people: Callable[[str], Visitor], operating: Looked) ->
         ("Trim", ("Z_um", 0.0, 60.0)),
         ("NoDiameter", ()),
     ):
-        answer = ask(person, method, *arguments)
+        answer = person.request(method, *arguments)
         assert answer["accepted"], answer
     wait_state(operating.page, "Active")
     wait_at_rest(stand)
@@ -122,7 +117,7 @@ def now() -> datetime:
 def test_enabling_makes_it_active_and_moves_the_offset_of_the_lathe(
     stand: Stand, operating: Looked, people: Callable[[str], Visitor]
 ) -> None:
-    ask(people("operator"), "Disable")
+    people("operator").request("Disable")
     page = operating.page
     wait_state(page, "Off")
     wait_until("no offset", lambda: abs(stand.offset_um()) < 0.1)
@@ -282,7 +277,7 @@ def test_an_engineer_chooses_another_model_and_the_operator_may_not(
     wait_effective(page)
     seen.until(f"document.getElementById('model-file').textContent.includes('{OTHER_MODEL}')")
     wait_recorded(stand, "model: accepted", since, "engineer")
-    answer = ask(people("engineer"), "ChooseModel", "quick.json")
+    answer = people("engineer").request("ChooseModel", "quick.json")
     assert answer["accepted"], answer
     assert seen.unexpected() == []
 

@@ -27,8 +27,8 @@ WORDS: Final = {"en": "Hold", "de": "Halten", "cs": "Podržet"}
 @pytest.fixture(scope="module", autouse=True)
 def active(stand: Stand, people: Callable[[str], Visitor]) -> None:
     """Let the loop compensate, so that the pages have something to show."""
-    answer = people("operator").ask("/ask", {"method": "Enable", "arguments": []})
-    assert answer.json()["accepted"], answer.body
+    answer = people("operator").request("Enable")
+    assert answer["accepted"], answer
     wait_until("an offset in the lathe", lambda: abs(stand.offset_um()) > 5.0)
 
 

@@ -30,7 +30,7 @@ def test_a_run_is_evaluated_and_its_certificate_downloaded(
     shown = page.locator("#run-shown").inner_text()
     told = json.loads(stand.command("evaluate", str(run), "--json", "-"))
     for figures in (told["iso230_2"], told["drift"]["iso230_2"]):
-        assert f"{figures['A']:.1f}" in shown, (figures["A"], shown)
+        assert f"{figures['A']:.2f}" in shown, (figures["A"], shown)
     page.click("#run-report")
     page.frame_locator("#run-frame").locator("body").wait_for()
     with page.expect_download() as found:
