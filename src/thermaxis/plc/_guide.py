@@ -296,7 +296,8 @@ def _outputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iter
 def _vectors(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
     within = "1e-9 um (LREAL)" if settings.double else "0.002 um (REAL)"
     yield (
-        f"`{facts.vectors}` has inputs and expected outputs call by call. Before anything is wired"
+        f"`{facts.vectors}` has inputs and expected outputs: a row stands for `calls` calls with"
+        " the same inputs, its outputs are those after the last. Before anything is wired"
         " to the axis, feed the rows to a fresh instance, in a simulator or on the CPU, and compare"
         f" every output: BOOL and INT must be equal, numbers within {within}. A compiler that"
         " rounds every operation as IEEE 754 says gives the very same numbers [run, with gcc]."

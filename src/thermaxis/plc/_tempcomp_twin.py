@@ -248,7 +248,7 @@ def line_vectors_csv(
         cells = (call, 1, *_input_cells(step.inputs), *_output_cells(step.outputs))
         rows.append(",".join(_text(cell, double=settings.double) for cell in cells))
     head = (
-        f"test vectors of the block {settings.names.block}; with a straight line",
+        f"test vectors of the block {settings.names.block} with a straight line",
         f"model sha256: {settings.model_sha256 or 'not stated'}",
         f"cycle: {settings.cycle_s:g} s",
         (
@@ -256,14 +256,14 @@ def line_vectors_csv(
             f" {_DIGITS[settings.double]} digits give back the same number"
         ),
         f"calls: {len(rows)}",
-        "restart 1: a new instance of the block begins with this row.",
+        "restart 1: a new instance of the block begins with this row",
         (
-            "BOOL is 0 or 1. NaN; +Inf and -Inf are such numbers; a PLC that cannot make them"
-            " leaves the rows out up to the next restart."
+            "BOOL is 0 or 1 - NaN and +Inf and -Inf are such numbers - a PLC that cannot make them"
+            " leaves the rows out up to the next restart"
         ),
         (
-            "The outputs were computed by a second; independent writing of the rules in the PLC's"
-            " own arithmetic. Compare with equality; a zero has no sign."
+            "the outputs are of the rules written a second time in the arithmetic of the PLC -"
+            " compare with equality - a zero has no sign"
         ),
     )
     lines = [

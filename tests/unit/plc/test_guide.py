@@ -1,0 +1,174 @@
+"""The guide and the report: complete for every target, in safe words, the same on every day."""
+
+import json
+import math
+import re
+from hashlib import sha256
+
+import pytest
+
+from thermaxis.compensation import (
+    Compensation,
+    CompensationModel,
+    Limits,
+    Output,
+    Part,
+    Provenance,
+    Section,
+    SensorRules,
+)
+from thermaxis.plc._build import build_program
+from thermaxis.plc._guide import GuideFacts, guide_text
+from thermaxis.plc._report import Difference, ReportFacts, Target, report_of, report_text
+from thermaxis.plc._settings import PlcSettings, export_settings
+from thermaxis.plc._tempcomp import LineSettings, build_line_program
+
+TARGETS = [
+    *(Target("scl", "s7-1500"), Target("scl", "s7-300"), Target("c")),
+    *(Target("st", flavour) for flavour in ("iec", "twincat", "codesys")),
+]
+HOSTILE = "*) END_VAR | `x` <script> \n# {0} ä"
+
+
+def exported(*, double: bool = True, delay_s: float = 0.0) -> PlcSettings:
+    part = Part(
+        f"part {HOSTILE}",
+        f"T {HOSTILE}",
+        "T2",
+        1.0,
+        (Section(2.0, 100.0), Section(3.0, 36_000.0)),
+        delay_s=delay_s,
+    )
+    model = CompensationModel(
+        outputs=(Output(f"Z {HOSTILE}", (part,)),),
+        provenance=Provenance(method=HOSTILE, date=HOSTILE),
+        warnings=(HOSTILE,),
+    )
+    compensation = Compensation(
+        model=model,
+        sensors=dict.fromkeys(model.channels, SensorRules(lowest_c=1.0, highest_c=90.0)),
+        limits={output.name: Limits(50.0, 0.25) for output in model.outputs},
+    )
+    return export_settings(compensation, cycle_s=1.0, name="z", double=double)
+
+
+def guide(settings: PlcSettings, target: Target) -> str:
+    facts = GuideFacts(target, ("tx_z.x",), "tx_z.vectors.csv", (HOSTILE, "referenced"))
+    return guide_text(settings, build_program(settings), facts)
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=str)
+def test_every_input_and_output_is_in_the_guide_with_its_unit(target: Target) -> None:
+    settings = exported(double=target.variant != "s7-300")
+    text = guide(settings, target)
+    main = build_program(settings).blocks[-1]
+    for variable in (*main.inputs, *main.outputs):
+        rows = [row for row in text.splitlines() if row.startswith(f"| `{variable.name}` |")]
+        assert len(rows) == 1, variable.name
+        assert variable.text in rows[0]
+    for heading in ("1. Import", "2. Call", "5. Check the numbers", "7. Switch off"):
+        assert f"\n## {heading}" in text
+    assert "\n## Not protected\n" in text
+    assert "within 200 s from the largest one" in text  # 50 um at 0.25 um/s
+    assert ("TIA Portal not checked" in text) == (target.dialect == "scl")
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=str)
+def test_text_from_people_comes_as_letters_digits_and_few_signs(target: Target) -> None:
+    text = guide(exported(double=target.variant != "s7-300"), target)
+    assert text.isascii()
+    for piece in ("*)", "<script>", "{0}", "`x`", "END_VAR |"):
+        assert piece not in text
+    assert "END_VAR x script 0 a" in text
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=str)
+def test_every_mark_that_is_used_is_explained(target: Target) -> None:
+    text = guide(exported(double=target.variant != "s7-300"), target)
+    used = set(re.findall(r"\[(run|V|inf|trade|M|src|S)[,\] ]", text))
+    legend = next(line for line in text.splitlines() if line.startswith("Marks:"))
+    assert used
+    assert {mark for mark in used if f"[{mark}]" not in legend} == set()
+
+
+def test_the_side_of_the_control_names_every_setting_data_and_the_sign() -> None:
+    settings = exported()
+    outputs = tuple(
+        Output(name, settings.compensation.model.outputs[0].parts) for name in ("at_0", "at_800")
+    )
+    model = CompensationModel(outputs=outputs)
+    compensation = Compensation(
+        model=model,
+        sensors=dict.fromkeys(model.channels, SensorRules(lowest_c=1.0, highest_c=90.0)),
+        limits={output.name: Limits(50.0, 0.25) for output in outputs},
+    )
+    settings = export_settings(compensation, cycle_s=1.0, name="x", double=True)
+    for away, sign in ((True, "K = -0.001 mm"), (False, "K = +0.001 mm")):
+        line = LineSettings(positions_mm=(0.0, 800.0), away=away)
+        target = Target("sinumerik-tempcomp", "s7-1500")
+        facts = GuideFacts(target, ("tx_x.scl",), "tx_x.vectors.csv", (), line)
+        text = guide_text(settings, build_line_program(settings, line), facts)
+        for word in ("SD43900", "SD43910", "SD43920", "MD32750", "MD32760", "FB3", "FB2"):
+            assert word in text
+        assert sign in text
+        assert "**Not verified:**" in text
+        assert "| mm | 400, constant |" in text
+        report = report_of(settings, ReportFacts(target, (), None, line), {})
+        assert report["line"] == {
+            "positions_mm": [0.0, 800.0],
+            "reference_mm": 400.0,
+            "positive_motion": "away" if away else "towards",
+            "largest_k0_mm": pytest.approx(0.05, rel=2e-6),
+            "largest_slope": pytest.approx(0.1 / 800.0, rel=2e-6),
+            "velocity_factor": 0.01,
+        }
+
+
+def test_the_report_states_the_law_of_the_stall_of_every_section() -> None:
+    for double, half_unit in ((True, 2.0**-53), (False, 2.0**-24)):
+        facts = ReportFacts(Target("scl", "s7-1500"), (("z.json", "0" * 64),), None)
+        report = json.loads(report_text(report_of(exported(double=double), facts, {})))
+        sections = report["arithmetic"]["sections"]
+        assert [s["time_constant_s"] for s in sections] == [100.0, 36_000.0]
+        for section in sections:
+            share = 1.0 - math.exp(-1.0 / section["time_constant_s"])
+            assert section["alpha"] == pytest.approx(share, rel=1e-9)
+            assert section["rest_share_uncompensated"] == pytest.approx(half_unit / share, rel=1e-9)
+        if not double:  # the reference's table: 10 h at 1 s rests 0.17 % of the step too early
+            assert sections[1]["rest_share_uncompensated"] == pytest.approx(0.002, rel=0.1)
+            assert sections[1]["rest_share"] < 1e-9
+
+
+def test_a_section_in_binary32_rests_no_further_from_its_end_than_the_law_says() -> None:
+    import numpy as np  # noqa: PLC0415  of this test only
+
+    alpha = np.float32(-math.expm1(-1.0 / 3600.0))
+    x, end = np.float32(0.0), np.float32(10.0)
+    for _ in range(60 * 3600):
+        before, x = x, np.float32(x + np.float32(alpha * np.float32(end - x)))
+        if x == before:
+            break
+    facts = ReportFacts(Target("scl", "s7-300"), (), None)
+    settings = exported(double=False)
+    found = report_of(settings, facts, {})["arithmetic"]
+    assert isinstance(found, dict)
+    at_100_s = found["sections"][0]
+    law = at_100_s["rest_share_uncompensated"] * at_100_s["alpha"] / float(alpha)
+    rest = (float(end) - float(x)) / 10.0
+    # ulp(10) / (2 * 10) lies between half and the whole of 2**-24.
+    assert 0.5 * law <= rest <= law
+
+
+def test_the_report_has_hashes_of_the_files_and_no_day() -> None:
+    facts = ReportFacts(Target("c"), (("z.json", "ab" * 32),), Difference(1e-4, 100))
+    files = {"tx_z.c": "text\n", "tx_z.h": "µ\n"}
+    settings = exported(double=False, delay_s=2.4)
+    report = report_of(settings, facts, files)
+    assert report["files"] == {n: sha256(t.encode()).hexdigest() for n, t in files.items()}
+    assert report["models"] == [{"name": "z.json", "sha256": "ab" * 32}]
+    assert report["changed"] == list(settings.notes)
+    assert len(settings.notes) == 1
+    assert report == report_of(settings, facts, files)
+    text = report_text(report)
+    assert text.isascii()
+    assert re.search(r"20[0-9]{2}-[0-9]{2}-[0-9]{2}", text) is None

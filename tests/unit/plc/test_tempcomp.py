@@ -1,0 +1,279 @@
+"""The line through corrections at positions: least squares, bounded, taken over, read back.
+
+`numpy.polyfit` and the law of the control, K(P) = K0 + slope (P - P0) with the axis moving
+against K, are the second ways.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.unit.plc.tree_run import compiled
+from thermaxis.compensation import (
+    STATED,
+    Compensation,
+    CompensationModel,
+    Limits,
+    Output,
+    Part,
+    Section,
+    SensorRules,
+    SupervisorRules,
+    SupervisorState,
+)
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc._check import check_program, unused
+from thermaxis.plc._print_c import print_c
+from thermaxis.plc._print_scl import print_scl
+from thermaxis.plc._print_st import print_st
+from thermaxis.plc._scenario import course_steps
+from thermaxis.plc._settings import PlcSettings, export_settings
+from thermaxis.plc._tempcomp import LineSettings, at_position, build_line_program
+from thermaxis.plc._tempcomp_twin import line_steps, line_vectors_csv
+
+TOTAL_UM = 40.0
+
+
+def settings_at(
+    positions_mm: tuple[float, ...], *, double: bool = True, cycle_s: float = 1.0
+) -> PlcSettings:
+    outputs = tuple(
+        Output(
+            at_position(p),
+            (Part(f"p{k}", "T", "", 1.0 + k, (Section(3.0 * k - 5.0, 100.0 + k),)),),
+        )
+        for k, p in enumerate(positions_mm)
+    )
+    model = CompensationModel(outputs=outputs, reference=STATED, reference_c={"T": 20.0})
+    quick = SupervisorRules(settle_s=5.0, hold_operator_s=60.0, at_limit_s=60.0)
+    compensation = Compensation(
+        model=model,
+        sensors={"T": SensorRules(lowest_c=1.0, highest_c=90.0)},
+        limits={output.name: Limits(TOTAL_UM, 1.0) for output in outputs},
+        supervisor=quick,
+    )
+    return export_settings(compensation, cycle_s=cycle_s, name="x axis", double=double)
+
+
+POSITIONS = st.lists(st.integers(-2000, 2000), min_size=2, max_size=6, unique=True).map(
+    lambda found: tuple(float(p) for p in found)
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(POSITIONS, st.data(), st.booleans(), st.integers(-500, 500))
+def test_the_line_is_that_of_polyfit_and_the_axis_that_moves_against_it_is_corrected(
+    positions: tuple[float, ...], data: st.DataObject, away: bool, reference: int
+) -> None:
+    line = LineSettings(positions_mm=positions, away=away, reference_mm=float(reference))
+    corrections_um = np.array([data.draw(st.floats(-300.0, 300.0)) for _ in positions])
+    k0_weights, slope_weights = (np.array(w) for w in line.weights())
+    k0_mm, slope = k0_weights @ corrections_um, slope_weights @ corrections_um
+    at = np.array(positions)
+    steepness, level = np.polyfit(at - reference, corrections_um, 1)
+    moved_mm = -(k0_mm + slope * (at - reference))  # the control moves the axis against K
+    tool_um = moved_mm * 1000.0 * (1.0 if away else -1.0)
+    scale = 1e-9 * (1.0 + 1e3 * np.max(np.abs(corrections_um)))
+    assert tool_um == pytest.approx(level + steepness * (at - reference), abs=scale)
+    if len(positions) == 2:
+        assert tool_um == pytest.approx(corrections_um, abs=scale)
+
+
+@pytest.mark.parametrize("double", [True, False])
+@pytest.mark.parametrize("positions", [(100.0, 900.0), (-50.5, 300.3, 1200.0)])
+def test_the_program_says_what_the_twin_says_through_the_whole_course(
+    positions: tuple[float, ...], double: bool
+) -> None:
+    exported = settings_at(positions, double=double, cycle_s=8.0)
+    line = LineSettings(positions_mm=positions, away=False, reference_mm=50.1)
+    make = compiled(build_line_program(exported, line))
+    block = make()
+    stems = exported.names.outputs
+    states: set[int] = set()
+    for step in line_steps(exported, line, course_steps(exported, seed=3)):
+        plain, outputs = step.inputs.plain, step.outputs
+        if plain.restart:
+            block = make()
+        for name in (
+            *("cycle_time_s", "enable", "hold", "reset", "diameter_mm", "diameter_known"),
+            *("interlocks_met", "connected", "other_compensation", "read_ok"),
+        ):
+            setattr(block, name, getattr(plain, name))
+        read = np.float64 if double else np.float32
+        with np.errstate(over="ignore"):
+            block.t_t, block.ok_t = float(read(plain.temperatures_c[0])), plain.ok[0]
+            for stem, trim_um in zip(stems, plain.trims_um, strict=True):
+                setattr(block, f"trim_{stem}", float(read(trim_um)))
+        block.read_k0_mm, block.read_slope, block.read_reference_mm = step.inputs[1:]
+        block.step()
+        said = (
+            *(block.k0_mm, block.slope, block.reference_mm, block.residual_um),
+            *(getattr(block, f"correction_{stem}") for stem in stems),
+            *(block.line_limited, block.state, block.fault_word, block.refused, block.heartbeat),
+        )
+        wanted = (
+            *outputs[1:5],
+            *outputs.plain.correction_um,
+            *(outputs.limited, outputs.plain.state, outputs.plain.fault_word),
+            *(outputs.plain.refused, outputs.plain.heartbeat),
+        )
+        assert said == wanted
+        states.add(block.state)
+    assert states == set(range(len(SupervisorState)))
+
+
+def driven(block: object, **inputs: object) -> None:
+    """Call a block once with these inputs; those not named keep their values."""
+    for name, value in inputs.items():
+        assert hasattr(block, name), name
+        setattr(block, name, value)
+    block.step()  # type: ignore[attr-defined]
+
+
+WELL = {
+    "cycle_time_s": 1.0,
+    "enable": True,
+    "t_t": 20.0,
+    "ok_t": True,
+    "interlocks_met": True,
+    "connected": True,
+    "read_ok": True,
+}
+
+
+def test_a_line_that_stands_in_the_control_is_taken_over_and_not_jumped() -> None:
+    positions = (0.0, 500.0, 1000.0)
+    exported = settings_at(positions)
+    line = LineSettings(positions_mm=positions, away=True)
+    block = compiled(build_line_program(exported, line))()
+    standing = {"read_k0_mm": 0.012, "read_slope": 1e-5, "read_reference_mm": 250.0}
+    driven(block, **WELL, **standing)
+    there_mm = [0.012 + 1e-5 * (p - 250.0) for p in positions]
+    here_mm = [block.k0_mm + block.slope * (p - block.reference_mm) for p in positions]
+    assert here_mm == pytest.approx(there_mm, abs=1e-12)
+    assert block.correction_at_500 == pytest.approx(-1000.0 * there_mm[1], abs=1e-9)
+
+
+def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_none() -> None:
+    positions = (0.0, 1000.0)
+    line = LineSettings(positions_mm=positions, away=True)
+    for factor, expected in ((1.0, SupervisorState.ACTIVE), (0.5, SupervisorState.FAULT)):
+        block = compiled(build_line_program(settings_at(positions), line))()
+        driven(block, **WELL, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
+        for k in range(120):
+            driven(
+                block,
+                t_t=20.0 + min(0.05 * k, 4.0),
+                read_k0_mm=block.k0_mm,
+                read_slope=factor * block.slope,
+            )
+        assert block.state == list(SupervisorState).index(expected)
+
+
+def test_the_line_goes_to_zero_at_the_rate_of_the_corrections_when_it_is_switched_off() -> None:
+    positions = (0.0, 1000.0)
+    line = LineSettings(positions_mm=positions, away=True)
+    block = compiled(build_line_program(settings_at(positions), line))()
+    driven(block, **WELL, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
+    largest_step_um, last_um, reached_um = 0.0, (0.0, 0.0), 0.0
+    for k in range(200):
+        at_rest = k > 120
+        driven(
+            block,
+            enable=not at_rest,
+            t_t=20.0 + min(0.05 * k, 6.0),
+            read_k0_mm=block.k0_mm,
+            read_slope=block.slope,
+        )
+        now_um = tuple(-1000.0 * (block.k0_mm + block.slope * (p - 500.0)) for p in positions)
+        step_um = max(abs(a - b) for a, b in zip(now_um, last_um, strict=True))
+        largest_step_um, last_um = max(largest_step_um, step_um), now_um
+        reached_um = max(reached_um, *(abs(u) for u in now_um))
+    assert largest_step_um == pytest.approx(1.0, abs=1e-9)  # reached, never passed
+    assert reached_um > 5.0
+    assert (block.k0_mm, block.slope, block.state) == (0.0, 0.0, 0)
+
+
+def test_the_bounds_are_what_the_limits_of_the_corrections_allow_and_no_more() -> None:
+    line = LineSettings(positions_mm=(0.0, 250.0, 1000.0), away=True, reference_mm=0.0)
+    k0_mm, slope = line.bounds((TOTAL_UM,) * 3)
+    corners = np.array(np.meshgrid(*[[-TOTAL_UM, TOTAL_UM]] * 3)).reshape(3, -1).T
+    fits = np.array([np.polyfit(line.positions_mm, c, 1) for c in corners]) / 1000.0
+    assert k0_mm == pytest.approx(np.max(np.abs(fits[:, 1])), rel=2e-6)
+    assert slope == pytest.approx(np.max(np.abs(fits[:, 0])), rel=2e-6)
+    assert k0_mm > np.max(np.abs(fits[:, 1]))
+
+
+def test_the_residual_is_the_largest_distance_from_the_line() -> None:
+    positions = (0.0, 500.0, 1000.0)
+    line = LineSettings(positions_mm=positions, away=True)
+    block = compiled(build_line_program(settings_at(positions), line))()
+    driven(block, **WELL, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
+    trims = dict(zip((f"trim_at_{p:g}" for p in positions), (-2.0, 4.0, -2.0), strict=True))
+    for _ in range(40):
+        driven(block, **trims, read_k0_mm=block.k0_mm, read_slope=block.slope)
+    corrections = [getattr(block, f"correction_at_{p:g}") for p in positions]
+    fit = np.polyfit(positions, corrections, 1)
+    away = np.abs(np.array(corrections) - np.polyval(fit, positions))
+    assert corrections == pytest.approx([-2.0, 4.0, -2.0], abs=1e-9)
+    assert block.residual_um == pytest.approx(np.max(away), abs=1e-9)
+    assert block.residual_um == pytest.approx(4.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_the_program_keeps_every_rule_and_is_printed_in_every_dialect(double: bool) -> None:
+    exported = settings_at((-100.5, 250.25), double=double)
+    program = build_line_program(exported, LineSettings(positions_mm=(-100.5, 250.25), away=True))
+    check_program(program)
+    assert not [name for name in unused(program) if "line" in name]
+    assert {b.name for b in program.blocks} >= {"tx_line", "tx_line_back"}
+    texts = (
+        print_st(program),
+        print_scl(program, "s7-1500" if double else "s7-300"),
+        *print_c(program),
+    )
+    for text in texts:
+        assert text.isascii()
+        assert max(map(len, text.splitlines())) <= 100
+    assert "at_m100_5" in texts[0]
+
+
+def test_vectors_have_a_column_for_everything_and_are_the_same_twice() -> None:
+    exported = settings_at((0.0, 500.0))
+    line = LineSettings(positions_mm=(0.0, 500.0), away=True)
+    text = line_vectors_csv(exported, line, most_rows=50)
+    assert text == line_vectors_csv(exported, line, most_rows=50)
+    lines = [row for row in text.splitlines() if not row.startswith("#")]
+    program = build_line_program(exported, line)
+    names = lines[0].split(",")
+    main = program.blocks[-1]
+    assert [n for n in names if n not in {"call", "calls", "restart"}] == [
+        v.name for v in (*main.inputs, *main.outputs) if not v.name.startswith("model_id")
+    ]
+    assert {len(row.split(",")) for row in lines} == {len(names)}
+    assert len(lines) == 51
+
+
+@pytest.mark.parametrize(
+    ("positions", "what"),
+    [
+        ((100.0,), "two positions or more"),
+        ((100.0, 100.5), "closer together"),
+        ((100.0, math.nan), "no number"),
+        ((100.0, 2e5), "no number"),
+    ],
+)
+def test_positions_that_make_no_line_are_refused(positions: tuple[float, ...], what: str) -> None:
+    with pytest.raises(ConfigurationError, match=what):
+        LineSettings(positions_mm=positions, away=True)
+
+
+def test_limits_that_allow_a_slope_which_the_control_does_not_follow_are_refused() -> None:
+    exported = settings_at((0.0, 2.0))
+    with pytest.raises(ConfigurationError, match=r"slope of 0\.04 mm/mm"):
+        build_line_program(exported, LineSettings(positions_mm=(0.0, 2.0), away=True))
+    with pytest.raises(ConfigurationError, match="not one position"):
+        build_line_program(exported, LineSettings(positions_mm=(0.0, 200.0, 400.0), away=True))
