@@ -1,0 +1,474 @@
+"""``thermaxis export``: what is written, what is refused in which words, and that vectors hold."""
+
+import argparse
+import json
+import shutil
+import subprocess
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from thermaxis.cli import _export_files, export, main
+from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
+from thermaxis.errors import ConfigurationError
+from thermaxis.files.model_json import model_sha256, read_model, write_model
+from thermaxis.plc._vectors import vectors_csv
+
+STATED = ("--limit", "280", "--rate", "0.5", "--plausible", "5:80")
+FILES = {
+    "scl": {"scl"},
+    "st": {"st"},
+    "c": {"c", "h"},
+}
+
+
+@pytest.fixture(autouse=True)
+def few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut the vectors, which cost most of the time, where they are not what is tested."""
+    if "system" not in request.keywords:
+        monkeypatch.setattr(_export_files, "vectors_csv", partial(vectors_csv, most_rows=40))
+
+
+@pytest.fixture
+def lathe(root: Path) -> Path:
+    return root / "examples" / "machine" / "models" / "lathe.json"
+
+
+def words(*parts: object) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(allow_abbrev=False)
+    export.add_arguments(parser)
+    return parser.parse_args([str(part) for part in parts])
+
+
+def run(*parts: object) -> int:
+    return export.run(words(*parts))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def small_model(path: Path, **changed: object) -> Path:
+    part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),))
+    model = CompensationModel(outputs=(Output("X_um", (part,)),), **changed)  # type: ignore[arg-type]
+    write_model(model, path)
+    return path
+
+
+# ---- what is written ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dialect", FILES)
+def test_a_dialect_gets_its_program_vectors_guide_and_report(
+    lathe: Path, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], dialect: str
+) -> None:
+    machine = root / "examples" / "machine" / "lathe.toml"
+    folder = tmp_path / "plc"
+    assert run(
+        *(lathe, "--dialect", dialect, "--cycle-s", "1.0", "--machine", machine, "-o", folder)
+    ) == 0  # fmt: skip
+    said = capsys.readouterr().out
+    found = contents(folder)
+    ends = {*FILES[dialect], "vectors.csv", "guide.md", "report.json"}
+    assert set(found) == {f"tx_lathe.{end}" for end in ends}
+    report = json.loads(found.pop("tx_lathe.report.json"))
+    assert report["files"] == {name: sha256(text).hexdigest() for name, text in found.items()}
+    assert report["model_sha256"] == model_sha256(read_model(lathe))
+    assert report["models"] == [{"name": "lathe.json", "sha256": report["model_sha256"]}]
+    assert report["limits"]["Z_um"]["largest_um"] == 280.0
+    assert report["limits"]["Z_um"]["deadband_um"] == 0.5
+    assert report["sensors"]["T_column_C"]["highest_c"] == 45.0
+    assert "Z_um: at most 280 µm and 0.5 µm/s" in said
+    assert "interlocks_met is one input for referenced, machine_on" in said
+    for name in (*found, "tx_lathe.report.json"):
+        assert f"written: {folder / name}" in said
+    assert ("acceptance by STEP 7 or TIA Portal not checked" in said) == (dialect == "scl")
+
+
+def test_the_same_words_give_the_same_bytes_wherever_they_are_written(
+    lathe: Path, tmp_path: Path
+) -> None:
+    folders = [tmp_path / "one", tmp_path / "two"]
+    for folder in folders:
+        run(lathe, "--dialect", "scl", "--real", "32", "--cycle-s", "1", *STATED, "-o", folder)
+    assert contents(folders[0]) == contents(folders[1])
+    whole = b"".join(contents(folders[0]).values())
+    assert str(tmp_path).encode() not in whole
+    again = folders[0]
+    run(lathe, "--dialect", "scl", "--real", "32", "--cycle-s", "1", *STATED, "-o", again)
+    assert contents(again) == contents(folders[1])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one", "two"]
+
+
+def test_json_alone_goes_to_standard_output_and_is_the_report(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = small_model(tmp_path / "x.json")
+    folder = tmp_path / "plc"
+    run(model, "--dialect", "c", "--cycle-s", "1", *STATED, "--json", "-", "-o", folder)
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((folder / "tx_x.report.json").read_text(encoding="ascii"))
+    assert printed["numbers"] == "LREAL"
+    assert printed["arithmetic"]["difference"] is None
+
+
+def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = small_model(tmp_path / "x.json")
+    for name, option in (("a", ("--cpu", "s7-300")), ("b", ("--real", "32"))):
+        folder = tmp_path / name
+        run(model, "--dialect", "scl", *option, "--cycle-s", "1", *STATED, "-o", folder)
+        report = json.loads((folder / "tx_x.report.json").read_text(encoding="ascii"))
+        assert (report["numbers"], report["variant"]) == ("REAL", "s7-300")
+        assert 0.0 < report["arithmetic"]["difference"]["model_um"] < 0.002
+        assert "LREAL" not in (folder / "tx_x.scl").read_text(encoding="ascii")
+    assert "REAL differs from LREAL by at most" in capsys.readouterr().out
+
+
+def test_a_delay_that_is_no_whole_number_of_cycles_is_rounded_and_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),), delay_s=12.4)
+    path = tmp_path / "d.json"
+    write_model(CompensationModel(outputs=(Output("X_um", (part,)),)), path)
+    run(path, "--dialect", "st", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")
+    assert "changed: delay of p: 12.4 s in the model, 12 s here" in capsys.readouterr().out
+    report = json.loads((tmp_path / "plc" / "tx_d.report.json").read_text(encoding="ascii"))
+    assert report["changed"] == ["delay of p: 12.4 s in the model, 12 s here"]
+
+
+def test_hostile_names_leave_a_text_of_legal_signs_and_short_lines(tmp_path: Path) -> None:
+    hostile = "*) END_FUNCTION_BLOCK; // /* \\ \" ' `; <b> | # öß {0}"
+    parts = tuple(
+        Part(f"{hostile}{k}", f"T{hostile}{k}", "", 1.0, (Section(1.0, 50.0 + k),)) for k in (1, 2)
+    )
+    model = CompensationModel(outputs=(Output(f"Step {hostile}", parts),), warnings=(hostile,))
+    path = tmp_path / "h.json"
+    write_model(model, path)
+    for dialect in FILES:
+        folder = tmp_path / dialect
+        name = "ärger; DROP */ (* if"
+        run(path, "--dialect", dialect, "--name", name, "--cycle-s", "0.3", *STATED, "-o", folder)
+        for found, content in contents(folder).items():
+            assert content.isascii(), found
+            if found.endswith((".scl", ".st", ".c", ".h")):
+                lines = content.decode("ascii").splitlines()
+                assert max(map(len, lines)) <= 100
+                for line in lines:
+                    assert line.count("(*") == line.count("*)")
+                    assert line.count("/*") == line.count("*/")
+                    assert "DROP */" not in line
+    assert (tmp_path / "st" / "tx_arger_drop_if.st").exists()
+
+
+# ---- the folder ---------------------------------------------------------------------------------
+
+
+def test_nothing_else_in_the_folder_is_overwritten(tmp_path: Path) -> None:
+    model = small_model(tmp_path / "x.json")
+    folder = tmp_path / "plc"
+    order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", folder)
+    run(*order)
+    (folder / "mine.c").write_text("int x;", encoding="ascii")
+    before = contents(folder)
+    with pytest.raises(ConfigurationError, match=r"mine\.c lies in it"):
+        run(*order)
+    assert contents(folder) == before
+    (folder / "mine.c").unlink()
+    (folder / "tx_x.c").write_text("int x;", encoding="ascii")
+    with pytest.raises(ConfigurationError, match=r"tx_x\.c was changed"):
+        run(*order)
+    assert (folder / "tx_x.c").read_text(encoding="ascii") == "int x;"
+
+
+def test_a_folder_with_a_report_that_is_none_is_refused(tmp_path: Path) -> None:
+    model = small_model(tmp_path / "x.json")
+    order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o")
+    for k, text in enumerate(("[]", "{", '{"format": "other"}', "[" * 100_000)):
+        folder = tmp_path / f"f{k}"
+        folder.mkdir()
+        (folder / "tx_x.report.json").write_text(text, encoding="ascii")
+        with pytest.raises(ConfigurationError, match="no part of an older export"):
+            run(*order, folder)
+
+
+def test_a_file_a_link_and_a_place_that_does_not_exist_are_refused(tmp_path: Path) -> None:
+    model = small_model(tmp_path / "x.json")
+    order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o")
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    for place, what in (
+        (model, "no folder"),
+        (tmp_path / "link", "no folder"),
+        (tmp_path / "none" / "plc", "does not exist"),
+    ):
+        with pytest.raises(ConfigurationError, match=what):
+            run(*order, place)
+    assert list((tmp_path / "real").iterdir()) == []
+
+
+def test_an_export_that_cannot_be_written_leaves_the_older_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = small_model(tmp_path / "x.json")
+    folder = tmp_path / "plc"
+    order = (model, "--dialect", "c", *STATED, "-o", folder)
+    run(*order, "--cycle-s", "1")
+    before = contents(folder)
+    moved = Path.replace
+
+    def failing(path: Path, target: Path) -> Path:
+        if path.name == "new":
+            raise OSError(28, "No space left on device")
+        return moved(path, target)
+
+    monkeypatch.setattr(Path, "replace", failing)
+    with pytest.raises(ConfigurationError, match="No space left"):
+        run(*order, "--cycle-s", "2")
+    assert contents(folder) == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["plc", "x.json"]
+
+
+def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(
+    tmp_path: Path,
+) -> None:
+    model = small_model(tmp_path / "x.json")
+    folder = tmp_path / "plc"
+    folder.mkdir()
+    order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", folder)
+    run(*order, "--name", "one")
+    run(*order, "--name", "two")
+    assert all(name.startswith("tx_two.") for name in contents(folder))
+
+
+# ---- what is refused ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        (("--rate", "0.5", "--plausible", "5:80"), "--limit: nothing is stated of X_um"),
+        (("--limit", "50", "--plausible", "5:80"), "--rate: nothing is stated of X_um"),
+        (("--limit", "50", "--rate", "X_um=1"), "--plausible: nothing is stated of T"),
+        ((*STATED, "--limit", "Y_um=3"), "--limit: the model has no Y_um. It has X_um"),
+        ((*STATED, "--rate", "0.7"), "--rate: one name is stated twice"),
+        ((*STATED, "--at", "3"), "--at: positions belong to --dialect sinumerik-tempcomp"),
+        ((*STATED, "--positive", "away"), "--positive: positions belong"),
+        ((*STATED, "--cpu", "s7-300"), "--cpu: this belongs to SCL"),
+        ((*STATED, "--name", "öß*"), None),
+        ((*STATED, "--name", "***"), "no letter and no digit"),
+        ((*STATED, "--name", "sensor"), "tx_sensor is a name that the program needs"),
+    ],
+)
+def test_what_is_missing_or_contradicts_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], what: str | None
+) -> None:
+    model = small_model(tmp_path / "x.json")
+    folder = tmp_path / "plc"
+    order = ["export", str(model), "--dialect", "c", "--cycle-s", "1", "-o", str(folder)]
+    assert main([*order, *options]) == (2 if what else 0)
+    assert (what or "") in capsys.readouterr().err
+    assert folder.exists() == (what is None)
+
+
+def test_lreal_is_refused_for_an_s7_300_in_words(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = small_model(tmp_path / "x.json")
+    order = ["export", str(model), "--dialect", "scl", "--cpu", "s7-300", "--real", "64"]
+    assert main([*order, "--cycle-s", "1", *STATED, "-o", str(tmp_path / "plc")]) == 2
+    assert "know no LREAL. Write --real 32" in capsys.readouterr().err
+
+
+def test_rules_of_a_machine_and_stated_ones_exclude_each_other(
+    lathe: Path, root: Path, tmp_path: Path
+) -> None:
+    machine = root / "examples" / "machine" / "lathe.toml"
+    order = (lathe, "--dialect", "c", "--cycle-s", "1", "--machine", machine)
+    with pytest.raises(ConfigurationError, match="--limit: limits and rules are those"):
+        run(*order, "--limit", "3", "-o", tmp_path / "plc")
+    other = small_model(tmp_path / "x.json")
+    with pytest.raises(ConfigurationError, match="of channel T"):
+        run(other, *order[1:], "-o", tmp_path / "plc")
+
+
+@pytest.mark.parametrize("text", ["a=b", "5", "5:", "nan:3", "T=5:inf"])
+def test_a_range_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        words("m.json", "--dialect", "c", "--cycle-s", "1", "-o", "d", f"--plausible={text}")
+    assert "--plausible" in capsys.readouterr().err
+
+
+# ---- positions of an axis -----------------------------------------------------------------------
+
+
+def test_models_at_positions_become_one_block_with_a_line(
+    root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    models = [root / "examples" / "models" / f"eps{k}.json" for k in (1, 2)]
+    places = ("--at", "-100", "--at", "900.5", "--positive", "towards")
+    folder = tmp_path / "plc"
+    order = (*models, "--dialect", "sinumerik-tempcomp", "--cycle-s", "1", *places, *STATED)
+    assert run(*order, "--real", "32", "-o", folder) == 0
+    report = json.loads((folder / "tx_z.report.json").read_text(encoding="ascii"))
+    assert report["line"]["positions_mm"] == [-100.0, 900.5]
+    assert report["line"]["largest_slope"] == pytest.approx(0.56 / 1000.5, rel=1e-5)
+    assert [entry["name"] for entry in report["models"]] == ["eps1.json", "eps2.json"]
+    assert report["variant"] == "s7-300"
+    text = (folder / "tx_z.scl").read_text(encoding="ascii")
+    assert 'FUNCTION_BLOCK "tx_line"' in text
+    assert "read_k0_mm" in text
+    assert "line: K0 at 400.25 mm at most" in capsys.readouterr().out
+
+
+def test_outputs_of_one_model_may_be_the_positions(tmp_path: Path) -> None:
+    part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),))
+    names = ("k0_mm", "slope", "unused_um")
+    path = tmp_path / "m.json"
+    write_model(CompensationModel(outputs=tuple(Output(name, (part,)) for name in names)), path)
+    order = (path, "--dialect", "sinumerik-tempcomp", "--cycle-s", "1", "--positive", "away")
+    limits = ("--limit", "20", "--rate", "slope=2", "--rate", "1", "--plausible", "5:80")
+    places = ("--at", "slope=800", "--at", "k0_mm=100")
+    run(*order, *limits, *places, "-o", tmp_path / "plc")
+    report = json.loads((tmp_path / "plc" / "tx_m.report.json").read_text(encoding="ascii"))
+    rates = {name: one["largest_rate_um_per_s"] for name, one in report["limits"].items()}
+    assert rates == {"at_800": 2.0, "at_100": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        (("--at", "1", "--at", "900"), "--positive: where a positive motion"),
+        (("--at", "100", "--positive", "away"), "2 models and 1 positions"),
+        (("--at", "X_um=1", "--at", "900", "--positive", "away"), "2 models and 2 positions"),
+        (("--at", "1", "--at", "1.5", "--positive", "away"), "closer together"),
+        (("--at", "1", "--at", "2.5", "--positive", "away"), "more than the 0.01 of its"),
+    ],
+)
+def test_positions_that_are_missing_or_impossible_are_named(
+    tmp_path: Path, options: tuple[str, ...], what: str
+) -> None:
+    models = [small_model(tmp_path / f"{k}.json") for k in (1, 2)]
+    order = (*models, "--dialect", "sinumerik-tempcomp", "--cycle-s", "1", *STATED)
+    with pytest.raises(ConfigurationError, match=what.replace(".", r"\.")):
+        run(*order, *options, "-o", tmp_path / "plc")
+
+
+def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path: Path) -> None:
+    one = small_model(tmp_path / "1.json", reference="stated", reference_c={"T": 20.0})
+    two = small_model(tmp_path / "2.json", reference="stated", reference_c={"T": 21.0})
+    three = small_model(tmp_path / "3.json")
+    places = ("--at", "0", "--at", "900", "--positive", "away", *STATED)
+    order = ("--dialect", "sinumerik-tempcomp", "--cycle-s", "1", *places, "-o", tmp_path / "p")
+    for other, what in ((two, "refers to T at 21 degC"), (three, "refers to its start")):
+        with pytest.raises(ConfigurationError, match=what):
+            run(one, other, *order)
+
+
+def test_two_models_without_positions_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    models = [small_model(tmp_path / f"{k}.json") for k in (1, 2)]
+    with pytest.raises(ConfigurationError, match="Combine them first"):
+        run(*models, "--dialect", "st", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")
+
+
+# ---- the vectors, as a user would run them ------------------------------------------------------
+
+READER = """\
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "BLOCK.h"
+
+static char line[100000];
+
+static double cell(void)
+{
+    char *text = strtok(NULL, ",\\n");
+    if (text == NULL) exit(3);
+    return strtod(text, NULL);
+}
+
+static int differs(double said, double wanted)
+{
+    return !(said == wanted);
+}
+
+int main(void)
+{
+    static BLOCK b;
+    long rows = 0;
+    BLOCK_init(&b);
+    while (fgets(line, sizeof line, stdin) != NULL) {
+        if (line[0] == '#' || line[0] == 'c') continue;
+        strtok(line, ",\\n");
+        long calls = (long)cell();
+        if (cell() != 0.0) BLOCK_init(&b);
+INPUTS
+        for (long k = 0; k < calls; k++) BLOCK_step(&b);
+OUTPUTS
+        rows++;
+    }
+    printf("%ld\\n", rows);
+    return 0;
+}
+"""
+
+
+@pytest.mark.system
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+@pytest.mark.parametrize("bits", ["64", "32"])
+def test_the_exported_c_says_what_the_exported_vectors_say(tmp_path: Path, bits: str) -> None:
+    parts = (
+        Part(
+            *("p", "T1", "T2", 2.0),
+            tuple(Section(1.0 + k, 100.0 * 2.5**k) for k in range(8)),
+            gain_by_diameter=(GainPoint(0.0, 1.0), GainPoint(1000.0, 2.0)),
+        ),
+        Part("q", "T2", "", 0.0, (Section(-4.0, 700.0),), delay_s=20.0),
+    )
+    path = tmp_path / "m.json"
+    write_model(CompensationModel(outputs=(Output("X_um", parts), Output("Y_um", parts[:1]))), path)
+    folder = tmp_path / "plc"
+    run(path, "--dialect", "c", "--real", bits, "--cycle-s", "2", *STATED, "-o", folder)
+    vectors = (folder / "tx_m.vectors.csv").read_text(encoding="ascii")
+    rows = [row for row in vectors.splitlines() if not row.startswith("#")]
+    names = rows[0].split(",")
+    ends = names.index("read_ok") + 1
+    told = 'if (differs(b.{0}, cell())) {{ printf("row %ld {0}\\n", rows); return 1; }}'
+    inputs = "\n".join(f"        b.{name} = cell();" for name in names[3:ends])
+    outputs = "\n".join("        " + told.format(name) for name in names[ends:])
+    text = READER.replace("INPUTS", inputs).replace("OUTPUTS", outputs)
+    if bits == "32":
+        text = text.replace("return strtod(text, NULL);", "return (float)strtod(text, NULL);")
+    (folder / "main.c").write_text(text.replace("BLOCK", "tx_m"), encoding="ascii")
+    flags = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off", "-O1")
+    strict = ["gcc", *flags, "-c", "tx_m.c", "-o", "tx_m.o"]
+    subprocess.run(strict, cwd=folder, check=True, timeout=60)
+    linked = ["gcc", "-std=c99", "-ffp-contract=off", "main.c", "tx_m.o", "-o", "run"]
+    subprocess.run(linked, cwd=folder, check=True, timeout=60)
+    done = subprocess.run(
+        [str(folder / "run")],
+        input=vectors,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout) == (0, f"{len(rows) - 1}\n")
+    # Another number in one row must be found.
+    k = next(i for i, row in enumerate(rows) if i > 100 and row.split(",")[ends] != "0.0")
+    wrong = rows[k].split(",")
+    wrong[ends] = str(float(wrong[ends]) + 1e-3)
+    spoiled = vectors.replace(rows[k], ",".join(wrong))
+    done = subprocess.run(
+        [str(folder / "run")],
+        input=spoiled,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert done.stdout == f"row {k - 1} {names[ends]}\n"
