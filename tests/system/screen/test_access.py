@@ -89,7 +89,7 @@ def test_a_log_in_never_leads_to_another_address(look: Look, stand: Stand) -> No
     page.fill("input[name=name]", "viewer")
     page.fill("input[name=password]", stand.passwords["viewer"])
     page.click("button.main")
-    wait_until("it went on", lambda: "/login" not in page.url)
+    page.wait_for_url(lambda url: "/login" not in url)
     assert page.url.startswith(f"{stand.address}/")
     seen.wait_live()
     assert seen.wrong == []

@@ -74,7 +74,8 @@ def test_what_can_be_touched_is_large_enough_for_a_glove(look: Look) -> None:
     seen = look("engineer")
     small = """() => [...document.querySelectorAll('button, a[href], select, input, [role=button]')]
       .filter((e) => !e.closest('svg, .modebar') && e.getClientRects().length)
-      .map((e) => [e.id || e.textContent.trim().slice(0, 30), e.getBoundingClientRect()])
+      .map((e) => [e.id || e.name || e.textContent.trim().slice(0, 30),
+        (e.closest('label') ?? e).getBoundingClientRect()])
       .filter(([, box]) => Math.min(box.width, box.height) < 40 && box.width > 1)
       .map(([name, box]) => `${name}: ${box.width.toFixed(0)} x ${box.height.toFixed(0)}`)"""
     found = {}
