@@ -23,6 +23,7 @@ from thermaxis.plc._build_draft import (
     below,
     both,
     call,
+    choose,
     less,
     let,
     minus,
@@ -31,6 +32,7 @@ from thermaxis.plc._build_draft import (
     plus,
     times,
     when,
+    within,
 )
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._settings import PlcSettings, in_target
@@ -43,6 +45,10 @@ CLOSEST_MM = 1.0
 VELOCITY_FACTOR = 0.01
 """Share of an axis's largest velocity that the control adds for a compensation. Default: that of
 MD32760 COMP_ADD_VELO_FACTOR. [1]"""
+LARGEST_READ = 1e6
+"""Largest magnitude of what the control reports, in the unit of each. [1]"""
+UNREAD_UM = 1e7
+"""What stands for a correction that was not read: more than a block takes for one. [µm]"""
 LINE, LINE_BACK = "tx_line", "tx_line_back"
 _UM_PER_MM = 1000
 _LEAST_POSITIONS = 2
@@ -341,7 +347,10 @@ def _line_back_block(settings: PlcSettings, line: LineSettings) -> Block:
     term = draft.temporary("term", "a term of a sum")
     own = draft.temporary("own_mm", "the line that was written, at a position [mm]")
     factor = draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
+    largest = draft.constant("largest", "more is no line: it was not read", LARGEST_READ)
+    none = draft.constant("unread_um", "said where it was not read [um]", UNREAD_UM)
     body: list[Statement] = []
+    otherwise: list[Statement] = []
     for k, (position, way) in enumerate(
         zip(line.positions_mm, _target_offsets(settings, line), strict=True), 1
     ):
@@ -357,7 +366,9 @@ def _line_back_block(settings: PlcSettings, line: LineSettings) -> Block:
             let(term, less(term, own)),
             let(apart, times(term, factor)),
         ]
-    return draft.block(*body)
+        otherwise.append(let(apart, none))
+    told = both(*(within(value, minus(largest), largest) for value in (k0, slope, origin)))
+    return draft.block(choose((told, tuple(body)), otherwise=tuple(otherwise)))
 
 
 @final

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeAlias, final
 
 from thermaxis.plc._scenario import PlcStep, course_steps
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc._tempcomp import LineSettings
+from thermaxis.plc._tempcomp import LARGEST_READ, UNREAD_UM, LineSettings
 from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
 from thermaxis.plc._twin_numbers import rounding
 
@@ -96,13 +96,15 @@ class LineTwin:
             The corrections. [µm]
         """
         r = self._r
-        k0_mm, slope, origin_mm = r(inputs.read_k0_mm), r(inputs.read_slope), inputs[3]
+        k0_mm, slope, origin_mm = (r(read) for read in inputs[1:])
+        if not all(abs(read) <= LARGEST_READ for read in (k0_mm, slope, origin_mm)):
+            return tuple([r(c + UNREAD_UM) for c in self._corrections_um])
         said: list[float] = []
         for position_mm, way_mm, c in zip(
             self._positions_mm, self._ways_mm, self._corrections_um, strict=True
         ):
             own_mm = r(self._written[0] + r(self._written[1] * way_mm))
-            there_mm = r(k0_mm + r(slope * r(position_mm - r(origin_mm))))
+            there_mm = r(k0_mm + r(slope * r(position_mm - origin_mm)))
             said.append(r(c + r(r(there_mm - own_mm) * self._factor)))
         return tuple(said)
 

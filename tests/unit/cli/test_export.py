@@ -8,8 +8,11 @@ from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tests.unit.plc.scl_normal import scl_normal
+from tests.unit.plc.st_interpreter import INPUT, Machine
 from thermaxis.cli import _export_files, export, main
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.errors import ConfigurationError
@@ -27,7 +30,7 @@ FILES = {
 @pytest.fixture(autouse=True)
 def few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut the vectors, which cost most of the time, where they are not what is tested."""
-    if "system" not in request.keywords:
+    if "system" not in request.keywords and "vectors" not in request.node.name:
         monkeypatch.setattr(_export_files, "vectors_csv", partial(vectors_csv, most_rows=40))
 
 
@@ -415,6 +418,47 @@ OUTPUTS
     return 0;
 }
 """
+
+
+@pytest.mark.parametrize("bits", ["64", "32"])
+@pytest.mark.parametrize("dialect", ["scl", "st", "sinumerik-tempcomp"])
+def test_the_exported_text_says_what_the_exported_vectors_say(
+    root: Path, tmp_path: Path, dialect: str, bits: str
+) -> None:
+    models = [root / "examples" / "models" / f"x_at_{mm}.json" for mm in (100, 500, 900)]
+    line = ("--at", "100", "--at", "500", "--at", "900", "--positive", "away")
+    order = (*models, *line) if dialect == "sinumerik-tempcomp" else models[:1]
+    folder = tmp_path / "plc"
+    limits = ("--limit", "20", "--rate", "0.5", "--plausible", "5:80")
+    kind = ("--dialect", dialect, "--real", bits, "--name", "m", "--cycle-s", "10")
+    run(*order, *kind, *limits, "-o", folder)
+    text = next(p for p in folder.iterdir() if p.suffix in {".scl", ".st"}).read_text("ascii")
+    if dialect != "st":
+        text = scl_normal(text, "s7-1500" if bits == "64" else "s7-300")
+    machine = Machine(text)
+    vectors = (folder / "tx_m.vectors.csv").read_text(encoding="ascii")
+    rows = [row.split(",") for row in vectors.splitlines() if not row.startswith("#")]
+    names = rows[0]
+    kinds = {v.name: v.kind for v in machine.block.of(INPUT)}
+    block, compared = machine.start(), 0
+    for row in rows[1:]:
+        cells = dict(zip(names, row, strict=True))
+        if cells["restart"] == "1":
+            block = machine.start()
+        inputs = {
+            name: cells[name] == "1" if kinds[name] == "BOOL" else float(cells[name])
+            for name in machine.inputs
+        }
+        for _ in range(int(cells["calls"])):
+            said = block.call(**inputs)
+        for name in names[names.index("read_ok") + 1 :]:
+            assert float(said[name]) == float(read_as(cells[name], bits)), (row[0], name)
+            compared += 1
+    assert compared > 6000
+
+
+def read_as(cell: str, bits: str) -> float:
+    return float(cell) if bits == "64" else float(np.float32(cell))
 
 
 @pytest.mark.system

@@ -173,6 +173,19 @@ def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_n
         assert block.state == list(SupervisorState).index(expected)
 
 
+@pytest.mark.parametrize("odd", [math.nan, math.inf, -1e30])
+@pytest.mark.parametrize("name", ["read_k0_mm", "read_slope", "read_reference_mm"])
+def test_what_is_no_line_counts_as_not_read(name: str, odd: float) -> None:
+    line = LineSettings(positions_mm=(0.0, 1000.0), away=True)
+    block = compiled(build_line_program(settings_at((0.0, 1000.0)), line))()
+    read = {"read_k0_mm": 0.01, "read_slope": 1e-5, "read_reference_mm": 500.0}
+    driven(block, **WELL, **{**read, name: odd})
+    assert (block.k0_mm, block.slope) == (0.0, 0.0)
+    for _ in range(20):
+        driven(block)
+    assert block.state == list(SupervisorState).index(SupervisorState.FAULT)
+
+
 def test_the_line_goes_to_zero_at_the_rate_of_the_corrections_when_it_is_switched_off() -> None:
     positions = (0.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
