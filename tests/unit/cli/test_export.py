@@ -2,6 +2,8 @@
 
 import argparse
 import json
+import re
+import shlex
 import shutil
 import subprocess
 from functools import partial
@@ -516,3 +518,49 @@ def test_the_exported_c_says_what_the_exported_vectors_say(tmp_path: Path, bits:
         timeout=60,
     )
     assert done.stdout == f"row {k - 1} {names[ends]}\n"
+
+
+# ---- the page -----------------------------------------------------------------------------------
+
+PAGE_BLOCK = re.compile(r"```(console|text)\n(.*?)```", re.DOTALL)
+
+
+def test_every_command_of_the_page_runs_and_the_refused_one_says_what_the_page_says(
+    root: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    page = (root / "docs" / "how-to" / "export-to-a-plc.md").read_text(encoding="utf-8")
+    shutil.copytree(root / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    blocks = PAGE_BLOCK.findall(page)
+    commands = 0
+    for k, (kind, body) in enumerate(blocks):
+        if kind == "text":
+            continue
+        following = blocks[k + 1][1] if blocks[k + 1 : k + 2] and blocks[k + 1][0] == "text" else ""
+        for line in body.splitlines():
+            prompt, program, *rest = shlex.split(line)
+            assert (prompt, program) == ("$", "thermaxis")
+            capsys.readouterr()
+            assert main(rest) == (2 if following else 0), line
+            assert capsys.readouterr().err == following
+            commands += 1
+    assert commands == 6
+
+
+def test_the_page_names_every_key_of_the_report(root: Path, tmp_path: Path) -> None:
+    page = (root / "docs" / "how-to" / "export-to-a-plc.md").read_text(encoding="utf-8")
+    model = small_model(tmp_path / "x.json")
+    run(model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")
+    report = json.loads((tmp_path / "plc" / "tx_x.report.json").read_text(encoding="ascii"))
+    table = page.partition("## The report")[2].partition("## Not protected")[0]
+    named = {
+        key.partition(".")[0]
+        for row in re.findall(r"^\| (`.*?) \|", table, re.MULTILINE)
+        for key in re.findall(r"`([^`]+)`", row)
+    }
+    assert named == set(report)
+    for key in report["arithmetic"]:
+        assert f"`arithmetic.{key}`" in table
