@@ -20,6 +20,7 @@ away from the loop's computer.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportUnknownArgumentType=false
 
+import asyncio
 import struct
 from collections.abc import Awaitable, Callable, Sized
 from contextvars import ContextVar
@@ -46,6 +47,8 @@ from thermaxis.runtime._users import ANONYMOUS, Identity
 
 MOST_CONNECTIONS = 20
 """Connections at once, logged in or not. [1]"""
+END_S = 5.0
+"""Longest time for which connections are waited for when the server ends. [s]"""
 LOG_IN_S = 10.0
 """Time in which a connection must have logged in. [s]"""
 LARGEST_MESSAGE_BYTES = 1_000_000
@@ -336,6 +339,21 @@ class _BinaryServer(BinaryServer):
             closing_tasks=self.closing_tasks,
             limits=self.limits,
         )
+
+    async def stop(self) -> None:
+        """Stop to listen first, then end the connections, within a bound.
+
+        The library ends them while it still listens: a client that comes back in that moment
+        would be waited for as long as it likes to stay.
+        """
+        if self._server is not None:
+            self._server.close()
+        try:
+            async with asyncio.timeout(END_S):
+                await super().stop()
+        except TimeoutError:
+            for transport in tuple(self.iserver.asyncio_transports):
+                transport.abort()
 
 
 @final

@@ -560,3 +560,29 @@ def test_twenty_failed_log_ins_do_not_delay_a_cycle_of_a_tenth_of_a_second(pairs
             assert max(late_s[before:]) < 0.4
 
     run(scene)
+
+
+def test_clients_that_come_back_at_once_do_not_keep_the_server_from_its_end(pairs: Pairs) -> None:
+    async def come_back(port: int, held: list[asyncio.StreamWriter]) -> None:
+        while True:
+            try:
+                _, writer = await asyncio.open_connection("127.0.0.1", port)
+            except OSError:
+                return
+            held.append(writer)
+
+    async def scene() -> None:
+        server = StatusServer(viewers(), Box(), HandClock())
+        await server.open()
+        held: list[asyncio.StreamWriter] = []
+        async with asyncio.TaskGroup() as group:
+            group.create_task(come_back(server.port, held))
+            while len(held) < 3:
+                await asyncio.sleep(0)
+            async with asyncio.timeout(4.0):  # less than the bound: nobody is waited for
+                await server.close()
+        for writer in held:
+            writer.close()
+            await asyncio.gather(writer.wait_closed(), return_exceptions=True)
+
+    asyncio.run(scene())
