@@ -183,8 +183,10 @@ def _not_protected() -> Iterator[str]:
         " commissioning, with the test vectors first and small corrections then."
     )
     yield (
-        "An offset that stands in the control beyond the limits at the first call stays as it is"
-        " and enabling is refused: bring it back in the control, then start the block anew."
+        "What read_ reports at the first call is taken over, and again by a rising edge of reset"
+        " while the state is 0 (Off), in no other state. An offset beyond the limits stays as it"
+        " is and enabling is refused: stop writing the correction, bring the offset back in the"
+        " control, give reset, then enable. What is not read (read_ok FALSE) is not taken over."
     )
     yield (
         "Times are counted in cycles. With a cycle that a binary number does not hold, such as"

@@ -121,7 +121,11 @@ class _Main:
         draft.input("cycle_time_s", "measured time since the last call [s]")
         draft.input("enable", "rising: enable, falling: disable", _BOOL)
         draft.input("hold", "rising: hold, falling: resume", _BOOL)
-        draft.input("reset", "rising: acknowledge a fault, or the jump of a sensor", _BOOL)
+        draft.input(
+            "reset",
+            "rising: acknowledge a fault or the jump of a sensor, in Off take over what is read",
+            _BOOL,
+        )
         draft.input("diameter_mm", "clamping diameter of the workpiece [mm]")
         draft.input("diameter_known", "whether it is stated, else the tool centre point", _BOOL)
         for stem, text in self.channel_texts():
@@ -197,9 +201,11 @@ class _Main:
         self.add(*(let(Name(f"model_id_{n}"), Count(v)) for n, v in enumerate(self._identity(), 1)))
 
     def first_call(self) -> None:
-        """Take over an offset that stands in the control."""
+        """Take over an offset that stands in the control, then and where it is asked for."""
         largest = self.draft.constant("largest_read_um", "more is no offset [um]", LARGEST_READ_UM)
         called = self.draft.state("called", "whether it was called before", _BOOL)
+        reset = self.draft.state("reset_before", "reset in the last call", _BOOL)
+        take_over = self.flag("take_over", "whether the offset in the control is taken over")
         found: list[Statement] = []
         for k, (stem, text) in enumerate(self.output_texts(), 1):
             force = self.draft.state(f"in_force{k}_um", f"{text}: correction in force [um]")
@@ -207,9 +213,22 @@ class _Main:
             read = Name(f"read_{stem}")
             found.append(when(within(read, minus(largest), largest), let(force, read)))
         self.add(
-            note("An offset that stands in the control is taken over at the first call."),
-            when(both(Name("read_ok"), no(called)), *found),
+            note("An offset that stands in the control is taken over at the first call,"),
+            note("and by reset while the state is Off."),
+            let(
+                take_over,
+                either(
+                    no(called),
+                    both(
+                        Name("reset"),
+                        no(reset),
+                        equals(Name("state_now"), state_number(SupervisorState.OFF)),
+                    ),
+                ),
+            ),
+            when(both(Name("read_ok"), take_over), *found),
             let(called, YES),
+            let(reset, Name("reset")),
         )
 
     def read_back(self) -> None:
@@ -347,6 +366,7 @@ class _Main:
                     is_ok=Name(f"ok_{stem}"),
                     forget=Name("forget"),
                     passed=Name("passed"),
+                    timed=Name("clock_known"),
                     cycle_s=self.cycle_s,
                     **rules,
                 ),

@@ -74,6 +74,7 @@ def sensor_block(*, double: bool) -> Block:
     ok = draft.input("is_ok", "whether its status is good", Kind.BOOL)
     forget = draft.input("forget", "whether to take the value as the first one", Kind.BOOL)
     passed = draft.input("passed", "whether a cycle has passed", Kind.BOOL)
+    timed = draft.input("timed", "whether any call came in time yet", Kind.BOOL)
     cycle_s = draft.input("cycle_s", "time of a cycle [s]")
     lowest = draft.input("lowest_c", "lowest plausible value [degC]")
     highest = draft.input("highest_c", "highest plausible value [degC]")
@@ -87,6 +88,7 @@ def sensor_block(*, double: bool) -> Block:
     known = draft.state("known", "whether a value was believed before", Kind.BOOL)
     good = draft.state("good_c", "last value that was believed [degC]")
     still = draft.state("still_s", "time since it changed, counted to the limit [s]")
+    dated = draft.state("dated", "whether the time of that change is known", Kind.BOOL)
     allowance = draft.state("allowance_k", "how far it may have moved unseen [K]")
     rate = draft.temporary("rate_k", "how far it may have moved in this cycle [K]")
     moved = draft.temporary("moved_k", "how far it has moved [K]")
@@ -105,6 +107,7 @@ def sensor_block(*, double: bool) -> Block:
         let(known, YES),
         let(good, value),
         let(still, zero),
+        let(dated, timed),
         let(allowance, zero),
     )
     return draft.block(
@@ -115,7 +118,7 @@ def sensor_block(*, double: bool) -> Block:
         when(
             passed,
             let(rate, rate_step),
-            when(at_most(still, frozen), let(still, plus(still, cycle_s))),
+            when(both(dated, at_most(still, frozen)), let(still, plus(still, cycle_s))),
         ),
         choose(
             (
@@ -139,7 +142,13 @@ def sensor_block(*, double: bool) -> Block:
                     ),
                     (
                         within(moved, zero, zero),
-                        (let(usable, YES), let(quality, Count(0)), let(allowance, zero)),
+                        (
+                            let(usable, YES),
+                            let(quality, Count(0)),
+                            note("Believed before any call came in time: it counts from now on."),
+                            let(dated, timed),
+                            let(allowance, zero),
+                        ),
                     ),
                     otherwise=(
                         let(most, plus(step, rate)),

@@ -455,9 +455,20 @@ def _restart(world: _World) -> Iterator[PlcStep]:
         if found == 2.0:
             yield from world.stay(2 * world.cycle_s, enable=True, read_um=large)
             yield from world.stay(world.cycle_s, enable=False, read_um=large)
+            yield from _brought_back(world, large)
         yield from world.stay(world.ready_s())
     world.usual = world.usual._replace(enable=True)
     yield from world.stay(world.ready_s())
+
+
+def _brought_back(world: _World, large: tuple[float, ...] | None) -> Iterator[PlcStep]:
+    """Bring back an offset that was too large: in vain, then with reset."""
+    zero = {"enable": False, "read_um": (0.0,) * len(world.bounds)}
+    yield world.step(enable=False, read_um=large, reset=True)
+    yield world.step(**zero, read_ok=False)
+    yield world.step(**zero, read_ok=False, reset=True)
+    yield from world.stay(2 * world.cycle_s, **zero)
+    yield from world.stay(2 * world.cycle_s, **zero, reset=True)
 
 
 def _long(world: _World) -> Iterator[PlcStep]:

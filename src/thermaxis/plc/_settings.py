@@ -314,8 +314,17 @@ def in_target(value: float, *, double: bool) -> float:
     return rounded
 
 
+def _require_lag(settings: PlcSettings, tau_s: float, where: str) -> None:
+    alpha = -expm1(-settings.cycle_s / tau_s)
+    require_held(alpha, double=settings.double, where=where)
+    if not settings.double:
+        require_no_stall(alpha, where=where)
+
+
 def _require_numbers(settings: PlcSettings) -> None:
     model, double = settings.compensation.model, settings.double
+    if model.input_filter_s > 0.0:
+        _require_lag(settings, model.input_filter_s, "input_filter_s")
     for part in model.layout.parts:
         where = f"part {part.name}"
         numbers = [part.direct_gain_um_per_k, part.tool_gain]
@@ -324,10 +333,7 @@ def _require_numbers(settings: PlcSettings) -> None:
         for value in numbers:
             require_held(value, double=double, where=where)
         for section in part.sections:
-            alpha = -expm1(-settings.cycle_s / section.time_constant_s)
-            require_held(alpha, double=double, where=where)
-            if not double:
-                require_no_stall(alpha, where=where)
+            _require_lag(settings, section.time_constant_s, where)
         held = [in_target(p.diameter_mm, double=double) for p in part.gain_by_diameter]
         if any(a >= b for a, b in pairwise(held)):
             raise ConfigurationError(

@@ -46,7 +46,7 @@ class PlcInputs(NamedTuple):
     hold: bool
     """Level: a rising edge holds, a falling one resumes."""
     reset: bool
-    """A rising edge acknowledges."""
+    """A rising edge acknowledges; in the state Off it takes over the offset that is read."""
     diameter_mm: float
     """Clamping diameter of the workpiece. [mm]"""
     diameter_known: bool
@@ -250,7 +250,7 @@ class Twin:
         moved = good and self._timed
         self._timed = self._timed or good
         read_um = [_usable(r(u)) if inputs.read_ok else None for u in inputs.read_um]
-        agrees = self._found(read_um)
+        agrees = self._found(read_um, found=self.takes_over(inputs))
         outside = any(output.outside() for output in self._outputs)
         at_zero = all(output.correction_um == 0.0 for output in self._outputs)
         if moved:
@@ -301,15 +301,32 @@ class Twin:
             self._heartbeat,
         )
 
-    def _found(self, read_um: list[float | None]) -> bool:
-        """Take over what is found in the first call; return whether the machine agrees."""
-        first = not self._called
+    def takes_over(self, inputs: PlcInputs) -> bool:
+        """Return whether the next call takes over the offset that it reads.
+
+        Parameters
+        ----------
+        inputs : PlcInputs
+            Inputs of the next call.
+
+        Returns
+        -------
+        bool
+            Whether it is the first one, or somebody presses reset in the state Off.
+        """
+        if inputs.restart or not self._called:
+            return True
+        pressed = inputs.reset and not self._reset
+        return pressed and self._supervisor.state is SupervisorState.OFF
+
+    def _found(self, read_um: list[float | None], *, found: bool) -> bool:
+        """Take over the offset where it is asked for; return whether the machine agrees."""
         self._called = True
         agrees = True
         for output, said in zip(self._outputs, read_um, strict=True):
             if said is None:
                 agrees = False
-            elif first:
+            elif found:
                 output.find(said)
             elif abs(self._r(said - output.correction_um)) > self._tolerance_um:
                 agrees = False

@@ -152,6 +152,8 @@ class CycleDriver:
             self.good_calls += 1
             time_s = cycle_s * self.good_calls
         read = tuple(u if inputs.read_ok else None for u in inputs.read_um)
+        off = self.state.memory.state is SupervisorState.OFF
+        found = self.calls == 0 or (off and inputs.reset and not self.levels[0])
         reading = CycleReading(
             time_s,
             tuple(
@@ -162,7 +164,7 @@ class CycleDriver:
             (inputs.interlocks_met,),
             inputs.connected,
             read,
-            read if self.calls == 0 else None,
+            read if found else None,
             inputs.other_compensation,
             tuple(self.requests(inputs)),
         )

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from tests.unit.plc.plc_scenarios import CycleDriver, as_block, random_settings
 from tests.unit.plc.tree_run import compiled
 from thermaxis.compensation import (
     START,
@@ -38,10 +39,24 @@ from thermaxis.compensation import (
     cycle_state,
 )
 from thermaxis.plc._build import build_program
+from thermaxis.plc._build_draft import both, either, equals, no
+from thermaxis.plc._build_supervisor import state_number
 from thermaxis.plc._check import check_program, unused
 from thermaxis.plc._names import is_legal
+from thermaxis.plc._scenario import scenario_steps
 from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._tree import Assign, Block, If, Minus, Name, Program, Remark, Statement, Two
+from thermaxis.plc._tree import (
+    Assign,
+    Block,
+    Expression,
+    If,
+    Minus,
+    Name,
+    Program,
+    Remark,
+    Statement,
+    Two,
+)
 from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
 
 ODD = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e7, 0.0, -40.0)
@@ -298,6 +313,8 @@ class Driver:
         read: tuple[float | None, ...] | None = None
         if told["read_ok"]:
             read = tuple(told[f"read_{stem}"] for stem in settings.names.outputs)
+        pressed = told["reset"] and not self.before["reset"]
+        off = self.state.memory.state is SupervisorState.OFF
         reading = CycleReading(
             time_s,
             tuple(
@@ -308,7 +325,7 @@ class Driver:
             (told["interlocks_met"],),
             told["connected"],
             read,
-            read if self.calls == 0 else None,
+            read if self.calls == 0 or (pressed and off) else None,
             told["other_compensation"],
             self.requests(told),
         )
@@ -396,7 +413,7 @@ def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
             limited += any(output.at_limit)
             weighted += any(0.0 < w < 1.0 for w in output.weight)
     assert {a for a, _ in states} == set(SupervisorState)
-    # An offset beyond the limits can only be found while it is off, and stays: enable is refused.
+    # An offset beyond the limits can only be taken over while it is off, and enable is refused.
     assert reasons == set(Reason) - {Reason.OFFSET_OUTSIDE}
     assert any("found in the machine" in text for text in refusals)
     assert outcomes == set(Outcome) - NEVER
@@ -561,6 +578,53 @@ def test_in_real_the_tree_equals_the_twin_bit_for_bit(cycle_s: float) -> None:
             world.sent = [float(c) for c in said.correction_um]
             states.add(said.state)
     assert states == {0, 1, 2, 3, 4, 5}
+
+
+def told_of(settings: PlcSettings, inputs: PlcInputs) -> dict[str, Any]:
+    """Return the inputs of the twin by the names of the block."""
+    names = settings.names
+    rows = (
+        ("t", names.channels, inputs.temperatures_c),
+        ("ok", names.channels, inputs.ok),
+        ("trim", names.outputs, inputs.trims_um),
+        ("read", names.outputs, inputs.read_um),
+    )
+    many = {"temperatures_c", "ok", "trims_um", "read_um", "restart"}
+    return {
+        f"{prefix}_{stem}": value
+        for prefix, stems, values in rows
+        for stem, value in zip(stems, values, strict=True)
+    } | {name: value for name, value in inputs._asdict().items() if name not in many}
+
+
+def first_difference(settings: PlcSettings, hours: float, seed: int) -> str:
+    """Run block and `cycle()` over the scenario of the test vectors."""
+    made, driver = compiled(build_program(settings)), CycleDriver(settings)
+    block = made()
+    steps = scenario_steps(settings, hours=hours, seed=seed)
+    for call, (inputs, _) in enumerate(steps):
+        if inputs.restart:
+            block = made()
+        told = told_of(settings, inputs)
+        tell(block, told)
+        block.step()
+        said = driver.step(inputs)
+        wanted = twin_outputs(settings, as_block(said, driver.calls))
+        got = {name: getattr(block, name) for name in wanted}
+        if got != wanted:
+            wrong = {n: (got[n], w) for n, w in wanted.items() if got[n] != w}
+            return f"call {call}: block and cycle say {wrong} of {told}"
+    return ""
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_tree_equals_the_cycle_through_the_scenario_at_ten_seconds(seed: int) -> None:
+    assert first_difference(random_settings(seed, cycle_s=10.0), 1.0, seed) == ""
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_tree_equals_the_cycle_through_the_scenario_at_a_second(seed: int) -> None:
+    assert first_difference(random_settings(seed), 0.6, seed) == ""
 
 
 def quiet_inputs(
@@ -801,10 +865,13 @@ def test_a_longest_delay_fits_and_the_program_is_made_in_a_moment() -> None:
 
 
 def side_by_side(
-    settings: PlcSettings, rows: list[dict[str, Any]], values: list[float]
+    settings: PlcSettings,
+    rows: list[dict[str, Any]],
+    values: list[float],
+    program: Program | None = None,
 ) -> list[CycleOutput]:
     """Run block and `cycle()` over quiet inputs with some that differ; the machine obeys."""
-    block, driver = compiled(build_program(settings))(), Driver(settings)
+    block, driver = compiled(program or build_program(settings))(), Driver(settings)
     said: list[CycleOutput] = []
     sent = (0.0,) * len(settings.names.outputs)
     for call, row in enumerate(rows):
@@ -824,7 +891,7 @@ def test_whatever_comes_and_goes_a_hold_ends() -> None:
     rules = SupervisorRules(settle_s=2.0, heal_s=5.0, grace_s=1.0, hold_connection_s=20.0,
                             hold_input_s=4.0, hold_operator_s=4.0)  # fmt: skip
     settings = export_settings(replace(plain, supervisor=rules), cycle_s=1.0, name="z")
-    rows = [{}] * 10 + [{"connected": k % 6 >= 3} for k in range(60)]
+    rows: list[dict[str, Any]] = [{}] * 10 + [{"connected": k % 6 >= 3} for k in range(60)]
     said = side_by_side(settings, rows, [24.0])
     states = [output.state for output in said]
     assert states[9] is SupervisorState.ACTIVE
@@ -840,13 +907,223 @@ def test_an_allowance_beyond_two_steps_stays() -> None:
                         frozen_s=0.0)  # fmt: skip
     settings = export_settings(replace(plain, sensors={"spindle": rules}), cycle_s=1.0, name="z")
     lost, jumped = {"ok_spindle": False}, {"t_spindle": 60.0}
-    rows = [{}] * 3 + [lost] * 30 + [jumped] * 5 + [{"t_spindle": 23.4}, {"t_spindle": 27.0}]
+    rows: list[dict[str, Any]] = [{}] * 3 + [lost] * 30 + [jumped] * 5 + [{"t_spindle": 23.4}, {"t_spindle": 27.0}]
     said = side_by_side(settings, rows, [20.0])
     assert [output.qualities[0] for output in said[-7:]] == [
         *[SampleQuality.TOO_FAST] * 5,
         SampleQuality.GOOD,
         SampleQuality.TOO_FAST,
     ]
+
+
+LATE: dict[str, Any] = {"cycle_time_s": 5.0}
+LOST: dict[str, Any] = {"ok_spindle": False}
+OTHER: dict[str, Any] = {"t_spindle": 24.0}
+# Rows before the quiet ones, the call from which the value stands still, and the call that is
+# frozen: a call that comes too late has the time of the last one that came in time.
+FROZEN_FROM: tuple[tuple[str, list[dict[str, Any]], int], ...] = (
+    ("from the first call", [], 11),
+    ("first call too late: from the second", [LATE], 12),
+    ("too late, then lost: from its return in call 4", [LATE, LOST, LOST, LOST], 15),
+    ("too late, lost in time, too late: from call 2", [LATE, LATE, LOST, LATE], 14),
+    ("changed in a late call 3, with the time of call 2", [OTHER, OTHER, OTHER, LATE], 14),
+    ("acknowledged before any call in time: from call 2", [LATE, LATE | {"reset": True}], 13),
+)
+
+
+@pytest.mark.parametrize(("words", "rows", "first"), FROZEN_FROM)
+def test_a_value_is_frozen_when_it_stood_still_for_longer_than_its_time_since_a_call_in_time(
+    words: str, rows: list[dict[str, Any]], first: int
+) -> None:
+    """A second a call and ten seconds: in the eleventh call after the one it counts from."""
+    plain = one_section(double=True).compensation
+    rules = SensorRules(lowest_c=1.0, highest_c=90.0, step_k=50.0, frozen_s=10.0)
+    settings = export_settings(replace(plain, sensors={"spindle": rules}), cycle_s=1.0, name="z")
+    said = side_by_side(settings, [*rows, *[{}] * 20], [20.0])
+    frozen = [k for k, output in enumerate(said) if SampleQuality.FROZEN in output.qualities]
+    assert frozen == list(range(first, len(said))), words
+
+
+# ---- an offset that is taken over ---------------------------------------------------------------
+
+
+def slow_settings() -> PlcSettings:
+    """Return settings in which a correction moves by a quarter of a micrometre in a call."""
+    plain = one_section(double=True).compensation
+    limits = {"Z_um": Limits(1000.0, 0.25, 1000.0)}
+    return export_settings(replace(plain, limits=limits), cycle_s=1.0, name="z")
+
+
+LARGE = {"enable": False, "read_z_um": 5000.0}
+GONE = {"enable": False, "read_z_um": 0.0}
+BROUGHT_BACK: list[dict[str, Any]] = [
+    LARGE,
+    LARGE | {"enable": True},
+    LARGE | {"reset": True},
+    LARGE | {"enable": True},
+    GONE,
+    GONE | {"reset": True, "read_ok": False},
+    GONE | {"reset": True},
+    GONE,
+    GONE | {"reset": True, "read_z_um": math.nan},
+    GONE | {"reset": True},
+    GONE,
+    GONE | {"reset": True},
+    GONE | {"reset": True, "read_z_um": 7.0},
+    *[{}] * 8,
+]
+
+
+def test_an_offset_beyond_the_total_is_given_up_by_reset_once_it_was_brought_back() -> None:
+    said = side_by_side(slow_settings(), BROUGHT_BACK, [20.0])
+    assert [output.correction_um[0] for output in said] == [5000.0] * 11 + [0.0] * 10
+    enabled = [
+        answer.accepted
+        for output in said
+        for answer in output.answers
+        if answer.request.kind is RequestKind.ENABLE
+    ]
+    assert enabled == [False, False, True]
+    assert [output.state for output in said[:13]] == [SupervisorState.OFF] * 13
+    assert said[13].state is SupervisorState.WARMING
+    assert said[-1].state is SupervisorState.ACTIVE
+
+
+def test_what_is_read_within_the_total_is_taken_over_by_reset_and_the_rate_holds_from_there() -> (
+    None
+):
+    there = {"enable": False, "read_z_um": 12.5}
+    rows = [{"enable": False}, there, there | {"reset": True}, *[{}] * 60]
+    said = side_by_side(slow_settings(), rows, [20.0])
+    assert [output.correction_um[0] for output in said[:3]] == [0.0, 0.0, 12.5]
+    active = next(k for k, o in enumerate(said) if o.state is SupervisorState.ACTIVE)
+    assert [output.correction_um[0] for output in said[3:active]] == [12.5] * (active - 3)
+    assert [said[active + k].correction_um[0] for k in range(50)] == [
+        12.5 - 0.25 * (k + 1) for k in range(50)
+    ]
+
+
+NEAR_UM = 0.4
+
+
+def reset_in_every_state() -> list[dict[str, Any]]:
+    """Return rows in which reset rises in every state but Off, while the machine says otherwise.
+
+    What it says is within the tolerance: only to take it over would make a difference.
+    """
+    rows: list[dict[str, Any]] = [{"t_spindle": 20.0}, {"t_spindle": 24.0, "near": True}]
+    rows += [{"t_spindle": 24.0}] * 18 + [{"t_spindle": 24.0, "near": True}]
+    held = {"t_spindle": 24.0, "hold": True}
+    rows += [held, held, held | {"near": True}, held]
+    rows += [{"t_spindle": 24.0}] * 3
+    other = {"t_spindle": 24.0, "other_compensation": True}
+    rows += [other, other | {"near": True}, other, {"t_spindle": 24.0, "near": True}]
+    off = {"t_spindle": 24.0, "enable": False}
+    return [*rows, off, off | {"near": True}, off]
+
+
+def with_read_back(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the rows with reset and a read-back beside what `cycle()` alone says before."""
+    driver, settings = Driver(slow_settings()), slow_settings()
+    sent, made = (0.0,), list[dict[str, Any]]()
+    for row in rows:
+        told = {name: value for name, value in row.items() if name != "near"}
+        if "near" in row:
+            told |= {"reset": True, "read_z_um": sent[0] + NEAR_UM}
+        made.append(told)
+        sent = driver.step(quiet_inputs(settings, [20.0], sent) | told).correction_um
+    return made
+
+
+def test_reset_takes_no_offset_over_in_any_other_state_than_off() -> None:
+    rows = with_read_back(reset_in_every_state())
+    said = side_by_side(slow_settings(), rows, [20.0])
+    # The state that the call before has left, and whether the correction went on from its own.
+    seen = {
+        before.state: output.before_um == before.correction_um
+        for before, output, row in zip(said, said[1:], rows[1:], strict=False)
+        if row.get("reset")
+    }
+    assert seen == dict.fromkeys(set(SupervisorState) - {SupervisorState.OFF}, True)
+
+
+CALLED, RESET, BEFORE = Name("called"), Name("reset"), Name("reset_before")
+
+
+def is_in(state: SupervisorState) -> Expression:
+    return equals(Name("state_now"), state_number(state))
+
+
+RISING = both(RESET, no(BEFORE))
+RULE = either(no(CALLED), both(RISING, is_in(SupervisorState.OFF)))
+WRONG_RULES: dict[str, Expression] = {
+    "at the first call alone": no(CALLED),
+    "by reset alone": both(RISING, is_in(SupervisorState.OFF)),
+    "while reset lasts": either(no(CALLED), both(RESET, is_in(SupervisorState.OFF))),
+    "always in Off": either(no(CALLED), is_in(SupervisorState.OFF)),
+    "in any state": either(no(CALLED), RISING),
+    "where reset falls": either(no(CALLED), both(BEFORE, no(RESET), is_in(SupervisorState.OFF))),
+} | {
+    f"in {state} too": either(RULE, both(RISING, is_in(state)))
+    for state in SupervisorState
+    if state is not SupervisorState.OFF
+}
+
+
+def is_noticed(program: Program) -> bool:
+    """Whether a program differs from `cycle()` where an offset may be taken over."""
+    for rows in (BROUGHT_BACK, with_read_back(reset_in_every_state())):
+        try:
+            side_by_side(slow_settings(), rows, [20.0], program)
+        except AssertionError:
+            return True
+    return False
+
+
+def with_values(values: dict[str, Expression]) -> Program:
+    """Return the program in which some variables of the main block get other values."""
+    program = build_program(slow_settings())
+    seen: set[str] = set()
+
+    def edit(statement: Statement) -> Statement:
+        if isinstance(statement, Assign) and isinstance(statement.target, Name):
+            name = statement.target.name
+            seen.update({name} & set(values))
+            return Assign(statement.target, values.get(name, statement.value))
+        return statement
+
+    made = changed(program, program.name, edit)
+    assert seen == set(values)
+    return made
+
+
+def test_the_rule_itself_is_not_noticed() -> None:
+    assert not is_noticed(with_values({"take_over": RULE}))
+
+
+@pytest.mark.parametrize("words", WRONG_RULES)
+def test_every_other_rule_for_taking_an_offset_over_is_noticed(words: str) -> None:
+    assert is_noticed(with_values({"take_over": WRONG_RULES[words]}))
+
+
+@pytest.mark.parametrize("name", ["called", "reset_before"])
+def test_a_call_that_is_forgotten_is_noticed(name: str) -> None:
+    assert is_noticed(with_values({name: Name(name)}))
+
+
+def test_an_offset_that_is_taken_over_though_it_was_not_read_is_noticed() -> None:
+    program = build_program(slow_settings())
+    main = program.blocks[-1]
+    reads = both(Name("read_ok"), Name("take_over"))
+    body = tuple(
+        replace(s, branches=((Name("take_over"), s.branches[0][1]),))
+        if isinstance(s, If) and s.branches[0][0] == reads
+        else s
+        for s in main.body
+    )
+    assert body != main.body
+    wrong = replace(program, blocks=(*program.blocks[:-1], replace(main, body=body)))
+    assert is_noticed(wrong)
 
 
 # ---- mutants ------------------------------------------------------------------------------------

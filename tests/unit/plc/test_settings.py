@@ -157,6 +157,21 @@ def test_the_stall_of_a_compensated_increment_matters_only_beyond_every_legal_se
             require_no_stall(alpha, where="section")
 
 
+def test_the_filter_of_the_inputs_is_checked_as_a_section_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The slowest legal filter, a day, is far from resting too early: so the limit is moved."""
+    plain = a_compensation()
+    slow = replace(plain, model=replace(plain.model, input_filter_s=86_400.0))
+    assert not exported(slow, double=False).double
+    monkeypatch.setattr("thermaxis.plc._settings.LARGEST_STALL", compensated_stall(1.0 / 1e4))
+    assert not exported(plain, double=False).double
+    assert exported(slow).double
+    said = refusal(slow, double=False)
+    assert "input_filter_s" in said
+    assert "too slow for its cycle in REAL" in said
+
+
 def test_a_number_in_the_target_is_rounded_once() -> None:
     assert in_target(0.1, double=True) == 0.1
     assert in_target(0.1, double=False) == 0.100000001490116119384765625

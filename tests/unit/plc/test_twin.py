@@ -32,6 +32,7 @@ from thermaxis.compensation import (
     SampleQuality,
     Section,
     SensorRules,
+    SupervisorState,
 )
 from thermaxis.files.model_json import read_model
 from thermaxis.plc._scenario import course_steps, scenario, scenario_steps
@@ -83,8 +84,8 @@ def test_the_scenarios_reach_whatever_the_block_can_reach() -> None:
             refused += said.refused
             restarts += inputs.restart
     assert states == set(range(len(STATES)))
-    # An offset outside its total can be found in the first call only, when it is Off, and lets
-    # nobody enable: so it never becomes a fault.
+    # An offset outside its total can be taken over in Off only, and lets nobody enable: so it
+    # never becomes a fault.
     assert reasons == 2 ** len(REASONS) - 1 - 2 ** REASONS.index(Reason.OFFSET_OUTSIDE)
     assert outcomes == 2 ** len(OUTCOMES) - 1 - sum(CANNOT_OCCUR)
     never = {"SPARE", "OLD", "NO_TIME_STAMP", "DISAGREES"}
@@ -120,6 +121,46 @@ def test_an_offset_outside_its_total_stays_and_lets_nobody_enable() -> None:
     for _ in range(50):
         said = twin.step(calm._replace(read_um=large, enable=True))
     assert (said.correction_um, said.state) == (large, 0)
+
+
+def test_an_offset_outside_its_total_that_was_brought_back_is_given_up_by_reset() -> None:
+    settings = random_settings(2)
+    calm = calm_inputs(settings)
+    twin, driver = Twin(settings), CycleDriver(settings)
+    large = (2.0 * settings.compensation.bounds[0].total_um,)
+    there, gone = calm._replace(read_um=large), calm._replace(read_um=(0.0,))
+    steps = [
+        (there, large, False),
+        (there._replace(enable=True), large, True),
+        (gone, large, False),
+        (gone._replace(reset=True, read_ok=False), large, False),
+        (gone, large, False),
+        (gone._replace(reset=True), (0.0,), False),
+        (there._replace(reset=True), (0.0,), False),
+        (there, (0.0,), False),
+        (gone._replace(enable=True), (0.0,), False),
+    ]
+    for call, (inputs, correction_um, refused) in enumerate(steps):
+        said = twin.step(inputs)
+        assert (said.correction_um, said.refused) == (correction_um, refused), call
+        assert as_block(driver.step(inputs), driver.calls) == said
+    states = {twin.step(gone._replace(enable=True)).state for _ in range(10)}
+    assert STATES.index(SupervisorState.ACTIVE) in states
+
+
+def test_who_steps_along_with_the_twin_can_ask_whether_it_takes_an_offset_over() -> None:
+    settings = random_settings(2)
+    calm = calm_inputs(settings)
+    pressed, twin = calm._replace(reset=True), Twin(settings)
+    assert twin.takes_over(calm)
+    twin.step(calm)
+    assert not twin.takes_over(calm)
+    assert twin.takes_over(pressed)
+    assert twin.takes_over(calm._replace(restart=True))
+    twin.step(pressed)
+    assert not twin.takes_over(pressed)
+    twin.step(calm._replace(enable=True))
+    assert not twin.takes_over(pressed)
 
 
 def calm_inputs(settings: PlcSettings) -> PlcInputs:
