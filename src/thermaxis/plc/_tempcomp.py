@@ -92,11 +92,13 @@ class LineSettings:
                 where="--at",
                 remedy="Give a model and a position for each",
             )
-        stated = positions if self.reference_mm is None else (*positions, self.reference_mm)
-        for position in stated:
+        stated = [("--at", position) for position in positions]
+        if self.reference_mm is not None:
+            stated.append(("--reference-position", self.reference_mm))
+        for where, position in stated:
             if not (isfinite(position) and abs(position) <= LARGEST_POSITION_MM):
                 raise ConfigurationError(
-                    f"a position is no number of at most {LARGEST_POSITION_MM:g} mm", where="--at"
+                    f"a position is no number of at most {LARGEST_POSITION_MM:g} mm", where=where
                 )
         ordered = sorted(positions)
         if any(b - a < CLOSEST_MM for a, b in pairwise(ordered)):
