@@ -1,0 +1,466 @@
+"""What the tests of equality share: recorded calls, and the three dialects run over them.
+
+A record has every input and output of every call in the order of the block's variables. What must
+come out is what `cycle` says in double precision, and what the twin says in REAL; every text is
+compared with it in every call, to the last bit, but for the sign of a zero.
+"""
+
+import ctypes
+import random
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from operator import itemgetter
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from tests.unit.plc.c_program import FLAGS
+from tests.unit.plc.plc_scenarios import CycleDriver, as_block, random_settings
+from tests.unit.plc.scl_normal import scl_normal
+from tests.unit.plc.st_interpreter import Machine, StRunError, Value
+from thermaxis.compensation import Compensation
+from thermaxis.plc._build import build_program
+from thermaxis.plc._print_c import CText, print_c
+from thermaxis.plc._print_scl import print_scl
+from thermaxis.plc._print_st import print_st
+from thermaxis.plc._scenario import PlcStep, scenario_steps
+from thermaxis.plc._settings import PlcSettings, export_settings
+from thermaxis.plc._tree import Block, Kind, Program
+from thermaxis.plc._twin import PlcInputs, PlcOutputs
+
+Row = tuple[Value, ...]
+Numbers = Any
+"""Array of numbers, one row per call."""
+
+_DURATIONS = (
+    "settle_s", "heal_s", "grace_s", "hold_input_s", "hold_connection_s", "hold_interlock_s",
+    "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s",
+)  # fmt: skip
+_IDENTITY = ("model_id_1", "model_id_2")
+
+
+# ---- settings -----------------------------------------------------------------------------------
+
+
+def demanded_settings(seed: int, *, cycle_s: float, double: bool) -> PlcSettings:
+    """Return a random model; its rules are quick, quick in cycles, or those of a machine."""
+    plain = random_settings(seed, cycle_s=cycle_s, double=double, quick=seed % 3 != 0)
+    if seed % 3 != 1:
+        return plain
+    rules = plain.compensation.supervisor
+    longer = {name: cycle_s * getattr(rules, name) for name in _DURATIONS}
+    sensors = {
+        channel: replace(sensor, frozen_s=min(cycle_s * sensor.frozen_s, 3600.0))
+        for channel, sensor in plain.compensation.sensors.items()
+    }
+    model = plain.compensation.model
+    changed = replace(
+        plain.compensation,
+        model=replace(model, longest_hold_s=cycle_s * min(model.longest_hold_s, 30.0)),
+        supervisor=replace(rules, **longer),
+        sensors=sensors,
+    )
+    return same_but(plain, changed)
+
+
+def same_but(settings: PlcSettings, compensation: Compensation) -> PlcSettings:
+    """Return the settings with another compensation."""
+    return export_settings(
+        compensation, cycle_s=settings.cycle_s, name=settings.name, double=settings.double
+    )
+
+
+# ---- records ------------------------------------------------------------------------------------
+
+
+@dataclass
+class Seen:
+    """What occurred in some records; every number is a place in its enumeration."""
+
+    states: set[int] = field(default_factory=set[int])
+    transitions: set[tuple[int, int]] = field(default_factory=set[tuple[int, int]])
+    reasons: int = 0
+    outcomes: int = 0
+    qualities: set[int] = field(default_factory=set[int])
+    model_qualities: set[int] = field(default_factory=set[int])
+    refused: int = 0
+    at_limit: int = 0
+    weighted: int = 0
+    restarts: int = 0
+    sections: set[int] = field(default_factory=set[int])
+    channels: set[int] = field(default_factory=set[int])
+    tables: set[bool] = field(default_factory=set[bool])
+    calls: int = 0
+
+    def add_model(self, settings: PlcSettings) -> None:
+        parts = settings.compensation.model.layout.parts
+        self.sections.add(sum(len(part.sections) for part in parts))
+        self.channels.add(len(settings.names.channels))
+        self.tables.add(any(part.gain_by_diameter for part in parts))
+
+    def add(self, before: PlcOutputs | None, said: PlcOutputs, *, restart: bool) -> None:
+        self.states.add(said.state)
+        if before is not None and not restart:
+            self.transitions.add((before.state, said.state))
+        self.reasons |= said.fault_word
+        self.outcomes |= said.outcome_word
+        self.qualities.update(said.qualities)
+        self.model_qualities.add(said.model_quality)
+        self.refused += said.refused
+        self.at_limit += any(said.at_limit)
+        self.weighted += any(0.0 < weight < 1.0 for weight in said.weight)
+        self.restarts += restart
+        self.calls += 1
+
+    def merge(self, other: "Seen") -> None:
+        for name in ("states", "transitions", "qualities", "model_qualities"):
+            getattr(self, name).update(getattr(other, name))
+        for name in ("sections", "channels", "tables"):
+            getattr(self, name).update(getattr(other, name))
+        self.reasons |= other.reasons
+        self.outcomes |= other.outcomes
+        for name in ("refused", "at_limit", "weighted", "restarts", "calls"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Calls of a block: what goes in, and what must come out."""
+
+    outputs: tuple[str, ...]
+    rows: list[Row]
+    starts: list[bool]
+    """Whether the PLC was switched on before a call."""
+    wanted: Numbers
+
+    def segments(self) -> Iterator[tuple[int, int]]:
+        """Yield the calls from one start to the next."""
+        first = [k for k, start in enumerate(self.starts) if start]
+        yield from zip(first, [*first[1:], len(self.rows)], strict=True)
+
+
+def columns(block: Block) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of a block's inputs, and of its outputs without the model's identity."""
+    outputs = [v.name for v in block.outputs if v.name not in _IDENTITY]
+    return tuple(v.name for v in block.inputs), tuple(outputs)
+
+
+def by_name(settings: PlcSettings) -> tuple[list[str], list[str]]:
+    """Return the block's names in the order in which the twin's tuples have them."""
+    names = settings.names
+    inputs = ["cycle_time_s", "enable", "hold", "reset", "diameter_mm", "diameter_known"]
+    inputs += [f"t_{stem}" for stem in names.channels]
+    inputs += [f"ok_{stem}" for stem in names.channels]
+    inputs += [f"trim_{stem}" for stem in names.outputs]
+    inputs += ["interlocks_met", "connected", "other_compensation"]
+    inputs += [f"read_{stem}" for stem in names.outputs]
+    inputs += ["read_ok"]
+    outputs = [
+        f"{what}_{stem}"
+        for what in ("correction", "model", "wanted", "weight", "limit")
+        for stem in names.outputs
+    ]
+    outputs += [f"part_{stem}" for stem in names.parts]
+    outputs += [f"quality_{stem}" for stem in names.channels]
+    outputs += ["state", "fault_word", "model_quality", "outcome_word", "refused", "heartbeat"]
+    return inputs, outputs
+
+
+def flat(values: PlcInputs | PlcOutputs) -> list[Value]:
+    """Return a tuple of the twin as one row."""
+    row: list[Value] = []
+    for value in values:
+        row.extend(value) if isinstance(value, tuple) else row.append(value)
+    return row
+
+
+def recorded(
+    settings: PlcSettings,
+    steps: Iterable[PlcStep],
+    seen: Seen | None = None,
+    *,
+    from_twin: bool = False,
+) -> Record:
+    """Run `cycle`, or the twin where it is to be believed, over a scenario.
+
+    In REAL there is no `cycle`, so what the twin says is what must come out.
+    """
+    block = build_program(settings).blocks[-1]
+    names_in, names_out = columns(block)
+    known_in, known_out = by_name(settings)
+    told = itemgetter(*(known_in.index(name) for name in names_in))
+    said = itemgetter(*(known_out.index(name) for name in names_out))
+    driver = CycleDriver(settings)
+    use_cycle = settings.double and not from_twin
+    rows: list[Row] = []
+    starts: list[bool] = []
+    wanted: list[Row] = []
+    before: PlcOutputs | None = None
+    for inputs, twins in steps:
+        outputs = as_block(driver.step(inputs), driver.calls) if use_cycle else twins
+        starts.append(inputs.restart or not rows)
+        rows.append(told([*flat(inputs._replace(restart=False))][:-1]))
+        wanted.append(said(flat(outputs)))
+        if seen is not None:
+            seen.add(before, outputs, restart=inputs.restart)
+        before = outputs
+    return Record(names_out, rows, starts, np.array(wanted, dtype=np.float64))
+
+
+def shift(settings: PlcSettings, *, hours: float, seed: int, seen: Seen | None = None) -> Record:
+    """Record a scenario with faults."""
+    return recorded(settings, scenario_steps(settings, hours=hours, seed=seed), seen)
+
+
+@lru_cache
+def short_record(seed: int, *, double: bool) -> tuple[Program, Record]:
+    """Return a random model and 600 calls of it at 10 s, for the tests of every dialect."""
+    settings = demanded_settings(seed, cycle_s=10.0, double=double)
+    record = shift(settings, hours=6000.0 / 3600.0, seed=seed)
+    assert len(record.rows) == 600
+    return build_program(settings), record
+
+
+def difference(record: Record, got: Numbers) -> str:
+    """Return the first call and output that differ, in hexadecimal too; empty where none does."""
+    wanted = record.wanted[: len(got)]
+    same = (wanted == got) | ((wanted != wanted) & (got != got))  # noqa: PLR0124 - NaN
+    if same.all():
+        return "" if len(got) == len(record.wanted) else f"nothing after call {len(got)}"
+    call, column = (int(k) for k in np.argwhere(~same)[0])
+    a, b = float(wanted[call, column]), float(got[call, column])
+    name = record.outputs[column]
+    return f"call {call}: {name} is {b!r} ({b.hex()}) instead of {a!r} ({a.hex()})"
+
+
+# ---- Structured Text and SCL --------------------------------------------------------------------
+
+
+def run_st(machine: Machine, record: Record) -> Numbers:
+    """Run Structured Text over a record; what it must not do ends the run with an error."""
+    columns_used = [machine.outputs.index(name) for name in record.outputs]
+    said: list[Row] = []
+    for first, last in record.segments():
+        said += machine.start().run(record.rows[first:last])
+    return np.array(said, dtype=np.float64)[:, columns_used]
+
+
+def st_is_noticed(text: str, record: Record, *, stride: int = 200) -> str:
+    """Return how a text differs from a record, empty where it does not; stops where it does."""
+    machine = Machine(text)
+    columns_used = [machine.outputs.index(name) for name in record.outputs]
+    for first, last in record.segments():
+        block = machine.start()
+        for begin in range(first, last, stride):
+            end = min(begin + stride, last)
+            try:
+                said = block.run(record.rows[begin:end])
+            except StRunError as error:
+                return str(error)
+            part = Record(record.outputs, [], [], record.wanted[begin:end])
+            found = difference(part, np.array(said, dtype=np.float64)[:, columns_used])
+            if found:
+                return found
+    return ""
+
+
+class Texts(NamedTuple):
+    """Every text that one program gives as Structured Text, by name."""
+
+    st: str
+    scl: Mapping[str, str]
+    """SCL by CPU, normalised."""
+
+
+def texts_of(program: Program) -> Texts:
+    """Return Structured Text, and SCL of the CPUs that know the program's numbers."""
+    scl = {"s7-1500": scl_normal(print_scl(program, "s7-1500"), "s7-1500")}
+    if not program.double:
+        scl["s7-300"] = scl_normal(print_scl(program, "s7-300"), "s7-300")
+    return Texts(print_st(program), scl)
+
+
+# ---- C ------------------------------------------------------------------------------------------
+
+
+def require_gcc() -> None:
+    """Fail in words where there is no compiler."""
+    if shutil.which("gcc") is None:
+        pytest.fail("gcc is missing: install it (Debian: apt-get install gcc libc6-dev)")
+
+
+def c_library(
+    blocks: Mapping[str, tuple[CText, Block]],
+    folder: Path,
+    *flags: str,
+    contracted: bool = False,
+) -> Path:
+    """Make one shared object of many blocks of one kind of number, with one call of gcc.
+
+    Parameters
+    ----------
+    blocks : mapping
+        Text and main block by the name of the block in the text.
+    folder : Path
+        Where the files go; one folder for every library.
+    *flags : str
+        Flags of gcc besides those that the exported text must stand.
+    contracted : bool
+        Whether gcc may contract a product and a sum.
+
+    Returns
+    -------
+    Path
+        The shared object.
+    """
+    require_gcc()
+    folder.mkdir(parents=True, exist_ok=True)
+    driver: list[str] = []
+    for name, (text, block) in blocks.items():
+        (folder / f"{name}.h").write_text(text.header, encoding="ascii")
+        (folder / f"{name}.c").write_text(text.source, encoding="ascii")
+        driver += _c_driver(name, block)
+    (folder / "driver.c").write_text("\n".join(driver) + "\n", encoding="ascii")
+    path = folder / "blocks.so"
+    used = tuple(f for f in FLAGS if not (contracted and f == "-ffp-contract=off"))
+    sources = ("driver.c", *(f"{name}.c" for name in blocks))
+    built = subprocess.run(
+        ["gcc", *used, *flags, "-fPIC", "-shared", "-o", str(path), *sources],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=900,
+    )
+    assert (built.returncode, built.stderr) == (0, ""), built.stderr[:4000]
+    return path
+
+
+class CLibrary:
+    """A shared object of blocks, to be run over records."""
+
+    def __init__(self, path: Path) -> None:
+        self._library = ctypes.CDLL(str(path))
+
+    def run(self, name: str, record: Record) -> Numbers:
+        """Return what a block says in every call of a record."""
+        rows = np.empty((len(record.rows), 1 + len(record.rows[0])))
+        rows[:, 0] = record.starts
+        rows[:, 1:] = record.rows
+        said = np.empty((len(rows), len(record.outputs)))
+        run: Callable[..., None] = getattr(self._library, f"run_{name}")
+        run(rows.ctypes.data_as(_DOUBLES), said.ctypes.data_as(_DOUBLES), ctypes.c_long(len(rows)))
+        return said
+
+
+_DOUBLES = ctypes.POINTER(ctypes.c_double)
+
+
+def _c_driver(name: str, block: Block) -> list[str]:
+    """Return a function that runs a block over rows of numbers, the first of each a start."""
+    inputs, outputs = columns(block)
+    kinds = {v.name: v.kind for v in (*block.inputs, *block.outputs)}
+    lines = [
+        f'#include "{name}.h"',
+        f"void run_{name}(const double *in, double *out, long rows);",
+        f"void run_{name}(const double *in, double *out, long rows)",
+        "{",
+        f"    static {name} b;",
+        "    for (long row = 0; row < rows; row++) {",
+        f"        if (in[0] != 0.0) {name}_init(&b);",
+    ]
+    for k, variable in enumerate(inputs, start=1):
+        value = f"(tx_number)in[{k}]" if kinds[variable] is Kind.NUMBER else f"in[{k}] != 0.0"
+        lines.append(f"        b.{variable} = {value};")
+    lines.append(f"        {name}_step(&b);")
+    lines += [f"        out[{k}] = (double)b.{variable};" for k, variable in enumerate(outputs)]
+    lines += [f"        in += {len(inputs) + 1};", f"        out += {len(outputs)};"]
+    return [*lines, "    }", "}"]
+
+
+def c_block(program: Program) -> tuple[CText, Block]:
+    """Return the C of a program, and its main block."""
+    return print_c(program), program.blocks[-1]
+
+
+# ---- a whole comparison -------------------------------------------------------------------------
+
+
+class Task(NamedTuple):
+    """One random model in one kind of number, over a scenario with faults."""
+
+    seed: int
+    cycle_s: float
+    double: bool
+    hours: float
+    libraries: tuple[tuple[str, Path], ...] = ()
+    """Shared objects in which its C is, by what they are called."""
+
+    @property
+    def label(self) -> str:
+        kind = "LREAL" if self.double else "REAL"
+        return f"model {self.seed} at {self.cycle_s:g} s in {kind}"
+
+    def settings(self) -> PlcSettings:
+        return demanded_settings(self.seed, cycle_s=self.cycle_s, double=self.double)
+
+
+class Comparison(NamedTuple):
+    """What came of a task."""
+
+    task: Task
+    differences: dict[str, str]
+    """By text; empty where nothing differs."""
+    seen: Seen
+    seconds: dict[str, float]
+
+
+def compared(task: Task) -> Comparison:
+    """Run every text of a model, and say where each first differs from what must come out.
+
+    That is what `cycle` says in LREAL, and what the twin says in REAL.
+    """
+    settings = task.settings()
+    seen, seconds, differences = Seen(), dict[str, float](), dict[str, str]()
+    seen.add_model(settings)
+    program = build_program(settings)
+    clock = time.perf_counter
+    begin_s = clock()
+    record = shift(settings, hours=task.hours, seed=task.seed, seen=seen)
+    seconds["what must come out"] = clock() - begin_s
+    texts = texts_of(program)
+    for name, text in {"st": texts.st, **texts.scl}.items():
+        begin_s = clock()
+        try:
+            differences[name] = difference(record, run_st(Machine(text), record))
+        except StRunError as error:
+            differences[name] = str(error)
+        seconds[name] = clock() - begin_s
+    for name, path in task.libraries:
+        begin_s = clock()
+        differences[name] = difference(record, CLibrary(path).run(program.name, record))
+        seconds[name] = clock() - begin_s
+    return Comparison(task, differences, seen, seconds)
+
+
+# ---- numbers one step further -------------------------------------------------------------------
+
+
+def next_number(value: float, *, double: bool, up: bool) -> float:
+    """Return the neighbour of a number among those of the target."""
+    if double:
+        return float(np.nextafter(value, np.inf if up else -np.inf))
+    return float(np.nextafter(np.float32(value), np.float32(np.inf if up else -np.inf)))
+
+
+def shuffled(items: Iterable[Any], seed: int) -> list[Any]:
+    """Return some things in a seeded order."""
+    chosen = list(items)
+    random.Random(seed).shuffle(chosen)  # noqa: S311 - a sample that can be repeated
+    return chosen

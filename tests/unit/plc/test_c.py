@@ -1,0 +1,67 @@
+"""C, compiled by gcc, against `cycle` in double and against the twin in float."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.unit.plc.equal_parts import (
+    CLibrary,
+    c_block,
+    c_library,
+    difference,
+    recorded,
+    require_gcc,
+    short_record,
+)
+from tests.unit.plc.test_twin import paper_model, wide
+from thermaxis.plc._build import build_program
+from thermaxis.plc._scenario import PlcStep, scenario_steps
+from thermaxis.plc._twin import Twin
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_twelve_models_in_c_say_what_must_come_out_to_the_last_bit(
+    double: bool, tmp_path: Path
+) -> None:
+    every = [short_record(seed, double=double) for seed in range(12)]
+    library = CLibrary(c_library({p.name: c_block(p) for p, _ in every}, tmp_path, "-O0"))
+    for program, record in every:
+        assert difference(record, library.run(program.name, record)) == "", program.name
+
+
+def float_away_from_double(name: str, hours: float, folder: Path) -> tuple[float, float]:
+    """Return how far compiled float is from compiled double at 1 s, and the correction's span.
+
+    A model of the paper without a deadband and away from every limit; double is `cycle` and float
+    the twin, to the last bit. [µm]
+    """
+    model = paper_model(name)
+    corrections: list[np.ndarray] = []
+    steps = list(scenario_steps(wide(model, double=True), hours=hours, seed=1, faults=False))
+    for double in (True, False):
+        settings = wide(model, double=double)
+        program = build_program(settings)
+        path = c_library({program.name: c_block(program)}, folder / str(double), "-O2")
+        inputs = [step.inputs for step in steps]
+        twin = Twin(settings)
+        record = recorded(settings, [PlcStep(i, twin.step(i)) for i in inputs])
+        rows = CLibrary(path).run(program.name, record)
+        assert difference(record, rows) == ""
+        corrections.append(rows[:, record.outputs.index("correction_z_um")])
+    return float(np.max(np.abs(corrections[0] - corrections[1]))), float(np.ptp(corrections[0]))
+
+
+@pytest.mark.parametrize("name", ["eps1", "eps2"])
+def test_compiled_float_stays_near_double_in_the_first_hour_of_the_papers_models(
+    name: str, tmp_path: Path
+) -> None:
+    largest_um, span_um = float_away_from_double(name, 1.0, tmp_path)
+    assert span_um > 10.0
+    assert 0.0 < largest_um < 0.002
+
+
+def test_without_a_compiler_the_test_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(pytest.fail.Exception, match="apt-get install gcc"):
+        require_gcc()
