@@ -451,8 +451,8 @@ def test_the_exported_text_says_what_the_exported_vectors_say(
             name: cells[name] == "1" if kinds[name] == "BOOL" else float(cells[name])
             for name in machine.inputs
         }
-        for _ in range(int(cells["calls"])):
-            said = block.call(**inputs)
+        assert int(cells["calls"]) > 0
+        said = [block.call(**inputs) for _ in range(int(cells["calls"]))][-1]
         for name in names[names.index("read_ok") + 1 :]:
             assert float(said[name]) == float(read_as(cells[name], bits)), (row[0], name)
             compared += 1
