@@ -907,7 +907,8 @@ def test_an_allowance_beyond_two_steps_stays() -> None:
                         frozen_s=0.0)  # fmt: skip
     settings = export_settings(replace(plain, sensors={"spindle": rules}), cycle_s=1.0, name="z")
     lost, jumped = {"ok_spindle": False}, {"t_spindle": 60.0}
-    rows: list[dict[str, Any]] = [{}] * 3 + [lost] * 30 + [jumped] * 5 + [{"t_spindle": 23.4}, {"t_spindle": 27.0}]
+    rows: list[dict[str, Any]] = [*[{}] * 3, *[lost] * 30, *[jumped] * 5]
+    rows += [{"t_spindle": 23.4}, {"t_spindle": 27.0}]
     said = side_by_side(settings, rows, [20.0])
     assert [output.qualities[0] for output in said[-7:]] == [
         *[SampleQuality.TOO_FAST] * 5,
