@@ -1,12 +1,16 @@
 """The history: trends, events and exports of any span, and the operator's trend of hours."""
 
+import asyncio
+import contextlib
+import logging
 from datetime import datetime, timedelta
-from typing import TYPE_CHECKING, Final, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, cast, final
 
-from starlette.background import BackgroundTask
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
+from starlette.types import Receive, Scope, Send
 
 from thermaxis.errors import printable
 from thermaxis.runtime._private_files import whole_file
@@ -28,7 +32,7 @@ from thermaxis.screen._history import (
     trend8,
     unit_of,
 )
-from thermaxis.screen._work import BusyError, Ending, Limits, Outcome, work_of
+from thermaxis.screen._work import BusyError, Ending, Limits, Outcome, WorkFolder, work_of
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian._reading import HistoryReader
@@ -54,6 +58,12 @@ EXPORT_LIMITS: Final = Limits(
 """What an export may use."""
 FORMATS: Final = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
 """Kinds of content by the endings of exports."""
+EXPORTS: Final = 2
+"""Exports that are written, or not yet sent, at once: they bound what lies on the disk. [1]"""
+SEND_S: Final = 600.0
+"""Time in which an export must have been taken. Default: the largest at 0.8 MB/s. [s]"""
+_KIND, _NO_CYCLE = "export", "there is no cycle in this span"
+_log = logging.getLogger(__name__)
 _BAD_REQUEST, _TOO_LARGE, _TOO_MANY, _UNAVAILABLE = 400, 413, 429, 503
 
 
@@ -76,7 +86,7 @@ def routes(parts: "ScreenParts") -> list[BaseRoute]:
         Route("/history/series", _series, methods=["GET"]),
         Route("/history/trend", _trend, methods=["GET"]),
         Route("/history/events", _events, methods=["GET"]),
-        Route("/history/export", _export, methods=["GET"]),
+        Route("/history/export", _export, methods=["POST"]),
         Route("/trend8", _trend8, methods=["GET"]),
     ]
 
@@ -221,48 +231,89 @@ async def _export(request: Request) -> Response:
         return refuse(request, _BAD_REQUEST, "history.no_span")
     if ending not in FORMATS:
         return refuse(request, _BAD_REQUEST, "history.export_format")
-    try:
-        outcome = await _exported(request, span, ending)
-    except BusyError:
-        return refuse(request, _TOO_MANY, "history.export_busy")
-    except OSError as error:
-        return refuse(request, _UNAVAILABLE, "history.export_failed", why=str(error))
-    name = f"history.{ending}"
-    if outcome.ending is Ending.DONE and outcome.code == 0 and name in outcome.files:
-        return FileResponse(
-            outcome.files[name],
-            media_type=FORMATS[ending],
-            filename=f"history-{span[0]:%Y%m%dT%H%M%SZ}-{span[1]:%Y%m%dT%H%M%SZ}.{ending}",
-            background=BackgroundTask(outcome.folder.remove),
-        )
-    outcome.folder.remove()
-    return _export_refused(request, outcome)
+    work = work_of(request)
+    async with contextlib.AsyncExitStack() as held:
+        try:
+            owner = visitor_of(request).name
+            held.enter_context(work.place(owner, kind=_KIND, most=EXPORTS))
+            folder = work.folder()
+            held.push_async_callback(asyncio.to_thread, folder.remove)
+            outcome = await _exported(request, folder, span, ending)
+        except BusyError:
+            return refuse(request, _TOO_MANY, "history.export_busy")
+        except OSError as error:
+            _log.warning("an export has failed: %s", printable(str(error), 500))
+            return refuse(request, _UNAVAILABLE, "history.export_failed")
+        name = f"history.{ending}"
+        if outcome.ending is Ending.DONE and outcome.code == 0 and name in outcome.files:
+            return _Sent(
+                outcome.files[name],
+                held.pop_all(),
+                kind=FORMATS[ending],
+                name=f"history-{span[0]:%Y%m%dT%H%M%SZ}-{span[1]:%Y%m%dT%H%M%SZ}.{ending}",
+            )
+        return _export_refused(request, outcome)
 
 
-async def _exported(request: Request, span: tuple[datetime, datetime], ending: str) -> Outcome:
+@final
+class _Sent(FileResponse):
+    """An export on its way; its place and its folder are held until it has gone, or is given up.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    held : AsyncExitStack
+        What is given back at the end.
+    kind : str
+        Its kind of content.
+    name : str
+        Its name for the browser.
+    """
+
+    def __init__(
+        self, path: Path, held: contextlib.AsyncExitStack, *, kind: str, name: str
+    ) -> None:
+        super().__init__(path, media_type=kind, filename=name)
+        self._held = held
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        async with self._held:
+            try:
+                async with asyncio.timeout(SEND_S):
+                    await super().__call__(scope, receive, send)
+            except TimeoutError:  # what has come of it is short of what was announced
+                _log.warning("an export was not taken within %g s, and given up", SEND_S)
+
+
+async def _exported(
+    request: Request, folder: WorkFolder, span: tuple[datetime, datetime], ending: str
+) -> Outcome:
     """Let a command of its own write the file; a password goes to it as a file."""
-    configuration, work = parts_of(request).configuration, work_of(request)
+    configuration = parts_of(request).configuration
     times = (moment.isoformat() for moment in span)
     words = ["history", "export", configuration.historian_url, "--output", f"history.{ending}"]
     words += [word for pair in zip(("--from", "--to"), times, strict=True) for word in pair]
-    with work.place():
-        folder = work.folder()
-        password = configuration.historian.password.reveal()
-        if password:
-            with whole_file(folder.path / "password", mode=0o600) as file:
-                file.write(password.encode())
-            words += ["--password-file", "password"]
-        return await work.run_command(
-            words, limits=EXPORT_LIMITS, outputs=(f"history.{ending}",), folder=folder
-        )
+    password = configuration.historian.password.reveal()
+    if password:
+        with whole_file(folder.path / "password", mode=0o600) as file:
+            file.write(password.encode())
+        words += ["--password-file", "password"]
+    return await work_of(request).run_command(
+        words, limits=EXPORT_LIMITS, outputs=(f"history.{ending}",), folder=folder
+    )
 
 
 def _export_refused(request: Request, outcome: Outcome) -> Response:
-    """Say why an export came to nothing."""
+    """Say why an export came to nothing; what the command said may name places of the computer."""
     if outcome.ending is Ending.TOO_LONG:
         return refuse(request, _TOO_LARGE, "history.export_late", limit=f"{EXPORT_S:g}")
     if outcome.ending is Ending.TOO_MUCH:
         size = str(EXPORT_BYTES // 1_000_000)
         return refuse(request, _TOO_LARGE, "history.export_large", size=size)
-    lines = outcome.said.strip().splitlines() or [outcome.ending.value]
-    return refuse(request, _UNAVAILABLE, "history.export_failed", why=printable(lines[-1], 300))
+    if _NO_CYCLE in outcome.said:
+        return refuse(request, _UNAVAILABLE, "history.export_empty")
+    said = printable(outcome.said.strip()[-2000:], 500)
+    _log.warning("an export has failed (%s, code %s): %s", outcome.ending, outcome.code, said)
+    return refuse(request, _UNAVAILABLE, "history.export_failed")

@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 import weakref
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from types import MappingProxyType
@@ -40,7 +40,7 @@ _PREFIX = "thermaxis-work-"
 _LOCK = "lock"
 _SETTINGS = "settings"
 _YOUNG_S = 60.0
-_LOOK_S = 0.1
+_LOOK_S = 0.25
 _ALARM_AFTER_S = 10
 _GONE_S = 5.0
 _START = Path(__file__).with_name("_work_start.py")
@@ -77,7 +77,16 @@ class Limits(NamedTuple):
 
 
 class BusyError(Exception):
-    """So many commands wait that one more is refused."""
+    """So many commands wait, or one of the same person, that one more is refused."""
+
+
+class _Place(NamedTuple):
+    """A place that is taken."""
+
+    owner: str
+    """Whose it is; empty for nobody's."""
+    kind: str
+    """What for."""
 
 
 class WorkFolder:
@@ -96,6 +105,29 @@ class WorkFolder:
     def remove(self) -> None:
         """Remove it with everything in it; again is no error."""
         self._remove()
+
+    def leave_only(self, kept: Collection[Path]) -> int:
+        """Remove everything in it but some files.
+
+        Parameters
+        ----------
+        kept : collection of Path
+            The files that stay.
+
+        Returns
+        -------
+        int
+            What they take on the disk. [byte]
+        """
+        names = {path.name for path in kept}
+        for path in self.path.iterdir():
+            if path.name in names:
+                continue
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
+        return sum(path.lstat().st_size for path in self.path.iterdir())
 
 
 class Outcome(NamedTuple):
@@ -138,9 +170,13 @@ class Work:
     priority. It ends with the screen, also where that is killed.
 
     Not protected: a command that leaves its group of processes on purpose, and the network, which
-    stays reachable: the words are ours, only the content of the files is not. Where the system is
-    not Linux, a killed screen leaves a command until its time is over; where it is not POSIX, the
-    limits of processor, memory and single files and the priority do not exist.
+    stays reachable: the words are ours, only the content of the files is not. It runs as the user
+    of the screen, who is that of the loop: code that the content of a file smuggled into it could
+    read the loop's keys, its configuration and the history. The number of processes is not
+    limited here, as the system counts those of the loop with them (RLIMIT_NPROC is per user):
+    ``TasksMax`` of the service bounds it. Where the system is not Linux, a killed screen leaves a
+    command until its time is over; where it is not POSIX, the limits of processor, memory and
+    single files and the priority do not exist.
 
     Parameters
     ----------
@@ -165,7 +201,7 @@ class Work:
         self._most = waiting + 1
         self._where = Path(tempfile.gettempdir()) if where is None else where
         self._turn = asyncio.Lock()
-        self._places = 0
+        self._places: list[_Place] = []
         self._root: Path | None = None
         self._close: Callable[[], object] = bool
 
@@ -190,21 +226,33 @@ class Work:
         return WorkFolder(Path(tempfile.mkdtemp(dir=self._private())))
 
     @contextlib.contextmanager
-    def place(self) -> Generator[None]:
+    def place(self, owner: str = "", *, kind: str = "", most: int | None = None) -> Generator[None]:
         """Take a place among those that run or wait, from before an upload until after its run.
+
+        Parameters
+        ----------
+        owner : str
+            Whose place it is: everybody has one. Default: nobody's, of which there may be more.
+        kind : str
+            What for.
+        most : int, optional
+            How many of that kind there may be. Default: as many as there are places. [1]
 
         Raises
         ------
         BusyError
-            If all places are taken.
+            If all places are taken, all of that kind, or its owner has one.
         """
-        if self._places >= self._most:
+        kinds = sum(taken.kind == kind for taken in self._places)
+        has_one = bool(owner) and any(taken.owner == owner for taken in self._places)
+        if has_one or len(self._places) >= self._most or (most is not None and kinds >= most):
             raise BusyError
-        self._places += 1
+        mine = _Place(owner, kind)
+        self._places.append(mine)
         try:
             yield
         finally:
-            self._places -= 1
+            self._places.remove(mine)
 
     async def run_command(
         self,
@@ -246,7 +294,7 @@ class Work:
         with self.place() if folder is None else contextlib.nullcontext():
             mine = folder or self.folder()
             with contextlib.ExitStack() as undone:
-                undone.callback(mine.remove)
+                undone.callback(remove_aside, mine)
                 await asyncio.to_thread(_put, mine.path, inputs or {})
                 async with self._turn:
                     outcome = await self._outcome_of(words, mine, outputs, limits)
@@ -311,6 +359,17 @@ class Work:
             (root / _SETTINGS).mkdir(mode=0o700)
             self._root = root
         return self._root
+
+
+def remove_aside(folder: WorkFolder) -> None:
+    """Remove a folder in a thread, so that a large one stops no page; nobody waits for it.
+
+    Parameters
+    ----------
+    folder : WorkFolder
+        The folder.
+    """
+    asyncio.get_running_loop().run_in_executor(None, folder.remove)
 
 
 def work_of(connection: HTTPConnection) -> Work:
@@ -424,8 +483,9 @@ async def _watch(run: _Run) -> Ending:
             async with asyncio.timeout(_LOOK_S):
                 code = await run.program.wait()
                 # it may have failed at the size of a file, sooner than it was looked at
-                return Ending.TOO_MUCH if code and _wrote_too_much(run) else _judged(code)
-        if _wrote_too_much(run):
+                too_much = bool(code) and await asyncio.to_thread(_wrote_too_much, run)
+                return Ending.TOO_MUCH if too_much else _judged(code)
+        if await asyncio.to_thread(_wrote_too_much, run):
             return Ending.TOO_MUCH
         if loop.time() >= end_s:
             return Ending.TOO_LONG

@@ -1,6 +1,7 @@
 """What the history's and the probe's addresses answer, to whom, and in which language."""
 
 import asyncio
+import contextlib
 import json
 import sys
 import time
@@ -65,7 +66,7 @@ class Stage:
             outputs=dict.fromkeys(OUTPUTS),
             server=None,
         )
-        person = SimpleNamespace(name="Nováková", role=role, token="t" * 43)
+        person = SimpleNamespace(name="Nováková", role=role, token="t" * 43, lost="")
         found = None if role is Role.NONE else person
         persons = SimpleNamespace(of=lambda *_, **__: found, why_ended=lambda _: "")
         self.settings = SimpleNamespace(view_without_login=False, language="en")
@@ -104,6 +105,10 @@ class Client:
     def get(self, address: str, **asked: Any) -> httpx.Response:
         return self.runner.run(self.http.get(address, **asked))
 
+    def export(self, **asked: str) -> httpx.Response:
+        headers = {"x-thermaxis-token": "t" * 43}
+        return self.runner.run(self.http.post("/history/export", params=asked, headers=headers))
+
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -138,7 +143,7 @@ def client(path: Path) -> Iterator[Client]:
 PATHS = ["/history/series", "/history/trend", "/history/events", "/trend8", "/probe/values"]
 
 
-@pytest.mark.parametrize("address", [*PATHS, "/history/export"])
+@pytest.mark.parametrize("address", PATHS)
 def test_nobody_without_a_log_in_is_told_anything(path: Path, address: str) -> None:
     with Stage(path, Role.NONE) as nobody:
         answer = nobody.get(address, params=SPAN)
@@ -153,7 +158,7 @@ def test_who_may_look_without_a_log_in_may_not_export(path: Path) -> None:
     stage.settings.view_without_login = True
     with stage as nobody:
         assert nobody.get("/history/series").status_code == 200
-        assert nobody.get("/history/export", params={**SPAN, "format": "csv"}).status_code == 401
+        assert nobody.export(**SPAN, format="csv").status_code == 401
 
 
 def test_series_come_with_their_units_and_the_span_of_the_history(client: Client) -> None:
@@ -301,7 +306,7 @@ def test_an_export_is_the_file_that_the_command_writes(path: Path, ending: str) 
     stage = Stage(path)
     with stage as client:
         asked = {"first": BEGIN.isoformat(), "last": (BEGIN + timedelta(seconds=90)).isoformat()}
-        answer = client.get("/history/export", params={**asked, "format": ending})
+        answer = client.export(**asked, format=ending)
         assert answer.status_code == 200, answer.text
         name = f"history-20261103T060000Z-20261103T060130Z.{ending}"
         assert answer.headers["content-disposition"] == f'attachment; filename="{name}"'
@@ -317,12 +322,12 @@ def test_an_export_that_fails_says_why(path: Path) -> None:
     stage = Stage(path)
     with stage as client:
         early = {"first": "2001-01-01T00:00:00Z", "last": "2001-01-02T00:00:00Z", "format": "csv"}
-        answer = client.get("/history/export", params=early)
-        assert (answer.status_code, answer.json()["error"]) == (503, "history.export_failed")
+        answer = client.export(**early)
+        assert (answer.status_code, answer.json()["error"]) == (503, "history.export_empty")
         assert "no cycle in this span" in answer.json()["text"]
         assert temporary_folders(stage.application) == []
-        assert client.get("/history/export", params={**SPAN, "format": "exe"}).status_code == 400
-        assert client.get("/history/export", params={"format": "csv"}).status_code == 400
+        assert client.export(**SPAN, format="exe").status_code == 400
+        assert client.export(format="csv").status_code == 400
 
 
 @pytest.mark.parametrize(
@@ -346,7 +351,7 @@ def test_an_export_without_an_end_is_ended(
     with stage as client:
         stage.application.state.work = Work([sys.executable, "-c", program])
         began_s = time.monotonic()
-        answer = client.get("/history/export", params={**SPAN, "format": "csv"})
+        answer = client.export(**SPAN, format="csv")
         assert time.monotonic() - began_s < 10.0
         assert (answer.status_code, answer.json()["error"]) == (413, key)
         assert temporary_folders(stage.application) == []
@@ -362,7 +367,7 @@ def test_the_databases_password_goes_to_the_command_in_a_private_file(path: Path
     stage.parts.configuration.historian.password = Secret("open sesame")  # type: ignore[misc]
     with stage as client:
         stage.application.state.work = Work([sys.executable, "-c", looks])
-        answer = client.get("/history/export", params={**SPAN, "format": "csv"})
+        answer = client.export(**SPAN, format="csv")
         words, told, mode, variables = json.loads(answer.content)
     assert (told, mode) == ("open sesame", 0o600)
     assert not any("sesame" in text for text in [*words, *variables.values()])
@@ -373,3 +378,122 @@ def test_all_pages_share_one_history(path: Path) -> None:
     with stage:
         request = cast("Any", SimpleNamespace(app=stage.application))
         assert history_of(request) is history_of(request)
+
+
+@pytest.mark.parametrize("method", ["GET", "HEAD"])
+def test_an_address_alone_exports_nothing(client: Client, method: str) -> None:
+    asked = client.http.request(method, "/history/export", params={**SPAN, "format": "csv"})
+    assert client.runner.run(asked).status_code == 405
+
+
+def test_an_export_without_the_token_of_the_page_is_refused(client: Client) -> None:
+    answer = client.runner.run(client.http.post("/history/export", params=SPAN))
+    assert (answer.status_code, answer.json()["error"]) == (403, "login.token")
+
+
+def test_a_failed_export_tells_a_viewer_no_place_of_this_computer(
+    path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    says = "import sys; sys.exit('thermaxis: error: /srv/h.db\\n\\x1b[2Jloop@db.shop:5432 refused')"
+    stage = Stage(path)
+    with stage as client:
+        stage.application.state.work = Work([sys.executable, "-c", says])
+        answer = client.export(**SPAN, format="csv")
+    assert (answer.status_code, answer.json()["error"]) == (503, "history.export_failed")
+    assert not any(word in answer.text for word in ("/srv", "loop@", "5432", str(path)))
+    message = caplog.messages[-1]
+    assert "loop@db.shop:5432 refused" in message
+    assert message.isprintable()  # one line, and nothing that a terminal obeys
+
+
+def test_an_export_that_cannot_be_begun_is_told_without_a_path(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_: Work) -> None:
+        raise OSError(28, "No space left on device", "/srv/secret-place")
+
+    monkeypatch.setattr(Work, "folder", full)
+    with Stage(path) as client:
+        answer = client.export(**SPAN, format="csv")
+        assert (answer.status_code, answer.json()["error"]) == (503, "history.export_failed")
+        assert "secret-place" not in answer.text
+
+
+WRITES = "open('history.csv', 'wb').write(b'1' * 300_000)"
+
+
+class Taker:
+    """A browser that takes an export as fast as a test lets it."""
+
+    def __init__(self, application: Starlette) -> None:
+        self.application = application
+        self.begun, self.go_on = asyncio.Event(), asyncio.Event()
+        self.statuses: list[int] = []
+
+    async def take(self) -> None:
+        query = "&".join([*(f"{k}={v.replace('+', '%2B')}" for k, v in SPAN.items()), "format=csv"])
+        scope = {
+            "type": "http",
+            "method": "POST",
+            "path": "/history/export",
+            "query_string": query.encode(),
+            "headers": [(b"x-thermaxis-token", b"t" * 43), (b"host", b"127.0.0.1:8450")],
+            "client": ("127.0.0.1", 50000),
+        }
+
+        async def receive() -> Any:
+            await asyncio.Event().wait()
+
+        async def send(message: Any) -> None:
+            if message["type"] == "http.response.start":
+                self.statuses.append(message["status"])
+            self.begun.set()
+            await self.go_on.wait()
+
+        await self.application(scope, receive, send)
+
+
+def test_an_export_holds_its_place_until_it_was_taken_and_its_folder_is_gone(path: Path) -> None:
+    async def two() -> list[int]:
+        first, second, third = (Taker(stage.application) for _ in range(3))
+        async with asyncio.TaskGroup() as group:
+            group.create_task(first.take())
+            await first.begun.wait()
+            assert len(temporary_folders(stage.application)) == 1
+            second.go_on.set()
+            await second.take()  # the same person, while the first is being sent
+            first.go_on.set()
+        assert temporary_folders(stage.application) == []
+        third.go_on.set()
+        await third.take()
+        return [*first.statuses, *second.statuses, *third.statuses]
+
+    stage = Stage(path)
+    stage.application.state.work = Work([sys.executable, "-c", WRITES])
+    with stage as client:
+        assert client.runner.run(two()) == [200, 429, 200]
+
+
+def test_an_export_that_is_not_taken_is_given_up_and_leaves_nothing(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_history_page, "SEND_S", 0.05)
+    stage = Stage(path)
+    work = stage.application.state.work = Work([sys.executable, "-c", WRITES])
+    with stage as client:
+        client.runner.run(Taker(stage.application).take())
+        assert temporary_folders(stage.application) == []
+        with work.place("Nováková"):
+            pass
+
+
+def test_exports_leave_places_to_evaluations(path: Path) -> None:
+    stage = Stage(path)
+    work = stage.application.state.work = Work([sys.executable, "-c", WRITES])
+    with stage as client, contextlib.ExitStack() as taken:
+        for name in ("novak", "svoboda")[: _history_page.EXPORTS]:
+            taken.enter_context(work.place(name, kind="export"))
+        answer = client.export(**SPAN, format="csv")
+        assert (answer.status_code, answer.json()["error"]) == (429, "history.export_busy")
+        with work.place("an engineer"), work.place("another"):
+            pass

@@ -410,3 +410,33 @@ def test_folders_are_private_from_the_first_moment(tmp_path: Path) -> None:
     assert not folder.path.exists()
     work.close()
     assert not list(tmp_path.iterdir())
+
+
+def test_everybody_has_one_place_and_a_kind_leaves_some_to_the_others(tmp_path: Path) -> None:
+    work = Work(PYTHON, where=tmp_path)
+    with work.place("novak", kind="export", most=2):
+        with pytest.raises(BusyError), work.place("novak"):
+            pass
+        with work.place("svoboda", kind="export", most=2):
+            with pytest.raises(BusyError), work.place("cerny", kind="export", most=2):
+                pass
+            with work.place("cerny"), work.place("dvorak"):
+                assert MOST_WAITING + 1 == 4
+                with pytest.raises(BusyError), work.place("kral"):
+                    pass
+    with work.place("novak"):  # and all are free again
+        pass
+
+
+def test_a_folder_is_emptied_but_for_what_is_kept_which_is_counted(tmp_path: Path) -> None:
+    work = Work(PYTHON, where=tmp_path)
+    folder = work.folder()
+    (folder.path / "kept.pdf").write_bytes(bytes(700))
+    (folder.path / "run.csv").write_bytes(bytes(9000))
+    (folder.path / "cache").mkdir()
+    (folder.path / "cache" / "x").write_bytes(bytes(5000))
+    (folder.path / "elsewhere").symlink_to(tmp_path, target_is_directory=True)
+    assert folder.leave_only([folder.path / "kept.pdf"]) == 700
+    assert [path.name for path in folder.path.iterdir()] == ["kept.pdf"]
+    assert tmp_path.exists()
+    work.close()
