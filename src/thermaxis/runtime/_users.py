@@ -300,6 +300,15 @@ def write_users(users: Sequence[User], path: Path | str) -> None:
         stream.write(text.encode())
 
 
+class Waiting(NamedTuple):
+    """Why no password is looked at for a while."""
+
+    everybody: bool
+    """Whether everybody is refused, or this name alone."""
+    left_s: float
+    """For how long. [s]"""
+
+
 @final
 class Failures:
     """Counts failed log-ins, by name and in all, and says who is refused for them.
@@ -325,12 +334,33 @@ class Failures:
         now_s : float
             Time. [s]
         """
+        return self.waiting(name, now_s) is not None
+
+    def waiting(self, name: str, now_s: float) -> Waiting | None:
+        """Return who is refused for failures, and for how long.
+
+        Parameters
+        ----------
+        name : str
+            Name that was given.
+        now_s : float
+            Time. [s]
+
+        Returns
+        -------
+        Waiting or None
+            None where a password is looked at.
+        """
         while self._in_all and self._in_all[0] <= now_s - REFUSED_S:
             self._in_all.popleft()
         if len(self._in_all) >= FAILURES_IN_ALL:
-            return True
-        times = self._by_name.get(name, ())
-        return len([t for t in times if t > now_s - REFUSED_S]) >= FAILURES_BY_NAME
+            free_s = self._in_all[-FAILURES_IN_ALL] + REFUSED_S
+            return Waiting(everybody=True, left_s=free_s - now_s)
+        times = [t for t in self._by_name.get(name, ()) if t > now_s - REFUSED_S]
+        if len(times) >= FAILURES_BY_NAME:
+            free_s = times[-FAILURES_BY_NAME] + REFUSED_S
+            return Waiting(everybody=False, left_s=free_s - now_s)
+        return None
 
     def failed(self, name: str, now_s: float) -> None:
         """Count a failure.

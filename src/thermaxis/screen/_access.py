@@ -1,6 +1,7 @@
 """Who looks at a page, in which language, and what they may do."""
 
 import hmac
+import json
 from collections.abc import Awaitable, Callable
 from functools import wraps
 from typing import TYPE_CHECKING, NamedTuple, cast
@@ -20,6 +21,8 @@ LANGUAGE_COOKIE = "thermaxis_language"
 """Cookie with the language that somebody has chosen."""
 TOKEN_HEADER = "x-thermaxis-token"  # noqa: S105 - the header's name
 """Header that proves that a request comes from one of our pages."""
+STARTED_ANEW = "login.started_anew"
+"""Key of the words for a cookie that this run of the screen has never given, or long forgotten."""
 _SAFE = frozenset({"GET", "HEAD"})
 _UNAUTHORIZED, _FORBIDDEN = 401, 403
 
@@ -97,22 +100,82 @@ def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
     parts = parts_of(connection)
     cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
     person = parts.persons.of(cookie, touch=touch)
-    language = language_of(
-        connection.cookies.get(LANGUAGE_COOKIE),
-        connection.headers.get("accept-language"),
-        parts.settings.language,
-    )
+    language = spoken(connection)
     if person is not None:
         return Visitor(person.name, person.role, language, person.token, person)
     role = Role.VIEWER if parts.settings.view_without_login else Role.NONE
     return Visitor("", role, language, "", None)
 
 
-def _why_ended(request: Request) -> str:
-    """Return the key of the words that say why somebody's log-in has ended; empty for nobody."""
-    parts = parts_of(request)
-    cookie = request.cookies.get(cookie_name(parts, request.url.port))
-    return parts.persons.why_ended(cookie)
+def spoken(connection: HTTPConnection) -> str:
+    """Return the language of who asks, known without a look at who it is.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request or a web socket.
+
+    Returns
+    -------
+    str
+        The chosen one, else the browser's, else the configured one.
+    """
+    return language_of(
+        connection.cookies.get(LANGUAGE_COOKIE),
+        connection.headers.get("accept-language"),
+        parts_of(connection).settings.language,
+    )
+
+
+def why_out(connection: HTTPConnection) -> str:
+    """Return why somebody has to log in anew.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        Who asks.
+
+    Returns
+    -------
+    str
+        Key of the words: why the log-in of the cookie has ended or may only look on, or that this
+        run of the screen does not know it; empty for somebody who has none.
+    """
+    parts = parts_of(connection)
+    cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
+    if cookie is None:
+        return ""
+    person = parts.persons.of(cookie)
+    return (parts.persons.why_ended(cookie) or STARTED_ANEW) if person is None else person.lost
+
+
+async def json_of(request: Request) -> object:
+    """Return the JSON value of a request.
+
+    Parameters
+    ----------
+    request : Request
+        The request.
+
+    Returns
+    -------
+    object
+        The value; None where there is none, or an object in it has a key twice: what one reader
+        takes for the value another one may not.
+    """
+    try:
+        return json.loads(await request.body(), object_pairs_hook=_single)
+    except RecursionError:
+        return None
+    except ValueError:  # no JSON, no text, or an integer of more digits than are read
+        return None
+
+
+def _single(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError("a key stands twice")
+    return found
 
 
 def answer_json(value: object, status: int = 200) -> JSONResponse:
@@ -183,16 +246,26 @@ def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[E
             if visitor.person is None and (named or not visitor.role.at_least(role)):
                 if page:
                     return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
-                return refuse(request, _UNAUTHORIZED, _why_ended(request) or "login.needed")
-            if not visitor.role.at_least(role):
-                needed = parts_of(request).words.say(visitor.language, f"common.role_{role.value}")
-                return refuse(request, _FORBIDDEN, "login.role_too_low", needed=needed)
-            if unsafe and visitor.person is not None:
-                token = request.headers.get(TOKEN_HEADER, "")
-                if not hmac.compare_digest(token.encode(), visitor.token.encode()):
-                    return refuse(request, _FORBIDDEN, "login.token")
-            return await endpoint(request)
+                return refuse(request, _UNAUTHORIZED, why_out(request) or "login.needed")
+            refusal = _refusal(request, visitor, role, acts=named and unsafe)
+            return await endpoint(request) if refusal is None else refusal
 
         return guarded
 
     return decorate
+
+
+def _refusal(request: Request, visitor: Visitor, role: Role, *, acts: bool) -> Response | None:
+    """Return why somebody may not, or None: by role, by a session that is lost, by the token."""
+    person = visitor.person
+    enough = visitor.role.at_least(role)
+    if person is not None and (acts or not enough) and person.lost:
+        return refuse(request, _UNAUTHORIZED, person.lost)
+    if not enough:
+        needed = parts_of(request).words.say(visitor.language, f"common.role_{role.value}")
+        return refuse(request, _FORBIDDEN, "login.role_too_low", needed=needed)
+    if request.method not in _SAFE and person is not None:
+        token = request.headers.get(TOKEN_HEADER, "")
+        if not hmac.compare_digest(token.encode(), visitor.token.encode()):
+            return refuse(request, _FORBIDDEN, "login.token")
+    return None

@@ -40,7 +40,8 @@ class LiveSocket:
     """Sends every look at the loop to every open page.
 
     A page that is slow gets the newest look when it is ready, and none in between; it delays no
-    other. A page has nothing to say here: whatever it sends ends its connection.
+    other. A page has nothing to say here: whatever it sends ends its connection. When its log-in
+    ends, or the role changes, it is told so once, and loads itself again.
 
     Parameters
     ----------
@@ -85,13 +86,18 @@ class LiveSocket:
             "program": self._parts.program,
             "name": visitor.name,
             "role": visitor.role.value,
+            "lost": self._lost(visitor),
         }
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             await socket.send_text(json.dumps(hello))
             told = self._parts.feed.latest
             while True:
-                if visitor.person is not None and visitor_of(socket).person is None:
+                now = visitor_of(socket)
+                if visitor.person is not None and now.person is None:
                     await socket.send_text(self._ended(visitor.person, visitor.language))
+                    return
+                if now.role is not visitor.role:
+                    await socket.send_text(self._changed(now))
                     return
                 await socket.send_text(self._message(told, visitor.language))
                 told = await self._parts.feed.after(told.number)
@@ -109,6 +115,17 @@ class LiveSocket:
                 "since": told.status.get("utc"),
             }
         )
+
+    def _lost(self, visitor: Visitor) -> str:
+        """Say why a person may only look on; empty where that is not so."""
+        key = "" if visitor.person is None else visitor.person.lost
+        return self._parts.words.say(visitor.language, key) if key else ""
+
+    def _changed(self, now: Visitor) -> str:
+        words, language = self._parts.words, now.language
+        role = words.say(language, f"common.role_{now.role.value}")
+        text = self._lost(now) or words.say(language, "login.role_changed", role=role)
+        return json.dumps({"kind": "role", "role": now.role.value, "text": text})
 
     def _ended(self, person: Person, language: str) -> str:
         text = self._parts.words.say(language, person.ended or OUT)

@@ -1,6 +1,5 @@
 """The log-in and its end, and the choice of a language."""
 
-import json
 from http import HTTPStatus
 
 from starlette.requests import Request
@@ -10,14 +9,25 @@ from starlette.routing import BaseRoute, Route
 from thermaxis.runtime._users import LONGEST_NAME, LONGEST_PASSWORD, Role
 from thermaxis.screen._access import (
     LANGUAGE_COOKIE,
+    answer_json,
     cookie_name,
+    json_of,
     needs,
     parts_of,
     refuse,
     visitor_of,
+    why_out,
 )
 from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._persons import BUSY, FULL, NO_ROLE, REFUSED, TOO_MANY, Refusal
+from thermaxis.screen._persons import (
+    BUSY,
+    FULL,
+    NO_ROLE,
+    REFUSED,
+    TOO_MANY,
+    TOO_MANY_IN_ALL,
+    Refusal,
+)
 from thermaxis.screen._words import LANGUAGES
 
 _YEAR_S = 31_536_000
@@ -25,6 +35,7 @@ _STATUS = {
     REFUSED: HTTPStatus.UNAUTHORIZED,
     NO_ROLE: HTTPStatus.FORBIDDEN,
     TOO_MANY: HTTPStatus.TOO_MANY_REQUESTS,
+    TOO_MANY_IN_ALL: HTTPStatus.TOO_MANY_REQUESTS,
     FULL: HTTPStatus.SERVICE_UNAVAILABLE,
     BUSY: HTTPStatus.SERVICE_UNAVAILABLE,
 }
@@ -41,7 +52,7 @@ def routes(parts: ScreenParts) -> list[BaseRoute]:
     Returns
     -------
     list of BaseRoute
-        ``/login``, ``/logout`` and ``/language``.
+        ``/login``, ``/login/state``, ``/logout`` and ``/language``.
     """
 
     async def page(request: Request) -> Response:
@@ -50,9 +61,25 @@ def routes(parts: ScreenParts) -> list[BaseRoute]:
     return [
         Route("/login", page, methods=["GET"]),
         Route("/login", _log_in, methods=["POST"]),
+        Route("/login/state", _state, methods=["GET"]),
         Route("/logout", _log_out, methods=["POST"]),
         Route("/language", _choose_language, methods=["POST"]),
     ]
+
+
+async def _state(request: Request) -> Response:
+    """Tell why a log-in is needed, and whether the loop is there: to anybody, so no value of it."""
+    parts, told = parts_of(request), parts_of(request).feed.latest
+    words, language = parts.words, visitor_of(request).language
+    out, why = why_out(request), "" if told.live else told.why or "feed.starting"
+    return answer_json(
+        {
+            "why": words.say(language, out) if out else "",
+            "live": told.live,
+            "text": words.say(language, why or "login.loop_there"),
+            "since": None if told.live else told.status.get("utc"),
+        }
+    )
 
 
 async def _log_in(request: Request) -> Response:
@@ -63,12 +90,16 @@ async def _log_in(request: Request) -> Response:
         return refuse(request, HTTPStatus.BAD_REQUEST, "login.incomplete")
     if len(name) > LONGEST_NAME or len(password.encode()) > LONGEST_PASSWORD:
         return refuse(request, HTTPStatus.UNAUTHORIZED, REFUSED)
-    await parts.persons.log_out(_cookie(request))
+    before = parts.persons.of(_cookie(request))
+    looks_on = before is not None and bool(before.lost)
+    if not looks_on:  # whoever looks on takes no place, and goes on to do so after a mistake
+        await parts.persons.log_out(_cookie(request))
     address = request.client.host if request.client is not None else ""
     found = await parts.persons.log_in(name, password, address)
     if isinstance(found, Refusal):
-        status = _STATUS.get(found.key, HTTPStatus.BAD_GATEWAY)
-        return refuse(request, status, found.key)
+        return _refused(request, found)
+    if looks_on:
+        await parts.persons.log_out(_cookie(request))
     secret, person = found
     answer = JSONResponse({"name": person.name, "role": person.role.value})
     answer.set_cookie(
@@ -79,6 +110,15 @@ async def _log_in(request: Request) -> Response:
         httponly=True,
         samesite="strict",
     )
+    return answer
+
+
+def _refused(request: Request, found: Refusal) -> Response:
+    status = _STATUS.get(found.key, HTTPStatus.BAD_GATEWAY)
+    values = {"seconds": str(found.left_s)} if found.left_s else {}
+    answer = refuse(request, status, found.key, **values)
+    if found.left_s:
+        answer.headers["Retry-After"] = str(found.left_s)
     return answer
 
 
@@ -121,8 +161,5 @@ def _cookie(request: Request) -> str | None:
 
 async def _object_of(request: Request) -> dict[str, object]:
     """Return the JSON object of a request, an empty one where it has none."""
-    try:
-        found: object = json.loads(await request.body())
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError):
-        return {}
+    found = await json_of(request)
     return {str(key): value for key, value in found.items()} if isinstance(found, dict) else {}  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType] - JSON

@@ -5,7 +5,6 @@ the person has there, the loop by its rules and limits; this page checks before 
 question is told at once and in words.
 """
 
-import json
 from http import HTTPStatus
 from typing import Final, NamedTuple, cast
 
@@ -18,11 +17,13 @@ from thermaxis.runtime._config_settings import MachineConfiguration
 from thermaxis.runtime._status_nodes import Kind
 from thermaxis.runtime._status_requests import ASKS, Ask, refusal_of
 from thermaxis.runtime._users import Role
-from thermaxis.screen._access import answer_json, needs, parts_of, refuse, visitor_of
+from thermaxis.screen._access import answer_json, json_of, needs, parts_of, refuse, visitor_of
 from thermaxis.screen._parts import ScreenParts, for_script
 
 EXPIRIES_S: Final = (1800.0, 3600.0, 14_400.0, 28_800.0)
 """Times after which a trim may expire, to choose from: half an hour to a shift. [s]"""
+SAFE_WITHOUT_DATA: Final = "Disable"
+"""What may be asked also while the screen has no data: it is the safe direction."""
 _ASKS: Final = {ask.name: ask for ask in ASKS}
 
 
@@ -196,16 +197,17 @@ async def _ask(request: Request) -> Response:
     """Hand a question to the loop under the name of who has logged in."""
     parts = parts_of(request)
     visitor = visitor_of(request)
-    question = question_of(await _json_of(request))
+    question = question_of(await json_of(request))
     if isinstance(question, Refused):
-        return refuse(request, HTTPStatus.BAD_REQUEST, question.key, reason=question.reason)
+        reason = parts.words.phrase(visitor.language, "answer", question.reason)
+        return refuse(request, HTTPStatus.BAD_REQUEST, question.key, reason=reason)
     if not visitor.role.at_least(question.ask.role):
         needed = parts.words.say(visitor.language, f"common.role_{question.ask.role.value}")
         return refuse(request, HTTPStatus.FORBIDDEN, "login.role_too_low", needed=needed)
     if visitor.person is None:
         return refuse(request, HTTPStatus.UNAUTHORIZED, "login.needed")
     told = parts.feed.latest
-    if not told.live:
+    if not told.live and question.ask.name != SAFE_WITHOUT_DATA:
         return refuse(request, HTTPStatus.CONFLICT, told.why or "feed.starting")
     outcome = await parts.persons.ask(visitor.person, question.ask.name, question.arguments)
     words, language = parts.words, visitor.language
@@ -215,15 +217,10 @@ async def _ask(request: Request) -> Response:
         else words.phrase(language, "answer", outcome.reason)
     )
     return answer_json(
-        {"accepted": outcome.accepted, "reason": reason, "reason_en": outcome.reason}
+        {
+            "accepted": outcome.accepted,
+            "answer": outcome.answer,
+            "reason": reason,
+            "reason_en": outcome.reason,
+        }
     )
-
-
-async def _json_of(request: Request) -> object:
-    """Return the JSON value of a request, None where it has none."""
-    try:
-        return json.loads(await request.body())
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError):
-        return None
-    except ValueError:  # an integer of more digits than are read
-        return None

@@ -2,7 +2,8 @@
 
 The screen knows no passwords and no rights. It hands a name and a password to the loop's status
 server once, and every request goes out in the session that this opened: what a person may do is
-decided there, each time anew.
+decided there, each time anew. Whoever has lost that session may look on, and asks for nothing
+until the next log-in.
 """
 
 import asyncio
@@ -11,6 +12,7 @@ import math
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import Final, NamedTuple, final
 
 from asyncua import ua
@@ -27,6 +29,7 @@ from thermaxis.runtime._users import (
     LONGEST_PASSWORD,
     Failures,
     Role,
+    Waiting,
     check_name,
 )
 from thermaxis.screen._person_session import LOG_IN_S, PersonSession, is_refusal
@@ -49,13 +52,17 @@ MOST_AT_ONCE: Final = 4
 """Log-ins whose passwords are being checked, and requests of one person that wait. [1]"""
 MOST_WAITING: Final = 8
 """Log-ins that wait for that. [1]"""
+MOST_LOST: Final = 48
+"""Persons who may only look on, as their session is gone; with the next one the first ends. [1]"""
 _LONGEST_COOKIE: Final = 128
 _MOST_ENDED: Final = 64
 
 REFUSED: Final = "login.refused"
 """Name or password is wrong."""
 TOO_MANY: Final = "login.too_many"
-"""Too many failures of this name, from this address or in all: a minute is waited for."""
+"""Too many failures of this name."""
+TOO_MANY_IN_ALL: Final = "login.too_many_in_all"
+"""Too many failures of all names together, wherever they came from."""
 FULL: Final = "login.full"
 """As many persons have logged in as may at once."""
 BUSY: Final = "login.busy"
@@ -74,7 +81,8 @@ IDLE: Final = "login.idle"
 TOO_LONG: Final = "login.too_long"
 """The log-in has lasted as long as any may."""
 LOOP_GONE: Final = "login.loop_gone"
-"""The session at the loop is gone: the loop, its server or the connection ended."""
+"""The session at the loop is gone: the loop, its server or the connection ended. The person may
+look, and logs in again to act."""
 ROLE_GONE: Final = "login.role_gone"
 """The user was struck off, or the password was changed."""
 ELSEWHERE: Final = "login.elsewhere"
@@ -99,6 +107,9 @@ NOT_TAKEN: Final = "ask.not_taken"
 
 _MAY_STILL: Final = "the request may still take effect"
 _ASKS: Final[Mapping[str, Ask]] = {ask.name: ask for ask in ASKS}
+_MAY_HAVE_RUN: Final = frozenset(
+    {"Good", "BadInternalError", "BadUnexpectedError", "BadTimeout", "BadRequestTimeout"}
+)
 _WRONG_ARGUMENTS: Final = frozenset(
     {"BadArgumentsMissing", "BadTooManyArguments", "BadInvalidArgument"}
 )
@@ -111,6 +122,19 @@ class Refusal(NamedTuple):
     """Key of the words."""
     detail: str = ""
     """The failure as an English sentence for the engineer; may be empty."""
+    left_s: int = 0
+    """After so long the next attempt is looked at, where too many have failed. [s]"""
+
+
+class Answer(StrEnum):
+    """What is known of a request that was sent."""
+
+    ACCEPTED = "accepted"
+    """The loop takes it."""
+    REFUSED = "refused"
+    """It changes nothing."""
+    UNKNOWN = "unknown"
+    """There is no answer: it may still take effect."""
 
 
 class Outcome(NamedTuple):
@@ -123,6 +147,13 @@ class Outcome(NamedTuple):
     key: str = ""
     """Key of the words where the loop itself has not answered; empty where it has."""
 
+    @property
+    def answer(self) -> Answer:
+        """Accepted, refused, or neither."""
+        if self.key in {NO_ANSWER, LOST}:
+            return Answer.UNKNOWN
+        return Answer.ACCEPTED if self.accepted else Answer.REFUSED
+
 
 @final
 @dataclass(slots=True, eq=False)
@@ -131,7 +162,7 @@ class Person:
 
     name: str
     """Name of the user, as the loop's server says it."""
-    role: Role
+    granted: Role
     """What the user may do, as the server said last."""
     token: str = field(repr=False)
     """Secret that every request of the person's pages carries besides the cookie."""
@@ -147,26 +178,47 @@ class Person:
     """Key of the words that say why the log-in has ended; empty while it has not."""
     waiting: int = 0
     """Requests whose answers are waited for. [1]"""
+    parted: bool = False
+    """Whether the session, lost, is being closed or has been."""
+
+    @property
+    def lost(self) -> str:
+        """Key of the words that say why the person may only look; empty while that is not so."""
+        return LOOP_GONE if self.session.lost else ""
+
+    @property
+    def role(self) -> Role:
+        """What the user may do now: without a session at the loop, look."""
+        return Role.VIEWER if self.lost else self.granted
 
     @property
     def ended(self) -> str:
         """Key of the words that say why the log-in has ended; empty while it stands."""
-        return self.reason or (LOOP_GONE if self.session.lost else "")
+        return self.reason
 
 
 @final
 class Persons:
     """Logs people in and out, and asks the loop what they ask.
 
-    Not protected: whoever has a person's cookie and reads a page with it is that person until the
-    log-in ends, by log-out, after `idle_s` without a sign or after `longest_s` in any case; the
+    A person whose session at the loop is lost stays, with the role viewer and the same ends, so
+    that an open page says what is wrong and recovers by itself; the session is never made again.
+
+    Not protected: somebody without a session is nobody to the loop, which is not asked about them
+    any more. A user who is struck off, or whose password is changed, after the session was lost
+    may look on until ``idle_s`` without a sign, until ``longest_s``, or until the screen is started
+    anew; where anybody may look, that is no more than anybody may.
+
+    Also not protected: whoever has a person's cookie and reads a page with it is that person until
+    the log-in ends, by log-out, after `idle_s` without a sign or after `longest_s` in any case; the
     address is not compared, since a panel may change it. What can be asked meanwhile is what the
     loop takes from that role, within the loop's limits, and every request is recorded there under
     the name. A cookie alone, without the token of the person's pages, asks for nothing. Passwords
     are in the memory of this program while they are handed on, and Python wipes no text: whoever
-    may read the program's memory may find one. Whoever may reach the page can keep a name, an
-    address behind which many work, or with thirty failures in a minute everybody new from logging
-    in; those who have logged in are not touched.
+    may read the program's memory may find one. Whoever may reach the page can keep a name from
+    logging in, and with thirty failures in a minute everybody: failures are counted by name and in
+    all, not by address, behind which a whole shop may work. Those who have logged in are not
+    touched.
 
     Parameters
     ----------
@@ -202,8 +254,7 @@ class Persons:
         self._answer_s = answer_s
         self._persons: dict[bytes, Person] = {}
         self._ended: dict[bytes, str] = {}
-        self._by_name = Failures()
-        self._by_address = Failures()
+        self._failures = Failures()
         self._checking = asyncio.Semaphore(MOST_AT_ONCE)
         self._coming = 0
         self._leaving: set[asyncio.Task[None]] = set()
@@ -247,22 +298,43 @@ class Persons:
             return
         if caller is None:
             session.give_up()
-            self._end(known, LOOP_GONE)
+            self._end_if_over(known, person)
         elif caller.name != person.name or caller.role is Role.NONE:
             self._end(known, ROLE_GONE)
         else:
-            person.role = caller.role
+            person.granted = caller.role
 
     def _end_if_over(self, known: bytes, person: Person) -> bool:
-        """End a log-in that has lasted too long or lost its session; return whether it has."""
+        """End a log-in that has lasted too long, return whether it has; part from a lost session.
+
+        Returns
+        -------
+        bool
+            Whether it has ended, now or before.
+        """
         now_s = self._clock.monotonic_s()
-        if person.session.lost:
-            self._end(known, LOOP_GONE)
-        elif now_s - person.began_s >= self._longest_s:
+        if now_s - person.began_s >= self._longest_s:
             self._end(known, TOO_LONG)
         elif now_s - person.seen_s >= self._idle_s:
             self._end(known, IDLE)
+        elif person.lost:
+            self._part(person)
+            self._bound_lost()
         return bool(person.reason)
+
+    def _part(self, person: Person) -> None:
+        """Close a session, once; the log-in may go on without it."""
+        if person.parted:
+            return
+        person.parted = True
+        leaving = asyncio.create_task(person.session.close(), name="log-out")
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
+
+    def _bound_lost(self) -> None:
+        lost = [known for known, person in self._persons.items() if person.lost]
+        for known in lost[: max(0, len(lost) - MOST_LOST)]:
+            self._end(known, LOOP_GONE)
 
     def _end(self, known: bytes, key: str) -> None:
         """End a log-in; its session is closed at the server meanwhile."""
@@ -273,9 +345,7 @@ class Persons:
         self._ended[known] = key
         if len(self._ended) > _MOST_ENDED:
             del self._ended[next(iter(self._ended))]
-        leaving = asyncio.create_task(person.session.close(), name="log-out")
-        self._leaving.add(leaving)
-        leaving.add_done_callback(self._leaving.discard)
+        self._part(person)
 
     # ---- log-in ---------------------------------------------------------------------------------
 
@@ -289,7 +359,7 @@ class Persons:
         password : str
             The password; it is handed to the loop's server and kept nowhere.
         address : str
-            Address from which the request came, for the limit of failures.
+            Address from which the request came.
 
         Returns
         -------
@@ -308,18 +378,18 @@ class Persons:
     async def _log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
         name = name[: LONGEST_NAME + 1]
         now_s = self._clock.monotonic_s()
-        if self._by_address.refused(address, now_s) or self._by_name.refused(name, now_s):
-            return Refusal(TOO_MANY)
+        waiting = self._failures.waiting(name, now_s)
+        if waiting is not None:
+            return _too_many(waiting)
         self._sweep()
-        if len(self._persons) >= self._most:
+        if self._acting >= self._most:
             return Refusal(FULL)
         found = await self._session_of(name, password)
         if isinstance(found, Refusal):
             if found.key == REFUSED:
-                self._by_name.failed(name, now_s)
-                self._by_address.failed(address, now_s)
+                self._failures.failed(name, now_s)
             return found
-        self._by_name.succeeded(name, now_s)
+        self._failures.succeeded(name, now_s)
         return await self._admit(found, name, address)
 
     def _sweep(self) -> None:
@@ -359,7 +429,7 @@ class Persons:
                 return Refusal(NO_CONNECTION, "the loop's server does not say who has logged in")
             if caller.name != name or not caller.role.at_least(Role.VIEWER):
                 return Refusal(NO_ROLE)
-            if not self._open or len(self._persons) >= self._most:
+            if not self._open or self._acting >= self._most:
                 return Refusal(FULL)
             admitted = True
         finally:
@@ -374,7 +444,11 @@ class Persons:
         return cookie, person
 
     def _make_room(self, name: str) -> None:
-        own = [known for known, person in self._persons.items() if person.name == name]
+        own = [
+            known
+            for known, person in self._persons.items()
+            if person.name == name and not person.lost
+        ]
         for known in own[: max(0, len(own) + 1 - MOST_OF_ONE)]:
             self._end(known, ELSEWHERE)
 
@@ -396,8 +470,13 @@ class Persons:
 
     @property
     def count(self) -> int:
-        """How many log-ins stand. [1]"""
+        """How many log-ins stand, those who may only look on included. [1]"""
         return len(self._persons)
+
+    @property
+    def _acting(self) -> int:
+        """How many sessions at the loop there are: those who have lost theirs take no place."""
+        return sum(not person.lost for person in self._persons.values())
 
     def of(self, cookie: str | None, *, touch: bool = False) -> Person | None:
         """Return whose cookie it is.
@@ -412,7 +491,8 @@ class Persons:
         Returns
         -------
         Person or None
-            None for nobody, and for a log-in that has ended: see `why_ended`.
+            None for nobody, and for a log-in that has ended: see `why_ended`. A person whose
+            session is lost has the role viewer: see `Person.lost`.
         """
         if self._task is not None and self._task.done():
             self._task.result()
@@ -461,6 +541,10 @@ class Persons:
         ended = self._over(person)
         if ended:
             return Outcome(accepted=False, reason="the log-in has ended", key=ended)
+        if person.lost:
+            return Outcome(
+                accepted=False, reason="the session at the loop is gone", key=person.lost
+            )
         variants = _variants(method, arguments)
         if isinstance(variants, Outcome):
             return variants
@@ -490,7 +574,7 @@ class Persons:
         return next((known for known, one in self._persons.items() if one is person), None)
 
     def _no_answer(self, person: Person) -> Outcome:
-        if self._over(person):
+        if self._over(person) or person.lost:
             reason = f"the connection to the loop was lost; {_MAY_STILL}"
             return Outcome(accepted=False, reason=reason, key=LOST)
         reason = f"the loop has not answered; {_MAY_STILL}"
@@ -500,6 +584,11 @@ class Persons:
         known = self._known(person)
         if known is not None:
             await self._refresh(known, person)
+
+
+def _too_many(waiting: Waiting) -> Refusal:
+    key = TOO_MANY_IN_ALL if waiting.everybody else TOO_MANY
+    return Refusal(key, left_s=max(1, math.ceil(waiting.left_s)))
 
 
 def _hash(cookie: str | None) -> bytes:
@@ -551,7 +640,11 @@ def _outcome_of(answer: MethodAnswer, method: str, person: Person) -> Outcome:
     if answer.status in _WRONG_ARGUMENTS:
         return Outcome(accepted=False, reason=f"{method} takes other arguments", key=ARGUMENTS)
     if len(values) == 2 and isinstance(values[0], bool) and isinstance(values[1], str):
-        return Outcome(accepted=values[0], reason=printable(values[1], 400))
+        unknown = not values[0] and values[1].endswith(_MAY_STILL)
+        key = NO_ANSWER if unknown else ""
+        return Outcome(accepted=values[0], reason=printable(values[1], 400), key=key)
     shown = printable(answer.status, 80)
     reason = f"the loop's server answers {shown}, which is not understood"
+    if answer.status in _MAY_HAVE_RUN:
+        return Outcome(accepted=False, reason=f"{reason}; {_MAY_STILL}", key=NO_ANSWER)
     return Outcome(accepted=False, reason=reason, key=NOT_TAKEN)

@@ -55,7 +55,7 @@ class Result(NamedTuple):
 
 @final
 class KeptResults:
-    """Results by their owner: few, for an hour at most, and gone with the log-in.
+    """Results by their owner: few, for an hour at most, and gone with the session at the loop.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ class KeptResults:
         """Drop what is old, whose owner has left, or what is too much."""
         now_s = self._clock.monotonic_s()
         for one in list(self._results.values()):
-            if now_s - one.at_s > KEPT_S or one.person.ended:
+            if now_s - one.at_s > KEPT_S or one.person.ended or one.person.lost:
                 self._drop(one)
         owners = {id(one.person): one.person for one in self._results.values()}
         for person in owners.values():

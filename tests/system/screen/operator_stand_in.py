@@ -163,6 +163,7 @@ class StandIn:
 
     name = "novak"
     token = TOKEN
+    lost = ""
 
     def has_token(self, token: str | None) -> bool:
         """Return whether a token is the one of the page."""

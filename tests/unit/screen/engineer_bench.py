@@ -140,6 +140,7 @@ class KnownPersons:
             name="novak",
             role=self.role,
             token=TOKEN,
+            lost="",
             has_token=lambda token: token == TOKEN,
         )
 

@@ -83,7 +83,9 @@ class People:
             return self.refusal
         if password != PASSWORD or name not in set(Role):
             return Refusal(REFUSED)
-        person = SimpleNamespace(name=name, role=Role(name), token=TOKEN, address=address, ended="")
+        person = SimpleNamespace(
+            name=name, role=Role(name), token=TOKEN, address=address, ended="", lost=""
+        )
         self.standing[f"cookie-{name}"] = person
         return f"cookie-{name}", person
 

@@ -38,6 +38,7 @@ class Somebody:
     """What reached the loop."""
     name: str = "novak"
     token: str = TOKEN
+    lost: str = ""
 
     @property
     def latest(self) -> Told:

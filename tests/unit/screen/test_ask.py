@@ -3,6 +3,9 @@
 import asyncio
 import json
 import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import httpx2 as httpx
 import pytest
@@ -10,14 +13,30 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.unit.screen.operator_parts import Somebody, sent
+from thermaxis.runtime import _status_server
+from thermaxis.runtime._opcua_session import MethodAnswer
 from thermaxis.runtime._status_nodes import Kind
 from thermaxis.runtime._status_requests import ASKS
 from thermaxis.runtime._users import Role
 from thermaxis.screen._operator_page import Question, Refused, question_of
-from thermaxis.screen._persons import LOST, Outcome
+from thermaxis.screen._persons import (
+    ARGUMENTS,
+    LOOP_GONE,
+    LOST,
+    NO_ANSWER,
+    NOT_ALLOWED,
+    NOT_TAKEN,
+    TOO_MANY_ASKED,
+    UNKNOWN,
+    Answer,
+    Outcome,
+    Person,
+    _outcome_of,  # pyright: ignore[reportPrivateUsage]
+)
 from thermaxis.screen._words import Words
 
 HOLD = {"method": "Hold", "arguments": []}
+SILENT_LOOP = "the loop has not answered; the request may still take effect"
 TRIM = {"method": "Trim", "arguments": ["Z_um", 2.0, 3600]}
 
 
@@ -30,7 +49,8 @@ def test_a_question_reaches_the_loop_under_the_name_of_who_has_logged_in() -> No
     somebody = Somebody(answer=Outcome(accepted=True, reason="the trim is added"))
     answer = ask(somebody, TRIM)
     assert answer.status_code == 200
-    said = {"accepted": True, "reason": "the trim is added", "reason_en": "the trim is added"}
+    reason = "the trim is added"
+    said = {"accepted": True, "answer": "accepted", "reason": reason, "reason_en": reason}
     assert answer.json() == said
     assert somebody.asked == [("Trim", ("Z_um", 2.0, 3600.0))]
 
@@ -48,6 +68,44 @@ def test_what_the_loop_itself_has_not_answered_is_told_in_words_too() -> None:
     somebody = Somebody(answer=Outcome(accepted=False, reason="lost", key=LOST))
     answer = ask(somebody, HOLD, headers={"Accept-Language": "de"}).json()
     assert answer["reason"] == Words.read().say("de", LOST)
+
+
+@pytest.mark.parametrize("key", [LOST, NO_ANSWER])
+def test_a_request_without_an_answer_is_neither_accepted_nor_refused(key: str) -> None:
+    answer = ask(Somebody(answer=Outcome(accepted=False, reason="no answer", key=key)), HOLD)
+    assert answer.status_code == 200
+    assert answer.json()["answer"] == Answer.UNKNOWN
+    assert answer.json()["accepted"] is False
+
+
+@pytest.mark.parametrize(
+    ("answer", "expected"),
+    [
+        (MethodAnswer("Good", (True, "the hold is ended")), Answer.ACCEPTED),
+        (MethodAnswer("Good", (False, "there is nothing to hold")), Answer.REFUSED),
+        (MethodAnswer("Good", (False, SILENT_LOOP)), Answer.UNKNOWN),
+        (MethodAnswer("Good", ()), Answer.UNKNOWN),
+        (MethodAnswer("BadInternalError", ()), Answer.UNKNOWN),
+        (MethodAnswer("BadTimeout", ()), Answer.UNKNOWN),
+        (MethodAnswer("BadUserAccessDenied", ()), Answer.REFUSED),
+        (MethodAnswer("BadArgumentsMissing", ()), Answer.REFUSED),
+        (MethodAnswer("BadMethodInvalid", ()), Answer.REFUSED),
+    ],
+)
+def test_an_answer_after_which_the_request_may_have_run_is_no_refusal(
+    answer: MethodAnswer, expected: Answer
+) -> None:
+    person = cast("Person", SimpleNamespace(role=Role.OPERATOR))
+    assert _outcome_of(answer, "Hold", person).answer is expected
+
+
+def test_the_loops_server_says_so_in_the_words_that_are_looked_for() -> None:
+    assert SILENT_LOOP in Path(_status_server.__file__).read_text("utf-8")
+
+
+def test_what_was_kept_back_is_refused_for_certain() -> None:
+    for key in (LOOP_GONE, NOT_ALLOWED, ARGUMENTS, TOO_MANY_ASKED, UNKNOWN, NOT_TAKEN, ""):
+        assert Outcome(accepted=False, reason="no", key=key).answer is Answer.REFUSED
 
 
 @pytest.mark.parametrize("wanted", ASKS, ids=lambda wanted: wanted.name)

@@ -29,7 +29,7 @@ from thermaxis.screen._access import needs
 from thermaxis.screen._assets import Assets
 from thermaxis.screen._live_socket import MOST_VIEWERS
 from thermaxis.screen._parts import ScreenParts, for_script
-from thermaxis.screen._persons import FULL, TOO_MANY, Refusal
+from thermaxis.screen._persons import FULL, LOOP_GONE, TOO_MANY, TOO_MANY_IN_ALL, Refusal
 from thermaxis.screen._server import allowed_hosts
 
 LIVE = "ws://127.0.0.1:8450/live"
@@ -135,7 +135,138 @@ def test_a_refusal_speaks_the_language_of_who_asks() -> None:
     assert "engineer" in said["en"]["text"]
 
 
+# ---- whoever may only look on -------------------------------------------------------------------
+
+
+def lose(given: ScreenParts, name: str) -> None:
+    """Take the session at the loop away from somebody."""
+    person = cast("People", given.persons).standing[f"cookie-{name}"]
+    person.lost, person.role = LOOP_GONE, Role.VIEWER
+
+
+@pytest.mark.parametrize("who", ["viewer", "operator", "engineer"])
+def test_whoever_has_lost_the_session_looks_on_and_is_told_to_log_in_again_to_act(who: str) -> None:
+    def routes(_: ScreenParts) -> list[BaseRoute]:
+        return [guarded(Role.VIEWER, named=True)]
+
+    given = parts(view=False)
+    browser = client(given, routes, name=who)
+    lose(given, who)
+    assert browser.get("/guarded").status_code == 200
+    answer = browser.post("/guarded", headers={"X-Thermaxis-Token": TOKEN})
+    assert (answer.status_code, answer.json()["error"]) == (401, LOOP_GONE)
+
+
+@pytest.mark.parametrize("wanted", [Role.OPERATOR, Role.ENGINEER])
+def test_what_needs_more_than_looking_is_refused_for_the_lost_session_not_for_the_role(
+    wanted: Role,
+) -> None:
+    def routes(_: ScreenParts) -> list[BaseRoute]:
+        return [guarded(wanted)]
+
+    given = parts()
+    browser = client(given, routes, name="engineer")
+    lose(given, "engineer")
+    for answer in (
+        browser.get("/guarded"),
+        browser.post("/guarded", headers={"X-Thermaxis-Token": TOKEN}),
+    ):
+        assert (answer.status_code, answer.json()["error"]) == (401, LOOP_GONE)
+
+
+def test_a_wrong_password_at_the_next_log_in_takes_nobodys_looking_away() -> None:
+    given = parts(view=False)
+    people = cast("People", given.persons)
+    browser = client(given, _login_page.routes, name="operator")
+    lose(given, "operator")
+    assert log_in(browser, "operator", "wrong").status_code == 401
+    assert "cookie-operator" in people.standing
+    assert log_in(browser, "engineer", PASSWORD).status_code == 200
+    assert set(people.standing) == {"cookie-engineer"}
+
+
+def test_a_lost_session_is_told_once_to_an_open_page_which_is_then_closed() -> None:
+    given = parts(view=False)
+    feed = cast("Feed", given.feed)
+    browser = client(given, _live_socket.routes, name="operator")
+    with browser:
+        with browser.websocket_connect(LIVE) as socket:
+            assert socket.receive_json()["lost"] == ""
+            socket.receive_json()
+            lose(given, "operator")
+            feed.tell(told(2, live=False, why="feed.no_connection"))
+            words = given.words.say("en", LOOP_GONE)
+            assert socket.receive_json() == {"kind": "role", "role": "viewer", "text": words}
+            with pytest.raises(WebSocketDisconnect):
+                socket.receive_json()
+        with browser.websocket_connect(LIVE) as socket:
+            hello = socket.receive_json()
+            assert (hello["name"], hello["role"], hello["lost"]) == ("operator", "viewer", words)
+            assert socket.receive_json()["kind"] == "no_data"
+            feed.tell(told(3))
+            assert socket.receive_json()["kind"] == "status"
+
+
+def test_a_role_that_the_loop_changes_is_told_to_an_open_page() -> None:
+    given = parts(view=False)
+    browser = client(given, _live_socket.routes, name="engineer")
+    with browser.websocket_connect(LIVE) as socket:
+        socket.receive_json()
+        socket.receive_json()
+        cast("People", given.persons).standing["cookie-engineer"].role = Role.OPERATOR
+        cast("Feed", given.feed).tell(told(2))
+        said = socket.receive_json()
+    assert (said["kind"], said["role"]) == ("role", "operator")
+    assert "operator" in said["text"]
+
+
+# ---- why a log-in is needed ---------------------------------------------------------------------
+
+
+def state_of(given: ScreenParts, cookie: str | None) -> dict[str, object]:
+    browser = client(given, _login_page.routes)
+    if cookie is not None:
+        browser.cookies.set("thermaxis_8450", cookie)
+    found: dict[str, object] = browser.get("/login/state").json()
+    return found
+
+
+def test_the_log_in_page_tells_why_somebody_has_to_log_in() -> None:
+    given = parts(view=False)
+    people = cast("People", given.persons)
+    assert state_of(given, None)["why"] == ""
+    assert state_of(given, "of another run")["why"] == given.words.say("en", "login.started_anew")
+    people.ended["cookie-x"] = "login.idle"
+    assert state_of(given, "cookie-x")["why"] == given.words.say("en", "login.idle")
+    client(given, _login_page.routes, name="operator")
+    assert state_of(given, "cookie-operator")["why"] == ""
+    lose(given, "operator")
+    assert state_of(given, "cookie-operator")["why"] == given.words.say("en", LOOP_GONE)
+
+
+def test_the_log_in_page_tells_whether_the_loop_is_there_and_no_value_of_it() -> None:
+    given = parts(view=False)
+    feed = cast("Feed", given.feed)
+    there = state_of(given, None)
+    assert there == {
+        "why": "",
+        "live": True,
+        "text": given.words.say("en", "login.loop_there"),
+        "since": None,
+    }
+    feed.tell(told(2, live=False, why="feed.no_connection"))
+    away = state_of(given, None)
+    assert away["live"] is False
+    assert away["since"] == "2026-11-20T10:00:00.000+00:00"
+    assert away["text"] == given.words.say("en", "feed.no_connection")
+    feed.tell(told(3))
+    assert state_of(given, None) == there
+
+
 # ---- log-in -------------------------------------------------------------------------------------
+
+
+LOG_IN = {"name": "operator", "password": PASSWORD}
 
 
 def log_in(browser: TestClient, name: str, password: str) -> Response:
@@ -155,14 +286,33 @@ def test_a_log_in_sets_a_cookie_that_scripts_and_other_sites_do_not_get(*, secur
     assert cookie.startswith("__host-thermaxis_8450=" if secure else "thermaxis_8450=")
 
 
-@pytest.mark.parametrize(("refusal", "status"), [(None, 401), (TOO_MANY, 429), (FULL, 503)])
-def test_a_refused_log_in_says_why_and_sets_no_cookie(refusal: str | None, status: int) -> None:
+@pytest.mark.parametrize(
+    ("refusal", "status"),
+    [
+        (None, 401),
+        (Refusal(TOO_MANY, left_s=48), 429),
+        (Refusal(TOO_MANY_IN_ALL, left_s=48), 429),
+        (Refusal(FULL), 503),
+    ],
+)
+def test_a_refused_log_in_says_why_and_sets_no_cookie(refusal: Refusal | None, status: int) -> None:
     given = parts()
-    if refusal is not None:
-        cast("People", given.persons).refusal = Refusal(refusal)
+    cast("People", given.persons).refusal = refusal
     answer = log_in(client(given, _login_page.routes), "operator", "wrong")
     assert answer.status_code == status
     assert "set-cookie" not in answer.headers
+    assert answer.headers.get("retry-after") == ("48" if status == 429 else None)
+
+
+def test_whom_too_many_failures_block_and_for_how_long_is_said() -> None:
+    given = parts()
+    people, said = cast("People", given.persons), []
+    for key in (TOO_MANY, TOO_MANY_IN_ALL):
+        people.refusal = Refusal(key, left_s=48)
+        said.append(client(given, _login_page.routes).post("/login", json=LOG_IN).json()["text"])
+    assert all("48 s" in text for text in said)
+    assert "this name" in said[0]
+    assert "Nobody" in said[1]
 
 
 @pytest.mark.parametrize(
@@ -175,6 +325,8 @@ def test_a_refused_log_in_says_why_and_sets_no_cookie(refusal: str | None, statu
         b"\xff\xfe",
         b"[" * 9000,
         b'{"name":""}',
+        b'{"name":"x","name":"operator","password":"right horse staple"}',
+        b'{"name":"operator","password":"right horse staple","more":{"a":1,"a":1}}',
     ],
 )
 def test_what_is_no_log_in_is_refused_in_words(body: bytes) -> None:
@@ -261,7 +413,13 @@ def test_an_open_page_is_told_who_it_is_then_every_look_then_why_there_is_none()
     feed = cast("Feed", given.feed)
     with client(given, _live_socket.routes).websocket_connect(LIVE) as socket:
         hello = socket.receive_json()
-        assert hello == {"kind": "hello", "program": "run-1", "name": "", "role": "viewer"}
+        assert hello == {
+            "kind": "hello",
+            "program": "run-1",
+            "name": "",
+            "role": "viewer",
+            "lost": "",
+        }
         first = socket.receive_json()
         assert (first["kind"], first["status"]) == ("status", {"number": 7})
         assert 0.0 <= first["age_s"] < 5.0

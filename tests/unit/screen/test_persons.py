@@ -370,20 +370,42 @@ def test_a_guessed_name_is_refused_after_five_failures_even_with_the_right_passw
             assert await place.refused("novak", f"guess {i}", f"10.0.0.{i}") == Refusal(
                 "login.refused"
             )
-        assert await place.refused("novak", PASSWORD, "10.0.1.1") == Refusal("login.too_many")
+        place.clock.now_s += 12.5
+        refused = await place.refused("novak", PASSWORD, "10.0.1.1")
+        assert refused == Refusal("login.too_many", left_s=48)
         await place.log_in("dvorak", PASSWORD, "10.0.1.1")
-        place.clock.now_s += REFUSED_S + 1.0
+        place.clock.now_s += REFUSED_S - 12.5 - 0.001
+        assert (await place.refused("novak", PASSWORD, "10.0.1.1")).left_s == 1
+        place.clock.now_s += 0.002
         await place.log_in("novak", PASSWORD, "10.0.1.1")
 
     at_the_shop(act)
 
 
-def test_an_address_that_guesses_many_names_is_refused_and_others_are_not(at_the_shop) -> None:
+def test_wrong_passwords_of_one_name_keep_no_other_name_of_the_same_address_out(
+    at_the_shop,
+) -> None:
     async def act(place: Shop) -> None:
-        for i in range(FAILURES_BY_NAME):
-            await place.refused(f"nobody{i}", PASSWORD, "10.0.0.9")
-        assert await place.refused("novak", PASSWORD, "10.0.0.9") == Refusal("login.too_many")
-        await place.log_in("novak", PASSWORD, "10.0.0.10")
+        for i in range(FAILURES_BY_NAME + 3):
+            await place.refused("novak", f"guess {i}")
+        assert (await place.refused("novak")).key == "login.too_many"
+        for name in ("dvorak", "host", "svoboda"):
+            await place.log_in(name)
+
+    at_the_shop(act)
+
+
+def test_an_address_that_guesses_many_names_is_refused_as_everybody_is(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        for i in range(FAILURES_IN_ALL):
+            found = await place.refused(f"<{i}>", PASSWORD, "10.0.0.9")
+            assert found.key == "login.refused"
+            place.clock.now_s += 1.0
+        for address in ("10.0.0.9", "10.0.0.10"):
+            found = await place.refused("novak", PASSWORD, address)
+            assert found == Refusal("login.too_many_in_all", left_s=30)
+        place.clock.now_s += 30.0
+        await place.log_in("novak", PASSWORD, "10.0.0.9")
 
     at_the_shop(act)
 
@@ -396,10 +418,9 @@ def test_endless_names_of_strangers_are_remembered_within_a_bound(at_the_shop) -
                 f"<{i}>" + "x" * 9000, PASSWORD, f"10.0.{i // 250}.{i % 250}"
             )
             assert found.key == "login.refused"
-        remembered = list(place.persons._by_name._by_name)
+        remembered = list(place.persons._failures._by_name)
         assert len(remembered) <= 256
         assert max(map(len, remembered)) <= 65
-        assert len(place.persons._by_address._by_name) <= 256
 
     at_the_shop(act)
 
@@ -425,7 +446,7 @@ def test_failures_of_all_names_are_bounded_before_anything_reaches_the_server(at
             for i in range(FAILURES_IN_ALL + 5)
         ]
         assert keys.count("login.refused") == FAILURES_IN_ALL
-        assert keys.count("login.too_many") == 5
+        assert keys.count("login.too_many_in_all") == 5
         await place.empty()
 
     at_the_shop(act)
@@ -568,7 +589,7 @@ def test_a_user_who_is_struck_off_or_has_another_password_is_logged_out(
     at_the_shop(act)
 
 
-def test_a_server_that_restarts_ends_every_log_in_with_a_reason(
+def test_after_a_restart_of_the_server_everybody_looks_on_and_nobody_acts(
     runner: asyncio.Runner, stage: Stage
 ) -> None:
     async def scene() -> None:
@@ -577,23 +598,116 @@ def test_a_server_that_restarts_ends_every_log_in_with_a_reason(
         async with shop(other) as place:
             found = [await place.log_in(name) for name in ROLES]
             await other.close()
-            await until(lambda: all(person.ended for _, person in found))
+            await until(lambda: all(person.lost for _, person in found))
             await other.open()
             place.cable._target = other.server.port
             for cookie, person in found:
                 outcome = await place.persons.ask(person, "Enable")
                 assert (outcome.accepted, outcome.key) == (False, "login.loop_gone")
-                assert place.persons.of(cookie) is None
-                assert place.persons.why_ended(cookie) == "login.loop_gone"
+                assert place.persons.of(cookie) is person
+                assert (person.role, person.lost) == (Role.VIEWER, "login.loop_gone")
+                assert not person.ended
             assert place.box.requests == []
-            await place.log_in("novak")
+            assert place.sessions == 0, "a session was made again without the password"
+            _, again = await place.log_in("novak")
+            assert again.role is Role.OPERATOR
+            assert (await place.persons.ask(again, "Enable")).accepted
             await place.persons.close()
             await other.close()
 
     runner.run(scene())
 
 
-def test_a_server_that_freezes_ends_the_log_in(
+async def without_session(place: Shop, name: str = "novak") -> tuple[str, Person]:
+    """Log somebody in and take the connection away."""
+    cookie, person = await place.log_in(name)
+    await place.cable.cut()
+    await until(lambda: bool(person.lost))
+    await place.cable.mend()
+    assert place.persons.of(cookie) is person
+    return cookie, person
+
+
+def test_whoever_has_lost_the_session_ends_after_the_same_times(at_the_shop) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await without_session(place)
+        place.clock.now_s += IDLE_S - 1.0
+        assert place.persons.of(cookie, touch=True) is person
+        place.clock.now_s += IDLE_S - 1.0
+        assert place.persons.of(cookie) is person
+        place.clock.now_s += 1.0
+        assert place.persons.of(cookie, touch=True) is None
+        assert place.persons.why_ended(cookie) == "login.idle"
+        cookie, person = await without_session(place)
+        began_s = place.clock.now_s
+        while place.clock.now_s - began_s < LONGEST_S - IDLE_S:
+            place.clock.now_s += IDLE_S - 1.0
+            assert place.persons.of(cookie, touch=True) is person
+        place.clock.now_s = began_s + LONGEST_S
+        assert place.persons.of(cookie, touch=True) is None
+        assert place.persons.why_ended(cookie) == "login.too_long"
+
+    at_the_shop(act)
+
+
+def test_somebody_struck_off_looks_on_without_a_session_until_the_end_and_cannot_act_or_return(
+    at_the_shop,
+) -> None:
+    async def act(place: Shop) -> None:
+        cookie, person = await without_session(place)
+        appoint(place.pairs.users, {"dvorak": Role.ENGINEER})
+        await place.clock.move(KEEP_ALIVE_S)
+        assert place.persons.of(cookie) is person  # nobody asks the loop about them: stated
+        assert person.role is Role.VIEWER
+        for ask in ASKS:
+            arguments = ARGUMENTS.get(ask.name, ())
+            outcome = await place.persons.ask(person, ask.name, arguments)
+            assert (outcome.accepted, outcome.key) == (False, "login.loop_gone")
+        assert place.box.requests == []
+        assert await place.refused("novak") == Refusal("login.refused")
+        place.clock.now_s += IDLE_S
+        assert place.persons.of(cookie) is None
+
+    at_the_shop(act)
+
+
+def test_a_lost_session_gives_its_role_back_to_nobody_and_leaves_nothing_running(
+    at_the_shop,
+) -> None:
+    async def act(place: Shop) -> None:
+        before = asyncio.all_tasks()
+        cookie, person = await without_session(place, "dvorak")
+        assert (person.granted, person.role) == (Role.ENGINEER, Role.VIEWER)
+        for _ in range(3):
+            await place.clock.move(KEEP_ALIVE_S)
+        assert place.persons.of(cookie) is person
+        assert (person.granted, person.role) == (Role.ENGINEER, Role.VIEWER)
+        await place.empty()
+        await until(lambda: not [t for t in asyncio.all_tasks() - before if not t.done()])
+        await place.persons.log_out(cookie)
+        assert place.persons.why_ended(cookie) == "login.out"
+
+    at_the_shop(act)
+
+
+def test_whoever_looks_on_takes_no_place_of_those_who_act_and_their_number_is_bounded(
+    at_the_shop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_persons, "MOST_LOST", 2)
+
+    async def act(place: Shop) -> None:
+        first, _ = await without_session(place)
+        others = [await without_session(place, name) for name in ("dvorak", "host")]
+        assert place.persons.of(first) is None
+        assert place.persons.why_ended(first) == "login.loop_gone"
+        assert all(place.persons.of(cookie) is person for cookie, person in others)
+        await place.log_in("novak")
+        assert (await place.refused("svoboda")).key == "login.full"
+
+    at_the_shop(act, most=1)
+
+
+def test_a_server_that_freezes_leaves_the_log_in_for_looking(
     at_the_shop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(_persons, "NO_SIGN_S", 0.2)
@@ -602,8 +716,10 @@ def test_a_server_that_freezes_ends_the_log_in(
         cookie, person = await place.log_in("novak")
         place.cable.stop()
         await place.clock.move(KEEP_ALIVE_S)
-        await until(lambda: person.ended == "login.loop_gone")
-        assert place.persons.of(cookie) is None
+        await until(lambda: person.lost == "login.loop_gone")
+        found = place.persons.of(cookie)
+        assert found is person
+        assert found.role is Role.VIEWER
 
     at_the_shop(act)
 
@@ -791,7 +907,7 @@ def test_a_request_whose_connection_is_lost_says_so_at_once(at_the_shop) -> None
         outcome = await asking
         assert (outcome.accepted, outcome.key) == (False, "ask.lost")
         assert "may still take effect" in outcome.reason
-        assert person.ended == "login.loop_gone"
+        assert (person.ended, person.lost) == ("", "login.loop_gone")
 
     at_the_shop(act)
 

@@ -66,6 +66,7 @@ class Somebody:
     name: str
     role: Role
     ended: str = ""
+    lost: str = ""
     token: str = TOKEN
 
     def has_token(self, token: str | None) -> bool:

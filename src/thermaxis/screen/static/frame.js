@@ -1,7 +1,7 @@
 // @ts-check
 // What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
 
-import { noDataWords, onNoData, onStatus, startLive } from "./live.js";
+import { noDataWords, onNoData, onStatus, onVisitor, startLive } from "./live.js";
 import { clock, word } from "./words.js";
 
 /** @param {string} id */
@@ -90,6 +90,19 @@ function chooseTheme() {
   document.dispatchEvent(new CustomEvent("theme"));
 }
 
+/** Who may only look on since the connection was lost is offered the log-in in place of its end. */
+function offerLogIn() {
+  const end = byId("logout");
+  if (!end || byId("log-in-again")) return;
+  const again = document.createElement("a");
+  again.id = "log-in-again";
+  again.className = "button";
+  again.href = `/login?next=${encodeURIComponent(location.pathname)}`;
+  again.textContent = word("login.again");
+  end.before(again);
+  end.hidden = true;
+}
+
 function showNotice() {
   const notice = byId("notice");
   let text = null;
@@ -99,7 +112,7 @@ function showNotice() {
   } catch {
     text = null;
   }
-  if (!notice || !text) return;
+  if (!notice || !text || document.body.dataset.page === "login") return; // that page says why
   show(/** @type {HTMLElement} */ (notice.firstElementChild), text);
   notice.hidden = false;
   byId("notice-close")?.addEventListener("click", () => { notice.hidden = true; });
@@ -120,5 +133,8 @@ tick();
 setInterval(tick, 1000);
 if (document.body.dataset.viewing === "yes") {
   watch();
+  onVisitor((visitor) => {
+    if (visitor.lost && document.body.dataset.page !== "login") offerLogIn();
+  });
   startLive();
 }

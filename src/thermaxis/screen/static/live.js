@@ -17,7 +17,7 @@ const SILENT_MS = 5000;
 const statusListeners = [];
 /** @type {((none: NoData) => void)[]} */
 const noDataListeners = [];
-/** @type {((visitor: {name: string, role: string}) => void)[]} */
+/** @type {((visitor: {name: string, role: string, lost: string}) => void)[]} */
 const visitorListeners = [];
 
 /** @type {Status | null} */
@@ -44,7 +44,7 @@ export function onNoData(listener) {
   noDataListeners.push(listener);
 }
 
-/** @param {(visitor: {name: string, role: string}) => void} listener */
+/** @param {(visitor: {name: string, role: string, lost: string}) => void} listener */
 export function onVisitor(listener) {
   visitorListeners.push(listener);
 }
@@ -122,15 +122,30 @@ function hear(text) {
     whyKnown = true;
     tellNone(message.since);
   } else if (message.kind === "hello") {
-    if (message.program !== document.body.dataset.program) {
+    if (isOld(message)) {
       location.reload();
       return;
     }
     for (const listener of visitorListeners) listener(message);
-  } else if (message.kind === "ended") {
+  } else if (message.kind === "ended" || message.kind === "role") {
     leaveNotice(message.text);
     location.reload();
   }
+}
+
+/**
+ * Whether this page was made by another run of the server, or for somebody who is no more.
+ * @param {{program: string, name: string, role: string, lost: string}} hello
+ */
+function isOld(hello) {
+  const { program, name, role } = document.body.dataset;
+  if (hello.program !== program) {
+    if (name && !hello.name) leaveNotice(word("login.started_anew"));
+    return true;
+  }
+  if (hello.name === name && hello.role === role) return false;
+  if (hello.lost) leaveNotice(hello.lost);
+  return true;
 }
 
 /** @param {string} text */
