@@ -62,7 +62,7 @@ _LACKS_MEMORY = re.compile(r"\bMemoryError\b|\bmemory allocation\b|\bbad_alloc\b
 _SAYS = re.compile(r"^thermaxis: error: ", re.MULTILINE)
 _UNAUTHORIZED = 401
 _BAD_REQUEST, _NOT_FOUND, _TOO_SLOW, _TOO_LARGE = 400, 404, 408, 413
-_NOT_EVALUATED, _BUSY = 422, 429
+_NOT_EVALUATED, _BUSY, _NO_ROOM = 422, 429, 507
 _REFUSED = 2
 _NOT_ALLOWED_IN_NAME = re.compile(r"[^A-Za-z0-9_-]+")
 _REPORT_HEADERS = {
@@ -166,12 +166,15 @@ async def _upload(request: Request) -> Response:
         return refuse(request, _UNAUTHORIZED, "login.needed")
     try:
         asked = asked_of(request)
-        with work.place():
+        with work.place(person.name, kind="evaluation"):
             return answer_json(_told(await _evaluated(request, work, asked, person)))
     except BusyError:
         return refuse(request, _BUSY, "positioning.busy")
     except RefusedError as error:
         return refuse(request, error.status, error.key, **error.values)
+    except OSError as error:
+        _log.warning("an upload could not be stored: %s", printable(str(error), 500))
+        return refuse(request, _NO_ROOM, "positioning.not_stored")
     except ClientDisconnect:
         return Response(status_code=_BAD_REQUEST)  # nobody reads it
 
@@ -344,8 +347,8 @@ def _size_of(text: str, option: str) -> int:
 async def _evaluated(request: Request, work: Work, asked: _Asked, person: "Person") -> Result:
     """Store the upload, run the command and keep what came."""
     folder = work.folder()
-    with contextlib.ExitStack() as undone:
-        undone.callback(folder.remove)
+    async with contextlib.AsyncExitStack() as undone:
+        undone.push_async_callback(asyncio.to_thread, folder.remove)
         await _stored(request, folder.path, asked)
         parts = parts_of(request)
         today = parts.clock.utc().astimezone().date().isoformat()
@@ -360,6 +363,8 @@ async def _evaluated(request: Request, work: Work, asked: _Asked, person: "Perso
             folder=folder,
         )
         found = await asyncio.to_thread(_judged, outcome, asked, parts.settings.evaluation_s)
+        stays = (outcome.files[_HTML], outcome.files[_PDF])
+        size_bytes = await asyncio.to_thread(folder.leave_only, stays)
         kept = _kept(request).keep(
             person,
             name=asked.name,
@@ -367,6 +372,7 @@ async def _evaluated(request: Request, work: Work, asked: _Asked, person: "Perso
             report=outcome.files[_HTML],
             certificate=outcome.files[_PDF],
             folder=folder,
+            size_bytes=size_bytes,
         )
         undone.pop_all()
     return kept
@@ -424,7 +430,8 @@ def _judged(outcome: Outcome, asked: _Asked, longest_s: float) -> Json:
         if outcome.files[_JSON].stat().st_size > _LARGEST_JSON_BYTES:
             raise RefusedError(_NOT_EVALUATED, "positioning.too_much")
         return shown_of(cast("dict[str, Any]", json.loads(outcome.files[_JSON].read_bytes())))
-    _log.warning("the evaluation failed with code %s: %s", outcome.code, outcome.said[-2000:])
+    said = printable(outcome.said.strip()[-2000:], 2000)
+    _log.warning("the evaluation failed with code %s: %s", outcome.code, said)
     raise RefusedError(_NOT_EVALUATED, "positioning.crashed")
 
 

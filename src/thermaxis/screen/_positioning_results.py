@@ -19,7 +19,9 @@ KEPT_S: Final = 3600.0
 MOST_OF_A_PERSON: Final = 10
 """Results that one person keeps; the oldest goes. [1]"""
 MOST_BYTES: Final = 400_000_000
-"""Largest sum of the files of all results; the oldest go. [byte]"""
+"""Largest sum of what lies in the folders of all results; the oldest go. [byte]"""
+SWEEP_S: Final = 5.0
+"""Time after which results are gone with the log-in of their owner. [s]"""
 _MOST_TEXTS: Final = 200
 _EXPANDED: Final = "expanded_uncertainty"
 _LONGEST_TEXT: Final = 2000
@@ -42,7 +44,7 @@ class Result(NamedTuple):
     at_utc: datetime
     """The same by the calendar."""
     size_bytes: int
-    """Sum of its files. [byte]"""
+    """What lies in its folder. [byte]"""
     shown: Json
     """What the page shows."""
     report: Path
@@ -66,6 +68,7 @@ class KeptResults:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._results: dict[str, Result] = {}
+        self._sweeps: asyncio.TimerHandle | None = None
 
     def keep(
         self,
@@ -76,6 +79,7 @@ class KeptResults:
         report: Path,
         certificate: Path,
         folder: WorkFolder,
+        size_bytes: int,
     ) -> Result:
         """Keep a result.
 
@@ -90,20 +94,28 @@ class KeptResults:
         report, certificate : Path
             Its files.
         folder : WorkFolder
-            Where they are; removed with the result.
+            Where they are, and nothing else; removed with the result.
+        size_bytes : int
+            What lies there. [byte]
 
         Returns
         -------
         Result
             The result.
         """
-        size_bytes = sum(path.stat().st_size for path in (report, certificate))
         key, now_s = secrets.token_hex(16), self._clock.monotonic_s()
         facts = (size_bytes, shown, report, certificate, folder)
         self._results[key] = Result(key, person, name, now_s, self._clock.utc(), *facts)
         self.sweep()
-        asyncio.get_running_loop().call_later(KEPT_S + 1.0, self.sweep)
+        if self._sweeps is None:
+            self._sweep_on()
         return self._results[key]
+
+    def _sweep_on(self) -> None:
+        """Look again and again while there are results: a log-in ends without a question here."""
+        self.sweep()
+        loop = asyncio.get_running_loop()
+        self._sweeps = loop.call_later(SWEEP_S, self._sweep_on) if self._results else None
 
     def of(self, person: "Person | None", key: str) -> Result | None:
         """Return a result to its owner.

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import textwrap
 import zipfile
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -131,6 +131,10 @@ class Stage:
 
     def get(self, address: str, **headers: str) -> httpx.Response:
         return self.runner.run(self.http.get(address, headers=headers))
+
+    def owners(self) -> list[str]:
+        """Return who has a place."""
+        return [taken.owner for taken in self.work._places]
 
     def folders(self) -> list[Path]:
         """Return the folders of uploads that are still there."""
@@ -357,7 +361,8 @@ Path("words").write_text(json.dumps(sys.argv[1:]))
 Path("result.json").write_bytes(Path({canned!r}).read_bytes())
 Path("report.html").write_text("<p>report of " + Path(sys.argv[2]).read_text() + "</p>")
 Path("certificate.pdf").write_text("%PDF-" + json.dumps(
-    {{"words": sys.argv[1:], "files": {{p.name: p.read_text() for p in Path(".").glob("*.toml")}}}}
+    {{"words": sys.argv[1:], "files": {{p.name: p.read_text() for p in Path(".").glob("*.toml")}},
+      "runs": [p.name for p in Path(".").glob("run*")]}}
 ))
 """
 
@@ -523,13 +528,29 @@ def test_nothing_stays_of_an_upload_that_breaks_off(stage: Stage) -> None:
 
 
 def test_uploads_beyond_those_that_may_wait_are_refused(stage: Stage) -> None:
-    async def crowd() -> list[int]:
-        calls = [stage.sent(b"x", name="a.csv") for _ in range(MOST_WAITING + 3)]
+    async def crowd(names: Sequence[str]) -> list[int]:
+        calls: list[asyncio.Task[Any]] = []
+        for name in names:
+            stage.person = Somebody(name, Role.ENGINEER)
+            calls.append(asyncio.create_task(stage.sent(b"x", name="a.csv")))
+            while not calls[-1].done() and stage.owners().count(name) == 0:
+                await asyncio.sleep(0)  # until it has its place
         return [answer.status_code for answer in await asyncio.gather(*calls)]
 
-    found = stage.runner.run(crowd())
-    assert sorted(found) == [200] * (MOST_WAITING + 1) + [429] * 2
+    all_of_them = [f"engineer-{k}" for k in range(MOST_WAITING + 3)]
+    assert stage.runner.run(crowd(all_of_them)) == [200] * (MOST_WAITING + 1) + [429] * 2
     assert stage.send(b"x", name="a.csv").status_code == 200
+
+
+def test_a_second_upload_of_the_same_person_is_refused_until_the_first_is_done(
+    stage: Stage,
+) -> None:
+    async def two() -> list[int]:
+        calls = [stage.sent(b"x", name="a.csv") for _ in range(2)]
+        return sorted(answer.status_code for answer in await asyncio.gather(*calls))
+
+    assert stage.runner.run(two()) == [200, 429]
+    assert stage.runner.run(two()) == [200, 429]
 
 
 # ---- names --------------------------------------------------------------------------------------
@@ -563,7 +584,7 @@ def test_no_name_becomes_a_path_a_word_or_a_header(stage: Stage, name: str) -> N
     certificate = stage.get(f"/positioning/certificate/{answer.json()['id']}")
     disposition = certificate.headers["content-disposition"]
     assert re.fullmatch(r'attachment; filename="[A-Za-z0-9_-]{1,60}-certificate\.pdf"', disposition)
-    assert [path.name for path in stage.folders()[0].glob("run*")] == [told["words"][1]]
+    assert told["runs"] == [told["words"][1]]
 
 
 @pytest.mark.parametrize(
@@ -702,6 +723,48 @@ def test_results_go_with_the_log_in(stage: Stage) -> None:
     stage.person = Somebody("svoboda", Role.ENGINEER)
     assert stage.get("/positioning/results").json() == {"results": []}
     assert stage.folders() == []
+
+
+def test_results_go_with_the_log_in_though_nobody_asks_again(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("thermaxis.screen._positioning_results.SWEEP_S", 0.01)
+    stage.send(b"1", name="a.csv")
+    stage.send(b"1", name="b.csv")
+    assert len(stage.folders()) == 2
+    assert stage.person is not None
+    stage.person.ended = "login.out"
+
+    async def look() -> None:
+        async with asyncio.timeout(5.0):
+            while stage.folders():
+                await asyncio.sleep(0.01)
+
+    stage.runner.run(look())
+    stage.person = Somebody("svoboda", Role.ENGINEER)
+    assert stage.send(b"1", name="c.csv").status_code == 200  # and it is looked after again
+    stage.person.ended = "login.out"
+    stage.runner.run(look())
+
+
+def test_nothing_but_report_and_certificate_stays_and_that_is_what_counts(stage: Stage) -> None:
+    stage.send(b"x" * 100_000, name="a.csv")
+    (folder,) = stage.folders()
+    assert {path.name for path in folder.iterdir()} == {"report.html", "certificate.pdf"}
+    (result,) = stage.application.state.positioning_results._results.values()
+    assert result.size_bytes == sum(path.stat().st_size for path in folder.iterdir())
+
+
+def test_a_full_disk_is_told_in_words(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: Work) -> None:
+        raise OSError(28, "No space left on device", "/srv/place")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Work, "folder", full)
+        answer = stage.send(b"1", name="a.csv")
+    assert (answer.status_code, answer.json()["error"]) == (507, "positioning.not_stored")
+    assert "/srv" not in answer.text
+    assert stage.send(b"1", name="a.csv").status_code == 200
 
 
 def test_the_oldest_result_goes_when_there_are_too_many(stage: Stage) -> None:
