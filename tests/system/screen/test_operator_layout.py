@@ -1,19 +1,19 @@
 """The operator's page in a browser: one screen in every state, size, language and theme."""
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Route, sync_playwright
 
 from tests.system.screen.operator_stand_in import StandIn, an_input, an_output, made_up, served
 from thermaxis.compensation import Part, SampleQuality
 from thermaxis.compensation._model_step import gain_of
 from thermaxis.compensation._thermal_model import GainPoint
 from thermaxis.runtime._users import Role
-from thermaxis.screen._persons import Outcome
+from thermaxis.screen._persons import LOST, NO_ANSWER, Outcome
 
 pytestmark = pytest.mark.system
 
@@ -443,6 +443,12 @@ def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
         assert "not yet effective" in line.inner_text()  # it is on its way
         told["outputs"]["Z_um"] |= {"correction_um": -16.3}
         shown(page, stand_in, told)
+        assert "not yet effective" in line.inner_text()  # the control has not taken it
+        told["outputs"]["Z_um"] |= {"effective_um": None}
+        shown(page, stand_in, told)
+        assert "not yet effective" in line.inner_text()  # it does not tell what acts
+        told["outputs"]["Z_um"] |= {"accepted_um": -16.3}
+        shown(page, stand_in, told)
         assert "✓ effective" in line.inner_text()
         assert wrong == []
 
@@ -496,8 +502,117 @@ def test_every_plain_request_says_what_will_happen_and_when_it_has(
         line = page.locator("[data-requests]")
         line.get_by_text("not yet effective").wait_for()
         assert stand_in.asked == [(name, ())]
-        shown(page, stand_in, made_up(state=after))
+        told = made_up(state=after)
+        if name == "Disable":
+            shown(page, stand_in, told)
+            assert "not yet effective" in line.inner_text()  # the offset stands in the control
+            told["outputs"]["Z_um"] |= {"correction_um": 0.0, "effective_um": 0.4}
+        shown(page, stand_in, told)
         assert "✓ effective" in line.inner_text()
+
+
+@pytest.mark.parametrize("key", [NO_ANSWER, LOST])
+def test_a_request_without_an_answer_is_watched_until_it_is_effective(
+    browser: Browser, stand_in: StandIn, key: str
+) -> None:
+    stand_in.answer = Outcome(accepted=False, reason="no answer came", key=key)
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        page.click('[data-ask="Hold"]')
+        page.click("dialog .main")
+        line = page.locator("[data-requests]")
+        line.get_by_text("no answer; it may still take effect").wait_for()
+        assert line.get_attribute("data-answer") == "unknown"
+        assert "✕" not in line.inner_text()
+        assert "not yet effective" in line.inner_text()
+        shown(page, stand_in, made_up(state="Holding", reasons=["an operator holds it"]))
+        assert "✓ effective" in line.inner_text()
+
+
+def test_a_question_that_the_screen_itself_does_not_answer_is_no_refusal(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        answers: tuple[Callable[[Route], None], ...] = (
+            lambda route: route.abort(),
+            lambda route: route.fulfill(status=502, body="gateway"),
+            lambda route: route.fulfill(status=200, body="no JSON"),
+        )
+        for count, answer in enumerate(answers):
+            page.route("**/ask", answer)
+            page.click('[data-ask="Hold"]')
+            page.click("dialog .main")
+            page.wait_for_function(
+                """count => {
+                  const place = document.getElementById("request");
+                  return place.dataset.answer === "unknown"
+                    && place.querySelectorAll(".ask-older").length === count;
+                }""",
+                arg=count,
+            )
+            page.unroute("**/ask")
+
+
+def test_the_courses_of_three_requests_stand_in_a_list_each_until_its_end(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        line = page.locator("[data-requests]")
+        page.click('[data-ask="Hold"]')
+        page.click("dialog .main")
+        line.get_by_text("accepted").wait_for()
+        stand_in.answer = Outcome(accepted=False, reason="it may not be")
+        page.click('[data-ask="Disable"]')
+        page.click("dialog .main")
+        line.get_by_text("It may not be").wait_for()
+        assert line.get_attribute("data-answer") == "refused"
+        (older,) = line.locator(".ask-older").all_inner_texts()
+        assert older.endswith(": not yet effective")
+        shown(page, stand_in, made_up(state="Holding", reasons=["an operator holds it"]))
+        (older,) = page.locator("#request .ask-older").all_text_contents()
+        assert "✓ effective" in older
+        assert line.get_attribute("data-answer") == "refused"
+        for asks in (3, 4):
+            page.click('[data-ask="Resume"]')
+            page.click("dialog .main")
+            page.wait_for_selector('#request:not([data-answer="waits"])')
+            page.wait_for_timeout(60)
+            assert len(stand_in.asked) == asks
+            assert page.locator("#request .ask-older").count() == 2
+
+
+def test_the_list_of_requests_is_a_button_that_space_and_enter_press(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        page.click('[data-ask="Hold"]')
+        page.click("dialog .main")
+        page.get_by_role("button", name="Hold the correction requested").wait_for()
+        for key in ("Space", "Enter"):
+            page.focus("#request")
+            page.keyboard.press(key)
+            page.wait_for_selector("dialog[open]")
+            page.keyboard.press("Escape")
+            page.wait_for_selector("dialog", state="detached")
+        aloud = page.locator("p.unseen[aria-live=polite]").all_text_contents()
+        assert any("accepted" in one for one in aloud)
+
+
+LOUD = """() => [...document.querySelectorAll("[aria-live=assertive], [role=alert]")]
+  .filter((one) => !one.hidden).map((one) => one.id)"""
+
+
+def test_one_part_at_a_time_is_read_aloud_at_once(browser: Browser, stand_in: StandIn) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        page.wait_for_selector('body[data-live="yes"]')
+        assert page.evaluate(LOUD) == ["alarm-body"]
+        stand_in.live = False
+        page.wait_for_selector('body[data-live="no"]')
+        assert page.evaluate(LOUD) == ["no-data"]
 
 
 def test_a_diameter_is_typed_on_the_pad_and_the_tool_centre_point_is_one_touch(

@@ -134,6 +134,27 @@ def test_a_request_without_the_pages_token_reaches_nobody(token: str) -> None:
     assert somebody.asked == []
 
 
+@pytest.mark.parametrize("why", ["feed.stands_still", "feed.no_connection", "feed.old"])
+def test_to_disable_is_asked_also_without_data_by_whoever_has_the_role(why: str) -> None:
+    disable = {"method": "Disable", "arguments": []}
+    for role in Role:
+        somebody = Somebody(role=role, why=why)
+        allowed = role.at_least(Role.OPERATOR)
+        assert ask(somebody, disable).status_code == (200 if allowed else 403)
+        assert somebody.asked == ([("Disable", ())] if allowed else [])
+    for other in (one.name for one in ASKS if one.name != "Disable" and not one.arguments):
+        somebody = Somebody(role=Role.ENGINEER, why=why)
+        assert ask(somebody, {"method": other, "arguments": []}).status_code == 409
+        assert somebody.asked == []
+
+
+def test_a_question_with_a_key_twice_reaches_nobody() -> None:
+    somebody = Somebody()
+    twice = '{"method": "Enable", "arguments": [], "method": "Hold"}'
+    answer = asyncio.run(sent(somebody, "POST", "/ask", content=twice))
+    assert (answer.status_code, somebody.asked) == (400, [])
+
+
 def test_nothing_is_asked_while_nobody_sees_what_the_loop_says() -> None:
     somebody = Somebody(why="feed.stands_still")
     answer = ask(somebody, HOLD)

@@ -1,6 +1,7 @@
 // @ts-check
 // How a page asks something of the loop: said in words before, confirmed by a person, then
 // requested, accepted or refused with the reason, and effective when the loop's status shows it.
+// A question without an answer is neither: it may still take effect, and is watched like the others.
 
 import { post } from "./frame.js";
 import { latest, onNoData, onStatus } from "./live.js";
@@ -8,14 +9,17 @@ import { clock, duration, word } from "./words.js";
 
 const LATE_MS = 15 * 60 * 1000;
 const LONGEST_MS = 60 * 1000;
+const MOST_COURSES = 3;
 
 /** @typedef {Record<string, any>} Status */
+/** @typedef {"accepted" | "refused" | "unknown"} Kind */
+/** @typedef {{kind: Kind, reason: string}} Answer */
 
 /**
  * @typedef {object} Course
  * @property {string} title what is asked, in words
  * @property {Date} requested
- * @property {"waits" | "accepted" | "refused" | "failed"} answer
+ * @property {"waits" | Kind} answer
  * @property {Date | null} answered
  * @property {string} reason in words; may be empty
  * @property {number} number the loop's number when it was asked
@@ -32,16 +36,17 @@ const LONGEST_MS = 60 * 1000;
  * @property {(status: Status) => boolean} effective whether a status shows that it is in effect
  */
 
-/** @type {Course | null} */
-let current = null;
+/** @type {Course[]} the newest first */
+let courses = [];
+const saidAloud = made("p", "", "unseen");
+saidAloud.setAttribute("aria-live", "polite");
 
 style();
 onStatus(look);
 onNoData(() => {
-  if (current && !current.blind) {
-    current.blind = true;
-    tell();
-  }
+document.body.append(saidAloud);
+  for (const course of courses) course.blind = true;
+  tell();
 });
 
 /**
@@ -54,19 +59,21 @@ onNoData(() => {
 export async function ask(method, args, wording) {
   if (!(await confirmed(wording))) return null;
   const course = begin(wording);
-  const answer = await answerOf(method, args);
-  course.answered = new Date();
-  course.answer = answer.kind;
-  course.reason = answer.reason;
-  tell();
-  const now = latest();
-  if (now) look(now);
+  const late = { kind: /** @type {Kind} */ ("unknown"), reason: "" };
+  const answers = answerOf(method, args);
+  const answer = await Promise.race([
+    answers,
+    new Promise((go) => { setTimeout(() => go(late), LONGEST_MS); }),
+  ]);
+  take(course, answer);
+  if (answer === late) void answers.then((found) => take(course, found));
   return { accepted: answer.kind === "accepted", reason: answer.reason };
 }
 
 /** @param {Wording} wording @returns {Course} */
 function begin(wording) {
-  current = {
+  /** @type {Course} */
+  const course = {
     title: wording.title,
     requested: new Date(),
     answer: "waits",
@@ -78,69 +85,85 @@ function begin(wording) {
     blind: latest() === null,
   };
   tell();
-  return current;
+  return course;
+}
+
+/** @param {Course} course @param {Answer} answer */
+function take(course, answer) {
+  course.answered = new Date();
+  course.answer = answer.kind;
+  course.reason = answer.reason;
+  tell();
+  const now = latest();
+  if (now) look(now);
+  courses = [course, ...courses].slice(0, MOST_COURSES);
 }
 
 /**
  * @param {string} method
  * @param {(string | number)[]} args
- * @returns {Promise<{kind: "accepted" | "refused" | "failed", reason: string}>}
+ * @returns {Promise<Answer>} unknown where none came: the question may have reached the loop
  */
 async function answerOf(method, args) {
   let answer;
   try {
-    answer = await Promise.race([
-      post("/ask", { method, arguments: args }),
-      new Promise((_, fail) => { setTimeout(() => fail(new TypeError("late")), LONGEST_MS); }),
-    ]);
+    answer = await post("/ask", { method, arguments: args });
   } catch (error) {
     if (!(error instanceof TypeError)) throw error;
-    return { kind: "failed", reason: word("operator.answer_none") };
+    return { kind: "unknown", reason: "" };
   }
   const said = await answer.json().catch(() => null);
-  if (said === null) return { kind: "failed", reason: word("operator.answer_none") };
+  if (answer.status >= 500 || said === null) return { kind: "unknown", reason: "" };
   if (!answer.ok) return { kind: "refused", reason: String(said.text ?? "") };
-  return { kind: said.accepted ? "accepted" : "refused", reason: String(said.reason) };
+  return { kind: kindOf(said.answer), reason: String(said.reason) };
+}
+
+/** @param {unknown} answer @returns {Kind} */
+function kindOf(answer) {
+  return answer === "accepted" || answer === "refused" ? answer : "unknown";
 }
 
 /** @param {Status} status */
 function look(status) {
-  if (!current) return;
-  const before = current.blind;
-  current.blind = false;
-  const waits = current.answer === "accepted" && current.came === null;
-  if (waits && status.number > current.number && current.effective(status)) {
-    current.came = new Date();
+  for (const course of courses) {
+    course.blind = false;
+    const may = ["accepted", "unknown"].includes(course.answer) && course.came === null;
+    if (may && status.number > course.number && course.effective(status)) course.came = new Date();
   }
-  if (waits || before) tell();
+  tell();
 }
 
 // ---- the line that shows its course ----------------------------------------------------------
 
 function tell() {
-  if (!current) return;
+  const [newest, ...older] = courses;
+  if (!newest) return;
   const place = document.querySelector("[data-requests]") ?? ownPlace();
-  const title = made("b", current.title);
-  const lines = [title, ...linesOf(current)];
+  const lines = [made("b", newest.title), ...linesOf(newest), ...older.map(shortOf)];
   const text = lines.map((line) => line.textContent).join("\n");
   if (place.getAttribute("data-told") === text) return;
   place.setAttribute("data-told", text);
-  place.setAttribute("data-answer", current.answer);
+  place.setAttribute("data-answer", newest.answer);
   place.replaceChildren(...lines);
 }
 
+  const aloud = lines.slice(0, lines.length - older.length).map((line) => line.textContent);
+  if (saidAloud.textContent !== aloud.join(" ")) saidAloud.textContent = aloud.join(" ");
 /** @param {Course} course */
 function linesOf(course) {
   const lines = [made("span", word("operator.requested_at", { time: clock(course.requested) }))];
   const time = clock(course.answered);
   if (course.answer === "waits") lines.push(made("span", "→ " + word("operator.answer_waits")));
-  if (course.answer === "failed") lines.push(made("span", "→ " + course.reason, "ask-wrong"));
   if (course.answer === "refused") {
     lines.push(made("span", `→ ✕ ${word("operator.refused_at", { time })}`, "ask-wrong"));
     if (course.reason) lines.push(made("span", sentence(course.reason)));
   }
   if (course.answer === "accepted") {
     lines.push(made("span", "→ " + word("operator.accepted_at", { time })));
+  if (course.answer === "unknown") {
+    lines.push(made("span", `→ ? ${word("operator.answer_none")}`, "ask-wrong"));
+    lines.push(made("span", "→ " + effectOf(course)));
+  }
     if (course.reason) lines.push(made("span", sentence(course.reason), "ask-reason"));
     lines.push(made("span", "→ " + effectOf(course)));
   }
@@ -149,6 +172,20 @@ function linesOf(course) {
 
 /** @param {Course} course */
 function effectOf(course) {
+/** A course before the newest one, in one line with how it stands. @param {Course} course */
+function shortOf(course) {
+  const time = clock(course.answered);
+  const stands = {
+    waits: () => word("operator.answer_waits"),
+    refused: () => `✕ ${word("operator.refused_at", { time })}. ${sentence(course.reason)}`,
+    unknown: () => course.came ? effectOf(course)
+      : `? ${word("operator.answer_none")}, ${effectOf(course)}`,
+    accepted: () => effectOf(course),
+  };
+  const asked = `${clock(course.requested)} ${course.title}`;
+  return made("span", `${asked}: ${stands[course.answer]().trim()}`, "ask-older");
+}
+
   if (course.came) return `✓ ${word("operator.effective_at", { time: clock(course.came) })}`;
   if (course.blind) return word("operator.effective_unknown");
   const passed = Date.now() - (course.answered?.getTime() ?? Date.now());
@@ -160,14 +197,13 @@ function effectOf(course) {
 
 /** @param {string} text */
 function sentence(text) {
-  const end = /[.!?]$/.test(text) ? "" : ".";
+  const end = /[.!?]$/.test(text) || text === "" ? "" : ".";
   return text.charAt(0).toUpperCase() + text.slice(1) + end;
 }
 
 function ownPlace() {
   const place = made("div", "", "ask-place");
   place.setAttribute("data-requests", "");
-  place.setAttribute("aria-live", "polite");
   document.body.querySelector("main")?.after(place);
   return place;
 }

@@ -187,9 +187,6 @@ function watchRequest() {
   };
   const look = () => { place.dataset.more = overflows(place) ? "yes" : "no"; };
   place.addEventListener("click", open);
-  place.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") open();
-  });
   new MutationObserver(look).observe(place, { childList: true });
   new ResizeObserver(look).observe(place);
 }
@@ -245,3 +242,5 @@ watchRequest();
 showAsks(null);
 startTrend();
 followHash();
+  byId("alarm-body").setAttribute("aria-live", "assertive");
+  byId("alarm-body").setAttribute("aria-live", "off"); // the frame says NO DATA aloud

@@ -15,6 +15,7 @@ const DEFAULT_S = 3600;
 const LARGEST_MM = 100_000;
 const KEYS = ["7", "8", "9", "4", "5", "6", "1", "2", "3", "0", ".", "⌫"];
 const NEAR_ZERO_UM = 0.05;
+const HALF_A_STEP_UM = 0.5; // of a control that keeps its offset in whole micrometres
 
 /** @param {Status} status */
 function isHeld(status) {
@@ -112,12 +113,25 @@ function disable() {
   void ask("Disable", [], {
     title: word("operator.disable_title"),
     text: (status) => [...fades(status), word("operator.disable_text")],
-    effective: (status) => status.state === "Off",
+    effective: (status) => status.state === "Off"
+      && axesOf(status).every(([, axis]) => arrived(axis, 0)),
   });
 }
 
 /** @param {Status} status */
 function fades(status) {
+/**
+ * Whether a correction, and what acts of it in the machine where that is told, is at a value.
+ * @param {any} axis
+ * @param {number} um
+ */
+function arrived(axis, um) {
+  const deadband = axis.limits?.deadband_um ?? 0;
+  const acts = axis.effective_um ?? axis.accepted_um ?? axis.correction_um ?? 0;
+  return Math.abs((axis.correction_um ?? 0) - um) <= deadband + NEAR_ZERO_UM
+    && Math.abs(acts - um) <= Math.max(deadband, HALF_A_STEP_UM) + NEAR_ZERO_UM;
+}
+
   return axesOf(status).map(([name, axis]) => {
     const values = { axis: shortName(name), now: signed(axis.correction_um, 1),
       rate: rate(axis), time: takes(axis, axis.correction_um) };
@@ -249,8 +263,7 @@ function askTrim(output, value, seconds) {
     effective: (status) => {
       const axis = status.outputs[output];
       if (!axis || Math.abs(axis.trim_um - value) > 1e-6) return false;
-      const near = (axis.limits?.deadband_um ?? 0) + NEAR_ZERO_UM;
-      return status.state === "Active" && Math.abs(axis.wanted_um - axis.correction_um) <= near;
+      return status.state === "Active" && arrived(axis, axis.wanted_um);
     },
   });
 }
