@@ -30,6 +30,7 @@ from tests.unit.plc.test_build import NEVER, NEVER_SAMPLE
 from tests.unit.plc.test_c import float_away_from_double
 from tests.unit.plc.test_mutants import (
     NOT_NOTICED,
+    coefficients_in_real,
     every_mutant,
     excused,
     excuses_used,
@@ -173,6 +174,13 @@ def test_every_mutant_of_structured_text_is_noticed() -> None:
     print(f"\nST: {len(chosen) - len(missed)} of {len(chosen)} mutants noticed")
     assert [name for name in missed if not excused(name)] == []
     assert excuses_used(missed) == set(NOT_NOTICED)
+
+
+def test_every_coefficient_in_real_is_noticed_when_it_is_the_next_number() -> None:
+    chosen = coefficients_in_real()
+    missed = unnoticed_in_st(chosen, double=False)
+    print(f"\nST in REAL: {len(chosen) - len(missed)} of {len(chosen)} mutants noticed")
+    assert missed == []
 
 
 def test_every_mutant_of_c_is_noticed(tmp_path: Path) -> None:

@@ -46,14 +46,15 @@ from thermaxis.plc._build import build_program
 from thermaxis.plc._numbers import number_text
 from thermaxis.plc._print_c import CText, print_c
 from thermaxis.plc._print_st import print_st
-from thermaxis.plc._scenario import scenario_steps
+from thermaxis.plc._scenario import PlcStep, scenario_steps
 from thermaxis.plc._settings import PlcSettings, export_settings
+from thermaxis.plc._twin import Twin
 
 CYCLE_S = 1.0
 
 
 @lru_cache
-def settings_with_everything() -> PlcSettings:
+def settings_with_everything(*, double: bool = True) -> PlcSettings:
     """Return a model in which every rule has numbers of its own, in whole cycles."""
     model = CompensationModel(
         outputs=(
@@ -113,7 +114,7 @@ def settings_with_everything() -> PlcSettings:
         validity_margin_k=3.0,
         lowest_weight=0.2,
     )
-    return export_settings(compensation, cycle_s=CYCLE_S, name="mutant")
+    return export_settings(compensation, cycle_s=CYCLE_S, name="mutant", double=double)
 
 
 def world_record(settings: PlcSettings, calls: int, seed: int) -> Record:
@@ -212,6 +213,21 @@ def records() -> tuple[Record, ...]:
     return borders(), *worlds, course
 
 
+@lru_cache
+def records_in_real() -> tuple[Record, ...]:
+    """Return the course with faults in REAL, where the twin says what must come out.
+
+    Before it comes the same beginning with a diameter a little beyond the last point.
+    """
+    settings = settings_with_everything(double=False)
+    steps = list(scenario_steps(settings, hours=1.5, seed=5))
+    beyond_mm = next_number(333.0, double=False, up=True)
+    twin = Twin(settings)
+    told = [s.inputs._replace(diameter_known=True, diameter_mm=beyond_mm) for s in steps[:60]]
+    beginning = [PlcStep(inputs, twin.step(inputs)) for inputs in told]
+    return recorded(settings, beginning), recorded(settings, steps)
+
+
 # ---- making mutants -----------------------------------------------------------------------------
 
 
@@ -223,7 +239,7 @@ class Mutant(NamedTuple):
 
 
 _CONSTANTS = {
-    "st": re.compile(r"^ +(?P<name>\w+) : (LREAL|INT) := (?P<value>-?[0-9.E+-]+);", re.MULTILINE),
+    "st": re.compile(r"^ +(?P<name>\w+) : (L?REAL|INT) := (?P<value>-?[0-9.E+-]+);", re.MULTILINE),
     "c": re.compile(r"static const (tx_number|int16_t) (?P<name>\w+) = (?P<value>-?[0-9.E+-]+);"),
 }
 _BLOCKS = {
@@ -245,22 +261,22 @@ _TRANSITIONS = {
 _FINE = re.compile(r"alpha|gain|direct|reference|offset|slope|^g\d|_mm$|span|rate_step\d")
 
 
-def changed_number(name: str, value: float) -> float:
+def changed_number(name: str, value: float, *, double: bool) -> float:
     """Return the smallest change that must be noticed: of a threshold a little more."""
     if value == 0.0:
         return 1e-9
     if name == "largest_number":
-        return 1e299
+        return 1e299 if double else 1e37
     if name in {"largest_read_um", "largest_mm", "most_allowance_k"}:
         return 0.5 * value
     if _FINE.search(name):
-        return next_number(value, double=True, up=True)
+        return next_number(value, double=double, up=True)
     if name.endswith("_s") or "frozen_s" in name:
         return value + CYCLE_S
     return 1.01 * value
 
 
-def constants(text: str, dialect: str) -> Iterator[Mutant]:
+def constants(text: str, dialect: str, *, double: bool = True) -> Iterator[Mutant]:
     """Yield a mutant for every number with a name."""
     for block in _BLOCKS[dialect].finditer(text):
         first = block["body"].find("VAR CONSTANT") if dialect == "st" else 0
@@ -270,8 +286,8 @@ def constants(text: str, dialect: str) -> Iterator[Mutant]:
             if whole:
                 new = str(int(found["value"]) + 1)
             else:
-                value = changed_number(found["name"], float(found["value"]))
-                new = number_text(value, double=True)
+                value = changed_number(found["name"], float(found["value"]), double=double)
+                new = number_text(value, double=double)
             name = f"{block['name']}: {found['name']} {found['value']} is {new}"
             yield Mutant(name, text[:begin] + new + text[end:])
 
@@ -335,9 +351,10 @@ def excuses_used(names: Sequence[str]) -> set[str]:
     return {pattern for pattern in NOT_NOTICED if any(re.search(pattern, n) for n in names)}
 
 
-def unnoticed_in_st(chosen: Sequence[Mutant]) -> list[str]:
+def unnoticed_in_st(chosen: Sequence[Mutant], *, double: bool = True) -> list[str]:
     """Return the mutants of Structured Text that no record shows."""
-    return [m.name for m in chosen if not any(st_is_noticed(m.text, r) for r in records())]
+    shown = records() if double else records_in_real()
+    return [m.name for m in chosen if not any(st_is_noticed(m.text, r) for r in shown)]
 
 
 def unnoticed_in_c(chosen: Sequence[Mutant], folder: Path) -> list[str]:
@@ -366,6 +383,13 @@ def every_mutant(dialect: str) -> list[Mutant]:
     program = build_program(settings_with_everything())
     text = print_st(program) if dialect == "st" else print_c(program).source
     return shuffled(mutants(text, dialect), 8)
+
+
+def coefficients_in_real() -> list[Mutant]:
+    """Return a mutant of Structured Text in REAL for every number that is no threshold."""
+    text = print_st(build_program(settings_with_everything(double=False)))
+    made = constants(text, "st", double=False)
+    return [m for m in made if _FINE.search(m.name.split()[1]) and " 0.0 " not in m.name]
 
 
 def test_the_text_that_is_mutated_is_right_itself() -> None:
@@ -399,6 +423,10 @@ def test_a_change_that_changes_nothing_is_not_noticed() -> None:
 def test_a_sample_of_the_mutants_of_structured_text_is_noticed() -> None:
     chosen = every_mutant("st")[:32]
     assert [name for name in unnoticed_in_st(chosen) if not excused(name)] == []
+
+
+def test_a_sample_of_the_coefficients_in_real_is_noticed() -> None:
+    assert unnoticed_in_st(shuffled(coefficients_in_real(), 3)[:6], double=False) == []
 
 
 def test_a_sample_of_the_mutants_of_c_is_noticed(tmp_path: Path) -> None:
