@@ -33,6 +33,7 @@ COMMANDS = {
     "user": "add, remove or list the users of the status server",
     "certificate": "make, show or fetch certificates for OPC UA",
     "screen": "serve the operator's and the engineer's pages of a running loop",
+    "export": "write a compensation model as a function block for a PLC",
     "hal": "write the part of a LinuxCNC machine's HAL file that applies the offsets",
     "montecarlo": "scatter of differences by Monte Carlo, equation (10) of the method",
     "generate": "write an example run of a virtual machine",
