@@ -4,8 +4,9 @@ from collections.abc import AsyncGenerator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 
 from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp
 
@@ -19,12 +20,15 @@ from thermaxis.screen import (
     _probe_page,
     _sensors_page,
 )
+from thermaxis.screen._access import parts_of, refuse, spoken
 from thermaxis.screen._assets import Assets
 from thermaxis.screen._guard import Guard
 from thermaxis.screen._history import close_history
 from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._plain_page import plain_page, reference_of, wants_page
 from thermaxis.screen._work import close_work
 
+_NOT_FOUND, _MISTAKE = 404, 500
 _PAGES = (
     _operator_page,
     _login_page,
@@ -79,6 +83,40 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
             closing.callback(close_work, application.state)
             yield
 
-    application = Starlette(routes=found, lifespan=life)
+    application = Starlette(
+        routes=found,
+        lifespan=life,
+        exception_handlers={HTTPException: _no_route, Exception: _mistake},
+    )
     application.state.parts = parts
-    return Guard(application, hosts, secure=parts.secure)
+    return Guard(
+        application,
+        hosts,
+        secure=parts.secure,
+        words=parts.words,
+        language=parts.settings.language,
+    )
+
+
+async def _no_route(request: Request, error: Exception) -> Response:
+    """Answer what no route takes: a page with the way to every other, or JSON for a script."""
+    status = error.status_code if isinstance(error, HTTPException) else _NOT_FOUND
+    if status != _NOT_FOUND:
+        answer = refuse(request, status, "common.refused_method")
+        answer.headers.update(getattr(error, "headers", None) or {})
+        return answer
+    if not wants_page(request.headers.get("accept")):
+        return refuse(request, status, "common.no_page")
+    found = parts_of(request).render(request, "missing.html", page="missing")
+    found.status_code = status
+    return found
+
+
+async def _mistake(request: Request, error: Exception) -> Response:
+    """Answer where the program has made a mistake: in words, with the log's reference, no trace."""
+    words, language = parts_of(request).words, spoken(request)
+    text = words.say(language, "common.mistake", reference=reference_of(error))
+    if not wants_page(request.headers.get("accept")):
+        return JSONResponse({"error": "common.mistake", "text": text}, _MISTAKE)
+    title, back = (words.say(language, f"common.{key}") for key in ("not_shown", "to_the_machine"))
+    return HTMLResponse(plain_page(language, title, text, back=back), _MISTAKE)

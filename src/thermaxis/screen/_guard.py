@@ -10,14 +10,22 @@ import asyncio
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Final, NamedTuple, NoReturn, final
 
+from starlette.requests import ClientDisconnect, cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from thermaxis.screen._access import LANGUAGE_COOKIE
+from thermaxis.screen._plain_page import plain_page, wants_page
+from thermaxis.screen._words import Words, language_of
 
 LARGEST_BODY_BYTES: Final = 16 * 1024
 """Largest body of a request; a log-in or a request to the loop has some hundred. [byte]"""
 LARGEST_BODIES: Final[Mapping[str, int]] = {"/positioning/upload": 20 * 1000 * 1000}
 """Larger ones, by path. [byte]"""
+JSON_PATHS: Final = frozenset({"/ask", "/login"})
+"""What is sent here must call itself JSON, as no form of a page elsewhere can."""
 BODY_S: Final = 60.0
 """Time in which a body must have come. [s]"""
 LONGEST_PATH: Final = 1024
@@ -61,22 +69,23 @@ class _Wrong(NamedTuple):
     """Status of HTTP. [1]"""
     error: str
     """Short name of the reason."""
-    text: str
-    """The reason as a sentence."""
+    key: str
+    """Key of the words."""
 
 
 _HOST_WRONG = _Wrong(
     421,
     "login.host",
-    "The screen is not known by this address. An engineer adds it to hosts in the configuration.",
+    "login.host",
 )
-_ORIGIN_WRONG = _Wrong(403, "origin", "The request does not come from a page of this screen.")
-_PATH_WRONG = _Wrong(404, "path", "There is no such page.")
-_LONG = _Wrong(414, "long", "The address is too long.")
-_METHOD_WRONG = _Wrong(405, "method", "Pages are asked for, or something is sent to them.")
-_LENGTH_WRONG = _Wrong(400, "length", "The request does not say plainly how long it is.")
-_TOO_LARGE = _Wrong(413, "large", "The request is larger than it may be.")
-_TOO_SLOW = _Wrong(408, "slow", "The request took too long to come.")
+_ORIGIN_WRONG = _Wrong(403, "origin", "common.refused_origin")
+_PATH_WRONG = _Wrong(404, "path", "common.no_page")
+_LONG = _Wrong(414, "long", "common.refused_long")
+_METHOD_WRONG = _Wrong(405, "method", "common.refused_method")
+_LENGTH_WRONG = _Wrong(400, "length", "common.refused_length")
+_KIND_WRONG = _Wrong(415, "kind", "common.refused_kind")
+_TOO_LARGE = _Wrong(413, "large", "common.refused_large")
+_TOO_SLOW = _Wrong(408, "slow", "common.refused_slow")
 
 
 class Place(NamedTuple):
@@ -143,7 +152,10 @@ class Guard:
     else 403; methods other than GET, HEAD and POST are 405. A path consists of plain letters,
     digits and ``. _ ~ -``, without anything encoded and without a part that begins with a dot,
     else 404. A web socket is refused with 403 for each of these. A body is counted while it is
-    read: 413, and 408 where it takes longer than `BODY_S`.
+    read: 413, and 408 where it takes longer than `BODY_S`. What comes to `JSON_PATHS` must be
+    called ``application/json``, else 415. A refusal is a small page in the language of who asks
+    where a browser wants a page, JSON otherwise. A request whose sender goes away is answered
+    nothing.
 
     Not protected: a program that is no browser can send any ``Host`` and ``Origin`` it likes; what
     it may do is decided by the log-in and its token. Forwarded headers are not looked at, so that
@@ -158,6 +170,10 @@ class Guard:
         How the server may be called, ``name:port``; without a port, the scheme's own is meant.
     secure : bool
         Whether the server speaks TLS.
+    words : Words, optional
+        What refusals say. Default: those of the package.
+    language : str
+        Language where neither the browser nor a choice names one of ours.
 
     Raises
     ------
@@ -169,9 +185,19 @@ class Guard:
     OWASP Cheat Sheets on cross-site request forgery and on HTTP headers; Fetch standard, 3.2.
     """
 
-    def __init__(self, app: ASGIApp, hosts: Sequence[str], *, secure: bool) -> None:
+    def __init__(
+        self,
+        app: ASGIApp,
+        hosts: Sequence[str],
+        *,
+        secure: bool,
+        words: Words | None = None,
+        language: str = "en",
+    ) -> None:
         self._app = app
         self._secure = secure
+        self._words = _own_words() if words is None else words
+        self._language = language
         self._places: set[Place] = set()
         for host in hosts:
             place = place_of(host, secure=secure)
@@ -199,7 +225,7 @@ class Guard:
             else:
                 await _deny(receive, send)
         elif wrong is not None:
-            await _Answer(send, marks, "").refuse(wrong)
+            await _Answer(send, marks, "", self._refusal(scope, headers)).refuse(wrong)
         else:
             await self._answer(scope, receive, send, marks)
 
@@ -215,7 +241,10 @@ class Guard:
         needs_origin = scope["type"] == "websocket" or scope["method"] not in _SAFE
         if needs_origin and not self._is_ours(_only(headers, b"origin"), place):
             return _ORIGIN_WRONG
-        return _wrong_length(headers, _largest(scope["path"]))
+        wrong = _wrong_length(headers, _largest(scope["path"]))
+        if wrong is None and scope["type"] == "http" and scope["method"] not in _SAFE:
+            wrong = _wrong_kind(headers, scope["path"])
+        return wrong
 
     def _is_ours(self, origin: str | None, place: Place) -> bool:
         found = None if origin is None else _ORIGIN.fullmatch(origin)
@@ -251,13 +280,30 @@ class Guard:
     async def _answer(
         self, scope: Scope, receive: Receive, send: Send, marks: Mapping[bytes, bytes]
     ) -> None:
-        answer = _Answer(send, marks, scope["path"])
+        refusal = self._refusal(scope, list(scope["headers"]))
+        answer = _Answer(send, marks, scope["path"], refusal)
         body = _Body(receive, answer, _largest(scope["path"]))
         try:
             await self._app(scope, body.receive, answer.send)
         except* _BodyRefusedError:  # a page that streams has a group of tasks, and so of errors
             if answer.wrong is not None and not answer.started:
                 await answer.refuse(answer.wrong)
+        except* ClientDisconnect:
+            pass  # nobody is there to be answered
+
+    def _refusal(self, scope: Scope, headers: Headers) -> "_Refusal":
+        """Return how a refusal is told to who asks."""
+        cookies = cookie_parser(_only(headers, b"cookie") or "")
+        language = language_of(
+            cookies.get(LANGUAGE_COOKIE), _only(headers, b"accept-language"), self._language
+        )
+        page = scope["method"] in _SAFE and wants_page(_only(headers, b"accept"))
+        return _Refusal(self._words, language, page)
+
+
+@cache
+def _own_words() -> Words:
+    return Words.read()
 
 
 def _largest(path: str) -> int:
@@ -273,14 +319,45 @@ def _wrong_length(headers: Headers, largest: int) -> _Wrong | None:
     return _TOO_LARGE if int(found[0]) > largest else None
 
 
+def _wrong_kind(headers: Headers, path: str) -> _Wrong | None:
+    if path not in JSON_PATHS:
+        return None
+    kind = (_only(headers, b"content-type") or "").partition(";")[0].strip().lower()
+    return None if kind == "application/json" else _KIND_WRONG
+
+
+class _Refusal(NamedTuple):
+    """How a refusal is told."""
+
+    words: Words
+    """What it says."""
+    language: str
+    """In which language."""
+    page: bool
+    """Whether a browser wants a page."""
+
+    def told(self, wrong: _Wrong) -> tuple[bytes, bytes]:
+        """Return kind and content of the answer."""
+        text = self.words.say(self.language, wrong.key)
+        if not self.page:
+            return b"application/json", json.dumps({"error": wrong.error, "text": text}).encode()
+        title = self.words.say(self.language, "common.not_shown")
+        own = wrong.status != _HOST_WRONG.status
+        back = self.words.say(self.language, "common.to_the_machine") if own else ""
+        return b"text/html; charset=utf-8", plain_page(self.language, title, text, back=back)
+
+
 @final
 class _Answer:
     """An answer on its way: it is marked, and replaced where the body must not be read on."""
 
-    def __init__(self, send: Send, marks: Mapping[bytes, bytes], path: str) -> None:
+    def __init__(
+        self, send: Send, marks: Mapping[bytes, bytes], path: str, refusal: _Refusal
+    ) -> None:
         self._send = send
         self._marks = marks
         self._path = path
+        self._refusal = refusal
         self.started = False
         self.wrong: _Wrong | None = None
 
@@ -308,21 +385,19 @@ class _Answer:
     async def refuse(self, wrong: _Wrong) -> None:
         """Answer with a refusal in place of everything else."""
         self.started = True
-        body = _body_of(wrong)
-        headers = _refusal_headers(wrong, body, self._marks)
+        kind, body = self._refusal.told(wrong)
+        headers = _refusal_headers(wrong, kind, body, self._marks)
         await self._send(
             {"type": "http.response.start", "status": wrong.status, "headers": headers}
         )
         await self._send({"type": "http.response.body", "body": body})
 
 
-def _body_of(wrong: _Wrong) -> bytes:
-    return json.dumps({"error": wrong.error, "text": wrong.text}).encode()
-
-
-def _refusal_headers(wrong: _Wrong, body: bytes, marks: Mapping[bytes, bytes]) -> Headers:
+def _refusal_headers(
+    wrong: _Wrong, kind: bytes, body: bytes, marks: Mapping[bytes, bytes]
+) -> Headers:
     headers = [
-        (b"content-type", b"application/json"),
+        (b"content-type", kind),
         (b"content-length", str(len(body)).encode()),
         (b"connection", b"close"),  # what is left of the request is not read
         *marks.items(),

@@ -68,12 +68,18 @@ def routes(parts: ScreenParts) -> list[BaseRoute]:
 
 
 async def _state(request: Request) -> Response:
-    """Tell why a log-in is needed, and whether the loop is there: to anybody, so no value of it."""
+    """Tell why a log-in is needed, and whether the loop is there: to anybody, so no value of it.
+
+    Pages that are open ask by themselves, so it is no sign of a person.
+    """
     parts, told = parts_of(request), parts_of(request).feed.latest
-    words, language = parts.words, visitor_of(request).language
+    visitor = visitor_of(request)
+    words, language = parts.words, visitor.language
     out, why = why_out(request), "" if told.live else told.why or "feed.starting"
     return answer_json(
         {
+            "program": parts.program,
+            "viewing": visitor.role.at_least(Role.VIEWER),
             "why": words.say(language, out) if out else "",
             "live": told.live,
             "text": words.say(language, why or "login.loop_there"),

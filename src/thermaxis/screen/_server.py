@@ -17,12 +17,13 @@ from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime._tls import server_context
 from thermaxis.screen._application import build_application
+from thermaxis.screen._connections import MOST_CONNECTIONS, Connection, Listener
+from thermaxis.screen._log_lines import speak_plainly
 from thermaxis.screen._parts import ScreenParts
 from thermaxis.screen._persons import Persons
 from thermaxis.screen._status_feed import StatusFeed
 from thermaxis.screen._words import Words
 
-_MOST_CONNECTIONS = 200
 _KEEP_ALIVE_S = 15
 _LEAVE_S = 2
 _LARGEST_MESSAGE_BYTES = 4096
@@ -58,6 +59,7 @@ async def serve(
             remedy="Add [screen], for a start with view_without_login = true",
         )
     context = _context_of(settings)
+    speak_plainly()
     parts = ScreenParts(
         configuration=configuration,
         settings=settings,
@@ -85,11 +87,12 @@ async def serve(
                 access_log=False,
                 server_header=False,
                 lifespan="on",
+                http=Connection,
                 ws="websockets-sansio",
                 ws_max_size=_LARGEST_MESSAGE_BYTES,
                 timeout_keep_alive=_KEEP_ALIVE_S,
                 timeout_graceful_shutdown=_LEAVE_S,
-                limit_concurrency=_MOST_CONNECTIONS,
+                limit_concurrency=MOST_CONNECTIONS,
                 proxy_headers=False,
                 ssl_context_factory=None if context is None else _giving(context),
             ),
@@ -152,7 +155,7 @@ def _host(address: str) -> str:
 @contextmanager
 def _listening(settings: ScreenSettings) -> Generator[socket.socket]:
     family = socket.AF_INET6 if ":" in settings.address else socket.AF_INET
-    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener = Listener(family)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((settings.address, settings.port))

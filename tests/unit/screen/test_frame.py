@@ -16,6 +16,7 @@ from starlette.websockets import WebSocketDisconnect
 from tests.unit.screen.frame_parts import (
     PASSWORD,
     TOKEN,
+    WORDS,
     Feed,
     People,
     client,
@@ -249,6 +250,8 @@ def test_the_log_in_page_tells_whether_the_loop_is_there_and_no_value_of_it() ->
     feed = cast("Feed", given.feed)
     there = state_of(given, None)
     assert there == {
+        "program": "run-1",
+        "viewing": False,
         "why": "",
         "live": True,
         "text": given.words.say("en", "login.loop_there"),
@@ -466,17 +469,55 @@ def test_a_page_that_says_something_is_cut_off() -> None:
 def test_no_more_pages_than_the_bound_are_connected_and_a_closed_one_makes_room(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(_live_socket, "MOST_VIEWERS", 2)
+    monkeypatch.setattr(_live_socket, "MOST_VIEWERS", 3)
+    monkeypatch.setattr(_live_socket, "KEPT_FOR_PERSONS", 1)
     browser = client(parts(), _live_socket.routes)
     with browser, browser.websocket_connect(LIVE) as one:
         one.receive_json()
         with browser.websocket_connect(LIVE) as two:
             two.receive_json()
-            with pytest.raises(WebSocketDisconnect), browser.websocket_connect(LIVE):
-                pass
+            assert_too_many(browser)
         with browser.websocket_connect(LIVE) as three:
             assert three.receive_json()["kind"] == "hello"
     assert MOST_VIEWERS >= 20
+
+
+def assert_too_many(browser: TestClient, language: str = "en") -> None:
+    """Assert that a page is told why it is told nothing."""
+    with browser.websocket_connect(LIVE, headers={"accept-language": language}) as refused:
+        said = refused.receive_json()
+        expected = WORDS.say(language, "common.too_many_pages")
+        assert (said["kind"], said["text"], said["since"]) == ("no_data", expected, None)
+        with pytest.raises(WebSocketDisconnect) as ended:
+            refused.receive_json()
+        assert ended.value.code == 1013
+
+
+def test_places_are_kept_for_those_who_have_logged_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_live_socket, "MOST_VIEWERS", 2)
+    monkeypatch.setattr(_live_socket, "KEPT_FOR_PERSONS", 1)
+    browser = client(parts(), _live_socket.routes, name="operator")
+    cookies = dict(browser.cookies)
+    browser.cookies.clear()
+    with browser, browser.websocket_connect(LIVE) as looking:
+        looking.receive_json()
+        assert_too_many(browser, "de")
+        browser.cookies.update(cookies)
+        with browser.websocket_connect(LIVE) as acting:
+            assert acting.receive_json()["name"] == "operator"
+            assert_too_many(browser)  # and these are bounded too
+
+
+def test_no_address_and_no_person_has_all_pages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_live_socket, "MOST_OF_ONE", 1)
+    browser = client(parts(), _live_socket.routes, name="operator")
+    with browser, browser.websocket_connect(LIVE) as acting:
+        acting.receive_json()
+        assert_too_many(browser)
+        browser.cookies.clear()
+        with browser.websocket_connect(LIVE) as looking:
+            looking.receive_json()
+            assert_too_many(browser)
 
 
 # ---- hosts --------------------------------------------------------------------------------------

@@ -9,12 +9,17 @@ const CYCLES = 3;
 const FIRST_RETRY_MS = 500;
 const LONGEST_RETRY_MS = 2000;
 const SILENT_MS = 5000;
+const LOOK_MS = 250;
+const JUMP_MS = 2000;
+const CLOCKS_APART = 2e-4; // by so much two computers' clocks may run apart; crystals: 1e-4
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {{text: string, since: string | null}} NoData */
 
 /** @type {((status: Status, ageS: number) => void)[]} */
 const statusListeners = [];
+/** @type {(() => void)[]} */
+const liveListeners = [];
 /** @type {((none: NoData) => void)[]} */
 const noDataListeners = [];
 /** @type {((visitor: {name: string, role: string, lost: string}) => void)[]} */
@@ -30,13 +35,23 @@ let why = "";
 let whyKnown = false;
 let live = false;
 let leaving = false;
+let complained = false;
+/** Smallest time on the way that this connection has seen, and when [s]. */
+let shortest = { lagS: Infinity, atS: 0 };
+let apartMs = Date.now() - performance.now();
 /** @type {WebSocket | null} */
 let socket = null;
 
 /** @param {(status: Status, ageS: number) => void} listener */
 export function onStatus(listener) {
   statusListeners.push(listener);
-  if (live && last) listener(last, ageS());
+  const now = last;
+  if (live && now && !went(() => listener(now, ageS()))) tellUnreadable();
+}
+
+/** Told after a status that every part of the page could show. @param {() => void} listener */
+export function onLive(listener) {
+  liveListeners.push(listener);
 }
 
 /** @param {(none: NoData) => void} listener */
@@ -75,13 +90,14 @@ export function startLive() {
     if (event.persisted) location.reload();
   });
   connect();
-  setInterval(look, 250);
+  setInterval(look, LOOK_MS);
 }
 
 function connect() {
   const scheme = location.protocol === "https:" ? "wss:" : "ws:";
   openedMs = performance.now();
   heardMs = openedMs;
+  shortest = { lagS: Infinity, atS: 0 };
   const mine = new WebSocket(`${scheme}//${location.host}/live`);
   let opened = false;
   socket = mine;
@@ -100,8 +116,13 @@ function connect() {
 /** Ask why there is no connection: a server that began anew knows the log-in no more. */
 async function lookAround() {
   try {
-    const answer = await fetch(location.pathname, { redirect: "manual", cache: "no-store" });
-    if (answer.type === "opaqueredirect") location.reload();
+    const answer = await fetch("/login/state", { cache: "no-store" });
+    if (!answer.ok) return;
+    const state = await answer.json();
+    const { program, viewing } = document.body.dataset;
+    if (state.program === program && state.viewing === (viewing === "yes")) return;
+    if (state.why) leaveNotice(state.why);
+    location.reload();
   } catch {
     // it is not there; the next attempt follows
   }
@@ -111,12 +132,11 @@ async function lookAround() {
 function hear(text) {
   heardMs = performance.now();
   retryMs = FIRST_RETRY_MS;
-  const message = JSON.parse(text);
-  if (message.kind === "status") {
-    last = message.status;
-    lastMs = performance.now() - 1000 * message.age_s;
-    live = true;
-    for (const listener of statusListeners) listener(message.status, message.age_s);
+  const message = read(text);
+  if (message === null) {
+    tellUnreadable();
+  } else if (message.kind === "status") {
+    take(message.status, message.age_s + transitS(message.sent_s));
   } else if (message.kind === "no_data") {
     why = message.text;
     whyKnown = true;
@@ -131,6 +151,92 @@ function hear(text) {
     leaveNotice(message.text);
     location.reload();
   }
+}
+
+/** @param {string} text @returns {Record<string, any> | null} */
+function read(text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return null;
+  }
+}
+
+/**
+ * Time that a message took on its way, beyond the shortest that this connection has seen: what
+ * waits in the network, or in a page that was busy, is as old as it is.
+ * @param {number} sentS the server's own clock
+ */
+function transitS(sentS) {
+  const nowS = performance.now() / 1000;
+  const lagS = nowS - sentS;
+  const drifted = shortest.lagS + CLOCKS_APART * (nowS - shortest.atS);
+  shortest = { lagS: Math.min(lagS, drifted), atS: nowS };
+  return lagS - shortest.lagS;
+}
+
+/** @param {Status} status @param {number} oldS how old it is by now */
+function take(status, oldS) {
+  if (jumped()) return;
+  const before = { last, lastMs };
+  whyKnown = false;
+  last = status;
+  lastMs = performance.now() - 1000 * oldS;
+  if (oldS > longestAgeS()) {
+    look();
+    return;
+  }
+  live = true;
+  const shown = statusListeners.map((listener) => went(() => listener(status, oldS)));
+  if (shown.every(Boolean)) {
+    for (const listener of liveListeners) went(listener);
+    return;
+  }
+  ({ last, lastMs } = before);
+  tellUnreadable();
+}
+
+/** Whether a part of the page could do something; why not is told once. @param {() => void} act */
+function went(act) {
+  try {
+    act();
+    return true;
+  } catch (error) {
+    if (!complained) console.error(error);
+    complained = true;
+    return false;
+  }
+}
+
+function tellUnreadable() {
+  why = word("operator.page_cannot_read");
+  whyKnown = true;
+  tellNone(last?.utc ?? null);
+}
+
+/**
+ * Whether the clocks of this computer have parted since the last look: it was asleep, or was set.
+ * What then arrives may have waited: only a new connection tells what is so now.
+ */
+function jumped() {
+  const now = Date.now() - performance.now();
+  const far = Math.abs(now - apartMs) > JUMP_MS;
+  apartMs = now;
+  if (!far) return false;
+  lastMs = Number.NEGATIVE_INFINITY;
+  again();
+  why = word("common.no_connection_to_screen");
+  tellNone(last?.utc ?? null);
+  return true;
+}
+
+/** Leave the connection for a new one. */
+function again() {
+  const dead = socket;
+  socket = null;
+  whyKnown = false;
+  dead?.close();
+  if (dead) connect();
 }
 
 /**
@@ -159,14 +265,8 @@ function leaveNotice(text) {
 
 /** Judge by the page's own clock: neither the server nor the loop need be there for it. */
 function look() {
-  const silent = performance.now() - heardMs > SILENT_MS;
-  if (silent && socket) {
-    const dead = socket;
-    socket = null;
-    whyKnown = false;
-    dead.close();
-    connect();
-  }
+  if (jumped()) return;
+  if (performance.now() - heardMs > SILENT_MS) again();
   const waited = last ? ageS() : (performance.now() - openedMs) / 1000;
   if (waited > longestAgeS()) {
     if (!whyKnown) why = word("common.no_connection_to_screen");
@@ -177,7 +277,7 @@ function look() {
 /** @param {string | null} since */
 function tellNone(since) {
   live = false;
-  for (const listener of noDataListeners) listener({ text: why, since });
+  for (const listener of noDataListeners) went(() => listener({ text: why, since }));
 }
 
 /**

@@ -1,0 +1,364 @@
+"""What is answered where there is nothing to show, and what the terminal is told of it."""
+
+import asyncio
+import contextlib
+import json
+import logging
+import socket
+from collections.abc import AsyncIterator
+from typing import TYPE_CHECKING, cast
+
+import pytest
+import uvicorn
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocket
+
+from tests.unit.runtime.status_server_parts import run
+from tests.unit.screen.frame_parts import PASSWORD, TOKEN, WORDS, People, parts
+from thermaxis.screen import _log_lines
+from thermaxis.screen._application import build_application
+from thermaxis.screen._guard import Guard
+from thermaxis.screen._log_lines import LOGGERS, SAME_LINE_S, PlainLines, speak_plainly
+from thermaxis.screen._plain_page import plain_page, reference_of, wants_page
+from thermaxis.screen._words import LANGUAGES
+
+if TYPE_CHECKING:
+    from starlette.applications import Starlette
+
+HERE = "http://127.0.0.1:8450"
+PAGE = {"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"}
+SCRIPT = {"Accept": "*/*"}
+
+
+def with_mistakes(*, hosts: tuple[str, ...] = ("127.0.0.1:8450",)) -> Guard:
+    """Return the application, with two routes more that fail as only a mistake does."""
+    guard = cast("Guard", build_application(parts(), hosts))
+
+    async def broken(_: Request) -> Response:
+        raise KeyError("<b>secret</b> /home/somebody")
+
+    async def broken_socket(_: WebSocket) -> None:
+        raise ZeroDivisionError("a socket")
+
+    application = cast("Starlette", guard._app)
+    application.router.routes.append(Route("/broken", broken, methods=["GET", "POST"]))
+    application.router.routes.append(WebSocketRoute("/broken-live", broken_socket))
+    return guard
+
+
+def browser(base_url: str = HERE) -> TestClient:
+    return TestClient(with_mistakes(), base_url=base_url, raise_server_exceptions=False)
+
+
+# ---- nothing to show ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_an_unknown_page_is_a_page_with_the_way_to_every_other(language: str) -> None:
+    answer = browser().get("/nowhere", headers={**PAGE, "Accept-Language": language})
+    assert answer.status_code == 404
+    assert WORDS.say(language, "common.no_page") in answer.text
+    assert f'<html lang="{language}">' in answer.text
+    for page in ("/model", "/sensors", "/history", "/probe", "/positioning"):
+        assert f'href="{page}"' in answer.text
+
+
+def test_an_unknown_page_is_json_for_a_script() -> None:
+    answer = browser().get("/nowhere", headers={**SCRIPT, "Accept-Language": "de"})
+    assert answer.status_code == 404
+    assert answer.json() == {"error": "common.no_page", "text": WORDS.say("de", "common.no_page")}
+
+
+def test_a_method_that_a_route_does_not_take_is_refused_in_words() -> None:
+    answer = browser().get("/ask", headers=PAGE)
+    assert (answer.status_code, answer.json()["error"]) == (405, "common.refused_method")
+    assert "POST" in answer.headers["allow"]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(
+    ("address", "path", "status", "key"),
+    [
+        ("http://evil.example", "/", 421, "login.host"),
+        (HERE, "/static/%2e%2e/x", 404, "common.no_page"),
+        (HERE, "/?" + "x" * 5000, 414, "common.refused_long"),
+    ],
+)
+def test_a_refusal_before_any_page_speaks_the_language_of_the_browser(
+    language: str, address: str, path: str, status: int, key: str
+) -> None:
+    page = browser(address).get(path, headers={**PAGE, "Accept-Language": language})
+    assert page.status_code == status
+    assert page.headers["content-type"] == "text/html; charset=utf-8"
+    assert f'<html lang="{language}">' in page.text
+    assert WORDS.say(language, key) in page.text
+    assert 'href="/"' in page.text or status == 421
+    assert "<script" not in page.text
+    said = browser(address).get(path, headers={**SCRIPT, "Accept-Language": language})
+    assert said.status_code == status
+    assert said.json()["text"] == WORDS.say(language, key)
+
+
+def test_a_chosen_language_counts_more_than_that_of_the_browser() -> None:
+    visitor = browser()
+    visitor.cookies.set("thermaxis_language", "cs")
+    answer = visitor.get("/?" + "x" * 5000, headers={**PAGE, "Accept-Language": "de"})
+    assert WORDS.say("cs", "common.refused_long") in answer.text
+
+
+@pytest.mark.parametrize("path", ["/ask", "/login"])
+@pytest.mark.parametrize(
+    ("kind", "through"),
+    [
+        ("application/json", True),
+        ("application/json; charset=utf-8", True),
+        ("Application/JSON", True),
+        ("text/plain", False),
+        ("application/x-www-form-urlencoded", False),
+        ("multipart/form-data; boundary=x", False),
+        ("application/json5", False),
+        ("", False),
+    ],
+)
+def test_what_is_sent_to_ask_or_to_log_in_calls_itself_json(
+    path: str, kind: str, *, through: bool
+) -> None:
+    headers = {"Origin": HERE, "Content-Type": kind} if kind else {"Origin": HERE}
+    answer = browser().post(path, content=b"{}", headers=headers)
+    assert (answer.status_code != 415) is through
+    if not through:
+        assert answer.json() == {"error": "kind", "text": WORDS.say("en", "common.refused_kind")}
+
+
+@pytest.mark.parametrize(
+    ("accept", "page"),
+    [
+        ("text/html", True),
+        ("text/html,application/xml;q=0.9,*/*;q=0.8", True),
+        ("application/xml, TEXT/HTML;q=0.1", True),
+        ("*/*", False),
+        ("application/json", False),
+        ("text/htmlx", False),
+        ("", False),
+        (None, False),
+    ],
+)
+def test_a_browser_that_shows_the_answer_is_told_from_a_script(
+    accept: str | None, *, page: bool
+) -> None:
+    assert wants_page(accept) is page
+
+
+def test_what_a_plain_page_says_is_text() -> None:
+    page = plain_page("en", "<b>", "a < b & c", back='"').decode()
+    assert "<h1>&lt;b&gt;</h1>" in page
+    assert "a &lt; b &amp; c" in page
+
+
+# ---- mistakes in the program --------------------------------------------------------------------
+
+
+def mistake() -> KeyError:
+    with pytest.raises(KeyError) as caught:
+        {}["x"]
+    return caught.value
+
+
+@pytest.mark.parametrize("headers", [PAGE, SCRIPT])
+def test_a_mistake_in_the_program_is_answered_in_words_with_a_reference(
+    headers: dict[str, str],
+) -> None:
+    answer = browser().get("/broken", headers={**headers, "Accept-Language": "de"})
+    assert answer.status_code == 500
+    again = browser().get("/broken", headers={**headers, "Accept-Language": "de"})
+    assert answer.text == again.text, "the same mistake has another reference"
+    assert "Kennung" in answer.text
+    for secret in ("secret", "somebody", "Traceback", "KeyError", "test_answers"):
+        assert secret not in answer.text
+    assert answer.headers["content-security-policy"]
+
+
+def test_another_mistake_has_another_reference() -> None:
+    one = mistake()
+    with pytest.raises(ValueError, match="invalid literal") as other:
+        int("y")
+    group = ExceptionGroup("several", [one, other.value])
+    assert reference_of(one) != reference_of(other.value)
+    assert reference_of(group) == reference_of(one)
+    assert reference_of(KeyError()) == reference_of(KeyError("never raised"))
+
+
+# ---- what the terminal is told ------------------------------------------------------------------
+
+
+def record(text: str, error: BaseException | None = None) -> logging.LogRecord:
+    found = None if error is None else (type(error), error, error.__traceback__)
+    return logging.LogRecord("uvicorn.error", logging.WARNING, __file__, 1, text, (), found)
+
+
+def test_a_mistake_is_one_line_with_the_reference_of_its_page() -> None:
+    error = mistake()
+    told = record("Exception in ASGI application\n", error)
+    assert PlainLines().filter(told)
+    line = logging.Formatter().format(told)
+    assert "\n" not in line
+    assert reference_of(error) in line
+    assert "KeyError in test_answers.py, line " in line
+    assert "Traceback" not in line
+
+
+def test_what_a_stranger_sent_cannot_steer_the_terminal() -> None:
+    told = record("odd \x1b[2J\r\nline")
+    assert PlainLines().filter(told)
+    assert told.getMessage() == r"odd \x1b[2J\r\nline"
+
+
+def test_the_same_line_is_told_once_a_minute_and_another_one_at_once() -> None:
+    now_s = 1000.0
+    lines = PlainLines(lambda: now_s)
+    told = [lines.filter(record("Invalid HTTP request received.")) for _ in range(100)]
+    assert told == [True] + [False] * 99
+    assert lines.filter(record("another"))
+    now_s += SAME_LINE_S - 0.1
+    assert not lines.filter(record("Invalid HTTP request received."))
+    now_s += 0.2
+    assert lines.filter(record("Invalid HTTP request received."))
+
+
+def test_lines_are_remembered_within_a_bound() -> None:
+    lines = PlainLines(lambda: 1000.0)
+    assert all(lines.filter(record(f"line {i}")) for i in range(1000))
+    assert len(lines._told) == _log_lines._MOST_LINES
+
+
+# ---- before the web server that is used ---------------------------------------------------------
+
+
+@contextlib.contextmanager
+def plain_terminal():
+    """Put the web server's lines into words as the command does, and end that afterwards."""
+    speak_plainly()
+    speak_plainly()
+    try:
+        for name in LOGGERS:
+            filters = logging.getLogger(name).filters
+            assert sum(isinstance(one, PlainLines) for one in filters) == 1
+        yield
+    finally:
+        for name in LOGGERS:
+            logger = logging.getLogger(name)
+            for one in [one for one in logger.filters if isinstance(one, PlainLines)]:
+                logger.removeFilter(one)
+
+
+@contextlib.asynccontextmanager
+async def served() -> AsyncIterator[int]:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port = int(listener.getsockname()[1])
+        guard = with_mistakes(hosts=(f"127.0.0.1:{port}",))
+        given = cast("Starlette", guard._app).state.parts
+        await cast("People", given.persons).log_in("engineer", PASSWORD, "127.0.0.1")
+        config = uvicorn.Config(
+            guard, log_config=None, lifespan="off", ws="websockets-sansio", proxy_headers=False
+        )
+        server = uvicorn.Server(config)
+        server.capture_signals = contextlib.nullcontext
+        task = asyncio.create_task(server.serve(sockets=[listener]))
+        while not server.started:
+            await asyncio.sleep(0.005)
+        try:
+            yield port
+        finally:
+            server.should_exit = True
+            await task
+
+
+async def send(port: int, head: str, body: bytes, *, wait: bool) -> bytes:
+    """Send a request, whole or not; return what came before it was closed."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(head.replace("\n", "\r\n").encode() + b"\r\n" + body)
+    await writer.drain()
+    answer = b""
+    if wait:
+        with contextlib.suppress(ConnectionError):
+            answer = await asyncio.wait_for(reader.read(), 5.0)
+    else:
+        await asyncio.sleep(0.05)
+    writer.close()
+    with contextlib.suppress(ConnectionError):
+        await writer.wait_closed()
+    return answer
+
+
+def head_of(port: int, path: str, *, length: int, cookie: bool) -> str:
+    here = f"127.0.0.1:{port}"
+    who = f"Cookie: thermaxis_{port}=cookie-engineer\nX-Thermaxis-Token: {TOKEN}\n"
+    return (
+        f"POST {path} HTTP/1.1\nHost: {here}\nOrigin: http://{here}\nConnection: close\n"
+        f"Content-Type: application/json\nContent-Length: {length}\n{who if cookie else ''}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("path", "cookie"),
+    [
+        ("/login", False),
+        ("/login", True),
+        ("/ask", True),
+        ("/language", False),
+        ("/positioning/upload?name=run.csv", True),
+    ],
+)
+def test_a_body_that_is_cut_off_is_answered_nothing_and_told_to_nobody(
+    caplog: pytest.LogCaptureFixture, path: str, *, cookie: bool
+) -> None:
+    async def scene() -> None:
+        async with served() as port:
+            head = head_of(port, path, length=500, cookie=cookie)
+            assert await send(port, head, b'{"na', wait=False) == b""
+            await asyncio.sleep(0.1)
+            whole = await send(
+                port, f"GET /alive HTTP/1.0\nHost: 127.0.0.1:{port}\n", b"", wait=True
+            )
+            assert b" 200 " in whole
+
+    with plain_terminal():
+        run(scene)
+    assert [one for one in caplog.records if one.levelno >= logging.WARNING] == []
+
+
+def test_strangers_that_speak_no_http_fill_no_terminal(caplog: pytest.LogCaptureFixture) -> None:
+    async def scene() -> None:
+        async with served() as port:
+            for _ in range(10):
+                await send(port, "\x16\x03\x01 no HTTP\n", b"\xff" * 40, wait=True)
+
+    with plain_terminal():
+        run(scene)
+    told = [one.getMessage() for one in caplog.records if one.levelno >= logging.WARNING]
+    assert told == ["Invalid HTTP request received."]
+
+
+def test_a_mistake_behind_the_web_server_is_one_line_and_its_page_names_it(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    answers: list[bytes] = []
+
+    async def scene() -> None:
+        async with served() as port:
+            head = f"GET /broken HTTP/1.0\nHost: 127.0.0.1:{port}\nAccept: application/json\n"
+            answers.extend([await send(port, head, b"", wait=True) for _ in range(3)])
+
+    with plain_terminal():
+        run(scene)
+    told = [one for one in caplog.records if one.levelno >= logging.WARNING]
+    line = logging.Formatter().format(told[0])
+    assert len(told) == 1
+    assert "\n" not in line
+    for answer in answers:
+        text = json.loads(answer.partition(b"\r\n\r\n")[2])["text"]
+        assert text.partition("reference ")[2].partition(";")[0] in line
