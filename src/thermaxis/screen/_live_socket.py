@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+from collections import Counter
 from typing import final
 
 import anyio
@@ -16,6 +17,10 @@ from thermaxis.screen._status_feed import Told
 
 MOST_VIEWERS = 64
 """Pages that are open at once. Default: three times what a shop needs. [1]"""
+KEPT_FOR_PERSONS = 16
+"""Of these, those that only somebody who has logged in can have. [1]"""
+MOST_OF_ONE = 24
+"""Pages that one address has open without a log-in, or one person with it. [1]"""
 _POLICY, _TOO_MANY = 1008, 1013
 
 
@@ -51,7 +56,7 @@ class LiveSocket:
 
     def __init__(self, parts: ScreenParts) -> None:
         self._parts = parts
-        self._viewers = 0
+        self._open: Counter[tuple[bool, str]] = Counter()
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one page until it is closed.
@@ -65,20 +70,42 @@ class LiveSocket:
         if not visitor.role.at_least(Role.VIEWER):
             await socket.close(_POLICY)
             return
-        if self._viewers >= MOST_VIEWERS:
-            await socket.close(_TOO_MANY)
-            return
         await socket.accept()
-        self._viewers += 1
+        whose = _whose(socket, visitor)
+        if not self._has_room(whose):
+            await self._refuse(socket, visitor.language)
+            return
+        self._open[whose] += 1
         try:
             async with anyio.create_task_group() as group:
                 group.start_soon(_listen, socket, group.cancel_scope)
                 await self._send(socket, visitor)
                 group.cancel_scope.cancel()
         finally:
-            self._viewers -= 1
+            self._open[whose] -= 1
+            if not self._open[whose]:
+                del self._open[whose]
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await socket.close()
+
+    def _has_room(self, whose: tuple[bool, str]) -> bool:
+        logged_in, _ = whose
+        most = MOST_VIEWERS if logged_in else MOST_VIEWERS - KEPT_FOR_PERSONS
+        # who has logged in is not kept out by those who only look, nor takes their places away
+        others = self._open.total() if logged_in else self._without_log_in()
+        return others < most and self._open[whose] < MOST_OF_ONE
+
+    def _without_log_in(self) -> int:
+        return sum(count for (logged_in, _), count in self._open.items() if not logged_in)
+
+    async def _refuse(self, socket: WebSocket, language: str) -> None:
+        """Say to a page why it is told nothing; it asks again by itself."""
+        key = "common.too_many_pages"
+        text = self._parts.words.say(language, key)
+        said = json.dumps({"kind": "no_data", "key": key, "text": text, "since": None})
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+            await socket.send_text(said)
+            await socket.close(_TOO_MANY)
 
     async def _send(self, socket: WebSocket, visitor: Visitor) -> None:
         hello = {
@@ -104,8 +131,10 @@ class LiveSocket:
 
     def _message(self, told: Told, language: str) -> str:
         if told.live:
-            age_s = max(0.0, self._parts.clock.monotonic_s() - told.received_s)
-            return f'{{"kind":"status","age_s":{age_s:.3f},"status":{told.text}}}'
+            now_s = self._parts.clock.monotonic_s()
+            age_s = max(0.0, now_s - told.received_s)
+            times = f'"age_s":{age_s:.3f},"sent_s":{now_s:.3f}'
+            return f'{{"kind":"status",{times},"status":{told.text}}}'
         key = told.why or "feed.starting"
         return json.dumps(
             {
@@ -130,6 +159,13 @@ class LiveSocket:
     def _ended(self, person: Person, language: str) -> str:
         text = self._parts.words.say(language, person.ended or OUT)
         return json.dumps({"kind": "ended", "text": text})
+
+
+def _whose(socket: WebSocket, visitor: Visitor) -> tuple[bool, str]:
+    """Return whose page it is: a person's, or of an address."""
+    if visitor.person is not None:
+        return True, visitor.name
+    return False, "" if socket.client is None else socket.client.host
 
 
 async def _listen(socket: WebSocket, scope: anyio.CancelScope) -> None:
