@@ -236,14 +236,15 @@ def _inputs(program: Program, facts: GuideFacts) -> Iterator[str]:
     if facts.line is None:
         yield (
             "* `read_...`: what the axis has accepted, in um, with the sign of the correction, not"
-            " a copy of the output. It is taken over at the first call, and a difference that"
-            " lasts is a fault. `read_ok` is FALSE where it could not be read."
+            " a copy of the output. It is taken over at the first call, and by a rising edge of"
+            " reset while the state is 0 (Off); a difference that lasts is a fault. `read_ok` is FALSE where it could not be read."
         )
     else:
         yield (
             "* `read_k0_mm`, `read_slope`, `read_reference_mm`: what GET has read of the three"
             " setting data, not a copy of the outputs. They are taken over at the first call, and"
-            " a difference that lasts is a fault. `read_ok` is FALSE while GET reports an error."
+            " by a rising edge of reset while the state is 0 (Off); a difference that lasts is a"
+            " fault. `read_ok` is FALSE while GET reports an error."
         )
     yield (
         "* `connected`: FALSE while a correction that is written would not reach the axis."
@@ -284,6 +285,7 @@ def _outputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iter
     yield (
         "* Write the correction only while `heartbeat` changes, and let whatever writes it take the"
         " offset back at a rate when it stands still: the block cannot see that its PLC stopped."
+        " While `state` is 0 (Off) write nothing: the offset is then left as it is."
     )
     names = (remark_text(output.name) for output in settings.compensation.model.outputs)
     for name, bounds in zip(names, settings.compensation.bounds, strict=True):
@@ -361,6 +363,8 @@ def _off(settings: PlcSettings) -> Iterator[str]:
         " from the largest one, then `state` is 0. Do not cut the writing while it fades: the"
         " offset would stay where it is. After a fault (`state` 5) the correction fades too;"
         " `reset` acknowledges it once its cause is gone, and it stays off until it is enabled."
+        " Where an offset beyond the limits was found at the start, enabling is refused: stop"
+        " writing, bring the offset back in the control, give `reset`, then enable."
     )
     yield (
         "After a loss of power the block starts anew: its sections are at steady state, or at rest"

@@ -80,7 +80,6 @@ class LineTwin:
     def _switch_on(self) -> None:
         self._corrections_um = [0.0] * len(self._positions_mm)
         self._written = 0.0, 0.0
-        self._called = False
 
     def reported_um(self, inputs: LineInputs) -> tuple[float, ...]:
         """Return what the control's line means as corrections at the positions.
@@ -124,10 +123,9 @@ class LineTwin:
         if inputs.plain.restart:
             self._switch_on()
         reported_um = self.reported_um(inputs)
-        if not self._called and inputs.plain.read_ok:
+        if self._twin.takes_over(inputs.plain) and inputs.plain.read_ok:
             found = zip(self._corrections_um, reported_um, strict=True)
             self._corrections_um = [u if abs(u) <= _LARGEST_UM else c for c, u in found]
-        self._called = True
         pairs = zip(self._corrections_um, self._totals_um, strict=True)
         outside = any(not -total <= c <= total for c, total in pairs)
         plain = self._twin.step(inputs.plain._replace(read_um=reported_um))

@@ -32,7 +32,8 @@ from thermaxis.plc._print_st import print_st
 from thermaxis.plc._scenario import course_steps
 from thermaxis.plc._settings import PlcSettings, export_settings
 from thermaxis.plc._tempcomp import LineSettings, at_position, build_line_program
-from thermaxis.plc._tempcomp_twin import line_steps, line_vectors_csv
+from thermaxis.plc._tempcomp_twin import LineInputs, LineTwin, line_steps, line_vectors_csv
+from thermaxis.plc._twin import PlcInputs
 
 TOTAL_UM = 40.0
 
@@ -155,6 +156,42 @@ def test_a_line_that_stands_in_the_control_is_taken_over_and_not_jumped() -> Non
     here_mm = [block.k0_mm + block.slope * (p - block.reference_mm) for p in positions]
     assert here_mm == pytest.approx(there_mm, abs=1e-12)
     assert block.correction_at_500 == pytest.approx(-1000.0 * there_mm[1], abs=1e-9)
+
+
+def test_reset_while_it_is_off_takes_the_line_over_once_more_in_program_and_twin() -> None:
+    positions = (0.0, 1000.0)
+    exported = settings_at(positions)
+    line = LineSettings(positions_mm=positions, away=True)
+    block = compiled(build_line_program(exported, line))()
+    twin = LineTwin(exported, line)
+    plain = PlcInputs(
+        cycle_time_s=1.0,
+        enable=False,
+        hold=False,
+        reset=False,
+        diameter_mm=0.0,
+        diameter_known=False,
+        temperatures_c=(20.0,),
+        ok=(True,),
+        trims_um=(0.0, 0.0),
+        interlocks_met=True,
+        connected=True,
+        other_compensation=False,
+        read_um=(0.0, 0.0),
+        read_ok=True,
+    )
+    driven(block, **{**WELL, "enable": False}, read_slope=0.0, read_reference_mm=500.0)
+    outputs = twin.step(LineInputs(plain, 0.0, 0.0, 500.0))
+    for k0_mm, reset, limited in ((5.0, True, False), (5.0, False, False), (0.0, True, False)):
+        driven(block, read_k0_mm=k0_mm, reset=reset)
+        outputs = twin.step(LineInputs(plain._replace(reset=reset), k0_mm, 0.0, 500.0))
+        assert (block.k0_mm, block.slope, block.line_limited) == (
+            outputs.k0_mm,
+            outputs.slope,
+            outputs.limited,
+        )
+        assert block.line_limited is limited
+    assert (block.k0_mm, block.state) == (0.0, 0)
 
 
 def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_none() -> None:
