@@ -15,6 +15,10 @@ _PEM = b"-----BEGIN"
 def server_context(certificate: Path, private_key: Path, *, where: str) -> ssl.SSLContext:
     """Return the context of a server that speaks TLS 1.2 or later.
 
+    Not protected: a key or certificate in DER is written as PEM to a file of the temporary folder
+    for a moment, as the library reads PEM files only. Nobody else may read that file, but a disk
+    or a backup may keep it. Where both are PEM there is no such file.
+
     Parameters
     ----------
     certificate : Path
@@ -43,11 +47,19 @@ def server_context(certificate: Path, private_key: Path, *, where: str) -> ssl.S
             f"the certificate cannot be read: {error.strerror or error}",
             where=f"{where}, {certificate}",
         ) from None
+    if len(content) > LARGEST_FILE_BYTES:
+        raise ConfigurationError(
+            f"the certificate is larger than {LARGEST_FILE_BYTES} bytes",
+            where=f"{where}, {certificate}",
+        )
     key = read_private(private_key, limit_bytes=LARGEST_FILE_BYTES, where=f"{where}, {private_key}")
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
-        _load(context, _as_pem(content), _key_as_pem(key))
+        if _PEM in content and _PEM in key:
+            context.load_cert_chain(certificate, private_key, password=_no_password)
+        else:
+            _load(context, _as_pem(content), _key_as_pem(key))
     except (ssl.SSLError, ValueError, TypeError) as error:
         raise ConfigurationError(
             f"certificate and key cannot be used together ({error})",
@@ -56,6 +68,11 @@ def server_context(certificate: Path, private_key: Path, *, where: str) -> ssl.S
             " certificate new --use server makes them",
         ) from None
     return context
+
+
+def _no_password() -> bytes:
+    """Refuse a locked key; without this the library asks on the terminal."""
+    raise ValueError("the key is locked by a password")
 
 
 def _as_pem(content: bytes) -> bytes:

@@ -11,7 +11,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 from tests.unit.runtime.status_server_parts import Pair
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._tls import server_context
+from thermaxis.runtime._tls import LARGEST_FILE_BYTES, server_context
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +108,34 @@ def test_a_key_that_cannot_be_used_is_said_in_words(
     with pytest.raises(ConfigurationError) as told:
         server_context(pair.certificate, key, where="screen")
     assert str(key) in str(told.value)
+
+
+def test_a_locked_key_is_never_asked_for_its_password(pair: Pair, tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="locked by a password"):
+        server_context(pair.pem, locked(tmp_path / "key.pem"), where="screen")
+
+
+def test_a_key_in_pem_is_written_nowhere(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise AssertionError("a temporary folder")
+
+    monkeypatch.setattr("tempfile.TemporaryDirectory", refused)
+    assert peer_of(server_context(pair.pem, pair.key, where="screen"))
+    with pytest.raises(AssertionError):
+        server_context(pair.certificate, pair.key, where="screen")
+
+
+@pytest.mark.parametrize("which", ["certificate", "key"])
+def test_what_is_larger_than_any_certificate_or_key_is_refused(
+    which: str, pair: Pair, tmp_path: Path
+) -> None:
+    source = pair.pem if which == "certificate" else pair.key
+    large = tmp_path / "large.pem"
+    large.touch(mode=0o600)
+    large.write_bytes(source.read_bytes() + b"\n" * LARGEST_FILE_BYTES)
+    given = (large, pair.key) if which == "certificate" else (pair.pem, large)
+    with pytest.raises(ConfigurationError, match=r"larg.*large\.pem|large\.pem"):
+        server_context(*given, where="screen")
 
 
 @pytest.mark.parametrize("content", [b"", b"no certificate", b"\x30" * 50])
