@@ -45,7 +45,7 @@ test: setup-dev
 	$(BIN)/python -m pytest -m "not system" -n 2 -q
 
 system: setup-dev
-	$(BIN)/python -m pytest -m system -q
+	$(BIN)/python -m pytest -m system -n 2 --dist loadgroup -q
 
 check: setup-dev
 	$(BIN)/ruff format --check .
