@@ -217,11 +217,42 @@ def _wrong_kind(found: object) -> str:
         wrong = next((name for name in names if not fits(status.get(name))), None)
         if wrong is not None:
             return f"{wrong} of the status is no {what}"
+    return _check_parts(status)
+
+
+def _check_parts(status: Mapping[str, object]) -> str:
+    """Return what a page looks up in a group of the status and is of another kind, or empty."""
+    for group, names, fits, what in _PARTS:
+        rows = cast("Mapping[str, object] | Sequence[object]", status[group])
+        for row in rows.values() if isinstance(rows, Mapping) else rows:
+            table = cast("Mapping[str, object]", row)
+            wrong = next((name for name in names if not fits(table.get(name))), None)
+            if wrong is not None:
+                return f"{wrong} in {group} of the status is no {what}"
+    historian = cast("Mapping[str, object]", status["historian"])
+    if type(historian.get("storing")) is not bool:
+        return "the status does not say whether the history is stored"
     return ""
 
 
 def _is_text(value: object) -> bool:
     return isinstance(value, str)
+
+
+def _is_flag(value: object) -> bool:
+    return type(value) is bool
+
+
+def _is_number_or_none(value: object) -> bool:
+    return value is None or type(value) in {int, float}
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, dict)
+
+
+def _is_table_or_none(value: object) -> bool:
+    return value is None or isinstance(value, dict)
 
 
 def _are_tables(value: object) -> bool:
@@ -242,9 +273,24 @@ def _all_tables(values: Iterable[object]) -> bool:
 
 _KINDS: Final[tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...]] = (
     (("machine", "started", "utc", "state", "state_since", "text"), _is_text, "text"),
+    (("quality", "model_file", "model_sha256"), _is_text, "text"),
+    (("enabled", "source_connected", "sink_connected"), _is_flag, "flag"),
+    (("diameter_mm", "in_state_s"), _is_number_or_none, "number"),
+    (("historian",), _is_table, "table"),
     (("outputs", "inputs", "signals"), _are_tables, "group of tables"),
     (("alarms",), _is_list_of_tables, "list of tables"),
     (("reasons", "outcomes"), _is_list_of_texts, "list of texts"),
+)
+_CORRECTION: Final = ("correction_um", "wanted_um", "requested_um", "accepted_um", "effective_um")
+_PARTS: Final[tuple[tuple[str, tuple[str, ...], Callable[[object], bool], str], ...]] = (
+    ("outputs", ("parts_um",), _is_table, "table"),
+    ("outputs", ("limits",), _is_table_or_none, "table"),
+    ("outputs", (*_CORRECTION, "trim_um", "trim_left_s", "weight"), _is_number_or_none, "number"),
+    ("inputs", ("quality",), _is_text, "text"),
+    ("inputs", ("value_c", "read", "age_s"), _is_number_or_none, "number"),
+    ("signals", ("read", "age_s"), _is_number_or_none, "number"),
+    ("alarms", ("priority", "text", "cause", "remedy", "since"), _is_text, "text"),
+    ("alarms", ("values",), _is_table_or_none, "table"),
 )
 
 

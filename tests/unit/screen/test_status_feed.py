@@ -387,6 +387,57 @@ def test_what_the_loop_writes_is_read_back_whole() -> None:
     assert parse_status(text) == json.loads(text)
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "historian",
+        "model_file",
+        "model_sha256",
+        "quality",
+        "enabled",
+        "source_connected",
+        "signals",
+    ],
+)
+def test_a_status_without_a_member_that_pages_look_into_is_not_shown(name: str) -> None:
+    with pytest.raises(ValueError, match=f"^{name} of the status is no "):
+        parse_status(altered(**{name: None}))
+
+
+@pytest.mark.parametrize(
+    ("group", "name", "value"),
+    [
+        ("outputs", "parts_um", None),
+        ("outputs", "limits", []),
+        ("outputs", "correction_um", "12"),
+        ("outputs", "trim_um", True),
+        ("inputs", "quality", 1),
+        ("inputs", "value_c", {}),
+    ],
+)
+def test_a_part_of_a_group_of_another_kind_is_not_shown(
+    group: str, name: str, value: object
+) -> None:
+    told = json.loads(text_of())
+    next(iter(told[group].values()))[name] = value
+    with pytest.raises(ValueError, match=f"^{name} in {group} of the status is no "):
+        parse_status(json.dumps(told))
+
+
+def test_a_status_that_does_not_say_whether_the_history_is_stored_is_not_shown() -> None:
+    with pytest.raises(ValueError, match="whether the history is stored"):
+        parse_status(altered(historian={"waiting": 0}))
+
+
+@pytest.mark.parametrize("name", ["priority", "text", "cause", "remedy", "since"])
+def test_an_alarm_without_its_words_is_not_shown(name: str) -> None:
+    alarm = dict.fromkeys(("priority", "text", "cause", "remedy", "since"), "high")
+    assert parse_status(altered(alarms=[alarm]))["alarms"] == [alarm]  # an older loop has no code
+    del alarm[name]
+    with pytest.raises(ValueError, match=f"^{name} in alarms"):
+        parse_status(altered(alarms=[alarm]))
+
+
 @given(st.text(max_size=200))
 def test_any_text_is_a_status_or_refused_with_a_sentence(text: str) -> None:
     with pytest.raises(ValueError, match="the status"):

@@ -1,7 +1,7 @@
 // @ts-check
 // What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
 
-import { noDataWords, onNoData, onStatus, onVisitor, startLive } from "./live.js";
+import { noDataWords, onLive, onNoData, onStatus, onVisitor, startLive } from "./live.js";
 import { clock, word } from "./words.js";
 
 /** @param {string} id */
@@ -49,8 +49,6 @@ function watch() {
   const alarms = byId("top-alarms");
   const none = byId("no-data");
   onStatus((status) => {
-    document.body.dataset.live = "yes";
-    if (none && !none.hidden) none.hidden = true;
     if (state) {
       state.dataset.state = status.state;
       show(state, word(`operator.state_${status.state.toLowerCase()}`));
@@ -65,6 +63,10 @@ function watch() {
         );
       }
     }
+  });
+  onLive(() => {
+    document.body.dataset.live = "yes";
+    if (none && !none.hidden) none.hidden = true;
   });
   onNoData((found) => {
     document.body.dataset.live = "no";
