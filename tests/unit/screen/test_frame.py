@@ -426,6 +426,8 @@ def test_an_open_page_is_told_who_it_is_then_every_look_then_why_there_is_none()
         first = socket.receive_json()
         assert (first["kind"], first["status"]) == ("status", {"number": 7})
         assert 0.0 <= first["age_s"] < 5.0
+        received_s = first["sent_s"] - first["age_s"]  # by the server's own clock
+        assert received_s == pytest.approx(feed.latest.received_s, abs=2e-3)
         feed.tell(told(2, text='{"number":8}'))
         assert socket.receive_json()["status"] == {"number": 8}
         feed.tell(told(3, live=False, why="feed.stands_still"))
