@@ -23,6 +23,7 @@ OTHER_FILE = "model.other_file"
 """The file on disk is another one than the model in force."""
 NO_FILE = "model.no_file"
 """There is no such file on the computer of the screen, or it cannot be read."""
+_HASH_SHOWN = 16
 
 
 class Found(NamedTuple):
@@ -47,12 +48,13 @@ def routes(parts: "ScreenParts") -> list[BaseRoute]:
     Returns
     -------
     list of BaseRoute
-        ``/model`` and ``/model/values``.
+        ``/model``, ``/model/values`` and ``/model/choice``.
     """
     del parts
     return [
         Route("/model", _page, methods=["GET"]),
         Route("/model/values", _values, methods=["GET"]),
+        Route("/model/choice", _choice, methods=["GET"]),
     ]
 
 
@@ -127,7 +129,9 @@ async def _values(request: Request) -> Response:
         _read, parts.configuration, name, sha256, diameter_mm
     )
     language = visitor_of(request).language
-    text = parts.words.say(language, found.key, file=name) if found.key else ""
+    text = ""
+    if found.key:
+        text = parts.words.say(language, found.key, file=name, hash=f"{sha256[:_HASH_SHOWN]}…")
     return answer_json(
         {
             "file": name,
@@ -136,8 +140,21 @@ async def _values(request: Request) -> Response:
             "text": text,
             "detail": found.detail,
             "choices": choices,
+            "outputs": tuple(status.get("outputs", {})),
         }
     )
+
+
+@needs(Role.VIEWER)
+async def _choice(request: Request) -> Response:
+    """Tell the hash of a model that may be chosen, by which a page sees that it is in force."""
+    configuration = parts_of(request).configuration
+    try:
+        path = configuration.find_model(request.query_params.get("name", ""))
+        found = await asyncio.to_thread(read_model_file, path)
+    except ConfigurationError:  # the loop says what is wrong, when it is asked for it
+        return answer_json({"sha256": None})
+    return answer_json({"sha256": found.sha256})
 
 
 def _read(

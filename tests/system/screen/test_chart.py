@@ -112,7 +112,7 @@ def test_a_chart_has_gaps_marks_with_letters_and_a_legend_beside_the_data(browse
             "Z_um [µm]",
             "T <b>1</b> [°C]",
             "allowed",
-            "A\nenabled by novak; active",
+            "A\nactive; enabled by novak",
             "B\nsensor bad",
         ]
         letters = drawn_texts(page, "#probe .annotation-text")
@@ -335,4 +335,91 @@ def test_no_page_is_wider_than_the_screen(
             ".filter(e => e.getBoundingClientRect().height < 48).map(e => e.textContent)"
         )
         assert small == []
+    assert pages.faults == []
+
+
+SEEN = """() => {
+  const found = [];
+  const walker = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const text = walker.currentNode.textContent.trim();
+    let at = walker.currentNode.parentElement;
+    if (!text || !at.getClientRects().length || at.closest("svg, select, .chart")) continue;
+    let marked = parseFloat(getComputedStyle(at).fontSize) === 0;
+    for (; at; at = at.parentElement) {
+      marked ||= getComputedStyle(at).textDecorationStyle === "dotted";
+    }
+    found.push([text, marked]);
+  }
+  return found;
+}"""
+
+
+def otherwise(told: Any) -> Any:
+    """Return the same with every number, flag and judgement another one."""
+    if isinstance(told, dict):
+        return {key: otherwise(value) for key, value in told.items()}
+    if isinstance(told, bool):
+        return not told
+    if isinstance(told, float):
+        return told + 31.7
+    return "the value jumped" if told == "good" else "Bad" if told == "Good" else told
+
+
+@pytest.mark.parametrize("path", ["/model", "/sensors"])
+def test_what_changes_with_the_loop_is_marked_as_old_without_it(
+    browser: Browser, path: str
+) -> None:
+    pages = pages_for()
+    with opened(browser, pages, path, locale="en-GB") as page:
+        kept = pages.feed.status
+        assert kept is not None
+        page.wait_for_selector("#model-outputs .output" if path == "/model" else ".sensor")
+        pages.tell_until(page, lambda: page.locator("[data-good]").count() > 2)
+        page.wait_for_timeout(300)
+        before = page.evaluate(SEEN)
+        parts = ("outputs", "inputs", "signals")
+        pages.feed.status = {**kept, **{part: otherwise(kept[part]) for part in parts}}
+        changed: set[int] = set()
+
+        def other() -> bool:
+            now = page.evaluate(SEEN)
+            assert len(now) == len(before)
+            changed.update(k for k, (text, _) in enumerate(now) if text != before[k][0])
+            return len(changed) > 8
+
+        pages.tell_until(page, other)
+        pages.feed.live = False
+        pages.tell_until(page, lambda: page.get_attribute("body", "data-live") == "no")
+        old = page.evaluate(SEEN)
+        assert [old[k][0] for k in sorted(changed) if not old[k][1]] == []
+    assert pages.faults == []
+
+
+def test_marks_say_the_weightiest_first_and_what_was_asked_for_stands_apart(
+    browser: Browser,
+) -> None:
+    begin = 1_763_700_000_000
+    hour = 3_600_000
+    near = [
+        {"x": begin + hour + 1000 * k, "text": "Active", "kind": "state", "rank": 1}
+        for k in range(5)
+    ]
+    marks = [
+        *near,
+        {"x": begin + hour + 9000, "text": "Sensor broken", "kind": "alarm", "rank": 0},
+        {"x": begin + hour + 9500, "text": "Trim (novak)", "kind": "request", "rank": 4},
+        *({"x": begin + k * hour, "text": f"gone {k}", "rank": 5} for k in range(3, 7)),
+    ]
+    lines = [{"name": "Z_um", "x": [begin, begin + 8 * hour], "y": [0.0, 1.0]}]
+    pages = pages_for()
+    with opened(browser, pages, "/blank", locale="en-GB") as page:
+        page.evaluate(DRAW, {"lines": lines, "marks": marks, "time": True, "marksListed": 3})
+        assert texts(page, ".chart-entry")[1:] == [
+            "A\nSensor broken; Active (5×)",
+            "B\ngone 6",
+            "1\nTrim (novak)",
+            "and 3 more marks: see the events",
+        ]
+        assert drawn_texts(page, "#probe .annotation-text") == ["A", "B", "1"]
     assert pages.faults == []

@@ -70,7 +70,10 @@ def test_nothing_is_shown_of_a_file_that_is_another_one_than_the_model_in_force(
     change_model(machine.model.path)
     found = client(machine).get("/model/values").json()
     assert found["model"] is None
-    assert "another one than the model in force" in found["text"]
+    assert f"lathe.json, sha256 {machine.model.sha256[:16]}" in found["text"]
+    assert "goes on with the model that it has read" in found["text"]
+    assert "has been changed since" in found["text"]
+    assert found["outputs"] == ["Z_um"]  # what the loop itself tells of them is shown
     assert "2026-11-22" not in json.dumps(found)
 
 
@@ -86,6 +89,18 @@ def test_a_file_that_is_gone_or_no_model_is_said_in_words(machine: MachineConfig
     assert found["model"] is None
     assert "cannot be read" in found["text"]
     assert found["choices"] == []
+
+
+def test_the_hash_of_a_model_that_may_be_chosen_is_told_and_of_nothing_else(
+    machine: MachineConfiguration,
+) -> None:
+    asker = client(machine)
+    change_model(machine.model.path)
+    write_model(read_model(machine.model.path), machine.model.path)
+    told = asker.get("/model/choice", params={"name": "lathe.json"}).json()
+    assert told == {"sha256": json.loads(machine.model.path.read_text("utf-8"))["sha256"]}
+    for name in ("", "missing.json", "../machine.toml", str(machine.path)):
+        assert asker.get("/model/choice", params={"name": name}).json() == {"sha256": None}
 
 
 def test_a_model_chosen_from_the_folder_is_found_there(machine: MachineConfiguration) -> None:

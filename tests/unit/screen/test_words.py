@@ -403,6 +403,24 @@ LONG = f"outputs are {'x' * 5000}"
 """An answer that is longer than any that is looked into."""
 
 
+@pytest.mark.parametrize("language", FOREIGN)
+def test_what_an_uncertainty_is_without_is_translated(language: str) -> None:
+    source = (SCREEN.parent / "positioning" / "_uncertainty.py").read_text("utf-8")
+    terms = (
+        "instrument and environment: no budget was given",
+        "environmental variation: it would count the drift twice",
+        "environmental variation: not stated in the budget",
+        "scatter: one reading does not tell it",
+        "drift: it is not known",
+    )
+    for term in terms:
+        assert f'"{term}"' in source
+        assert WORDS.phrase(language, "left_out", term) != term
+    said = WORDS.phrase(language, "left_out", "expansion coefficient: not stated in the budget")
+    assert WORDS.phrase(language, "term", "expansion coefficient") in said
+    assert "expansion" not in said
+
+
 def test_what_is_not_known_stays_as_the_loop_said_it() -> None:
     for english in ("something new", "", "x" * 100_000, "{name}", "outputs are ", EMPTY, LONG):
         assert WORDS.phrase("cs", "answer", english) == english
@@ -433,6 +451,32 @@ def test_what_is_not_known_stays_as_the_loop_said_it() -> None:
         ("alarm", "gone: A cycle came 1.5 s late.", "gegangen: Ein Zyklus kam 1,5 s zu spät."),
         ("alarm", "high: Sensor T: the value jumped.", "hoch: Sensor T: der Wert ist gesprungen."),
         ("alarm", "high: Something new.", "hoch: Something new."),
+        (
+            "alarm",
+            (
+                "medium: the history cannot be written (OperationalError disk I/O error); 8 records"
+                " wait in memory"
+            ),
+            (
+                "mittel: der Verlauf kann nicht gespeichert werden; im Speicher warten 8 Datensätze"
+                " (Einzelheit: OperationalError disk I/O error)"
+            ),
+        ),
+        (
+            "state",
+            "Warming: everything is there again; it must stay so for a moment",
+            "Läuft an: alles ist wieder da; es muss einen Moment so bleiben",
+        ),
+        (
+            "state",
+            "Off: nobody has enabled it; everything is there again; it must stay so for a moment",
+            "Aus: niemand hat sie eingeschaltet; alles ist wieder da; es muss",
+        ),
+        (
+            "start",
+            "no saved state: there is no file",
+            "kein gespeicherter Zustand: es gibt keine Datei",
+        ),
         ("connection", "novak logged in to the status server", "novak hat sich am Statusserver"),
         ("start", "the loop of lathe 3 started", "die Kompensation von lathe 3 wurde gestartet"),
     ],

@@ -34,6 +34,8 @@ const MOST_COURSES = 3;
  * @property {string | string[] | ((status: Status) => string[])} text what will happen; as a
  *   function it is said anew with every status
  * @property {(status: Status) => boolean} effective whether a status shows that it is in effect
+ * @property {(status: Status) => string} [blocked] why a status leaves nothing to ask for, such as
+ *   after somebody else has asked for it; empty where it can be asked
  */
 
 /** @type {Course[]} the newest first */
@@ -42,9 +44,9 @@ const saidAloud = made("p", "", "unseen");
 saidAloud.setAttribute("aria-live", "polite");
 
 style();
+document.body.append(saidAloud);
 onStatus(look);
 onNoData(() => {
-document.body.append(saidAloud);
   for (const course of courses) course.blind = true;
   tell();
 });
@@ -84,6 +86,7 @@ function begin(wording) {
     came: null,
     blind: latest() === null,
   };
+  courses = [course, ...courses].slice(0, MOST_COURSES);
   tell();
   return course;
 }
@@ -96,7 +99,6 @@ function take(course, answer) {
   tell();
   const now = latest();
   if (now) look(now);
-  courses = [course, ...courses].slice(0, MOST_COURSES);
 }
 
 /**
@@ -145,10 +147,10 @@ function tell() {
   place.setAttribute("data-told", text);
   place.setAttribute("data-answer", newest.answer);
   place.replaceChildren(...lines);
-}
-
   const aloud = lines.slice(0, lines.length - older.length).map((line) => line.textContent);
   if (saidAloud.textContent !== aloud.join(" ")) saidAloud.textContent = aloud.join(" ");
+}
+
 /** @param {Course} course */
 function linesOf(course) {
   const lines = [made("span", word("operator.requested_at", { time: clock(course.requested) }))];
@@ -158,20 +160,18 @@ function linesOf(course) {
     lines.push(made("span", `→ ✕ ${word("operator.refused_at", { time })}`, "ask-wrong"));
     if (course.reason) lines.push(made("span", sentence(course.reason)));
   }
-  if (course.answer === "accepted") {
-    lines.push(made("span", "→ " + word("operator.accepted_at", { time })));
   if (course.answer === "unknown") {
     lines.push(made("span", `→ ? ${word("operator.answer_none")}`, "ask-wrong"));
     lines.push(made("span", "→ " + effectOf(course)));
   }
+  if (course.answer === "accepted") {
+    lines.push(made("span", "→ " + word("operator.accepted_at", { time })));
     if (course.reason) lines.push(made("span", sentence(course.reason), "ask-reason"));
     lines.push(made("span", "→ " + effectOf(course)));
   }
   return lines;
 }
 
-/** @param {Course} course */
-function effectOf(course) {
 /** A course before the newest one, in one line with how it stands. @param {Course} course */
 function shortOf(course) {
   const time = clock(course.answered);
@@ -186,6 +186,8 @@ function shortOf(course) {
   return made("span", `${asked}: ${stands[course.answer]().trim()}`, "ask-older");
 }
 
+/** @param {Course} course */
+function effectOf(course) {
   if (course.came) return `✓ ${word("operator.effective_at", { time: clock(course.came) })}`;
   if (course.blind) return word("operator.effective_unknown");
   const passed = Date.now() - (course.answered?.getTime() ?? Date.now());
@@ -223,12 +225,20 @@ function confirmed(wording) {
   /** @param {Status | null} status */
   const show = (status) => {
     confirm.disabled = status === null;
-    why.hidden = status !== null;
-    if (status === null) return;
-    const lines = textOf(wording, status);
-    const told = lines.join("\n");
+    if (status === null) {
+      why.textContent = word("operator.why_no_data");
+      why.hidden = false;
+      delete body.dataset.told;
+      return;
+    }
+    const blocked = wording.blocked?.(status) ?? "";
+    confirm.disabled = blocked !== "";
+    const lines = blocked ? [] : textOf(wording, status);
+    const told = [blocked, ...lines].join("\n");
     if (body.dataset.told === told) return;
     body.dataset.told = told;
+    why.hidden = blocked === "";
+    if (blocked) why.textContent = word("operator.nothing_to_ask", { why: blocked });
     body.replaceChildren(...lines.map((line) => made("p", line)), why);
   };
   body.append(why);

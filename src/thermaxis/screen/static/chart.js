@@ -31,7 +31,8 @@ import { number, pageLocale, word } from "./words.js";
  * @typedef {object} Mark
  * @property {X} x
  * @property {string} text
- * @property {string} [kind] `alarm` stands out; everything else is plain
+ * @property {string} [kind] `alarm` stands out; `request` stands in a row of its own, with numbers
+ * @property {number} [rank] what has no room goes by it, the largest first; 1
  *
  * @typedef {object} Band
  * @property {number | null} [low] lower edge; a band with one edge is a limit, drawn as a line
@@ -51,7 +52,7 @@ import { number, pageLocale, word } from "./words.js";
  * @property {X} [first] begin of the x axis
  * @property {X} [last] end of it
  * @property {number} [leastSpan] the left axis shows at least so much: noise stays small
- * @property {number} [marksListed] marks with a letter, the latest ones; 8 in a still chart
+ * @property {number} [marksListed] marks with a letter, the weightiest ones; 8 in a still chart
  * @property {string} [label] what the chart shows, for who cannot see it
  * @property {(span: {first: number, last: number} | null) => void} [onSpan] the span was changed
  *   by a person [ms, or the axis' unit]; null: all of it
@@ -418,33 +419,76 @@ function nothing(paint) {
 // ---- marks -----------------------------------------------------------------------------------
 
 /**
- * @typedef {{x: number, letter: string, texts: string[], grave: boolean}} Cluster
+ * @typedef {{x: number, letter: string, marks: Placed[], texts: string[], grave: boolean,
+ *   rank: number, asked: boolean}} Cluster
+ * @typedef {{x: number, text: string, kind?: string, rank: number}} Placed
  * @param {Drawn} drawn
  * @param {Axis} axis
- * @returns {Cluster[]} marks that have room for a letter each; neighbours share one
+ * @returns {Cluster[]} marks that have room for a letter each; neighbours share one, but what
+ *   people asked for stands apart from what happened
  */
 function clustersOf({ chart, plot }, axis) {
   const perPx = (axis.last - axis.first) / Math.max(100, plot.clientWidth - 90);
   const clusters = /** @type {Cluster[]} */ ([]);
   const shown = (chart.marks ?? [])
-    .map((mark) => ({ ...mark, x: milliseconds(mark.x) }))
+    .map((mark) => ({ ...mark, x: milliseconds(mark.x), rank: mark.rank ?? 1 }))
     .filter((mark) => mark.x >= axis.first && mark.x <= axis.last)
     .sort((a, b) => a.x - b.x);
-  for (const mark of shown) {
-    const before = clusters.at(-1);
-    const grave = mark.kind === "alarm";
-    if (before && mark.x - before.x < MARK_ROOM_PX * perPx) {
-      before.texts.push(mark.text);
-      before.grave ||= grave;
-    } else {
-      clusters.push({ x: mark.x, letter: "", texts: [mark.text], grave });
+  for (const asked of [false, true]) {
+    clusters.push(...gathered(shown.filter((mark) => asked === (mark.kind === "request")),
+      MARK_ROOM_PX * perPx, asked));
+  }
+  for (const cluster of clusters) cluster.texts = textsOf(cluster.marks, axis.time);
+  const most = chart.marksListed ?? (chart.still ? STILL_MARKS : clusters.length);
+  nameMarks(clusters, most);
+  return clusters;
+}
+
+/**
+ * Give so many marks a letter, or a number to what was asked for: the weightiest, then the latest.
+ * @param {Cluster[]} clusters
+ * @param {number} most
+ */
+function nameMarks(clusters, most) {
+  const named = new Set([...clusters].sort((a, b) => a.rank - b.rank || b.x - a.x).slice(0, most));
+  for (const asked of [false, true]) {
+    let k = 0;
+    for (const one of clusters) {
+      if (one.asked !== asked) continue;
+      one.letter = !named.has(one) ? "" : asked ? String(k + 1) : letterOf(k);
+      if (named.has(one)) k += 1;
     }
   }
-  const most = chart.marksListed ?? (chart.still ? STILL_MARKS : clusters.length);
-  clusters.slice(-most).forEach((cluster, k) => {
-    cluster.letter = letterOf(k);
-  });
-  return clusters;
+}
+
+/** @param {Placed[]} marks @param {number} room @param {boolean} asked @returns {Cluster[]} */
+function gathered(marks, room, asked) {
+  const found = /** @type {Cluster[]} */ ([]);
+  for (const mark of marks) {
+    const before = found.at(-1);
+    const grave = mark.kind === "alarm";
+    if (before && mark.x - before.x < room) {
+      before.marks.push(mark);
+      before.grave ||= grave;
+      before.rank = Math.min(before.rank, mark.rank);
+    } else {
+      const { x, rank } = mark;
+      found.push({ x, letter: "", marks: [mark], texts: [], grave, rank, asked });
+    }
+  }
+  return found;
+}
+
+/**
+ * Texts of neighbours, the weightiest first, of those the latest; what came often stands there once.
+ * @param {Placed[]} marks
+ * @param {boolean} time
+ */
+function textsOf(marks, time) {
+  const counts = new Map();
+  const sorted = [...marks].sort((a, b) => a.rank - b.rank || (time ? b.x - a.x : 0));
+  for (const { text } of sorted) counts.set(text, (counts.get(text) ?? 0) + 1);
+  return [...counts].map(([text, count]) => (count > 1 ? `${text} (${count}×)` : text));
 }
 
 /** @param {number} k */
@@ -463,7 +507,8 @@ function markShape(mark, paint) {
 
 /** @param {Cluster} mark @param {Record<string, string>} paint */
 function markLetter(mark, paint) {
-  const top = { yref: "paper", y: 1, yanchor: "bottom", xanchor: "center", showarrow: false };
+  const yanchor = mark.asked ? "top" : "bottom";
+  const top = { yref: "paper", y: 1, yanchor, xanchor: "center", showarrow: false };
   const box = { bordercolor: mark.grave ? paint.text : paint.muted, borderwidth: 1, borderpad: 1 };
   return { x: mark.x, text: mark.letter, ...top, ...box, font: { color: paint.text, size: 11 } };
 }
@@ -477,6 +522,32 @@ function markLetter(mark, paint) {
  * @param {Record<string, string>} paint
  */
 function legend(drawn, axis, marks, paint) {
+  let named = marks.filter((mark) => mark.letter).length;
+  showLegend(drawn.legend, entriesOf(drawn, axis, marks, paint));
+  while (drawn.chart.still && named > 0 && overflows(drawn.legend)) {
+    named -= 1;
+    nameMarks(marks, named);
+    showLegend(drawn.legend, entriesOf(drawn, axis, marks, paint));
+  }
+}
+
+/** @param {HTMLElement} list */
+function overflows(list) {
+  const room = list.getBoundingClientRect();
+  return [...list.children].some((entry) => {
+    const { left, bottom } = entry.getBoundingClientRect();
+    return left > room.right - 8 || bottom > room.bottom + 1;
+  });
+}
+
+/**
+ * @param {Drawn} drawn
+ * @param {Axis} axis
+ * @param {Cluster[]} marks
+ * @param {Record<string, string>} paint
+ * @returns {import("./chart_legend.js").Entry[]}
+ */
+function entriesOf(drawn, axis, marks, paint) {
   const entries = /** @type {import("./chart_legend.js").Entry[]} */ ([]);
   drawn.chart.lines.forEach((line, k) => {
     const look = lookOf(line, k);
@@ -490,13 +561,18 @@ function legend(drawn, axis, marks, paint) {
     const color = (ranged ? paint.muted : paint.text) ?? "";
     if (text) entries.push({ kind: ranged ? "band" : "limit", text, color });
   }
+  const most = drawn.chart.still ? 1 : TEXTS_SHOWN;
   for (const { letter, texts, grave } of marks) {
-    const some = texts.slice(0, TEXTS_SHOWN).join("; ");
-    const more = texts.length - TEXTS_SHOWN;
-    const text = more > 0 ? word("chart.and_more", { text: some, count: more }) : some;
-    if (letter) entries.push({ kind: "mark", letter, text, grave });
+    const some = texts.slice(0, most).join("; ");
+    const more = texts.length - most;
+    const text = more > 0 && most > 1 ? word("chart.and_more", { text: some, count: more }) : some;
+    const value = more > 0 && most === 1 ? `+${more}` : "";
+    if (letter) entries.push({ kind: "mark", letter, text, value, grave });
   }
-  showLegend(drawn.legend, entries);
+  const left = marks.filter((mark) => !mark.letter).flatMap((mark) => mark.marks).length;
+  const others = drawn.chart.still ? `+${left}` : word("chart.and_others", { count: left });
+  if (left) entries.push({ kind: "more", text: others });
+  return entries;
 }
 
 /** @param {Drawn} drawn @param {Line} line @param {number[]} x */

@@ -29,8 +29,9 @@ const SHAPES = /** @type {Record<string, string>} */ ({
  * @typedef {{kind: "line", color: string, dash: string, marker: string, text: string,
  *   value: string}} LineEntry
  * @typedef {{kind: "band" | "limit", color: string, text: string}} BandEntry
- * @typedef {{kind: "mark", letter: string, text: string, grave: boolean}} MarkEntry
- * @typedef {LineEntry | BandEntry | MarkEntry} Entry
+ * @typedef {{kind: "mark", letter: string, text: string, value: string, grave: boolean}} MarkEntry
+ * @typedef {{kind: "more", text: string}} MoreEntry
+ * @typedef {LineEntry | BandEntry | MarkEntry | MoreEntry} Entry
  */
 
 /**
@@ -48,8 +49,9 @@ function row(entry) {
   item.className = `chart-entry chart-entry-${entry.kind}`;
   const text = document.createElement("span");
   text.textContent = entry.text;
-  item.append(entry.kind === "mark" ? letter(entry) : sample(entry), text);
-  if (entry.kind === "line" && entry.value) {
+  if (entry.kind !== "more") item.append(entry.kind === "mark" ? letter(entry) : sample(entry));
+  item.append(text);
+  if ((entry.kind === "line" || entry.kind === "mark") && entry.value) {
     const value = document.createElement("strong");
     value.textContent = entry.value;
     item.append(value);

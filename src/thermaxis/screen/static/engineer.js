@@ -135,12 +135,13 @@ export function verdict() {
 /**
  * Show a verdict.
  * @param {HTMLElement} box made by `verdict`
- * @param {boolean | null} good null where nobody knows
+ * @param {boolean | null | "unused"} good null where nobody knows, unused where nothing is judged
  * @param {string} text
  */
 export function showVerdict(box, good, text) {
   const [mark, words] = /** @type {HTMLElement[]} */ ([...box.children]);
-  box.dataset.good = good === null ? "unknown" : good ? "yes" : "no";
-  if (mark) say(mark, good === null ? "?" : good ? "✓" : "!");
+  const sign = good === "unused" ? "–" : good === null ? "?" : good ? "✓" : "!";
+  box.dataset.good = { "–": "unused", "?": "unknown", "✓": "yes", "!": "no" }[sign];
+  if (mark) say(mark, sign);
   if (words) say(words, text);
 }

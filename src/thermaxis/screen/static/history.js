@@ -5,8 +5,8 @@ import { drawChart } from "./chart.js";
 import { startEvents } from "./history_events.js";
 import { bySeries, labelOf } from "./history_series.js";
 import {
-  asked, element, fieldTime, newQuestion, pointsFor, pressLength, query, saved, setField, spanOf,
-  tellWrong, wireSpan,
+  asked, clearField, element, fieldTime, newQuestion, pointsFor, pressLength, query, saved,
+  setField, spanOf, tellWrong, wireSpan,
 } from "./past.js";
 import { duration, moment, word } from "./words.js";
 
@@ -83,7 +83,7 @@ function draw(shown, lines, second) {
       ...Object.entries(second).map(([name, line], k) => lineOf(name, line, k, shift, left)),
     ],
     marks: events.marks(),
-    marksListed: 12,
+    marksListed: 10,
     time: true,
     first: shown.first,
     last: shown.last,
@@ -96,7 +96,7 @@ function draw(shown, lines, second) {
       if (wanted === null) before = null;
     },
   });
-  tell(shown, lines);
+  tell(shown, lines, second);
   chart.dataset.drawn = String(Number(chart.dataset.drawn ?? "0") + 1);
 }
 
@@ -125,25 +125,35 @@ function lineOf(name, line, k, shift, left) {
   };
 }
 
-/** @param {Span} shown @param {Record<string, Past>} lines */
-function tell(shown, lines) {
+/**
+ * @param {Span} shown
+ * @param {Record<string, Past>} lines
+ * @param {Record<string, Past>} second
+ */
+function tell(shown, lines, second) {
   const stepS = Math.max(0, ...Object.values(lines).map((line) => line.step_s));
   const length = duration((shown.last - shown.first) / 1000);
   const values = { first: moment(shown.first), last: moment(shown.last), length };
   element("told").textContent = stepS < 0.05
     ? word("history.told_cycles", values)
     : word("history.told", { ...values, step: duration(stepS) });
-  tellSecond(shown);
+  tellSecond(shown, second);
 }
 
-/** @param {Span} shown */
-function tellSecond(shown) {
+/** @param {Span} shown @param {Record<string, Past>} second */
+function tellSecond(shown, second) {
   const place = element("second-told");
   element("second-off").setAttribute("aria-pressed", String(secondFirst === null));
   place.textContent = "";
   if (secondFirst === null) return;
   const shift = shown.first - secondFirst;
   const values = { first: moment(secondFirst), length: duration(Math.abs(shift) / 1000) };
+  const empty = !Object.values(second).some((line) => line.mean.some((y) => y !== null));
+  if (empty) {
+    const last = moment(secondFirst + (shown.last - shown.first));
+    place.textContent = word("history.second_empty", { first: values.first, last });
+    return;
+  }
   place.textContent = shift > 0
     ? word("history.second_told_later", values)
     : word("history.second_told_earlier", values);
@@ -158,7 +168,7 @@ function unitsOf() {
 function listSeries() {
   const place = element("series");
   place.replaceChildren();
-  for (const [group, names] of bySeries(Object.keys(units))) {
+  for (const [group, names] of bySeries(units)) {
     const title = document.createElement("h3");
     title.textContent = group;
     place.append(title, ...names.map(seriesButton));
@@ -241,6 +251,7 @@ function kept() {
 function layOver(first) {
   secondFirst = first;
   if (first !== null) setField("second-from", first);
+  else clearField("second-from");
   if (span) void show(span);
 }
 
@@ -257,17 +268,22 @@ function wireSecond() {
 
 function wireExport() {
   const told = document.getElementById("export-told");
-  for (const button of document.querySelectorAll("button[data-format]")) {
+  /** @type {NodeListOf<HTMLButtonElement>} */
+  const buttons = document.querySelectorAll("button[data-format]");
+  const turn = (/** @type {boolean} */ off) => buttons.forEach((one) => { one.disabled = off; });
+  for (const button of buttons) {
     button.addEventListener("click", async () => {
       if (!span || !told) return;
       told.textContent = word("history.export_works");
+      turn(true);
       try {
-        const format = /** @type {HTMLElement} */ (button).dataset.format ?? "";
+        const format = button.dataset.format ?? "";
         const name = await saved(`/history/export?${query(span, { format })}`);
         told.textContent = word("history.export_done", { name });
       } catch (error) {
         told.textContent = /** @type {Error} */ (error).message;
       }
+      turn(false);
     });
   }
 }

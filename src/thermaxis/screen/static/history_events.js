@@ -2,6 +2,7 @@
 // Events in words: in the table and as marks of a chart.
 
 import { duration, moment, number, phrase, signed, word } from "./words.js";
+import { eventMark } from "./event_marks.js";
 import { element } from "./past.js";
 
 /** @typedef {Record<string, any>} Happened */
@@ -50,11 +51,7 @@ export function startEvents() {
         : more ? word("history.events_more", { count: events.length }) : "";
     },
     marks() {
-      return shown.map((event) => ({
-        x: event.t,
-        text: `${kindText(event)}: ${eventText(event)}`,
-        kind: event.priority ? "alarm" : event.kind === "alarm" ? "state" : event.kind,
-      }));
+      return shown.map(eventMark);
     },
   };
 }

@@ -16,12 +16,25 @@ const QUANTITIES = {
   effective: word("history.effective"),
 };
 
+/** What the loop records beside inputs and outputs. @type {Record<string, string>} */
+const OF_THE_LOOP = {
+  active: word("history.active"),
+  lateness_s: word("history.lateness"),
+  diameter_mm: word("history.diameter"),
+  other_compensation: word("history.other_compensation"),
+};
+const INTERLOCK = "interlock.";
+
 /**
  * A series' name in words; names of the machine stay as they are.
  * @param {string} name
  */
 export function labelOf(name) {
-  if (name === "active") return word("history.active");
+  const own = OF_THE_LOOP[name];
+  if (own) return own;
+  if (name.startsWith(INTERLOCK)) {
+    return word("history.interlock", { name: name.slice(INTERLOCK.length) });
+  }
   const [head, quantity, ...rest] = name.split(".");
   if (quantity === undefined) return name;
   if (head === "probe") return `${[quantity, ...rest].join(".")} ${word("history.probe")}`;
@@ -33,11 +46,13 @@ export function labelOf(name) {
 }
 
 /**
- * Series in groups: each output, then inputs, then the rest.
- * @param {string[]} names
+ * Series in groups: each output, then inputs, then what the loop records of itself and the
+ * workpiece, then the rest.
+ * @param {Record<string, string>} units by name
  * @returns {[string, string[]][]}
  */
-export function bySeries(names) {
+export function bySeries(units) {
+  const names = Object.keys(units);
   const outputs = names
     .filter((name) => name.endsWith(".correction"))
     .map((name) => name.slice(0, -".correction".length));
@@ -45,12 +60,15 @@ export function bySeries(names) {
   const groups = new Map(outputs.map((output) => [output, []]));
   const inputs = word("history.group_inputs");
   const others = word("history.group_others");
+  const loop = word("history.group_loop");
   groups.set(inputs, []);
+  groups.set(loop, []);
   groups.set(others, []);
   for (const name of names) {
     const output = outputs.find((one) => name.startsWith(`${one}.`) || name === `probe.${one}`);
-    const plain = /_[cC](\.spare)?$/.test(name) || !name.includes(".");
-    groups.get(output ?? (plain ? inputs : others))?.push(name);
+    const own = name in OF_THE_LOOP || name.startsWith(INTERLOCK);
+    const plain = units[name] === "°C" || name.endsWith(".spare") || !name.includes(".");
+    groups.get(output ?? (own ? loop : plain ? inputs : others))?.push(name);
   }
   return [...groups].filter(([, some]) => some.length > 0);
 }

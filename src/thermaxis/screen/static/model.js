@@ -21,7 +21,8 @@ let loading = false;
 let live = [];
 
 onStatus((status) => {
-  const key = `${status.model_sha256} ${status.diameter_mm}`;
+  const key = `${status.model_file} ${status.model_sha256} ${status.diameter_mm}`;
+  showFile(status.model_file, status.model_sha256);
   if (key !== wanted && !loading) void load(key);
   for (const show of live) show(status);
 });
@@ -53,10 +54,7 @@ async function load(key) {
 function show(values) {
   model = values.model;
   live = [];
-  say(part("model-file"), values.file || "–");
-  const hash = part("model-hash");
-  hash.className = "hash muted";
-  say(hash, values.sha256 ? `sha256 ${values.sha256.slice(0, 16)}…` : "");
+  showFile(values.file, values.sha256);
   const wrong = part("model-wrong");
   wrong.hidden = model !== null;
   say(wrong, [values.text, values.detail].filter(Boolean).join(" "));
@@ -66,10 +64,19 @@ function show(values) {
   part("model-references").hidden = model === null;
   part("model-provenance").hidden = model === null;
   say(part("model-facts"), model === null ? "" : timesOf(model));
-  if (model === null) return;
+  if (model === null) {
+    for (const name of values.outputs) showTold(name);
+    return;
+  }
   for (const output of model.outputs) showOutput(output, model);
   showReferences(model);
   showProvenance(model.provenance);
+}
+
+/** @param {string} file @param {string} sha256 */
+function showFile(file, sha256) {
+  say(part("model-file"), file || "–");
+  say(part("model-hash"), sha256 ? `sha256 ${sha256.slice(0, 16)}…` : "");
 }
 
 /** @param {Data} model */
@@ -116,11 +123,61 @@ function showChoices(values) {
 async function choose() {
   const file = /** @type {HTMLSelectElement} */ (part("choice")).value;
   if (!file) return;
+  const sha256 = await hashOf(file);
   await ask("ChooseModel", [file], {
     title: word("model.choose"),
     text: [word("model.choose_text", { file }), word("model.choose_effect")],
-    effective: (status) => status.model_file === file,
+    effective: (status) => status.model_file === file
+      && (sha256 === null || status.model_sha256 === sha256),
   });
+}
+
+/**
+ * Hash of a file that may be chosen; null where the screen cannot read it: the loop may.
+ * @param {string} file
+ * @returns {Promise<string | null>}
+ */
+async function hashOf(file) {
+  try {
+    const answer = await fetch(`/model/choice?name=${encodeURIComponent(file)}`);
+    return answer.ok ? (await answer.json()).sha256 : null;
+  } catch (error) {
+    if (!(error instanceof TypeError)) throw error;
+    return null;
+  }
+}
+
+// ---- what the loop tells of a model whose file cannot be read --------------------------------
+
+/** @param {string} name */
+function showTold(name) {
+  const section = made("section", "", "output");
+  section.append(contributionsPanel(name), limitsPanel({ name }));
+  part("model-outputs").append(section);
+}
+
+/** @param {string} name */
+function contributionsPanel(name) {
+  const [table, weight] = [made("table"), verdict()];
+  let drawn = "";
+  /** @type {HTMLElement[]} */
+  let values = [];
+  live.push((status) => {
+    const output = status.outputs[name];
+    const parts = Object.keys(output?.parts_um ?? {});
+    if (parts.join("\n") !== drawn) {
+      drawn = parts.join("\n");
+      values = parts.map(() => made("span", "–", "live"));
+      fillTable(table, [word("model.part"), word("model.contribution")],
+        parts.map((one, k) => [one, { number: values[k] ?? "" }]));
+    }
+    parts.forEach((one, k) => {
+      if (values[k]) say(values[k], signed(output.parts_um[one], 1));
+    });
+    const found = output?.weight ?? null;
+    showVerdict(weight, found === null ? null : found >= 1, weightWords(found));
+  });
+  return panel(word("model.contributions_title", { output: name }), wide(table), weight);
 }
 
 // ---- one output ------------------------------------------------------------------------------
@@ -260,7 +317,7 @@ function partsPanel(output) {
       { number: one.delay_s ? duration(one.delay_s) : "0" },
       { number: signed(one.dc_gain_um_per_k, 3) },
       { number: signed(one.static_gain_um_per_k, 3) },
-      { number: one.gain_by_diameter.length ? number(one.gain_now, 3) : "1" },
+      { number: one.gain_by_diameter.length ? made("span", number(one.gain_now, 3), "live") : "1" },
     ]),
   );
   return panel(

@@ -15,6 +15,8 @@ import { clock, duration, moment, number, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
+const HISTORY_FAILS = "historian_unstated";
+
 let sinceMs = NaN;
 let beatNumber = -1;
 /** @type {(() => void) | null} */
@@ -47,48 +49,81 @@ function tick() {
 
 // ---- alarms ----------------------------------------------------------------------------------
 
+/** One sentence of an alarm: why the history fails is for who looks at the details.
+ * @param {Record<string, any>} alarm @param {"text" | "cause" | "remedy"} what */
+function told(alarm, what) {
+  return alarmSaid(alarm.code === "historian" ? { ...alarm, code: HISTORY_FAILS } : alarm, what);
+}
+
+/** @param {string} priority */
+function markAlarm(priority) {
+  const banner = byId("alarm");
+  if (banner.dataset.priority === priority) return;
+  banner.dataset.priority = priority;
+  const known = priority !== "none" && priority !== "unknown";
+  byId("alarm-mark").replaceChildren(...(known ? [alarmMark(priority)] : []));
+}
+
+/** Without data nobody knows of alarms; what stood before is said as such.
+ * @param {Status | null} status */
+function showOldAlarm(status) {
+  const first = status?.alarms[0];
+  markAlarm("unknown");
+  show(byId("alarm-count"), "?");
+  show(byId("alarm-word"), "");
+  show(byId("alarm-text"), word("operator.alarms_unknown"));
+  show(byId("alarm-more"), !status ? "" : !first ? word("operator.alarms_before_none")
+    : word("operator.alarms_before", {
+      count: status.alarms.length, priority: priorityWord(first.priority),
+      text: told(first, "text"),
+    }));
+}
+
 /** @param {Status} status */
 function showAlarm(status) {
-  const banner = byId("alarm");
   const [first] = status.alarms;
   const priority = first?.priority ?? "none";
   show(byId("alarm-count"), String(status.alarms.length));
-  if (banner.dataset.priority !== priority) {
-    banner.dataset.priority = priority;
-    byId("alarm-mark").replaceChildren(...(first ? [alarmMark(priority)] : []));
-  }
+  markAlarm(priority);
   show(byId("alarm-word"), first ? `${priorityWord(priority)}:` : "");
-  show(byId("alarm-text"), first ? alarmSaid(first, "text") : word("operator.no_alarm"));
+  show(byId("alarm-text"), first ? told(first, "text") : word("operator.no_alarm"));
   const more = byId("alarm-more");
   if (!first) {
     show(more, word("operator.no_alarm_more"));
     return;
   }
   const since = word("operator.since", { time: timeOf(first.since) });
-  const said = [since, alarmSaid(first, "cause"), alarmSaid(first, "remedy")];
+  const said = [since, told(first, "cause"), told(first, "remedy")];
   show(more, said.filter(Boolean).join(" · "));
 }
 
 /** @param {HTMLElement} body @param {Status} status */
 function fillAlarms(body, status) {
-  const told = JSON.stringify(status.alarms);
-  if (body.dataset.told === told) return;
-  body.dataset.told = told;
+  const old = latest() === null;
+  const drawn = JSON.stringify([old, status.alarms]);
+  if (body.dataset.told === drawn) return;
+  body.dataset.told = drawn;
+  const head = old
+    ? [made("p", word("operator.alarms_old", { time: timeOf(status.utc) }), "ask-wrong")] : [];
   if (!status.alarms.length) {
-    body.replaceChildren(made("p", word("operator.no_alarm")));
+    const none = old ? word("operator.alarms_before_none") : word("operator.no_alarm");
+    body.replaceChildren(...head, made("p", none));
     return;
   }
-  body.replaceChildren(...status.alarms.map((/** @type {Record<string, any>} */ alarm) => {
+  body.replaceChildren(...head, ...status.alarms.map((/** @type {Record<string, any>} */ alarm) => {
     const item = made("section", "", "op-alarm-item");
     const text = made("div", "");
     const head = made("p", "");
     head.append(
       made("b", `${priorityWord(alarm.priority)}: `),
-      `${alarmSaid(alarm, "text")} `,
+      `${told(alarm, "text")} `,
       made("span", word("operator.came", { time: timeOf(alarm.since) }), "op-quiet"),
     );
-    text.append(head, pair(word("operator.cause"), alarmSaid(alarm, "cause")),
-      pair(word("operator.remedy"), alarmSaid(alarm, "remedy")));
+    text.append(head, pair(word("operator.cause"), told(alarm, "cause")),
+      pair(word("operator.remedy"), told(alarm, "remedy")));
+    if (alarm.code === "historian") {
+      text.append(pair(word("operator.detail"), String(alarm.values?.failure ?? alarm.text)));
+    }
     item.append(alarmMark(alarm.priority), text);
     return item;
   }));
@@ -185,7 +220,13 @@ function watchRequest() {
       body.replaceChildren(...[...place.children].map((line) => made("p", line.textContent ?? "")));
     });
   };
-  const look = () => { place.dataset.more = overflows(place) ? "yes" : "no"; };
+  const look = () => {
+    place.dataset.more = overflows(place) ? "yes" : "no";
+    const style = getComputedStyle(place);
+    const [line, top] = [parseFloat(style.lineHeight), parseFloat(style.paddingTop)];
+    const whole = Math.max(1, Math.floor((place.clientHeight - top) / line) - 1);
+    place.style.setProperty("--cover", `${top + whole * line}px`);
+  };
   place.addEventListener("click", open);
   new MutationObserver(look).observe(place, { childList: true });
   new ResizeObserver(look).observe(place);
@@ -212,10 +253,12 @@ function showAll(status) {
 }
 
 onStatus((status) => {
+  byId("alarm-body").setAttribute("aria-live", "assertive");
   showAll(status);
   addLive(status);
 });
 onNoData((none) => {
+  byId("alarm-body").setAttribute("aria-live", "off"); // the frame says NO DATA aloud
   const word_ = byId("state-word");
   show(word_, word("common.no_data"));
   show(byId("state-since"), none.since === null ? ""
@@ -224,7 +267,10 @@ onNoData((none) => {
   show(byId("state-for"), before
     ? word("operator.before", { state: stateWord(before.state) }) : "");
   show(byId("state-reasons"), none.text);
+  showOldAlarm(before);
+  if (before) showInputs(before);
   showAsks(null);
+  redraw?.();
 });
 byId("alarm").addEventListener("click", openAlarms);
 byId("inputs-open").addEventListener("click", openInputs);
@@ -242,5 +288,3 @@ watchRequest();
 showAsks(null);
 startTrend();
 followHash();
-  byId("alarm-body").setAttribute("aria-live", "assertive");
-  byId("alarm-body").setAttribute("aria-live", "off"); // the frame says NO DATA aloud

@@ -92,6 +92,7 @@ export function startAsks() {
 
 function enable() {
   void ask("Enable", [], {
+    blocked: (status) => blocked(status).Enable,
     title: word("operator.enable_title"),
     text: (status) => [word("operator.enable_text"), ...followed(status)],
     effective: (status) => status.state === "Active",
@@ -111,6 +112,7 @@ function followed(status) {
 
 function disable() {
   void ask("Disable", [], {
+    blocked: (status) => blocked(status).Disable,
     title: word("operator.disable_title"),
     text: (status) => [...fades(status), word("operator.disable_text")],
     effective: (status) => status.state === "Off"
@@ -118,8 +120,6 @@ function disable() {
   });
 }
 
-/** @param {Status} status */
-function fades(status) {
 /**
  * Whether a correction, and what acts of it in the machine where that is told, is at a value.
  * @param {any} axis
@@ -132,6 +132,8 @@ function arrived(axis, um) {
     && Math.abs(acts - um) <= Math.max(deadband, HALF_A_STEP_UM) + NEAR_ZERO_UM;
 }
 
+/** @param {Status} status */
+function fades(status) {
   return axesOf(status).map(([name, axis]) => {
     const values = { axis: shortName(name), now: signed(axis.correction_um, 1),
       rate: rate(axis), time: takes(axis, axis.correction_um) };
@@ -142,6 +144,7 @@ function arrived(axis, um) {
 
 function hold() {
   void ask("Hold", [], {
+    blocked: (status) => blocked(status).Hold,
     title: word("operator.hold_title"),
     text: (status) => [
       ...axesOf(status).map(([name, axis]) => word("operator.hold_axis", {
@@ -155,6 +158,7 @@ function hold() {
 
 function resume() {
   void ask("Resume", [], {
+    blocked: (status) => blocked(status).Resume,
     title: word("operator.resume_title"),
     text: (status) => [word("operator.resume_text"), ...followed(status)],
     effective: (status) => !isHeld(status),
@@ -163,6 +167,7 @@ function resume() {
 
 function acknowledge() {
   void ask("Acknowledge", [], {
+    blocked: (status) => blocked(status).Acknowledge,
     title: word("operator.acknowledge_title"),
     text: (status) => {
       if (status.state === "Fault") {

@@ -4,6 +4,7 @@
 
 import { made } from "./ask.js";
 import { byId, shortName, show } from "./operator_parts.js";
+import { latest } from "./live.js";
 import { duration, number, phrase, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
@@ -19,10 +20,12 @@ export function showInputs(status) {
   const names = Object.keys(status.inputs);
   const bad = names.filter((name) => status.inputs[name].quality !== GOOD);
   const told = byId("inputs-told");
-  told.dataset.bad = bad.length ? "yes" : "no";
-  show(told, bad.length
+  const old = latest() === null;
+  const said = bad.length
     ? word("operator.inputs_bad", { bad: bad.length, count: names.length })
-    : word("operator.inputs_good", { count: names.length }));
+    : word("operator.inputs_good", { count: names.length });
+  told.dataset.bad = bad.length && !old ? "yes" : "no";
+  show(told, old ? word("operator.inputs_old", { said }) : said);
   more.hidden = true;
   list.dataset.few = names.length <= FEW ? "yes" : "no";
   fillInputs(list, status, names);
@@ -70,9 +73,11 @@ function fillInput(row, input) {
   const [shape, , value, quality, age] = [...row.children];
   row.hidden = false;
   row.dataset.quality = input.quality === GOOD ? "good" : input.quality === SPARE ? "spare" : "bad";
-  show(shape, { good: "✓", spare: "3", bad: "2" }[row.dataset.quality] ?? "");
+  const old = latest() === null;
+  show(shape, old ? "?" : { good: "✓", spare: "3", bad: "2" }[row.dataset.quality] ?? "");
   shape?.setAttribute("aria-hidden", "true");
   show(value, `${number(input.value_c, 1)}\u00a0°C`);
-  show(quality, phrase("quality", input.quality));
-  show(age, duration(input.age_s));
+  const judged = phrase("quality", input.quality);
+  show(quality, old ? `(${judged})` : judged);
+  show(age, duration(old ? null : input.age_s));
 }

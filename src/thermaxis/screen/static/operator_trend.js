@@ -2,8 +2,9 @@
 // The last eight hours: corrections, key temperatures, and what happened.
 
 import { drawChart } from "./chart.js";
-import { byId, priorityWord, shortName, show, stateWord } from "./operator_parts.js";
-import { phrase, word } from "./words.js";
+import { eventMark } from "./event_marks.js";
+import { byId, shortName, show } from "./operator_parts.js";
+import { word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {{unit: string, t: number[], mean: (number | null)[]}} Series */
@@ -14,7 +15,6 @@ const LIVE_MS = 5_000;
 const SPAN_MS = 8 * 3600 * 1000;
 const MOST_LINES = 6;
 const LEAST_UM = 10;
-const ROW_PX = 22;
 
 /** @type {{series: Record<string, Series>, events: Record<string, any>[], error?: string}} */
 let history = { series: {}, events: [] };
@@ -107,8 +107,6 @@ function draw() {
   const more = all.length - most.length;
   show(byId("trend-told"), error);
   show(byId("trend-more"), more > 0 ? word("operator.trend_more", { count: more }) : "");
-  const title = more > 0 ? 2 : 1;
-  const rows = Math.floor(box.clientHeight / ROW_PX) - title;
   drawChart(box, {
     still: true,
     time: true,
@@ -118,28 +116,11 @@ function draw() {
     label: word("operator.trend_label"),
     yTitle: "µm",
     rightTitle: "°C",
-    marksListed: Math.max(1, rows - most.length),
     lines: most.map((line) => ({
       ...line,
       name: shortName(line.name.replace(/\.correction$/, "")),
       unit: line.axis === "left" ? "µm" : "°C",
     })),
-    marks: history.events.flatMap(markOf),
+    marks: history.events.map(eventMark),
   });
-}
-
-/** @param {Record<string, any>} event */
-function markOf(event) {
-  if (event.kind === "state" && event.state) {
-    return [{ x: event.t, text: stateWord(event.state), kind: "state" }];
-  }
-  if (event.kind === "alarm" && event.priority) {
-    const text = `${word("operator.alarm")}: ${priorityWord(event.priority)}`;
-    return [{ x: event.t, text, kind: "alarm" }];
-  }
-  if (event.kind === "request" && event.request) {
-    const text = `${phrase("request", event.request)} (${event.who})`;
-    return [{ x: event.t, text, kind: "request" }];
-  }
-  return [];
 }

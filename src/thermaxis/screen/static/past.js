@@ -1,7 +1,7 @@
 // @ts-check
 // What history and probe share: asking the server, spans, local times in fields.
 
-import { word } from "./words.js";
+import { moment, word } from "./words.js";
 
 /** @typedef {{first: number, last: number}} Span */
 /**
@@ -27,14 +27,14 @@ export function newQuestion() {
 /**
  * Ask the server; what it refuses is thrown as an Error in words.
  * @param {string} path
- * @param {AbortSignal} [signal]
+ * @param {RequestInit} [how]
  */
-async function answered(path, signal) {
+async function answered(path, how = {}) {
   let answer;
   try {
-    answer = await fetch(path, { signal });
+    answer = await fetch(path, how);
   } catch (error) {
-    if (signal?.aborted) throw error;
+    if (how.signal?.aborted) throw error;
     throw new Error(word("history.no_answer"));
   }
   if (answer.ok) return answer;
@@ -48,7 +48,7 @@ async function answered(path, signal) {
  * @returns {Promise<any>}
  */
 export async function asked(path, signal) {
-  return (await answered(path, signal)).json();
+  return (await answered(path, { signal })).json();
 }
 
 /**
@@ -56,7 +56,8 @@ export async function asked(path, signal) {
  * @param {string} path
  */
 export async function saved(path) {
-  const answer = await answered(path);
+  const headers = { "X-Thermaxis-Token": document.body.dataset.token ?? "" };
+  const answer = await answered(path, { method: "POST", headers });
   const stated = answer.headers.get("content-disposition") ?? "";
   const link = document.createElement("a");
   link.download = /filename="([^"]+)"/.exec(stated)?.[1] ?? "";
@@ -102,6 +103,20 @@ export function fieldTime(id) {
 /** @param {string} id @param {number} ms */
 export function setField(id, ms) {
   /** @type {HTMLInputElement} */ (element(id)).value = fieldText(ms);
+  sayField(id);
+}
+
+/** @param {string} id */
+export function clearField(id) {
+  /** @type {HTMLInputElement} */ (element(id)).value = "";
+  sayField(id);
+}
+
+/** A field has the form of the browser's language; beside it stands that of the page's.
+ * @param {string} id */
+function sayField(id) {
+  const time = fieldTime(id);
+  element(`${id}-said`).textContent = Number.isFinite(time) ? moment(time) : "";
 }
 
 /** @param {string} id @returns {HTMLElement} */
@@ -132,6 +147,9 @@ export function pointsFor(chart) {
  * @param {(span: Span) => void} onSpan
  */
 export function wireSpan(onLength, onSpan) {
+  for (const field of document.querySelectorAll("input[type=datetime-local]")) {
+    field.addEventListener("input", () => sayField(field.id));
+  }
   element("lengths").addEventListener("click", (event) => {
     const button = /** @type {HTMLElement} */ (event.target).closest("button");
     if (button) onLength(Number(button.dataset.hours));

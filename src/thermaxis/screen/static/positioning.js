@@ -1,7 +1,7 @@
 // @ts-check
 // Send a measured run, and show what its evaluation says.
 
-import { moment, number, signed, word } from "./words.js";
+import { moment, number, phrase, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Result */
 
@@ -213,10 +213,16 @@ function notes(result) {
     ...(result.figures.some((/** @type {Result} */ row) => row.measured === null)
       ? [word("positioning.absent")] : []),
     ...(result.left_out.length > 0
-      ? [word("positioning.uncertainty_without", { terms: result.left_out.join("; ") })] : []),
+      ? [word("positioning.uncertainty_without", { terms: leftOut(result) })] : []),
   ];
   made.append(...lines.map((text) => element("p", text)));
   return made;
+}
+
+/** @param {Result} result */
+function leftOut(result) {
+  const terms = /** @type {string[]} */ (result.left_out);
+  return terms.map((text) => phrase("left_out", text)).join("; ");
 }
 
 /** @param {Result} result */
@@ -367,6 +373,9 @@ function refuse(text) {
   const wrong = byId("run-wrong");
   wrong.textContent = text;
   wrong.hidden = text === "";
+  if (text === "") return;
+  byId("run-result").hidden = true; // figures of an earlier run do not stand beside a refusal
+  wrong.scrollIntoView({ block: "center" });
 }
 
 /**
@@ -391,6 +400,12 @@ async function answered(asked) {
 function fileOf(data, name) {
   const found = data.get(name);
   return found instanceof File && found.size > 0 ? found : null;
+}
+
+/** @param {FormData} data @param {string} name */
+function chosenEmpty(data, name) {
+  const found = data.get(name);
+  return found instanceof File && found.name !== "" && found.size === 0;
 }
 
 /**
@@ -418,7 +433,9 @@ function request(form) {
   });
   const sent = [run, head, limits].filter((one) => one !== null);
   const noValue = reference && !value ? word("positioning.value_first") : "";
-  const lacking = run ? noValue : word("positioning.file_first");
+  const empty = chosenEmpty(data, "file");
+  const none = word(empty ? "positioning.empty" : "positioning.file_first");
+  const lacking = run ? noValue : none;
   return { address: `/positioning/upload?${query}`, body: new Blob(sent), lacking };
 }
 

@@ -125,7 +125,7 @@ function card(channel) {
     const given = input ? input.value_c : raw;
     say(value, `${number(given, 1)} °C`);
     const quality = input ? phrase("quality", input.quality) : word("sensors.not_in_model");
-    showVerdict(said, input ? input.quality === "good" : null, quality);
+    showVerdict(said, input ? input.quality === "good" : "unused", quality);
     const { lowest_c: low, highest_c: high } = channel.rules;
     showRange(bar, { low, high, value: raw });
   });

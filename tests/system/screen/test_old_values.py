@@ -1,0 +1,93 @@
+"""Without data nothing that the loop told stands on any page as if it were so now.
+
+What comes from the loop is not listed here: it is whatever a page shows with data, and does not
+show when it was opened without any. Each of it must be marked once the data are gone.
+"""
+
+from collections.abc import Callable, Generator
+from typing import Final
+
+import pytest
+from playwright.sync_api import Page
+
+from tests.system.screen.conftest import Looked
+from tests.system.screen.stand import Stand, wait_until
+
+Look = Callable[..., Looked]
+PAGES: Final = ("/", "/model", "/sensors", "/history", "/probe", "/positioning")
+LIVE: Final = {"/": 20, "/model": 2, "/sensors": 15, "/probe": 2}
+"""So many texts of the loop a page has at least: the test sees them. [1]"""
+
+# Every text that is seen, and whether an element that it stands in marks it as old: crossed out,
+# underlined by dots, or ending in a question mark. Charts show the past, by their axis; what the
+# model's page has from the file stays true (test_chart.py judges what stands between it).
+TEXTS: Final = """() => {
+  const apart = "script, svg, select, #time, #no-data, .op-state, nav, .notice, .past-main,"
+    + " .past-more, .past-events, .past-bar, .past-trend, .unseen, .op-chart, #trend-told,"
+    + " #model-outputs, #model-references, #model-provenance, #model-facts, #model-warnings, #told";
+  const marks = (e) => {
+    const own = getComputedStyle(e);
+    const after = getComputedStyle(e, "::after").content;
+    return own.textDecorationLine.includes("line-through")
+      || own.textDecorationStyle === "dotted" || after.includes("?");
+  };
+  const found = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const node = walker.currentNode;
+    const text = node.textContent.trim();
+    const e = node.parentElement;
+    if (!text || e.closest(apart) || !e.getClientRects().length) continue;
+    if (parseFloat(getComputedStyle(e).fontSize) === 0) continue;
+    let marked = /\\?|unknown/.test(text);
+    for (let at = e; at && at !== document.body; at = at.parentElement) marked ||= marks(at);
+    found.push({ text, marked, where: `${e.tagName} ${e.id} ${e.className}` });
+  }
+  return found;
+}"""
+
+
+@pytest.fixture(scope="module")
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+    """Yield a stand on which anybody may look; its loop is stopped here."""
+    with Stand(tmp_path_factory.mktemp("old"), view_without_login=True) as found:
+        operator = found.visitor()
+        assert operator.log_in("operator").status == 200
+        for method, arguments in (("Enable", ()), ("Trim", ("Z_um", 2.0, 600.0))):
+            assert operator.request(method, *arguments)["accepted"]
+        wait_until("an offset in the lathe", lambda: abs(found.offset_um()) > 5.0)
+        yield found
+
+
+def texts(page: Page) -> list[dict[str, str | bool]]:
+    found: list[dict[str, str | bool]] = page.evaluate(TEXTS)
+    return found
+
+
+def test_every_value_of_the_loop_is_marked_on_every_page_while_there_are_no_data(
+    look: Look, lonely: Stand
+) -> None:
+    seen = {path: look(of=lonely) for path in PAGES}
+    live: dict[str, list[dict[str, str | bool]]] = {}
+    for path, looked in seen.items():
+        looked.open(path)
+        looked.wait_live()
+    for path, looked in seen.items():
+        looked.page.wait_for_timeout(400)
+        live[path] = texts(looked.page)
+    assert not [one for path in PAGES for one in live[path] if one["marked"]]
+    lonely.kill("run")
+    for looked in seen.values():
+        looked.page.wait_for_selector('body[data-live="no"]')
+    old = {path: texts(looked.page) for path, looked in seen.items()}
+    lonely.kill("screen")
+    lonely.start_screen()
+    for path, looked in seen.items():
+        looked.open(path)
+        looked.page.wait_for_selector('body[data-live="no"]')
+        known = {one["text"] for one in texts(looked.page)}
+        told = [one for one in live[path] if one["text"] not in known]
+        assert len(told) >= LIVE.get(path, 0), f"{path}: {told}"
+        plain = [one for one in old[path] if one["text"] not in known and not one["marked"]]
+        assert not plain, f"{path}: {plain}"
+    lonely.start_loop()
