@@ -79,6 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     from datetime import UTC, datetime  # noqa: PLC0415  --help needs none of these
 
     from thermaxis.runtime._config import examine_machine  # noqa: PLC0415
+    from thermaxis.runtime._config_screen import page_certificate_findings  # noqa: PLC0415
     from thermaxis.runtime._config_settings import MachineConfiguration  # noqa: PLC0415
     from thermaxis.runtime._config_warnings import warnings_of  # noqa: PLC0415
 
@@ -87,7 +88,8 @@ def run(arguments: argparse.Namespace) -> int:
     if not isinstance(found, MachineConfiguration):
         _tell_problems(found, arguments)
         return WRONG
-    warnings = warnings_of(found, datetime.now(UTC))
+    now = datetime.now(UTC)
+    warnings = (*warnings_of(found, now), *page_certificate_findings(found))
     if arguments.json != "-":
         _tell_configuration(found, warnings)
     findings: Sequence[Finding] = ()

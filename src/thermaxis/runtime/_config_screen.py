@@ -7,7 +7,7 @@ such contradiction is said here, before anything listens.
 
 import ipaddress
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from thermaxis.errors import ConfigurationError, printable
@@ -22,6 +22,7 @@ from thermaxis.runtime._config_settings import (
 )
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime._loopback import is_loopback
+from thermaxis.runtime._self_test_nodes import Finding, error, warning
 
 TABLE: Final = "[screen]"
 """The table, as errors name it."""
@@ -198,6 +199,76 @@ def _meet(one: str, other: str) -> bool:
     every = one in _EVERY or other in _EVERY
     local = {one, other} <= {"127.0.0.1", "::1", "localhost"} and "localhost" in {one, other}
     return every or local or one == other
+
+
+def page_certificate_findings(configuration: MachineConfiguration) -> Iterator[Finding]:
+    """Look at the certificate with which the pages are served, as a browser will.
+
+    Whether it is one, and its dates, are looked at with all other certificates: see `warnings_of`.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+
+    Yields
+    ------
+    Finding
+        An error where the pages could not be served with it, a warning for every name by which
+        browsers reach the pages and that it does not contain.
+    """
+    screen = configuration.screen
+    if screen is None or screen.certificate is None or screen.private_key is None:
+        return
+    from thermaxis.runtime._certificates import certificate_of  # noqa: PLC0415 - cryptography is heavy
+    from thermaxis.runtime._tls import server_context  # noqa: PLC0415 - as above
+
+    where = f"{TABLE}, certificate"
+    try:
+        contained = certificate_of(screen.certificate).hosts
+    except ConfigurationError:
+        return  # told already
+    try:
+        server_context(screen.certificate, screen.private_key, where=TABLE)
+    except ConfigurationError as failure:
+        yield error(where, failure.what, failure.remedy)
+        return
+    shown = printable(", ".join(contained), 120) or "no computer"
+    for name in _called(screen):
+        if not _contains(contained, name):
+            yield warning(
+                where,
+                f"the pages are called {name}, and the certificate is for {shown}: browsers will"
+                " warn of it",
+                "Make one with thermaxis certificate new and --host for every name",
+            )
+
+
+def _called(screen: ScreenSettings) -> list[str]:
+    """Return the names by which browsers reach the pages, without ports, each once."""
+    names = [_HOST.fullmatch(host) for host in screen.hosts]
+    found = [one["name"].strip("[]") for one in names if one is not None]
+    if screen.address not in _EVERY and not (is_loopback(screen.address) and found):
+        found.append(screen.address)
+    return list(dict.fromkeys(found))
+
+
+def _contains(contained: Iterable[str], name: str) -> bool:
+    """Whether a certificate is for a name, by RFC 9525, 6.3: a star stands for one first label."""
+    try:
+        address = ipaddress.ip_address(name)
+    except ValueError:
+        rest = name.partition(".")[2]
+        wanted = {name.lower(), f"*.{rest.lower()}"} if rest else {name.lower()}
+        return any(one.lower() in wanted for one in contained)
+    return any(_is_address(one, address) for one in contained)
+
+
+def _is_address(text: str, address: ipaddress.IPv4Address | ipaddress.IPv6Address) -> bool:
+    try:
+        return ipaddress.ip_address(text) == address
+    except ValueError:
+        return False
 
 
 # ---- the pages and the status server ------------------------------------------------------------

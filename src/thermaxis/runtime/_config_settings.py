@@ -11,7 +11,7 @@ from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._quality import SensorRules
 from thermaxis.compensation._supervisor import SupervisorRules
 from thermaxis.compensation._thermal_model import CompensationModel
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError, ThermaxisError, printable
 from thermaxis.runtime.historian._settings import HistorianSettings
 from thermaxis.runtime.sinks._linuxcnc_hal import LinuxCncSettings
 
@@ -390,11 +390,11 @@ class MachineConfiguration:
         if self.model_folder is None:
             raise ConfigurationError(
                 "no other model may be chosen on this machine",
-                where=str(self.path),
+                where=self.path.name,
                 remedy="State model_folder in the table [machine]",
             )
         where = f"model {printable(name, 80)}"
-        remedy = f"Name a file in {self.model_folder}"
+        remedy = "Name a file in the folder of the models"
         parts = PurePosixPath(name.replace("\\", "/"))
         if not name.isprintable() or parts.is_absolute() or ".." in parts.parts or ":" in name:
             raise ConfigurationError("this is no name in the folder", where=where, remedy=remedy)
@@ -432,10 +432,14 @@ class MachineConfiguration:
         ------
         ConfigurationError
             If the file is outside of the folder, is no model, needs a channel that is no input,
-            or has other outputs.
+            or has other outputs. It names the file without its folder: people read it on pages.
         """
-        found = read_model_file(self.find_model(name))
-        return self.rules.applied_to(found.model), found.sha256
+        file = self.find_model(name)
+        try:
+            found = read_model_file(file)
+            return self.rules.applied_to(found.model), found.sha256
+        except ThermaxisError as error:
+            raise _without_folder(error, file) from error
 
     def models_to_choose(self) -> tuple[str, ...]:
         """Return the names of the files that an operator may choose from, in order.
@@ -456,6 +460,15 @@ class MachineConfiguration:
                 if path.is_file() and path.resolve().is_relative_to(folder)
             )
         )
+
+
+def _without_folder(error: ThermaxisError, file: Path) -> ConfigurationError:
+    """Return an error about a file that does not say where on this computer it lies."""
+    said = [error.what, error.where, error.remedy]
+    for folder in (file.parent.resolve(), file.parent):
+        said = [text.replace(f"{folder}/", "").replace(str(folder), "") for text in said]
+    what, where, remedy = said
+    return ConfigurationError(what, where=where or file.name, remedy=remedy)
 
 
 def read_model_file(path: Path) -> ModelFile:

@@ -5,11 +5,13 @@ import math
 import re
 import threading
 import time
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping, Sequence
 from concurrent.futures import Future
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
+from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast, final
 
@@ -18,7 +20,7 @@ from starlette.requests import HTTPConnection
 
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import Clock, EventRecord
-from thermaxis.screen._access import parts_of
+from thermaxis.screen._access import parts_of, visitor_of
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian._reading import HistoryReader, Trend
@@ -47,10 +49,14 @@ TREND_POINTS: Final = 480
 """Its steps: minutes, which the history keeps ready. [1]"""
 TREND_KEPT_S: Final = 15.0
 """Time for which the operator's trend is not asked for again. [s]"""
+LONGEST: Final = timedelta(days=3660)
+"""Longest span of one question."""
 MOST_EVENTS: Final = 500
 """Events of one answer: the newest. [1]"""
+_SQLITE: Final = "sqlite:///"
 _LIMIT_S: Final = 8.0
 _MOST_WAITING: Final = 24
+_MOST_OF_ONE: Final = 8
 _SINGLE_CYCLES: Final = 600
 _DIGITS: Final = 7
 _UNITS: Final = {"um": "µm", "degC": "°C", "1": ""}
@@ -77,11 +83,48 @@ class NoHistoryError(ThermaxisError):
         super().__init__(f"the history does not answer ({key})", where=values.get("why", ""))
 
 
+def reason_for_people(error: ThermaxisError | OSError, url: str) -> str:
+    """Return why the history cannot be read, and nothing of where it lies.
+
+    Folders of this computer, and host and user of a database, are for whoever looks after it: the
+    commands of ``thermaxis history`` say them at the terminal.
+
+    Parameters
+    ----------
+    error : ThermaxisError or OSError
+        The failure.
+    url : str
+        The database.
+
+    Returns
+    -------
+    str
+        For a file its name and the failure, for a server the failure without what it answered.
+    """
+    what = error.what if isinstance(error, ThermaxisError) else error.strerror or "it fails"
+    if not url.startswith(_SQLITE):
+        return what.partition(" (")[0]
+    file = Path(url.removeprefix(_SQLITE))
+    for folder in (file.parent.resolve(), file.parent):
+        what = what.replace(f"{folder}/", "").replace(str(folder), file.parent.name)
+    return f"{file.name}: {what}"
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class _Question(Generic[T]):
     work: "Callable[[HistoryReader], T]"
     answer: "Future[T]" = field(default_factory=Future)
+
+
+@dataclass(slots=True)
+class _Turn:
+    """Questions of one visitor: one is asked at a time."""
+
+    lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held by the one that is asked."""
+    count: int = 0
+    """How many there are. [1]"""
 
 
 def _opened(url: str, password: str) -> "HistoryReader":
@@ -127,6 +170,10 @@ class History:
         self._since_s: float | None = None
         self._reader: HistoryReader | None = None
         self._ended = False
+        self._turns: dict[str, _Turn] = {}
+        self._lock = threading.Lock()
+        self._current: _Question[Any] | None = None
+        self._interrupted = False
 
     @property
     def hangs(self) -> bool:
@@ -134,13 +181,16 @@ class History:
         since_s = self._since_s
         return since_s is not None and time.monotonic() - since_s > self._limit_s
 
-    async def ask(self, work: "Callable[[HistoryReader], T]") -> T:
-        """Return what a question finds.
+    async def ask(self, work: "Callable[[HistoryReader], T]", *, who: str = "") -> T:
+        """Return what a question finds; one for which nobody waits any more is interrupted.
 
         Parameters
         ----------
         work : callable
             The question; it is called in the thread, with the reader.
+        who : str
+            Who asks, as `asker_of` says: one question of theirs is asked at a time, and a few wait.
+            Default: the screen itself.
 
         Returns
         -------
@@ -153,9 +203,32 @@ class History:
             If the history cannot be read, does not answer in time, or too many wait already. While
             an earlier question hangs, nothing more is queued.
         """
-        limit = f"{self._limit_s:g}"
+        try:
+            async with asyncio.timeout(self._limit_s), self._turn(who):
+                return await self._asked(work)
+        except TimeoutError:
+            raise NoHistoryError("history.hangs", limit=f"{self._limit_s:g}") from None
+
+    @asynccontextmanager
+    async def _turn(self, who: str) -> AsyncGenerator[None]:
+        if not who:
+            yield
+            return
+        turn = self._turns.setdefault(who, _Turn())
+        if turn.count >= _MOST_OF_ONE:
+            raise NoHistoryError("history.busy")
+        turn.count += 1
+        try:
+            async with turn.lock:
+                yield
+        finally:
+            turn.count -= 1
+            if not turn.count:
+                del self._turns[who]
+
+    async def _asked(self, work: "Callable[[HistoryReader], T]") -> T:
         if self.hangs:
-            raise NoHistoryError("history.hangs", limit=limit)
+            raise NoHistoryError("history.hangs", limit=f"{self._limit_s:g}")
         if self._ended or self._questions.qsize() >= _MOST_WAITING:
             raise NoHistoryError("history.busy")
         question = _Question(work)
@@ -164,12 +237,22 @@ class History:
             self._thread = threading.Thread(target=self._run, name="history", daemon=True)
             self._thread.start()
         try:
-            async with asyncio.timeout(self._limit_s):
-                return await asyncio.wrap_future(question.answer)
-        except TimeoutError:
-            raise NoHistoryError("history.hangs", limit=limit) from None
+            return await asyncio.wrap_future(question.answer)
         except (ThermaxisError, OSError) as error:
-            raise NoHistoryError("history.unreadable", why=str(error)) from error
+            why = reason_for_people(error, self._url)
+            raise NoHistoryError("history.unreadable", why=why) from error
+        finally:
+            if not question.answer.done() and not question.answer.cancel():
+                # in a thread: a database's server is told through the network
+                asyncio.get_running_loop().run_in_executor(None, self._interrupt, question)
+
+    def _interrupt(self, question: _Question[Any]) -> None:
+        """End a question that is being asked; the reader is opened anew after it."""
+        with self._lock:
+            if self._current is question:
+                self._interrupted = True
+                if self._reader is not None:
+                    self._reader.interrupt()
 
     async def close(self, deadline_s: float = 1.0) -> None:
         """End the thread; one that hangs is left behind and ends with the program.
@@ -189,6 +272,8 @@ class History:
     def _run(self) -> None:
         try:
             while (question := self._questions.get()) is not None:
+                with self._lock:
+                    self._current = question
                 if question.answer.set_running_or_notify_cancel():
                     self._answer(question)
         finally:
@@ -199,21 +284,34 @@ class History:
         try:
             if self._reader is not None and not self._reader.in_place:
                 self._close_reader()
-            if self._reader is None:
-                self._reader = self._opened(self._url, self._password)
-            question.answer.set_result(question.work(self._reader))
+            reader = self._open_reader() if self._reader is None else self._reader
+            question.answer.set_result(question.work(reader))
         except (ThermaxisError, OSError) as error:
             self._close_reader()
             question.answer.set_exception(error)
         finally:
+            with self._lock:
+                self._current = None
+                interrupted, self._interrupted = self._interrupted, False
+            if interrupted:
+                self._close_reader()
             self._since_s = None
             if not question.answer.done():  # a fault of the program: the thread ends with it
                 question.answer.set_exception(OSError("the reader has failed"))
 
+    def _open_reader(self) -> "HistoryReader":
+        reader = self._opened(self._url, self._password)
+        with self._lock:
+            self._reader = reader
+            if self._interrupted:  # nobody waits any more
+                reader.interrupt()
+        return reader
+
     def _close_reader(self) -> None:
-        if self._reader is not None:
-            self._reader.close()
-            self._reader = None
+        with self._lock:
+            reader, self._reader = self._reader, None
+        if reader is not None:
+            reader.close()
 
 
 @final
@@ -266,6 +364,23 @@ def history_of(connection: HTTPConnection) -> History:
         password = configuration.historian.password.reveal()
         state.history = History(configuration.historian_url, password)
     return cast("History", state.history)
+
+
+def asker_of(connection: HTTPConnection) -> str:
+    """Return who asks: the name of a log-in, or the address of who only looks.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request.
+
+    Returns
+    -------
+    str
+        Never empty.
+    """
+    name = visitor_of(connection).name
+    return name or f"@{'' if connection.client is None else connection.client.host}"
 
 
 async def close_history(state: State) -> None:
@@ -321,11 +436,12 @@ def span_of(connection: HTTPConnection) -> tuple[datetime, datetime] | None:
     Returns
     -------
     tuple or None
-        Begin and end in UTC; None where they are no times, or the end is not after the begin.
+        Begin and end in UTC; None where they are no times, the end is not after the begin, or
+        more than `LONGEST` after it.
     """
     first = moment_of(connection.query_params.get("first"))
     last = moment_of(connection.query_params.get("last"))
-    if first is None or last is None or last <= first:
+    if first is None or last is None or not timedelta(0) < last - first <= LONGEST:
         return None
     return first, last
 

@@ -1,7 +1,7 @@
 """Configuration of a machine: what is read, and that every mistake is said in words."""
 
 import re
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
 
 import pytest
@@ -630,6 +630,38 @@ def test_no_model_outside_of_the_folder_can_be_chosen(tmp_path: Path, name: str)
     with pytest.raises(ConfigurationError):
         found.other_model(str(outside) if name == "ABSOLUTE" else name)
     assert found.models_to_choose() == ("lathe.json",)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("broken.json", b"{"),
+        ("empty.json", b""),
+        ("odd.json", b"\xff\xfe"),
+        ("other.json", None),
+        ("missing.json", None),
+        ("../lathe.json", None),
+    ],
+)
+def test_a_refused_model_does_not_tell_where_on_the_computer_it_lies(
+    tmp_path: Path, name: str, content: bytes | None
+) -> None:
+    folder = tmp_path / "somebodys_folder"
+    folder.mkdir()
+    found = read_machine(machine_file(folder))
+    write_model(model("T_bed_C", "T_column_C"), folder / "models" / "other.json")
+    if content is not None:
+        (folder / "models" / name).write_bytes(content)
+    with pytest.raises(ConfigurationError) as refused:
+        found.other_model(name)
+    said = str(refused.value)
+    assert "somebodys_folder" not in said
+    assert str(tmp_path) not in said
+    assert content is None or name in said
+    alone = replace(found, model_folder=None)
+    with pytest.raises(ConfigurationError) as refused:
+        alone.other_model(name)
+    assert "somebodys_folder" not in str(refused.value)
 
 
 def test_without_a_folder_no_other_model_can_be_chosen(tmp_path: Path) -> None:

@@ -14,9 +14,10 @@ from tests.unit.runtime.machine_files import TEXT, machine_file
 from tests.unit.runtime.status_server_parts import PASSWORD, Box, users_file
 from thermaxis.cli._machine_words import machine_as_json, machine_in_words
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import _config_screen
 from thermaxis.runtime._certificates import CertificateUse, NewCertificate, make_pair
 from thermaxis.runtime._config import examine_machine, read_machine
-from thermaxis.runtime._config_screen import is_host
+from thermaxis.runtime._config_screen import is_host, page_certificate_findings
 from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
 from thermaxis.runtime._config_warnings import warnings_of
 from thermaxis.runtime._connection import Secret
@@ -408,8 +409,14 @@ def free_port() -> int:
         return int(taken.getsockname()[1])
 
 
-def pair(folder: Path, name: str, uri: str, use: CertificateUse) -> None:
-    new = NewCertificate(application_uri=uri, hosts=("127.0.0.1",), use=use)
+def pair(
+    folder: Path,
+    name: str,
+    uri: str,
+    use: CertificateUse,
+    hosts: tuple[str, ...] = ("127.0.0.1",),
+) -> None:
+    new = NewCertificate(application_uri=uri, hosts=hosts, use=use)
     certificate, key = make_pair(new, datetime.now(UTC))
     (folder / f"{name}.der").write_bytes(certificate)
     (folder / f"{name}.pem").write_bytes(key)
@@ -534,3 +541,76 @@ def test_check_says_nothing_of_pages_that_are_not_there(tmp_path: Path) -> None:
     found = read_machine(write(tmp_path, OPEN))
     assert "thermaxis screen" not in words_of(found)
     assert machine_as_json(found)["screen"] is None
+
+
+# ---- the certificate of the pages, looked at before anybody opens one --------------------------
+
+
+def page_findings(
+    folder: Path, *names: str, address: str = "192.168.1.7", hosts: str = ""
+) -> list[tuple[Level, str]]:
+    """Return what is found about a certificate for these names."""
+    page = f'certificate = "page.der"\nprivate_key = "page.pem"\naddress = "{address}"'
+    path = write(folder, OPEN, "[screen]", LOOK, page, f"hosts = [{hosts}]")
+    pair(folder, "page", "urn:page", CertificateUse.SERVER, names)
+    return findings_of(path)
+
+
+def findings_of(path: Path) -> list[tuple[Level, str]]:
+    found = list(page_certificate_findings(read_machine(path)))
+    assert all(one.remedy for one in found)
+    return [(one.level, one.what) for one in found]
+
+
+@pytest.mark.parametrize(
+    ("names", "address", "hosts", "missing"),
+    [
+        (("192.168.1.7",), "192.168.1.7", "", []),
+        (("lathe-3.shop",), "192.168.1.7", "", ["192.168.1.7"]),
+        (("lathe-3.shop", "192.168.1.7"), "192.168.1.7", '"lathe-3.shop:443"', []),
+        (("192.168.1.7",), "192.168.1.7", '"lathe-3.shop", "panel"', ["lathe-3.shop", "panel"]),
+        (("lathe-3.shop",), "0.0.0.0", '"Lathe-3.shop"', []),  # noqa: S104 - not bound
+        (("fd00::7",), "fd00::7", '"[fd00:0::7]:8450"', []),
+        (("localhost",), "127.0.0.1", '"localhost"', []),
+        (("localhost",), "127.0.0.1", "", ["127.0.0.1"]),
+    ],
+)
+def test_every_name_by_which_the_pages_are_reached_stands_in_their_certificate(
+    tmp_path: Path, names: tuple[str, ...], address: str, hosts: str, missing: list[str]
+) -> None:
+    found = page_findings(tmp_path, *names, address=address, hosts=hosts)
+    assert [level for level, _ in found] == [Level.WARNING] * len(missing)
+    for name, (_, what) in zip(missing, found, strict=True):
+        assert f"are called {name}," in what
+
+
+@pytest.mark.parametrize(
+    ("contained", "name", "fits"),
+    [
+        (("*.shop",), "lathe.shop", True),
+        (("*.SHOP",), "lathe.shop", True),
+        (("*.shop",), "a.lathe.shop", False),
+        (("*.shop",), "shop", False),
+        (("*",), "panel", False),
+        (("192.168.1.7",), "192.168.1.70", False),
+        (("::ffff:0:1",), "::FFFF:0:1", True),
+    ],
+)
+def test_a_star_in_a_certificate_stands_for_one_label(
+    contained: tuple[str, ...], name: str, *, fits: bool
+) -> None:
+    assert _config_screen._contains(contained, name) is fits
+
+
+def test_a_key_of_another_certificate_is_an_error_before_the_start(tmp_path: Path) -> None:
+    assert page_findings(tmp_path, "192.168.1.7") == []
+    path = tmp_path / "machine.toml"
+    pair(tmp_path, "other", "urn:page", CertificateUse.SERVER, ("192.168.1.7",))
+    (tmp_path / "page.pem").write_bytes((tmp_path / "other.pem").read_bytes())
+    ((level, what),) = findings_of(path)
+    assert level is Level.ERROR
+    assert "cannot be used together" in what
+
+
+def test_without_tls_there_is_nothing_to_find(tmp_path: Path) -> None:
+    assert findings_of(write(tmp_path, OPEN, "[screen]", LOOK)) == []

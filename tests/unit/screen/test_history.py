@@ -8,6 +8,7 @@ import tracemalloc
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -23,7 +24,7 @@ from tests.unit.runtime.history_records import (
     url_of,
 )
 from thermaxis.compensation._supervisor import SupervisorState
-from thermaxis.errors import DataError
+from thermaxis.errors import ConfigurationError, DataError, ThermaxisError
 from thermaxis.runtime._ports import CycleRecord, EventRecord
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
 from thermaxis.runtime.historian._backlog import Backlog
@@ -44,7 +45,9 @@ from thermaxis.screen._history import (
     moment_of,
     names_now,
     points_within,
+    reason_for_people,
     shortened,
+    span_of,
     to_ms,
     trend8,
     unit_of,
@@ -126,6 +129,7 @@ class OneReader:
     def __init__(self) -> None:
         self.opened = 0
         self.closed = 0
+        self.interrupted = 0
         self.in_place = True
 
     def __call__(self, url: str, password: str) -> HistoryReader:
@@ -134,6 +138,9 @@ class OneReader:
 
     def close(self) -> None:
         self.closed += 1
+
+    def interrupt(self) -> None:
+        self.interrupted += 1
 
 
 def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_once() -> None:
@@ -168,6 +175,104 @@ def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_once() -
         await history.close()
 
     asyncio.run(play())
+
+
+def test_a_question_that_is_given_up_ends_in_the_database_too(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    write(path, [cycle_record(k) for k in range(10)])
+    endless = (
+        "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n"
+    )
+
+    def ask_for_ever(reader: HistoryReader) -> None:
+        with reader._asked() as connection:
+            connection.exec_driver_sql(endless).all()
+
+    async def play() -> None:
+        history = History(url_of(path), limit_s=0.3)
+        assert await history.ask(lambda reader: reader.starts()) == 1
+        with pytest.raises(NoHistoryError) as refused:
+            await history.ask(ask_for_ever)
+        assert refused.value.key == "history.hangs"
+        async with asyncio.timeout(5.0):
+            while history._since_s is not None:
+                await asyncio.sleep(0.01)
+        assert await history.ask(lambda reader: reader.starts()) == 1
+        await history.close()
+
+    asyncio.run(play())
+
+
+def test_a_question_that_works_between_the_statements_ends_at_the_next(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    write(path, [cycle_record(k) for k in range(10)])
+    with HistoryReader(url_of(path)) as reader:
+        pieces = reader.pieces()
+        reader.interrupt()
+        with pytest.raises(DataError, match="interrupted"):
+            next(pieces)
+
+
+def test_a_question_that_was_answered_is_not_interrupted_nor_is_the_next_one() -> None:
+    reader = OneReader()
+    release = threading.Event()
+
+    async def play() -> None:
+        history = History("sqlite:///x", limit_s=5.0, opened=reader)
+        first = asyncio.ensure_future(history.ask(lambda _: release.wait(10.0)))
+        waits = asyncio.ensure_future(history.ask(lambda _: None))
+        for _ in range(5):
+            await asyncio.sleep(0)
+        waits.cancel()  # it is not the one that is being asked
+        for _ in range(5):
+            await asyncio.sleep(0)
+        release.set()
+        assert await first
+        await history.ask(lambda _: None)
+        await history.close()
+
+    asyncio.run(play())
+    assert (reader.interrupted, reader.opened) == (0, 1)
+
+
+def test_one_visitor_has_one_question_asked_and_a_few_waiting_and_keeps_nobody_out() -> None:
+    release = threading.Event()
+    running: list[str] = []
+
+    async def play() -> list[object]:
+        history = History("sqlite:///x", limit_s=5.0, opened=OneReader())
+
+        def asks(name: str) -> bool:
+            running.append(name)
+            return release.wait(10.0)
+
+        many = [
+            asyncio.ensure_future(history.ask(lambda _: asks("one"), who="one")) for _ in range(20)
+        ]
+        for _ in range(5):
+            await asyncio.sleep(0)
+        other = asyncio.ensure_future(history.ask(lambda _: asks("other"), who="other"))
+        for _ in range(5):
+            await asyncio.sleep(0)
+        assert history._questions.qsize() <= 2  # one of each
+        release.set()
+        found = await asyncio.gather(*many, return_exceptions=True)
+        assert await other
+        assert history._turns == {}
+        await history.close()
+        return found
+
+    found = asyncio.run(play())
+    refused = [one for one in found if isinstance(one, NoHistoryError)]
+    assert (len(refused), {one.key for one in refused}) == (12, {"history.busy"})
+    assert running[1] == "other"  # before the others of the first
+
+
+@pytest.mark.parametrize(("days", "allowed"), [(3660, True), (3661, False), (0, False)])
+def test_no_span_is_longer_than_the_bound_of_a_question(days: int, *, allowed: bool) -> None:
+    asked = {"first": BEGIN.isoformat(), "last": (BEGIN + timedelta(days=days)).isoformat()}
+    connection = cast("Any", SimpleNamespace(query_params=asked))
+    assert (span_of(connection) is not None) is allowed
 
 
 def test_a_question_that_nobody_waits_for_any_more_is_not_asked() -> None:
@@ -507,3 +612,40 @@ def test_names_are_the_loops_and_those_of_the_file_while_it_is_silent() -> None:
     assert names_now({"outputs": {"Z_um": {}}}, "outputs", ("X_um",)) == ("Z_um",)
     assert names_now({}, "outputs", ("X_um",)) == ("X_um",)
     assert names_now({"outputs": None}, "outputs", ("X_um",)) == ("X_um",)
+
+
+# ---- what people are told -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("error", "url", "said"),
+    [
+        (
+            ConfigurationError("there is no such file", where="/srv/secret/machine.history.db"),
+            "sqlite:////srv/secret/machine.history.db",
+            "machine.history.db: there is no such file",
+        ),
+        (
+            DataError("it cannot be read (unable to open /srv/secret/machine.history.db)"),
+            "sqlite:////srv/secret/machine.history.db",
+            "machine.history.db: it cannot be read (unable to open machine.history.db)",
+        ),
+        (
+            PermissionError(13, "Permission denied", "/srv/secret/machine.history.db"),
+            "sqlite:////srv/secret/machine.history.db",
+            "machine.history.db: Permission denied",
+        ),
+        (
+            DataError(
+                'the history cannot be read (connection to "10.0.0.5" failed: user "secret")',
+                where="postgresql+psycopg://secret@10.0.0.5/history",
+            ),
+            "postgresql+psycopg://secret@10.0.0.5/history",
+            "the history cannot be read",
+        ),
+    ],
+)
+def test_why_a_history_cannot_be_read_says_neither_folder_nor_host_nor_user(
+    error: ThermaxisError | OSError, url: str, said: str
+) -> None:
+    assert reason_for_people(error, url) == said
