@@ -685,3 +685,16 @@ def test_a_long_answer_moves_nothing_out_of_the_page_and_is_whole_at_a_touch(
             assert min(page.locator(".op-buttons button").evaluate_all(heights)) >= 44.5
         page.click("#request")
         assert page.text_content("dialog[open] .ask-body") == whole
+
+
+def test_how_long_a_state_lasts_is_the_loops_word_whatever_its_clock_says(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, wrong = opened(context, stand_in)
+        wrong_clock = datetime.now(UTC) - timedelta(days=400)
+        for in_state_s, expected in ((300.2, "(5\xa0min)"), (None, "")):
+            told = made_up(in_state_s=in_state_s, state_since=wrong_clock.isoformat())
+            shown(page, stand_in, told)
+            assert page.text_content("#state-for") == expected
+        assert wrong == []

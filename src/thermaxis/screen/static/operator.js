@@ -17,7 +17,8 @@ import { clock, duration, moment, number, word } from "./words.js";
 
 const HISTORY_FAILS = "historian_unstated";
 
-let sinceMs = NaN;
+/** By this page's own clock, so that the loop's and the panel's may differ. */
+let stateBeganMs = NaN;
 let beatNumber = -1;
 /** @type {(() => void) | null} */
 let redraw = null;
@@ -27,7 +28,6 @@ function showState(status) {
   const box = byId("op");
   box.dataset.state = status.state;
   show(byId("state-word"), stateWord(status.state));
-  sinceMs = Date.parse(status.state_since);
   show(byId("state-since"), word("operator.since", { time: timeOf(status.state_since) }));
   const reasons = reasonsSaid(status);
   show(byId("state-reasons"), reasons.join(" ")
@@ -42,9 +42,10 @@ function timeOf(time) {
 }
 
 function tick() {
-  if (!latest() || !Number.isFinite(sinceMs)) return;
-  const passed = Math.max(0, (Date.now() - sinceMs) / 1000);
-  show(byId("state-for"), word("operator.for", { time: duration(passed) }));
+  if (!latest()) return;
+  const passed = Math.max(0, (performance.now() - stateBeganMs) / 1000);
+  show(byId("state-for"), Number.isFinite(passed)
+    ? word("operator.for", { time: duration(passed) }) : "");
 }
 
 // ---- alarms ----------------------------------------------------------------------------------
@@ -252,7 +253,8 @@ function showAll(status) {
   redraw?.();
 }
 
-onStatus((status) => {
+onStatus((status, ageS) => {
+  stateBeganMs = performance.now() - 1000 * (ageS + (status.in_state_s ?? NaN));
   byId("alarm-body").setAttribute("aria-live", "assertive");
   showAll(status);
   addLive(status);

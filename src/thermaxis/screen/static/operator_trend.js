@@ -3,6 +3,7 @@
 
 import { drawChart } from "./chart.js";
 import { eventMark } from "./event_marks.js";
+import { addPoint, joined } from "./live_points.js";
 import { byId, shortName, show } from "./operator_parts.js";
 import { word } from "./words.js";
 
@@ -12,6 +13,7 @@ import { word } from "./words.js";
 
 const REFRESH_MS = 30_000;
 const LIVE_MS = 5_000;
+const AHEAD_MS = 60_000;
 const SPAN_MS = 8 * 3600 * 1000;
 const MOST_LINES = 6;
 const LEAST_UM = 10;
@@ -20,9 +22,10 @@ const LEAST_UM = 10;
 let history = { series: {}, events: [] };
 let error = "";
 let asked = false;
-/** @type {Map<string, [number, number | null][]>} */
+/** @type {Map<string, import("./live_points.js").Points>} */
 const live = new Map();
 let liveMs = 0;
+let gapMs = 3 * LIVE_MS;
 
 export function startTrend() {
   show(byId("trend-told"), word("operator.trend_waits"));
@@ -47,12 +50,21 @@ async function refresh() {
 /** Add what the loop says now behind what is stored. @param {Status} status */
 export function addLive(status) {
   const now = Date.parse(status.utc);
-  if (now - liveMs < LIVE_MS) return;
+  if (!Number.isFinite(now) || (now >= liveMs && now - liveMs < LIVE_MS)) return;
   liveMs = now;
+  /** @type {Map<string, number | null>} */
+  const told = new Map();
   for (const [name, axis] of Object.entries(status.outputs)) {
-    append(`${name}.correction`, now, axis.correction_um);
+    told.set(`${name}.correction`, axis.correction_um);
   }
-  for (const [name, input] of Object.entries(status.inputs)) append(name, now, input.value_c);
+  for (const [name, input] of Object.entries(status.inputs)) told.set(name, input.value_c);
+  for (const name of [...live.keys()]) if (!told.has(name)) live.delete(name);
+  for (const [name, value] of told) {
+    const points = live.get(name) ?? { t: [], y: [] };
+    addPoint(points, now, value, SPAN_MS);
+    live.set(name, points);
+  }
+  gapMs = Math.max(3 * LIVE_MS, 3000 * status.cycle_s);
   if (asked) draw();
 }
 
@@ -66,17 +78,15 @@ function append(name, time, value) {
 
 /** @returns {Line[]} */
 function lines() {
-  const names = new Set([...Object.keys(history.series), ...live.keys()]);
-  return [...names].map((name) => {
-    const stored = history.series[name];
-    const [x, y] = [[...(stored?.t ?? [])], [...(stored?.mean ?? [])]];
-    const last = x.at(-1) ?? -Infinity;
-    for (const [time, value] of live.get(name) ?? []) {
-      if (time <= last) continue;
-      x.push(time);
-      y.push(value);
-    }
-    return { name, axis: name.endsWith(".correction") ? "left" : "right", x, y };
+  const stored = Object.keys(history.series);
+  const names = live.size ? [...stored.filter((name) => live.has(name)), ...live.keys()] : stored;
+  const until = live.size ? liveMs + AHEAD_MS : Infinity;
+  return [...new Set(names)].map((name) => {
+    const found = history.series[name];
+    const before = { t: found?.t ?? [], y: found?.mean ?? [] };
+    const seen = live.get(name) ?? { t: [], y: [] };
+    const axis = name.endsWith(".correction") ? "left" : "right";
+    return { name, axis, ...joined(before, seen, until, gapMs) };
   });
 }
 

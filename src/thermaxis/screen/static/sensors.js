@@ -5,10 +5,11 @@ import {
   fillTable, made, part, rangeBar, say, showRange, showVerdict, verdict,
 } from "./engineer.js";
 import { onStatus } from "./live.js";
+import { addPoint, withGaps } from "./live_points.js";
 import { duration, number, phrase, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
-/** @typedef {{t: number[], y: (number | null)[]}} Past */
+/** @typedef {import("./live_points.js").Points} Past */
 
 const REFRESH_MS = 5000;
 const SHOWN_MS = 300000;
@@ -85,13 +86,7 @@ function remember(status) {
   for (const channel of facts.channels) {
     for (const name of namesOf(channel)) {
       const own = past.get(name) ?? { t: [], y: [] };
-      if (at <= (own.t.at(-1) ?? 0)) continue;
-      own.t.push(at);
-      own.y.push(sampleOf(status, name)?.read ?? null);
-      while ((own.t[0] ?? at) < at - SHOWN_MS) {
-        own.t.shift();
-        own.y.shift();
-      }
+      addPoint(own, at, sampleOf(status, name)?.read ?? null, SHOWN_MS);
       past.set(name, own);
     }
   }
@@ -149,7 +144,7 @@ function draw(element, channel) {
   const lines = namesOf(channel).map((name, k) => {
     const own = past.get(name) ?? { t: [], y: [] };
     const text = k ? word("sensors.spare") : word("sensors.sensor");
-    return { name: text, unit: "°C", ...withGaps(own) };
+    return { name: text, unit: "°C", ...withGaps(own, gapMs) };
   });
   const last = Math.max(...lines.map((line) => line.x.at(-1) ?? 0)) || Date.now();
   drawChart(element, {
@@ -162,25 +157,6 @@ function draw(element, channel) {
     yTitle: "°C",
     label: word("sensors.chart_label", { channel: channel.name }),
   });
-}
-
-/**
- * Return the values with a gap wherever nothing came for a while.
- * @param {Past} own
- * @returns {{x: number[], y: (number | null)[]}}
- */
-function withGaps(own) {
-  const found = /** @type {{x: number[], y: (number | null)[]}} */ ({ x: [], y: [] });
-  own.t.forEach((at, k) => {
-    const before = own.t[k - 1] ?? at;
-    if (at - before > gapMs) {
-      found.x.push(before + 1);
-      found.y.push(null);
-    }
-    found.x.push(at);
-    found.y.push(own.y[k] ?? null);
-  });
-  return found;
 }
 
 /** @param {Data} channel */
