@@ -25,6 +25,7 @@ from thermaxis.screen._access import answer_json, needs, parts_of, refuse
 from thermaxis.screen._history import (
     Json,
     NoHistoryError,
+    asker_of,
     history_of,
     line_of,
     points_within,
@@ -32,7 +33,7 @@ from thermaxis.screen._history import (
     span_of,
     to_ms,
 )
-from thermaxis.screen._history_page import LENGTHS, LONGEST, away, points_of
+from thermaxis.screen._history_page import LENGTHS, away, points_of
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian._reading import HistoryReader, Piece, Trend
@@ -104,12 +105,12 @@ async def _values(request: Request) -> Response:
     name = request.query_params.get("name", "")
     if name not in parts.configuration.probes:
         return refuse(request, _NOT_FOUND, "probe.unknown")
-    if span is None or span[1] - span[0] > LONGEST:
+    if span is None:
         return refuse(request, _BAD_REQUEST, "history.no_span")
     cycle_s, points = parts.configuration.rules.cycle_s, points_of(request)
     try:
         found = await history_of(request).ask(
-            lambda reader: comparison(reader, name, span, cycle_s, points)
+            lambda reader: comparison(reader, name, span, cycle_s, points), who=asker_of(request)
         )
     except NoHistoryError as error:
         return away(request, error)

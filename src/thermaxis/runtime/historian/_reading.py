@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from difflib import get_close_matches
 from itertools import groupby
-from typing import NamedTuple, Self, cast, final
+from typing import Any, NamedTuple, Self, cast, final
 
 import numpy as np
 import sqlalchemy as sa
@@ -125,9 +125,11 @@ class HistoryReader:
         self._identity = None if self._path is None else file_identity(self._path)
         self._layouts: dict[tuple[int, int], Layout] = {}
         self._words: dict[int, dict[int, str]] = {}
+        self._interrupted = False
         try:
             with self._errors_named():
                 self._connection = self._engine.connect()
+                self._bare: Any = self._connection.connection.dbapi_connection
             self._check_schema()
         except BaseException:
             self.close()
@@ -159,6 +161,19 @@ class HistoryReader:
         """Close it."""
         self.close()
 
+    def interrupt(self) -> None:
+        """End the question that is being asked: the only call from another thread.
+
+        The question ends with an error, at once where the database is working at it, else when it
+        asks the next time; and so does every later one of this reader. It is not to be closed
+        meanwhile.
+        """
+        self._interrupted = True
+        if isinstance(self._bare, sqlite3.Connection):
+            self._bare.interrupt()
+        else:
+            self._bare.cancel()
+
     def close(self) -> None:
         """End the connection."""
         connection = getattr(self, "_connection", None)
@@ -180,6 +195,8 @@ class HistoryReader:
 
     @contextmanager
     def _asked(self) -> Generator[sa.Connection]:
+        if self._interrupted:
+            raise DataError("the question was interrupted", where=self.where)
         with self._errors_named(), self._connection.begin():
             yield self._connection
 
