@@ -68,14 +68,6 @@ export function addLive(status) {
   if (asked) draw();
 }
 
-/** @param {string} name @param {number} time @param {number | null} value */
-function append(name, time, value) {
-  const points = live.get(name) ?? [];
-  points.push([time, value]);
-  while (points.length && (points[0]?.[0] ?? time) < time - SPAN_MS) points.shift();
-  live.set(name, points);
-}
-
 /** @returns {Line[]} */
 function lines() {
   const stored = Object.keys(history.series);
