@@ -160,7 +160,9 @@ class Guard:
     Not protected: a program that is no browser can send any ``Host`` and ``Origin`` it likes; what
     it may do is decided by the log-in and its token. Forwarded headers are not looked at, so that
     a reverse proxy must keep ``Host`` and scheme as they are. How many connections there are, and
-    how slowly a header comes, is for the web server to bound.
+    how slowly a header comes, `_connections` bounds. A browser is not told to ask by TLS alone
+    from now on (``Strict-Transport-Security``): with a certificate that is signed by itself it
+    would let nobody pass the warning any more, and it holds for every port of the computer.
 
     Parameters
     ----------
@@ -273,8 +275,6 @@ class Guard:
             "permissions-policy": _PERMISSIONS,
             "cache-control": "no-store",
         }
-        if self._secure:
-            marks["strict-transport-security"] = "max-age=31536000"
         return {key.encode(): value.encode() for key, value in marks.items()}
 
     async def _answer(
