@@ -50,7 +50,7 @@ _IDENTITY = ("model_id_1", "model_id_2")
 
 def demanded_settings(seed: int, *, cycle_s: float, double: bool) -> PlcSettings:
     """Return a random model; its rules are quick, quick in cycles, or those of a machine."""
-    plain = random_settings(seed, cycle_s=cycle_s, double=double, quick=seed % 3 != 0)
+    plain = _repeated(random_settings(seed, cycle_s=cycle_s, double=double, quick=seed % 3 != 0))
     if seed % 3 != 1:
         return plain
     rules = plain.compensation.supervisor
@@ -67,6 +67,20 @@ def demanded_settings(seed: int, *, cycle_s: float, double: bool) -> PlcSettings
         sensors=sensors,
     )
     return same_but(plain, changed)
+
+
+def _repeated(settings: PlcSettings) -> PlcSettings:
+    """Return the settings with references that are the same in every process.
+
+    Those of `random_settings` are drawn in the order of a set, which differs from one to another.
+    """
+    model = settings.compensation.model
+    if not model.reference_c:
+        return settings
+    rng = random.Random(settings.name)  # noqa: S311 - a test that can be repeated
+    references_c = {channel: rng.uniform(18.0, 24.0) for channel in model.channels}
+    changed = replace(settings.compensation, model=replace(model, reference_c=references_c))
+    return same_but(settings, changed)
 
 
 def same_but(settings: PlcSettings, compensation: Compensation) -> PlcSettings:
