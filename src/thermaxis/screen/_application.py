@@ -1,5 +1,6 @@
 """The application: every page's routes behind one guard."""
 
+import asyncio
 from collections.abc import AsyncGenerator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 
@@ -75,6 +76,7 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
     @asynccontextmanager
     async def life(_: Starlette) -> AsyncGenerator[None]:
         async with AsyncExitStack() as closing:
+            await asyncio.to_thread(assets.read)
             await parts.persons.open()
             closing.push_async_callback(parts.persons.close)
             await parts.feed.open()

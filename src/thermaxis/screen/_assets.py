@@ -4,7 +4,7 @@ import gzip
 from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
-from typing import final
+from typing import NamedTuple, final
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -22,6 +22,17 @@ _KINDS = {
 _NOT_FOUND, _NOT_MODIFIED = 404, 304
 
 
+class _Packed(NamedTuple):
+    """A file."""
+
+    tag: str
+    """What tells it from another version."""
+    plain: bytes
+    """Its content."""
+    packed: bytes
+    """The same for browsers that take gzip: all."""
+
+
 @final
 class Assets:
     """Every file by its name: what is not in the list does not exist.
@@ -35,7 +46,15 @@ class Assets:
     def __init__(self) -> None:
         own = {path.name: path for path in asset_folder().iterdir() if path.suffix in _KINDS}
         self._paths = {**own, CHART_SCRIPT: chart_script()}
-        self._read: dict[str, tuple[str, bytes]] = {}
+        self._read: dict[str, _Packed] = {}
+
+    def read(self) -> None:
+        """Read and pack every file: the chart library's takes some tenths of a second.
+
+        It is for a thread, before the first request; what is asked for sooner is packed then.
+        """
+        for name, path in self._paths.items():
+            self._packed(name, path)
 
     def answer(self, request: Request) -> Response:
         """Return a file, packed; or that the browser has it already.
@@ -54,22 +73,23 @@ class Assets:
         path = self._paths.get(name)
         if path is None:
             return Response(status_code=_NOT_FOUND)
-        tag, packed = self._packed(name, path)
+        tag, plain, packed = self._packed(name, path)
         headers = {"ETag": tag, "Cache-Control": "no-cache", "Vary": "Accept-Encoding"}
         if request.headers.get("if-none-match") == tag:
             return Response(status_code=_NOT_MODIFIED, headers=headers)
         kind = _KINDS[path.suffix]
         if "gzip" not in request.headers.get("accept-encoding", ""):
-            return Response(gzip.decompress(packed), headers=headers, media_type=kind)
+            return Response(plain, headers=headers, media_type=kind)
         headers["Content-Encoding"] = "gzip"
         return Response(packed, headers=headers, media_type=kind)
 
-    def _packed(self, name: str, path: Path) -> tuple[str, bytes]:
-        """Pack a file when it is first asked for; it does not change while the program runs."""
+    def _packed(self, name: str, path: Path) -> _Packed:
+        """Pack a file once; it does not change while the program runs."""
         found = self._read.get(name)
         if found is None:
             content = path.read_bytes()
-            found = f'"{sha256(content).hexdigest()[:32]}"', gzip.compress(content, 6, mtime=0)
+            tag = f'"{sha256(content).hexdigest()[:32]}"'
+            found = _Packed(tag, content, gzip.compress(content, 6, mtime=0))
             self._read[name] = found
         return found
 

@@ -2,9 +2,9 @@
 
 import asyncio
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple, cast, final
 
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
@@ -17,6 +17,8 @@ from thermaxis.screen._model_facts import Json, facts_of_model
 if TYPE_CHECKING:
     from thermaxis.screen._parts import ScreenParts
 
+MOST_KNOWN: Final = 8
+"""Models whose facts are kept. [1]"""
 NO_STATUS = "model.no_status"
 """The loop has not told yet which model is in force."""
 OTHER_FILE = "model.other_file"
@@ -125,9 +127,7 @@ async def _values(request: Request) -> Response:
     name, sha256 = str(status.get("model_file", "")), str(status.get("model_sha256", ""))
     diameter = status.get("diameter_mm")
     diameter_mm = float(diameter) if isinstance(diameter, int | float) else None
-    found, facts, choices = await asyncio.to_thread(
-        _read, parts.configuration, name, sha256, diameter_mm
-    )
+    found, facts, choices = await _read_models(request).of(name, sha256, diameter_mm)
     language = visitor_of(request).language
     text = ""
     if found.key:
@@ -157,11 +157,76 @@ async def _choice(request: Request) -> Response:
     return answer_json({"sha256": found.sha256})
 
 
-def _read(
-    configuration: MachineConfiguration, name: str, sha256: str, diameter_mm: float | None
-) -> tuple[Found, Json | None, tuple[str, ...]]:
-    found = model_in_force(configuration, name, sha256)
-    facts = None
-    if found.file is not None:
-        facts = facts_of_model(configuration.compensation, found.file.model, diameter_mm)
-    return found, facts, configuration.models_to_choose()
+class Read(NamedTuple):
+    """What the page is made of."""
+
+    found: Found
+    """The model in force, or why there is none."""
+    facts: Json | None
+    """What is shown of it."""
+    choices: tuple[str, ...]
+    """Names of files that may be chosen."""
+
+
+@final
+class ReadModels:
+    """Models in force that were read, by hash and diameter, so that viewers cost nothing more.
+
+    The hash is of the model itself: what it was read from may change or go. One is read at a
+    time, in a thread; what cannot be shown is looked for again.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The machine's configuration.
+    """
+
+    def __init__(self, configuration: MachineConfiguration) -> None:
+        self._configuration = configuration
+        self._known: dict[tuple[str, str, float | None], tuple[Found, Json]] = {}
+        self._turn = asyncio.Lock()
+
+    async def of(self, name: str, sha256: str, diameter_mm: float | None) -> Read:
+        """Return the model that the loop tells to be in force.
+
+        Parameters
+        ----------
+        name : str
+            Name of its file.
+        sha256 : str
+            Its hash.
+        diameter_mm : float or None
+            Diameter of the workpiece. [mm]
+
+        Returns
+        -------
+        Read
+            The model with its facts, or why there is none.
+        """
+        key = (name, sha256, diameter_mm)
+        async with self._turn:
+            choices = await asyncio.to_thread(self._configuration.models_to_choose)
+            known = self._known.get(key)
+            if known is not None:
+                return Read(*known, choices)
+            found, facts = await asyncio.to_thread(self._read, *key)
+        if facts is not None:
+            self._known[key] = found, facts
+            for oldest in list(self._known)[:-MOST_KNOWN]:
+                del self._known[oldest]
+        return Read(found, facts, choices)
+
+    def _read(self, name: str, sha256: str, diameter_mm: float | None) -> tuple[Found, Json | None]:
+        configuration = self._configuration
+        found = model_in_force(configuration, name, sha256)
+        if found.file is None:
+            return found, None
+        return found, facts_of_model(configuration.compensation, found.file.model, diameter_mm)
+
+
+def _read_models(connection: HTTPConnection) -> ReadModels:
+    """Return what was read, for all viewers; made at the first question."""
+    state = connection.app.state
+    if not hasattr(state, "read_models"):
+        state.read_models = ReadModels(parts_of(connection).configuration)
+    return cast("ReadModels", state.read_models)

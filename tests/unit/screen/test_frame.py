@@ -384,6 +384,23 @@ def files(browser_headers: dict[str, str], name: str) -> Response:
     return cast("Response", browser.get(f"/static/{name}", headers=browser_headers))
 
 
+def test_no_request_packs_or_unpacks_what_was_read_at_the_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assets = Assets()
+    assets.read()
+    for name in ("compress", "decompress"):
+        monkeypatch.delattr(gzip, name)
+    for encoding in (b"gzip", b"identity"):
+        scope = {
+            "type": "http",
+            "headers": [(b"accept-encoding", encoding)],
+            "path_params": {"name": "plotly.min.js"},
+        }
+        answer = assets.answer(Request(scope))
+        assert (len(answer.body) > 3_000_000) is (encoding == b"identity")
+
+
 @pytest.mark.parametrize("name", ["base.css", "live.js", "icon.svg", "plotly.min.js"])
 def test_a_file_is_sent_once_and_then_only_named(name: str) -> None:
     first = files({}, name)

@@ -167,3 +167,36 @@ def test_who_may_not_look_is_sent_to_the_log_in_and_gets_no_values(
     values = closed.get("/model/values")
     assert values.status_code == 401
     assert "model" not in values.json()
+
+
+def test_a_model_is_read_once_for_all_who_look_and_again_for_another_diameter(
+    machine: MachineConfiguration, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[float | None] = []
+    facts_of_model = _model_page.facts_of_model
+
+    def counted(configuration: Any, model: Any, diameter_mm: float | None) -> Any:
+        read.append(diameter_mm)
+        return facts_of_model(configuration, model, diameter_mm)
+
+    monkeypatch.setattr(_model_page, "facts_of_model", counted)
+    status = dict(STATUS)
+    with client(machine, status) as browser:
+        first = browser.get("/model/values").json()
+        assert all(browser.get("/model/values").json() == first for _ in range(5))
+        assert len(read) == 1
+        for k in range(_model_page.MOST_KNOWN):
+            status["diameter_mm"] = 50.0 + k
+            assert browser.get("/model/values").json()["model"] is not None
+        status["diameter_mm"] = STATUS["diameter_mm"]
+        assert browser.get("/model/values").json() == first  # forgotten, and read again
+    assert len(read) == 2 + _model_page.MOST_KNOWN
+
+
+def test_what_cannot_be_shown_is_looked_for_again(machine: MachineConfiguration) -> None:
+    content = machine.model.path.read_bytes()
+    machine.model.path.unlink()
+    with client(machine) as browser:
+        assert browser.get("/model/values").json()["model"] is None
+        machine.model.path.write_bytes(content)
+        assert browser.get("/model/values").json()["model"] is not None
