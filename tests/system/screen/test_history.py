@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Callable, Generator
+from datetime import datetime, timedelta
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
@@ -89,7 +90,12 @@ def test_a_second_span_is_laid_over_and_it_is_said_by_how_much_it_is_moved(look:
     lines = page.locator("#chart .scatterlayer .js-line").count()
     after(page, lambda: page.click("#second-day"))
     told = page.inner_text("#second-told")
-    assert "1\N{NO-BREAK SPACE}d later" in told
+    assert "Nothing was recorded" in told
+    assert "the second span is empty" in told
+    first = datetime.fromisoformat(page.input_value("#from")) + timedelta(seconds=10)
+    after(page, lambda: page.fill("#second-from", first.isoformat()))
+    assert "10\N{NO-BREAK SPACE}s earlier" in page.inner_text("#second-told")
+    assert page.inner_text("#second-from-said") == f"{first:%d/%m/%Y, %H:%M:%S}"
     after(page, lambda: page.click("#second-off"))
     assert page.inner_text("#second-told") == ""
     assert page.locator("#chart .scatterlayer .js-line").count() == lines

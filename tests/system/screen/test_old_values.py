@@ -19,11 +19,14 @@ LIVE: Final = {"/": 20, "/model": 2, "/sensors": 15, "/probe": 2}
 """So many texts of the loop a page has at least: the test sees them. [1]"""
 
 # Every text that is seen, and whether an element that it stands in marks it as old: crossed out,
-# underlined by dots, or ending in a question mark. Charts show the past, by their axis; what the
-# model's page has from the file stays true (test_chart.py judges what stands between it).
+# underlined by dots, or ending in a question mark. Names, units, rules are no values. Charts show
+# the past, by their axis; what the model's page has from the file stays true (test_chart.py judges
+# what stands between it).
 TEXTS: Final = """() => {
   const apart = "script, svg, select, #time, #no-data, .op-state, nav, .notice, .past-main,"
     + " .past-more, .past-events, .past-bar, .past-trend, .unseen, .op-chart, #trend-told,"
+    + " .op-card-name, .op-label, .op-input-name, .op-value span, .range-ends, #others h2, th,"
+    + " #others td:first-child,"
     + " #model-outputs, #model-references, #model-provenance, #model-facts, #model-warnings, #told";
   const marks = (e) => {
     const own = getComputedStyle(e);

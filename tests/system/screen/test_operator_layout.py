@@ -698,3 +698,57 @@ def test_how_long_a_state_lasts_is_the_loops_word_whatever_its_clock_says(
             shown(page, stand_in, told)
             assert page.text_content("#state-for") == expected
         assert wrong == []
+
+
+def test_alarms_and_inputs_are_unknown_without_data_and_what_they_were_is_marked(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "cs") as context:
+        page, _ = opened(context, stand_in)
+        for alarms, before in (((), "Předtím: žádné."), (ALARMS[1:2], "Předtím: 1")):
+            stand_in.live = True
+            shown(page, stand_in, made_up(alarms=alarms))
+            stand_in.live = False
+            page.wait_for_selector('body[data-live="no"]')
+            assert page.inner_text("#alarm-text") == "Alarmy: neznámé"
+            assert page.inner_text("#alarm-count") == "?"
+            assert page.inner_text("#alarm-more").startswith(before)
+            assert page.get_attribute("#alarm", "data-priority") == "unknown"
+            assert page.locator(".op-shape").all_inner_texts() == ["?", "?", "?"]
+            assert page.inner_text("#inputs-told") == "předtím: dobré: 3"
+            page.click("#alarm")
+            assert "není známo" in page.inner_text("dialog[open]")
+            page.keyboard.press("Escape")
+            assert max(page.evaluate(SCROLLS)) <= 0
+        stand_in.live = True
+        page.wait_for_selector('body[data-live="yes"]')
+        assert page.locator(".op-shape").all_inner_texts() == ["✓", "✓", "✓"]
+
+
+def test_a_dialog_notices_that_somebody_else_has_asked_already(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        shown(page, stand_in, made_up(state="Holding", reasons=["an operator holds it"]))
+        page.click('[data-ask="Resume"]')
+        page.wait_for_selector("dialog[open] .main:enabled")
+        shown(page, stand_in, made_up())
+        page.wait_for_selector("dialog[open] .main:disabled")
+        assert "nothing to ask for" in page.inner_text("dialog[open]")
+        assert stand_in.asked == []
+
+
+def test_why_the_history_fails_stands_behind_its_alarm_as_a_detail(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    failure = "the history cannot be written (OperationalError disk I/O error)"
+    alarm = an_alarm("medium", failure, "", "", "historian")
+    alarm["values"] = {"waiting": 8.0, "failure": failure}
+    with context_of(browser, "de") as context:
+        page, _ = opened(context, stand_in)
+        shown(page, stand_in, made_up(alarms=(alarm,)))
+        assert page.inner_text("#alarm-text") == "Der Verlauf kann nicht gespeichert werden."
+        assert "Operational" not in page.inner_text("#alarm")
+        page.click("#alarm")
+        assert f"Einzelheit: {failure}" in page.inner_text("dialog[open]")

@@ -222,6 +222,7 @@ function watchRequest() {
     });
   };
   const look = () => {
+    place.dataset.more = "no"; // it is judged as it is whole
     place.dataset.more = overflows(place) ? "yes" : "no";
     const style = getComputedStyle(place);
     const [line, top] = [parseFloat(style.lineHeight), parseFloat(style.paddingTop)];
