@@ -1,0 +1,155 @@
+"""Who was logged in when the loop or the screen went: looks on, is told why, and comes back."""
+
+import json
+import time
+from collections.abc import Callable, Generator
+
+import pytest
+from websockets import Origin
+from websockets.sync.client import connect
+
+from tests.system.screen.conftest import Looked
+from tests.system.screen.stand import Stand, Visitor, wait_until
+
+Look = Callable[..., Looked]
+PAGES = ("/", "/model", "/sensors", "/history", "/probe", "/positioning")
+ENABLE = {"method": "Enable", "arguments": []}
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> Generator[Stand]:
+    """Yield a stand where nobody looks without a log-in, and whose parts are ended."""
+    with Stand(tmp_path_factory.mktemp("somebodys_folder")) as found:
+        yield found
+
+
+def log_in(seen: Looked, stand: Stand, role: str) -> None:
+    page = seen.page
+    page.fill("input[name=name]", role)
+    page.fill("input[name=password]", stand.passwords[role])
+    page.click("button.main")
+
+
+def role_of(seen: Looked) -> str | None:
+    return seen.page.locator("body").get_attribute("data-role")
+
+
+def test_whoever_loses_the_loop_looks_on_and_logs_in_again_to_act(
+    look: Look, closed: Stand
+) -> None:
+    seen = look(of=closed)
+    page = seen.open("/sensors")
+    page.wait_for_selector("#loop[data-live=yes]")
+    log_in(seen, closed, "operator")
+    page.wait_for_url("**/sensors")
+    seen.wait_live()
+    assert role_of(seen) == "operator"
+    closed.kill("run")
+    wait_until("NO DATA", lambda: page.locator("#no-data").is_visible(), 10.0)
+    wait_until("the role is told", lambda: role_of(seen) == "viewer", 10.0)
+    assert page.url.endswith("/sensors"), "the page was thrown away"
+    assert "log in again" in page.locator("#notice").inner_text()
+    page.wait_for_selector("#log-in-again")
+    loads = seen.loads
+    closed.start_loop()
+    seen.wait_live(20.0)
+    assert seen.loads == loads
+    assert role_of(seen) == "viewer"
+    refused = page.evaluate(
+        """() => fetch("/ask", {method: "POST", headers: {"Content-Type": "application/json",
+           "X-Thermaxis-Token": document.body.dataset.token},
+           body: JSON.stringify({method: "Enable", arguments: []})})
+           .then((a) => a.json().then((said) => [a.status, said.error]))"""
+    )
+    assert refused == [401, "login.loop_gone"]
+    page.click("#log-in-again")
+    page.wait_for_selector("#why:not([hidden])")
+    assert "log in again" in page.locator("#why").inner_text()
+    log_in(seen, closed, "operator")
+    page.wait_for_url("**/sensors")
+    seen.wait_live()
+    assert role_of(seen) == "operator"
+    assert page.locator("#log-in-again").count() == 0
+
+
+def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
+    look: Look, closed: Stand
+) -> None:
+    seen = look(of=closed)
+    page = seen.open("/history")
+    log_in(seen, closed, "operator")
+    page.wait_for_url("**/history")
+    seen.wait_live()
+    closed.kill("screen")
+    closed.start_screen()
+    page.wait_for_url("**/login?next=/history", timeout=20_000)
+    page.wait_for_selector("#why:not([hidden])")
+    assert "started anew" in page.locator("#why").inner_text()
+    page.wait_for_selector("#loop[data-live=yes]")
+    closed.kill("run")
+    page.wait_for_selector("#loop[data-live=no]")
+    assert page.locator("#loop").inner_text().startswith("NO DATA since")
+    closed.start_loop()
+    page.wait_for_selector("#loop[data-live=yes]")
+    log_in(seen, closed, "operator")
+    page.wait_for_url("**/history")
+    seen.wait_live()
+
+
+def test_no_page_and_no_answer_tells_the_folders_of_the_computer(closed: Stand) -> None:
+    engineer = closed.visitor()
+    assert engineer.log_in("engineer").status == 200
+    (closed.folder / "models" / "broken.json").write_text("{", "utf-8")
+    said: dict[str, bytes] = {}
+    for name in ("broken.json", "missing.json", "../machine.toml"):
+        said[name] = json.dumps(engineer.request("ChooseModel", name)).encode()
+        assert not json.loads(said[name]).get("accepted", False)
+    span = "first=2026-01-01T00:00:00Z&last=2100-01-01T00:00:00Z"
+    asked = [
+        *PAGES,
+        *("/login", "/login/state", "/nowhere", "/alive", "/trend8", "/model/values"),
+        *("/sensors/values", "/history/series", "/probe/values", f"/history/events?{span}"),
+        f"/history/trend?names=correction.Z_um&points=100&{span}",
+    ]
+    with connect(
+        f"{closed.address.replace('http', 'ws', 1)}/live",
+        origin=Origin(closed.address),
+        additional_headers={"Cookie": engineer.cookie},
+        proxy=None,
+    ) as socket:
+        said["live"] = b"".join(str(socket.recv(10.0)).encode() for _ in range(3))
+    assert b'"kind":"status"' in said["live"]
+    history = closed.folder / "history.db"
+    for there in (True, False):
+        if not there:
+            closed.kill("run")
+            history.rename(history.with_suffix(".away"))
+            time.sleep(1.0)
+        for path in asked:
+            for accept in ("text/html", "*/*"):
+                said[f"{path} {accept} {there}"] = engineer.ask(
+                    path, headers={"Accept": accept}
+                ).body
+    history.with_suffix(".away").rename(history)
+    closed.start_loop()
+    folders = {str(closed.folder), closed.folder.name}
+    found = [name for name, body in said.items() if any(f.encode() in body for f in folders)]
+    assert found == []
+    assert any(b"history.db" in body for body in said.values()), "nothing was looked for"
+
+
+def test_somebody_without_a_session_at_the_loop_asks_for_nothing_and_leaves_no_trace_there(
+    closed: Stand,
+) -> None:
+    visitor: Visitor = closed.visitor()
+    assert visitor.log_in("engineer").status == 200
+    closed.kill("run")
+    wait_until("the role", lambda: b'data-role="viewer"' in visitor.ask("/").body, 15.0)
+    assert visitor.ask("/ask", ENABLE).status == 401
+    closed.start_loop()
+    before = [one for one in closed.events() if one["kind"] == "request"]
+    for _ in range(3):
+        answer = visitor.ask("/ask", ENABLE)
+        assert (answer.status, answer.json()["error"]) == (401, "login.loop_gone")
+    assert visitor.ask("/positioning/upload?name=x.csv", b"1;2;3\n").status == 401
+    assert [one for one in closed.events() if one["kind"] == "request"] == before
