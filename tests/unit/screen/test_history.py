@@ -649,3 +649,13 @@ def test_why_a_history_cannot_be_read_says_neither_folder_nor_host_nor_user(
     error: ThermaxisError | OSError, url: str, said: str
 ) -> None:
     assert reason_for_people(error, url) == said
+
+
+def test_the_server_of_a_database_is_told_to_give_a_question_up(tmp_path: Path) -> None:
+    path = tmp_path / "h.db"
+    write(path, [cycle_record(k) for k in range(10)])
+    told: list[str] = []
+    with HistoryReader(url_of(path)) as reader:
+        reader._bare = SimpleNamespace(cancel=lambda: told.append("cancel"))
+        reader.interrupt()
+    assert told == ["cancel"]
