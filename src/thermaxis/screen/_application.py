@@ -120,5 +120,6 @@ async def _mistake(request: Request, error: Exception) -> Response:
     text = words.say(language, "common.mistake", reference=reference_of(error))
     if not wants_page(request.headers.get("accept")):
         return JSONResponse({"error": "common.mistake", "text": text}, _MISTAKE)
-    title, back = (words.say(language, f"common.{key}") for key in ("not_shown", "to_the_machine"))
+    title = words.say(language, "common.not_shown")
+    back = words.say(language, "common.to_the_machine")
     return HTMLResponse(plain_page(language, title, text, back=back), _MISTAKE)
