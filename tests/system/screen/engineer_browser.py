@@ -1,6 +1,7 @@
 """Pages in a real browser without a server: requests go to the application in this program."""
 
 import json
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from shutil import which
@@ -33,7 +34,12 @@ class Pages:
         self.feed = feed
         self.faults: list[str] = []
         self.asked: list[tuple[str, Any]] = []
-        self.answer: Mapping[str, Any] = {"accepted": True, "reason": "", "reason_en": ""}
+        self.answer: Mapping[str, Any] = {
+            "accepted": True,
+            "answer": "accepted",
+            "reason": "",
+            "reason_en": "",
+        }
         self._sockets: list[WebSocketRoute] = []
         assets = Assets()
 
@@ -47,7 +53,11 @@ class Pages:
             self.asked.append((request.headers["x-thermaxis-token"], await request.json()))
             return Response(json.dumps(self.answer), media_type="application/json")
 
-        self._hello = {"kind": "hello", "program": parts.program, "name": "", "role": "viewer"}
+        person = parts.persons.of("anybody")
+        who = {"name": "", "role": "viewer"}
+        if person is not None:
+            who = {"name": person.name, "role": person.role.value}
+        self._hello = {"kind": "hello", "program": parts.program, **who}
         routes = [
             HttpRoute("/static/{name}", asset),
             HttpRoute("/ask", ask, methods=["POST"]),
@@ -97,7 +107,7 @@ class Pages:
         """Send what the feed knows to the open page."""
         status = self.feed.status
         message = (
-            {"kind": "status", "age_s": 0.1, "status": status}
+            {"kind": "status", "age_s": 0.1, "sent_s": time.monotonic(), "status": status}
             if status is not None and self.feed.live
             else {"kind": "no_data", "key": "feed.no_connection", "text": "gone", "since": None}
         )

@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, Route, sync_playwright
 
 from tests.system.screen.engineer_browser import CHROMIUM, Pages, opened
 from tests.unit.screen.engineer_bench import CHANNELS, KnownFeed, lathe, parts_with, told_by_a_loop
@@ -271,6 +271,33 @@ def test_of_another_file_than_the_model_in_force_nothing_is_shown(browser: Brows
     assert pages.faults == []
 
 
+def test_the_numbers_of_the_model_before_are_marked_until_the_new_ones_are_there(
+    browser: Browser,
+) -> None:
+    pages = pages_for()
+    with opened(browser, pages, "/model", locale="en-GB") as page:
+        page.get_by_text("1.2 K outside the tested range").wait_for()
+        assert page.locator("#model-old").is_hidden()
+        waiting: list[Route] = []
+        page.route("**/model/values", lambda route: waiting.append(route))
+        pages.feed.status = {**WARM, "model_sha256": "0" * 64}
+        pages.tell()
+        page.locator("#model-old").wait_for()
+        assert page.locator("#model").get_attribute("data-old") == "yes"
+        until(page, "document.getElementById('model-outputs').innerText !== ''")
+        pages.tell_until(page, lambda: bool(waiting))
+        waiting[0].fulfill(status=500, json={"error": "x", "text": "the file is being replaced"})
+        page.get_by_text("the file is being replaced").wait_for()
+        assert page.locator("#model-outputs").inner_text() == ""
+        assert page.locator("#model-old").is_hidden()
+        page.unroute("**/model/values")
+        for route in waiting[1:]:
+            route.abort()
+        pages.feed.status = dict(WARM)
+        pages.tell_until(page, page.locator("#model-wrong").is_hidden)
+        page.get_by_text("1.2 K outside the tested range").wait_for()
+
+
 def test_an_engineer_chooses_a_model_after_a_confirmation(browser: Browser) -> None:
     pages = pages_for(Role.ENGINEER)
     with opened(browser, pages, "/model", locale="en-GB") as page:
@@ -281,6 +308,38 @@ def test_an_engineer_chooses_a_model_after_a_confirmation(browser: Browser) -> N
         dialog.get_by_role("button", name="Choose this model").click()
         page.wait_for_selector("[data-requests]")
         assert pages.asked == [("t", {"method": "ChooseModel", "arguments": ["lathe.json"]})]
+    assert pages.faults == []
+
+
+def test_a_chosen_model_is_effective_when_the_loop_tells_its_name_and_its_hash(
+    browser: Browser,
+) -> None:
+    pages = pages_for(Role.ENGINEER)
+    told = pages.feed.status
+    assert told is not None
+    pages.feed.status = {**told, "model_file": "before.json"}  # the same hash under another name
+    with opened(browser, pages, "/model", locale="en-GB") as page:
+        page.get_by_text("goes on with the model that it has read").wait_for()
+        assert page.inner_text("#model-file") == "before.json"
+        assert "spindle" in page.inner_text("#model-outputs")  # what the status tells stays
+        page.click("#choose-ask")
+        page.click("dialog[open] .main")
+        page.wait_for_selector('[data-requests][data-answer="accepted"]')
+        place = page.locator("[data-requests]")
+
+        def later(**changes: str) -> None:
+            number = (pages.feed.status or told)["number"] + 1
+            pages.feed.status = {**told, "number": number, **changes}
+            pages.tell()
+            page.wait_for_timeout(200)
+
+        later(model_file="before.json")
+        assert "✓" not in place.inner_text()
+        later(model_file="lathe.json", model_sha256="0" * 64)
+        assert "✓" not in place.inner_text()
+        later(model_file="lathe.json")
+        pages.tell_until(page, lambda: "✓" in place.inner_text())
+        assert page.inner_text("#model-file") == "lathe.json"
     assert pages.faults == []
 
 

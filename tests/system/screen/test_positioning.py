@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import time
 import re
 import socket
 import threading
@@ -73,7 +74,12 @@ class Server:
             status = {"state": "Active", "cycle_s": 1.0, "alarms": [], "utc": None}
             try:
                 while True:
-                    message = {"kind": "status", "age_s": 0.1, "status": status}
+                    message = {
+                        "kind": "status",
+                        "age_s": 0.1,
+                        "sent_s": time.monotonic(),
+                        "status": status,
+                    }
                     await connection.send_text(json.dumps(message))
                     await asyncio.sleep(0.5)
             except WebSocketDisconnect:

@@ -150,3 +150,12 @@ def test_a_message_that_is_no_json_is_no_data() -> None:
         "tell(); sockets[0].heard.message({ data: '{' }); return [told.at(-1), live.latest()]"
     )
     assert found == [["none", CANNOT_READ], None]
+
+
+def test_a_status_without_its_times_is_not_shown() -> None:
+    found = played(
+        "const message = { kind: 'status', age_s: 0.1, status: { number: 1, cycle_s: 1 } };"
+        "sockets[0].heard.message({ data: JSON.stringify(message) });"
+        "return [told, live.latest()]"
+    )
+    assert found == [[["none", CANNOT_READ]], None]

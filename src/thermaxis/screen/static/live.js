@@ -8,6 +8,7 @@ const SHORTEST_S = 3;
 const CYCLES = 3;
 const FIRST_RETRY_MS = 500;
 const LONGEST_RETRY_MS = 2000;
+const TOO_MANY_PAGES = 1013;
 const SILENT_MS = 5000;
 const LOOK_MS = 250;
 const JUMP_MS = 2000;
@@ -103,10 +104,12 @@ function connect() {
   socket = mine;
   mine.addEventListener("open", () => { opened = true; });
   mine.addEventListener("message", (event) => hear(String(event.data)));
-  mine.addEventListener("close", () => {
+  mine.addEventListener("close", (event) => {
     if (socket !== mine || leaving) return;
     socket = null;
-    whyKnown = false;
+    const full = event.code === TOO_MANY_PAGES;
+    whyKnown = full && whyKnown;
+    if (full) retryMs = LONGEST_RETRY_MS;
     if (!opened) void lookAround();
     setTimeout(connect, retryMs);
     retryMs = Math.min(LONGEST_RETRY_MS, 1.5 * retryMs);
@@ -133,7 +136,7 @@ function hear(text) {
   heardMs = performance.now();
   retryMs = FIRST_RETRY_MS;
   const message = read(text);
-  if (message === null) {
+  if (message === null || (message.kind === "status" && !isTimed(message))) {
     tellUnreadable();
   } else if (message.kind === "status") {
     take(message.status, message.age_s + transitS(message.sent_s));
@@ -160,6 +163,11 @@ function read(text) {
   } catch {
     return null;
   }
+}
+
+/** A status whose age is not known is not shown. @param {Record<string, any>} message */
+function isTimed(message) {
+  return Number.isFinite(message.age_s) && Number.isFinite(message.sent_s);
 }
 
 /**

@@ -16,6 +16,7 @@ const MARKERS = ["circle", "square", "diamond", "triangle-up", "cross", "x"];
 /** @type {Data | null} */
 let model = null;
 let wanted = "";
+let shownSha256 = "";
 let loading = false;
 /** @type {((status: Data) => void)[]} */
 let live = [];
@@ -23,7 +24,9 @@ let live = [];
 onStatus((status) => {
   const key = `${status.model_file} ${status.model_sha256} ${status.diameter_mm}`;
   showFile(status.model_file, status.model_sha256);
-  if (key !== wanted && !loading) void load(key);
+  const same = status.model_sha256 === shownSha256;
+  markOld(shownSha256 !== "" && !same);
+  if (!(same && key === wanted) && !loading) void load(key);
   for (const show of live) show(status);
 });
 onNoData(() => {
@@ -39,15 +42,34 @@ async function load(key) {
   loading = true;
   try {
     const answer = await fetch("/model/values");
-    if (!answer.ok) return;
-    const values = await answer.json();
+    const values = await answer.json().catch(() => ({}));
+    if (!answer.ok) {
+      clear(values.text ?? word("model.not_told"));
+      return;
+    }
     wanted = key;
+    shownSha256 = values.sha256;
+    markOld(false);
     show(values);
   } catch (error) {
     if (!(error instanceof TypeError)) throw error; // not reached: asked again with the next status
   } finally {
     loading = false;
   }
+}
+
+/** Values of another model than the one in force are told to be so. @param {boolean} old */
+function markOld(old) {
+  part("model-old").hidden = !old;
+  part("model").dataset.old = old ? "yes" : "no";
+}
+
+/** Show nothing, and why. @param {string} text */
+function clear(text) {
+  wanted = "";
+  shownSha256 = "";
+  markOld(false);
+  show({ model: null, file: "", sha256: "", text, detail: "", choices: [], outputs: [] });
 }
 
 /** @param {Data} values */
