@@ -321,7 +321,8 @@ def test_a_chosen_model_is_effective_when_the_loop_tells_its_name_and_its_hash(
     with opened(browser, pages, "/model", locale="en-GB") as page:
         page.get_by_text("goes on with the model that it has read").wait_for()
         assert page.inner_text("#model-file") == "before.json"
-        assert "spindle" in page.inner_text("#model-outputs")  # what the status tells stays
+        shown = page.locator("#model-outputs")
+        pages.tell_until(page, lambda: "spindle" in shown.inner_text())  # what the loop tells stays
         page.click("#choose-ask")
         page.click("dialog[open] .main")
         page.wait_for_selector('[data-requests][data-answer="accepted"]')
