@@ -1,11 +1,8 @@
 """A program as C, compiled by gcc and run on rows of inputs."""
 
-import shutil
 import subprocess
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-
-import pytest
 
 from thermaxis.plc._print_c import CText, print_c
 from thermaxis.plc._tree import Block, Kind, Program, Variable
@@ -14,8 +11,6 @@ FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=
 """What the exported source must stand without a warning."""
 
 Value = float | bool | int
-
-needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not here")
 
 
 def compiler(*arguments: object) -> subprocess.CompletedProcess[str]:

@@ -93,7 +93,7 @@ def random_settings(
     model = CompensationModel(
         outputs=tuple(outputs),
         reference="stated" if stated else "start",
-        reference_c={c: rng.uniform(18.0, 24.0) for c in used} if stated else {},
+        reference_c={c: rng.uniform(18.0, 24.0) for c in sorted(used)} if stated else {},
         input_filter_s=rng.choice((0.0, 0.0, 20.0)),
         longest_hold_s=rng.choice((3.0, 60.0)) if quick else 60.0,
     )
@@ -140,6 +140,8 @@ class CycleDriver:
         self.state: CycleState = cycle_state(self.settings.compensation)
         self.good_calls = 0
         self.calls = 0
+        self.waiting = True
+        self.linked = False
         self.levels = (False, False, False)
         self.trims = (0.0,) * len(self.settings.compensation.bounds)
 
@@ -152,8 +154,15 @@ class CycleDriver:
             self.good_calls += 1
             time_s = cycle_s * self.good_calls
         read = tuple(u if inputs.read_ok else None for u in inputs.read_um)
+        if self.calls == 0:
+            self.levels = inputs.reset, inputs.enable, inputs.hold
         off = self.state.memory.state is SupervisorState.OFF
-        found = self.calls == 0 or (off and inputs.reset and not self.levels[0])
+        found = off and inputs.reset and not self.levels[0]
+        if not inputs.connected:
+            self.waiting = True
+        elif inputs.read_ok and all(abs(u) <= 1e6 for u in inputs.read_um):
+            found, self.waiting = found or self.waiting, False
+        self.linked = inputs.connected and not self.waiting
         reading = CycleReading(
             time_s,
             tuple(
@@ -162,7 +171,7 @@ class CycleDriver:
             ),
             (),
             (inputs.interlocks_met,),
-            inputs.connected,
+            self.linked,
             read,
             read if found else None,
             inputs.other_compensation,
@@ -171,6 +180,10 @@ class CycleDriver:
         self.calls += 1
         self.state, output = cycle(self.settings.compensation, self.state, reading)
         return output
+
+    def said(self, inputs: PlcInputs) -> PlcOutputs:
+        """Return the outputs of the block, as `cycle` makes them."""
+        return as_block(self.step(inputs), self)
 
     def requests(self, inputs: PlcInputs) -> Iterator[Request]:
         reset, enable, hold = self.levels
@@ -185,14 +198,14 @@ class CycleDriver:
         longest_s = self.settings.compensation.supervisor.longest_trim_s
         outputs = self.settings.compensation.model.outputs
         for output, before, trim in zip(outputs, self.trims, inputs.trims_um, strict=True):
-            if not trim == before:  # noqa: SIM201 - NaN differs from itself
+            if self.calls and not trim == before:  # noqa: SIM201 - NaN differs from itself
                 yield Request(RequestKind.TRIM, "plc", output.name, trim, longest_s)
         self.levels = inputs.reset, inputs.enable, inputs.hold
         self.trims = inputs.trims_um
 
 
-def as_block(output: CycleOutput, calls: int) -> PlcOutputs:
-    """Return what `cycle` said as the outputs of the block."""
+def as_block(output: CycleOutput, driver: CycleDriver) -> PlcOutputs:
+    """Return what `cycle` said last as the outputs of the block."""
     return PlcOutputs(
         output.correction_um,
         output.model_um,
@@ -202,9 +215,11 @@ def as_block(output: CycleOutput, calls: int) -> PlcOutputs:
         tuple(part for parts in output.contribution_um for part in parts),
         tuple(SAMPLE_QUALITIES.index(quality) for quality in output.qualities),
         STATES.index(output.state),
+        driver.state.memory.enabled,
+        driver.linked,
         sum(2 ** REASONS.index(reason) for reason in output.reasons),
         QUALITIES.index(output.quality),
         sum(2 ** OUTCOMES.index(outcome) for outcome in output.outcomes),
         not all(answer.accepted for answer in output.answers),
-        calls % 32768,
+        driver.calls % 32768,
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.plc.c_program import FLAGS, CProgram, compiler, needs_gcc, written
+from tests.unit.plc.c_program import FLAGS, CProgram, compiler, written
 from tests.unit.plc.small_programs import asked, let, number, said, small, truth
 from tests.unit.plc.st_interpreter import first_difference
 from thermaxis.plc._print_c import CText, print_c
@@ -116,7 +116,6 @@ def with_unused() -> Program:
 
 
 @pytest.mark.system
-@needs_gcc
 @pytest.mark.parametrize("level", ["-O0", "-O2", "-O3"])
 @pytest.mark.parametrize("double", [True, False])
 def test_compiled_without_a_warning_it_computes_what_plain_python_computes(
@@ -133,7 +132,6 @@ def test_compiled_without_a_warning_it_computes_what_plain_python_computes(
 
 
 @pytest.mark.system
-@needs_gcc
 def test_a_changed_coefficient_is_found(tmp_path: Path) -> None:
     text = print_c(small())
     changed = re.sub(r"(alpha = 0\.14285714285714)\d+", r"\g<1>300", text.source)
@@ -145,7 +143,6 @@ def test_a_changed_coefficient_is_found(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
-@needs_gcc
 def test_unused_parts_make_no_warning(tmp_path: Path) -> None:
     source = written(print_c(with_unused()), tmp_path, "tx_small")
     for level in ("-O0", "-O2"):
@@ -154,7 +151,6 @@ def test_unused_parts_make_no_warning(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
-@needs_gcc
 def test_two_programs_stand_in_one_and_mixed_numbers_are_refused(tmp_path: Path) -> None:
     other = small()
     main = replace(other.blocks[-1], name="tx_other")
@@ -178,7 +174,6 @@ def test_two_programs_stand_in_one_and_mixed_numbers_are_refused(tmp_path: Path)
 
 
 @pytest.mark.system
-@needs_gcc
 def test_a_compiler_that_computes_otherwise_is_refused(tmp_path: Path) -> None:
     macros = compiler("-dM", "-E", "-x", "c", "/dev/null").stdout
     for double in (True, False):
