@@ -50,6 +50,7 @@ class Server:
             role=Role.ENGINEER,
             token="t" * 43,
             ended="",
+            lost="",
             has_token=lambda token: token == "t" * 43,
         )
         parts = ScreenParts(
@@ -199,6 +200,15 @@ def test_a_run_goes_in_and_figures_report_and_certificate_come_out(
     assert path.read_bytes().startswith(b"%PDF-")
 
     page.reload()  # what was evaluated is still there
+    expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv")
+
+    empty = tmp_path / "empty.csv"
+    empty.touch()
+    visit.send(empty)
+    expect(page.locator("#run-wrong")).to_have_text("Die Datei ist leer.")
+    expect(page.locator("#run-wrong")).to_be_in_viewport(ratio=1.0)
+    expect(page.locator("#run-result")).to_be_hidden()  # no figures beside a refusal
+    page.click("#run-kept button")
     expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv")
 
 
