@@ -50,6 +50,8 @@ def test_whoever_loses_the_loop_looks_on_and_logs_in_again_to_act(
     assert page.url.endswith("/sensors"), "the page was thrown away"
     assert "log in again" in page.locator("#notice").inner_text()
     page.wait_for_selector("#log-in-again")
+    page.wait_for_timeout(4000.0)  # by then the page judges by its own clock
+    assert "NO DATA since" in page.locator("#no-data").inner_text()
     loads = seen.loads
     closed.start_loop()
     seen.wait_live(20.0)

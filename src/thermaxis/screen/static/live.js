@@ -34,6 +34,9 @@ let heardMs = performance.now();
 let retryMs = FIRST_RETRY_MS;
 let why = "";
 let whyKnown = false;
+/** When the server had the last status; a page that was loaded since then has none of its own. */
+/** @type {string | null} */
+let toldSince = null;
 let live = false;
 let leaving = false;
 let complained = false;
@@ -143,7 +146,8 @@ function hear(text) {
   } else if (message.kind === "no_data") {
     why = message.text;
     whyKnown = true;
-    tellNone(message.since);
+    toldSince = message.since;
+    tellNone(toldSince);
   } else if (message.kind === "hello") {
     if (isOld(message)) {
       location.reload();
@@ -219,7 +223,7 @@ function went(act) {
 function tellUnreadable() {
   why = word("operator.page_cannot_read");
   whyKnown = true;
-  tellNone(last?.utc ?? null);
+  tellNone(last?.utc ?? toldSince);
 }
 
 /**
@@ -234,7 +238,7 @@ function jumped() {
   lastMs = Number.NEGATIVE_INFINITY;
   again();
   why = word("common.no_connection_to_screen");
-  tellNone(last?.utc ?? null);
+  tellNone(last?.utc ?? toldSince);
   return true;
 }
 
@@ -278,7 +282,7 @@ function look() {
   const waited = last ? ageS() : (performance.now() - openedMs) / 1000;
   if (waited > longestAgeS()) {
     if (!whyKnown) why = word("common.no_connection_to_screen");
-    tellNone(last?.utc ?? null);
+    tellNone(last?.utc ?? toldSince);
   }
 }
 
