@@ -279,7 +279,7 @@ def test_the_numbers_of_the_model_before_are_marked_until_the_new_ones_are_there
         page.get_by_text("1.2 K outside the tested range").wait_for()
         assert page.locator("#model-old").is_hidden()
         waiting: list[Route] = []
-        page.route("**/model/values", lambda route: waiting.append(route))
+        page.route("**/model/values", lambda route: waiting.append(route))  # noqa: PLW0108 - playwright marks it
         pages.feed.status = {**WARM, "model_sha256": "0" * 64}
         pages.tell()
         page.locator("#model-old").wait_for()

@@ -687,6 +687,21 @@ def test_a_long_answer_moves_nothing_out_of_the_page_and_is_whole_at_a_touch(
         assert page.text_content("dialog[open] .ask-body") == whole
 
 
+def test_a_log_out_or_a_language_that_fails_is_told(browser: Browser, stand_in: StandIn) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        for path, act in (
+            ("logout", lambda: page.click("#logout")),
+            ("language", lambda: page.select_option("#language", "cs")),
+        ):
+            page.route(f"**/{path}", lambda route: route.abort())
+            act()
+            page.get_by_text("The screen's program does not answer").wait_for()
+            page.click("#notice-close")
+        assert page.input_value("#language") == "en"
+        assert page.url == stand_in.address + "/"
+
+
 def test_how_long_a_state_lasts_is_the_loops_word_whatever_its_clock_says(
     browser: Browser, stand_in: StandIn
 ) -> None:

@@ -114,21 +114,45 @@ function showNotice() {
   } catch {
     text = null;
   }
-  if (!notice || !text || document.body.dataset.page === "login") return; // that page says why
-  show(/** @type {HTMLElement} */ (notice.firstElementChild), text);
+  byId("notice-close")?.addEventListener("click", () => { if (notice) notice.hidden = true; });
+  if (text && document.body.dataset.page !== "login") say(text); // that page says why
+}
+
+/** @param {string} text */
+function say(text) {
+  const notice = byId("notice");
+  if (!notice) return;
   notice.hidden = false;
-  byId("notice-close")?.addEventListener("click", () => { notice.hidden = true; });
+  show(/** @type {HTMLElement} */ (notice.firstElementChild), text);
+}
+
+/**
+ * Ask, and say it where that fails.
+ * @param {string} path
+ * @param {unknown} body
+ * @returns {Promise<boolean>} whether it was done
+ */
+async function went(path, body) {
+  try {
+    const answer = await post(path, body);
+    if (answer.ok) return true;
+    const found = await answer.json().catch(() => ({}));
+    say(found.text ?? word("history.no_answer"));
+  } catch (error) {
+    if (!(error instanceof TypeError)) throw error;
+    say(word("history.no_answer"));
+  }
+  return false;
 }
 
 byId("theme")?.addEventListener("click", chooseTheme);
 byId("language")?.addEventListener("change", async (event) => {
-  const chosen = /** @type {HTMLSelectElement} */ (event.target).value;
-  const answer = await post("/language", { language: chosen });
-  if (answer.ok) location.reload();
+  const select = /** @type {HTMLSelectElement} */ (event.target);
+  if (await went("/language", { language: select.value })) location.reload();
+  else select.value = document.documentElement.lang;
 });
 byId("logout")?.addEventListener("click", async () => {
-  await post("/logout", {});
-  location.assign("/");
+  if (await went("/logout", {})) location.assign("/");
 });
 showNotice();
 tick();

@@ -213,18 +213,21 @@ function firstChoice(names) {
 
 /** @param {number} hours */
 async function showLength(hours) {
+  const signal = newQuestion();
   try {
-    const found = spanOf(hours, await recorded());
+    const found = spanOf(hours, await recorded(signal));
+    if (signal.aborted) return; // another length was pressed meanwhile
     before = null;
     if (found) await show(found, hours);
     else tellWrong(word("history.nothing_recorded"));
   } catch (error) {
-    tellWrong(/** @type {Error} */ (error).message);
+    if (!signal.aborted) tellWrong(/** @type {Error} */ (error).message);
   }
 }
 
-async function recorded() {
-  const found = await asked("/history/series");
+/** @param {AbortSignal} [signal] */
+async function recorded(signal) {
+  const found = await asked("/history/series", signal);
   const known = Object.keys(units).join();
   units = found.series;
   chosen = chosen.filter((name) => name in units);
@@ -235,7 +238,11 @@ async function recorded() {
 
 /** What a page that loads itself again goes on with. */
 function keep() {
-  sessionStorage.setItem(KEPT, JSON.stringify({ span, chosen, secondFirst }));
+  try {
+    sessionStorage.setItem(KEPT, JSON.stringify({ span, chosen, secondFirst }));
+  } catch {
+    // a browser that keeps nothing begins anew
+  }
 }
 
 /** @returns {{span: Span | null, chosen: string[], secondFirst: number | null}} */
@@ -243,8 +250,12 @@ function kept() {
   const nothing = { span: null, chosen: [], secondFirst: null };
   const reloaded = performance.getEntriesByType("navigation")
     .some((entry) => /** @type {PerformanceNavigationTiming} */ (entry).type === "reload");
-  const text = reloaded ? sessionStorage.getItem(KEPT) : null;
-  return text ? { ...nothing, ...JSON.parse(text) } : nothing;
+  try {
+    const text = reloaded ? sessionStorage.getItem(KEPT) : null;
+    return text ? { ...nothing, ...JSON.parse(text) } : nothing;
+  } catch {
+    return nothing;
+  }
 }
 
 /** @param {number | null} first */

@@ -97,13 +97,15 @@ function tell(figures, meansS) {
 
 /** @param {number} hours */
 async function showLength(hours) {
+  const signal = newQuestion();
   try {
-    const found = spanOf(hours, await asked("/history/series"));
+    const found = spanOf(hours, await asked("/history/series", signal));
+    if (signal.aborted) return; // another length was pressed meanwhile
     before = null;
     if (found) await show(found, hours);
     else tellWrong(word("history.nothing_recorded"));
   } catch (error) {
-    tellWrong(/** @type {Error} */ (error).message);
+    if (!signal.aborted) tellWrong(/** @type {Error} */ (error).message);
   }
 }
 
