@@ -128,7 +128,7 @@ def test_no_word_of_a_language_stands_in_the_template() -> None:
 
 def test_every_word_of_the_page_is_used_and_every_used_one_exists() -> None:
     sources = [*FOLDER.glob("static/operator*.js"), FOLDER / "static" / "ask.js"]
-    sources += [FOLDER / "static" / "event_marks.js"]
+    sources += [FOLDER / "static" / name for name in ("event_marks.js", "live.js")]
     sources += [FOLDER / "pages" / "operator.html", FOLDER / "_operator_page.py"]
     texts = "\n".join(source.read_text("utf-8") for source in sources)
     files = {"operator.css", "operator.js", "operator.html"}
