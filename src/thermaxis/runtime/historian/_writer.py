@@ -227,7 +227,8 @@ class Writer:
         if is_damage(cause):
             self._watch.damage = printable_cause(cause or error)
         if isinstance(error, ThermaxisError):
-            text = str(error)
+            # People read it on a page: the place of the file is for the terminal only.
+            text = f"{error.what}. {error.remedy}".rstrip(". ")
         else:
             text = f"the history cannot be written ({printable_cause(cause or error)})"
         if not self._failure:
