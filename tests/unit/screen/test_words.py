@@ -638,10 +638,12 @@ globalThis.document = {
   getElementById: (id) => texts[id] ?? null,
   addEventListener: () => {},
 };
-const { alarmSaid } = await import(given.script);
-const said = given.alarms.map((alarm) => ["text", "cause", "remedy"].map(
-  (part) => alarmSaid(alarm, part)));
-console.log(JSON.stringify(said));
+const { alarmWords, number, phrase, signed } = await import(given.script);
+const said = (given.alarms ?? []).map(alarmWords).map((one) => [one.text, one.cause, one.remedy]);
+const phrases = (given.english ?? []).map(([group, english]) => phrase(group, english));
+const three = (one) => [number(one, 0), number(one, 1), signed(one, 1)];
+const numbers = (given.numbers ?? []).map(three);
+console.log(JSON.stringify(given.english ? [phrases, numbers] : said));
 """
 
 
@@ -657,10 +659,13 @@ def test_the_script_of_a_page_says_every_alarm_as_this_program_does(language: st
                 {"code": code, "values": {name: ALARM_VALUES.get(name, number) for name in names}}
             )
     alarms.append({"code": "of the future", "text": "New.", "cause": "Old.", "remedy": "Wait."})
+    code = next(code for code in sorted(ALARM_WORDS) if gaps_of("".join(ALARM_WORDS[code])))
+    alarms.append({"code": code, "values": {}, "text": "A.", "cause": "B.", "remedy": "C."})
+    assert WORDS.alarm(language, code, {}) is None
     given = {
         "language": language,
         "texts": {"words": WORDS.catalog(language), "phrases": WORDS.phrases(language)},
-        "script": (SCREEN / "static" / "operator_parts.js").as_uri(),
+        "script": (SCREEN / "static" / "words.js").as_uri(),
         "alarms": alarms,
     }
     told = subprocess.run(
@@ -671,8 +676,9 @@ def test_the_script_of_a_page_says_every_alarm_as_this_program_does(language: st
         timeout=60,
         check=True,
     )
-    *by_script, future = json.loads(told.stdout)
+    *by_script, future, short = json.loads(told.stdout)
     assert future == ["New.", "Old.", "Wait."]
+    assert short == ["A.", "B.", "C."]  # a value is missing
     for alarm, said in zip(alarms, by_script, strict=False):
         here = WORDS.alarm(language, alarm["code"], alarm["values"])
         assert here is not None
@@ -831,3 +837,47 @@ def test_a_local_number_is_the_same_number(value: float) -> None:
     for language in LANGUAGES:
         text = local_number(f"{value:.3f}", language)
         assert float(text.replace("−", "-").replace(",", ".")) == float(f"{value:.3f}")
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_script_of_a_page_says_every_phrase_and_number_as_this_program_does(
+    language: str,
+) -> None:
+    english: list[tuple[str, str]] = []
+    for group, phrases in WORDS.said.items():
+        for one in phrases:
+            names = gaps_of(one)
+            for value in ("", "-2.5", "Z_um", "an operator holds it", "a {gap}", "x" * 3000):
+                filled = one.format_map(dict.fromkeys(names, value))
+                english += [(group, filled)]
+        english += [(group, text) for text in ("", "constructor", "toString", "something new")]
+    numbers = [-2.5, -0.5, -0.05, -0.04, 0.0, 0.25, 0.35, 0.5, 1.5, 2.5, 12.25, 1e9, None]
+    given = {
+        "language": language,
+        "texts": {"words": WORDS.catalog(language), "phrases": WORDS.phrases(language)},
+        "script": (SCREEN / "static" / "words.js").as_uri(),
+        "english": english,
+        "numbers": numbers,
+    }
+    text = ALARMS_BY_SCRIPT.replace(
+        "process.env.GIVEN", "(await import('node:fs')).readFileSync(0, 'utf8')"
+    )
+    told = subprocess.run(
+        ["node", "--input-type=module", "-e", text],
+        input=json.dumps(given),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    phrases_said, numbers_said = json.loads(told.stdout)
+    wrong = [
+        (group, one, said, WORDS.phrase(language, group, one))
+        for (group, one), said in zip(english, phrases_said, strict=True)
+        if said != WORDS.phrase(language, group, one)
+    ]
+    assert wrong == []
+    assert numbers_said == [
+        [number_text(one, spec, language) for spec in (".0f", ".1f", "+.1f")] for one in numbers
+    ]

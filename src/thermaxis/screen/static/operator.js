@@ -8,10 +8,10 @@ import { showAsks, startAsks } from "./operator_asks.js";
 import { fillDetails, onCard, showAxes } from "./operator_axes.js";
 import { fillInputs, showInputs } from "./operator_inputs.js";
 import {
-  alarmSaid, byId, overflows, priorityWord, reasonsSaid, show, stateWord,
+  byId, overflows, priorityWord, reasonsSaid, show, stateWord,
 } from "./operator_parts.js";
 import { addLive, startTrend } from "./operator_trend.js";
-import { clock, duration, moment, number, word } from "./words.js";
+import { alarmWords, clock, duration, moment, number, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
@@ -53,7 +53,8 @@ function tick() {
 /** One sentence of an alarm: why the history fails is for who looks at the details.
  * @param {Record<string, any>} alarm @param {"text" | "cause" | "remedy"} what */
 function told(alarm, what) {
-  return alarmSaid(alarm.code === "historian" ? { ...alarm, code: HISTORY_FAILS } : alarm, what);
+  const shown = alarm.code === "historian" ? { ...alarm, code: HISTORY_FAILS } : alarm;
+  return alarmWords(/** @type {any} */ (shown))[what];
 }
 
 /** @param {string} priority */

@@ -1,7 +1,7 @@
 // @ts-check
 // What the parts of the operator's page share.
 
-import { hasWord, number, phrase, word } from "./words.js";
+import { number, phrase, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
@@ -66,21 +66,6 @@ export function shortName(name) {
 export function diameterWord(diameterMm) {
   if (diameterMm === null || diameterMm === undefined) return word("operator.tool_centre");
   return `${number(diameterMm, Number.isInteger(diameterMm) ? 0 : 1)}\u00a0mm`;
-}
-
-/**
- * One sentence of an alarm, in the page's language where it is known there.
- * @param {Record<string, any>} alarm
- * @param {"text" | "cause" | "remedy"} what
- */
-export function alarmSaid(alarm, what) {
-  const key = `alarms.${alarm.code}.${what}`;
-  if (!alarm.code || !hasWord(key)) return String(alarm[what] ?? "");
-  const values = Object.entries(alarm.values ?? {}).map(([name, value]) => [
-    name,
-    typeof value === "string" ? phrase(name, value) : value,
-  ]);
-  return word(key, Object.fromEntries(values));
 }
 
 /** @param {string} text */

@@ -10,7 +10,7 @@ const locale = { en: "en-GB", de: "de-DE", cs: "cs-CZ" }[document.documentElemen
 const MINUS = "\u2212";
 const ABSENT = "\u2013";
 const NUMBER_ENDS = /_(um|mm|s|c|k)$/;
-const PLACE_LEFT = /\{\w+(:[^}]*)?\}/;
+const LONGEST_PHRASE = 2000;
 const PLACE = /\{(\w+)(?::(\+?)\.(\d)([f%]))?\}/g;
 
 /** @type {Map<string, Intl.NumberFormat>} */
@@ -33,15 +33,27 @@ function format(digits) {
 }
 
 /**
+ * A number rounded as the loop's own texts are: by its exact value, a tie to the even digit.
+ * @param {number} value not negative
+ * @param {number} digits
+ */
+function rounded(value, digits) {
+  const halves = value * 2 * 10 ** digits;
+  const tie = Number.isInteger(value * 2 ** (digits + 1)) && halves % 2 === 1;
+  if (!tie) return Number(value.toFixed(digits));
+  const low = (halves - 1) / 2;
+  return (low % 2 === 0 ? low : low + 1) / 10 ** digits;
+}
+
+/**
  * A number with so many decimals; a dash where there is none.
  * @param {number | null | undefined} value
  * @param {number} digits
  */
 export function number(value, digits) {
   if (value === null || value === undefined || !Number.isFinite(value)) return ABSENT;
-  const text = format(digits).format(Math.abs(value));
-  const zero = Number(Math.abs(value).toFixed(digits)) === 0;
-  return value < 0 && !zero ? MINUS + text : text;
+  const text = format(digits).format(rounded(Math.abs(value), digits));
+  return value < 0 && /[1-9]/.test(text) ? MINUS + text : text;
 }
 
 /**
@@ -51,8 +63,7 @@ export function number(value, digits) {
  */
 export function signed(value, digits) {
   const text = number(value, digits);
-  const positive = typeof value === "number" && Number(value.toFixed(digits)) > 0;
-  return positive ? "+" + text : text;
+  return typeof value === "number" && value > 0 && /[1-9]/.test(text) ? "+" + text : text;
 }
 
 /**
@@ -62,7 +73,7 @@ export function signed(value, digits) {
  */
 export function fill(text, values) {
   return text.replace(PLACE, (whole, name, plus, digits, kind) => {
-    if (!(name in values)) return whole;
+    if (!Object.hasOwn(values, name)) return whole;
     const value = values[name];
     if (typeof value !== "number") return String(value ?? ABSENT);
     if (kind === undefined) return Number.isInteger(value) ? String(value) : shortest(value);
@@ -87,11 +98,6 @@ export function word(key, values = {}) {
   return fill(words[key] ?? key, values);
 }
 
-/** @param {string} key */
-export function hasWord(key) {
-  return key in words;
-}
-
 /**
  * What the loop says in English, in the page's language; English where no translation is known.
  * @param {string} group
@@ -99,7 +105,8 @@ export function hasWord(key) {
  */
 export function phrase(group, english) {
   const known = phrases[group] ?? {};
-  if (english in known) return known[english];
+  if (Object.hasOwn(known, english)) return known[english];
+  if ([...english].length > LONGEST_PHRASE) return english;
   for (const [pattern, translated] of Object.entries(known)) {
     const values = matched(pattern, english);
     if (values) return fill(translated, translatedValues(values));
@@ -121,14 +128,17 @@ function matched(pattern, text) {
   /** @type {Record<string, string>} */
   const values = {};
   let at = literals[0].length;
-  for (let i = 0; i < names.length; i += 1) {
-    const next = literals[i + 1];
-    const end = next === "" ? text.length : text.indexOf(next, at);
-    if (end < at) return null;
+  for (let i = 0; i < names.length - 1; i += 1) {
+    const end = text.indexOf(literals[i + 1], at + 1);
+    if (end < 0) return null;
     values[names[i]] = text.slice(at, end);
-    at = end + next.length;
+    at = end + literals[i + 1].length;
   }
-  return at === text.length ? values : null;
+  const last = literals[names.length];
+  const end = text.length - last.length;
+  if (end <= at || !text.endsWith(last)) return null;
+  values[names[names.length - 1]] = text.slice(at, end);
+  return values;
 }
 
 /** @param {Record<string, unknown>} values */
@@ -145,12 +155,14 @@ function translatedValues(values) {
  */
 function translatedValue(name, value) {
   if (typeof value !== "string") return value;
-  if (name in phrases) return phrase(name, value);
+  if (Object.hasOwn(phrases, name)) return phrase(name, value);
   const several = name.slice(0, -1);
-  if (several in phrases) {
+  if (Object.hasOwn(phrases, several)) {
     return value.split("; ").map((one) => phrase(several, one)).join("; ");
   }
-  return NUMBER_ENDS.test(name) && locale !== "en-GB" ? value.replace(".", ",") : value;
+  if (!NUMBER_ENDS.test(name)) return value;
+  const text = value.replaceAll("-", MINUS);
+  return locale === "en-GB" ? text : text.replaceAll(".", ",");
 }
 
 /**
@@ -161,12 +173,12 @@ function translatedValue(name, value) {
  */
 export function alarmWords(alarm) {
   const keys = ["text", "cause", "remedy"].map((part) => `alarms.${alarm.code}.${part}`);
-  if (!alarm.values || !keys.every((key) => key in words)) return alarm;
+  if (!alarm.values || !keys.every((key) => Object.hasOwn(words, key))) return alarm;
   const values = translatedValues(alarm.values);
+  const gaps = keys.flatMap((key) => [...words[key].matchAll(PLACE)].map((found) => found[1]));
+  if (!gaps.every((name) => Object.hasOwn(values, name))) return alarm;
   const [text, cause, remedy] = keys.map((key) => fill(words[key], values));
-  return [text, cause, remedy].some((said) => PLACE_LEFT.test(said))
-    ? alarm
-    : { text, cause, remedy };
+  return { text, cause, remedy };
 }
 
 const clockFormat = new Intl.DateTimeFormat(locale, {
