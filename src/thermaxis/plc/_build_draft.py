@@ -1,5 +1,7 @@
 """A block while it is written, and short words for the statements of the tree."""
 
+from collections.abc import Iterable
+from enum import StrEnum
 from functools import reduce
 from typing import TypeAlias, final
 
@@ -67,9 +69,17 @@ class Draft:
         """Declare an output."""
         return _declared(self._outputs, Variable(name, kind, text, start or _none_of(kind)))
 
-    def state(self, name: str, text: str, kind: Kind = Kind.NUMBER, *, length: int = 0) -> Name:
+    def state(
+        self,
+        name: str,
+        text: str,
+        kind: Kind = Kind.NUMBER,
+        *,
+        start: float | bool = 0,
+        length: int = 0,
+    ) -> Name:
         """Declare a state, or an array."""
-        return _declared(self._states, Variable(name, kind, text, _none_of(kind), length))
+        return _declared(self._states, Variable(name, kind, text, start or _none_of(kind), length))
 
     def temporary(self, name: str, text: str, kind: Kind = Kind.NUMBER) -> Name:
         """Declare a variable that is computed anew in every call."""
@@ -135,6 +145,11 @@ def call(instance: str, **inputs: Name | Truth) -> Call:
 def note(text: str) -> Remark:
     """Write a line for the reader."""
     return Remark(text)
+
+
+def numbered(members: Iterable[StrEnum], between: str = " ") -> str:
+    """Return every member with its number, its place among them, for a remark."""
+    return between.join(f"{k} {member}" for k, member in enumerate(members))
 
 
 # ---- expressions --------------------------------------------------------------------------------

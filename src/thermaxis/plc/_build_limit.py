@@ -50,11 +50,12 @@ def trim_block(*, double: bool) -> Block:
     """
     draft = Draft(
         TRIM,
-        "A person adds a bounded amount to one output: every new value of the input is a request.",
-        "It expires. What is refused leaves the trim in force as it is.",
+        "A person adds a bounded amount to one output: every new value of the input is a request,",
+        "that of the first call is none. It expires. What is refused leaves the trim as it is.",
         double=double,
     )
     asked = draft.input("trim_um", "what is asked for [um]")
+    first = draft.input("first", "whether this is the first call: nothing is asked in it", Kind.BOOL)
     in_fault = draft.input("in_fault", "whether it is in the state Fault", Kind.BOOL)
     passed = draft.input("passed", "whether a cycle has passed", Kind.BOOL)
     cycle_s = draft.input("cycle_s", "time of a cycle [s]")
@@ -79,7 +80,7 @@ def trim_block(*, double: bool) -> Block:
         ),
         let(number, either(at_least(asked, zero), below(asked, zero))),
         when(
-            either(no(number), odd, no(equals(asked, before))),
+            both(no(first), either(no(number), odd, no(equals(asked, before)))),
             choose(
                 (in_fault, (let(refused, YES),)),
                 (no(within(asked, minus(largest), largest)), (let(refused, YES),)),

@@ -2,7 +2,7 @@
 
 from typing import final
 
-from thermaxis.compensation import SupervisorState
+from thermaxis.compensation import Quality, SupervisorState
 from thermaxis.plc._build_draft import (
     NO,
     YES,
@@ -17,6 +17,7 @@ from thermaxis.plc._build_draft import (
     minus,
     no,
     note,
+    numbered,
     plus,
     when,
     within,
@@ -58,7 +59,7 @@ def main_block(settings: PlcSettings) -> Block:
     main.declare_inputs()
     main.declare_outputs()
     main.clock()
-    main.first_call()
+    main.take_over()
     main.read_back()
     main.requests()
     main.sensors()
@@ -154,9 +155,11 @@ class _Main:
             draft.output(f"part_{stem}", f"what {remark_text(part.name)} contributes [um]")
         for stem, text in self.channel_texts():
             draft.output(f"quality_{stem}", f"{text}: what is wrong with it, 0 for nothing", _INT)
-        draft.output("state", "0 Off 1 Warming 2 Active 3 Holding 4 Fading 5 Fault", _INT)
+        draft.output("state", numbered(SupervisorState), _INT)
+        draft.output("enabled", "whether somebody has enabled it", _BOOL)
+        draft.output("linked", "whether the corrections may be written, see the head", _BOOL)
         draft.output("fault_word", "why it is not active, see the head", _INT)
-        draft.output("model_quality", "0 good, 1 an input is held, 2 bad", _INT, start=2)
+        draft.output("model_quality", numbered(Quality), _INT, start=BAD.value)
         draft.output("outcome_word", "what was out of the ordinary, see the head", _INT)
         draft.output("refused", "whether a request of this call was refused", _BOOL)
         draft.output("heartbeat", "counts the calls to 32767, then begins at 0 again [1]", _INT)
@@ -200,25 +203,42 @@ class _Main:
         )
         self.add(*(let(Name(f"model_id_{n}"), Count(v)) for n, v in enumerate(self._identity(), 1)))
 
-    def first_call(self) -> None:
-        """Take over an offset that stands in the control, then and where it is asked for."""
+    def take_over(self) -> None:
+        """Take over an offset that stands in the control, before anything else is written."""
         largest = self.draft.constant("largest_read_um", "more is no offset [um]", LARGEST_READ_UM)
         called = self.draft.state("called", "whether it was called before", _BOOL)
         reset = self.draft.state("reset_before", "reset in the last call", _BOOL)
+        waiting = self.draft.state(
+            "waiting", "whether the offset in the control is still to be read", _BOOL, start=True
+        )
+        first = self.flag("first", "whether this is the first call")
+        was_read = self.flag("was_read", "whether every reported correction is a number")
+        linked = Name("linked")
         take_over = self.flag("take_over", "whether the offset in the control is taken over")
+        connected = Name("connected")
+        read_all: list[Statement] = []
         found: list[Statement] = []
         for k, (stem, text) in enumerate(self.output_texts(), 1):
             force = self.draft.state(f"in_force{k}_um", f"{text}: correction in force [um]")
             self.draft.state(f"goal{k}_um", f"{text}: where it goes [um]")
             read = Name(f"read_{stem}")
-            found.append(when(within(read, minus(largest), largest), let(force, read)))
+            is_offset = within(read, minus(largest), largest)
+            read_all.append(when(no(is_offset), let(was_read, NO)))
+            found.append(when(is_offset, let(force, read)))
         self.add(
-            note("An offset that stands in the control is taken over at the first call,"),
-            note("and by reset while the state is Off."),
+            let(first, no(called)),
+            let(called, YES),
+            when(first, let(reset, Name("reset"))),
+            note("An offset that stands in the control is taken over after the start and after"),
+            note("every loss of the connection, as soon as it is read. Until then it counts as"),
+            note("not connected. And by reset while the state is Off."),
+            let(was_read, Name("read_ok")),
+            *read_all,
+            when(no(connected), let(waiting, YES)),
             let(
                 take_over,
                 either(
-                    no(called),
+                    both(waiting, connected, was_read),
                     both(
                         Name("reset"),
                         no(reset),
@@ -227,7 +247,8 @@ class _Main:
                 ),
             ),
             when(both(Name("read_ok"), take_over), *found),
-            let(called, YES),
+            let(linked, both(connected, either(no(waiting), was_read))),
+            when(linked, let(waiting, NO)),
             let(reset, Name("reset")),
         )
 
@@ -278,6 +299,7 @@ class _Main:
             note("Requests, each an edge of its input."),
             call(
                 fb,
+                first=Name("first"),
                 reset=Name("reset"),
                 enable=Name("enable"),
                 hold=Name("hold"),
@@ -286,7 +308,7 @@ class _Main:
                 other_compensation=Name("other_compensation"),
                 offset_outside=Name("outside"),
                 read_back_agrees=Name("agrees"),
-                connected=Name("connected"),
+                connected=Name("linked"),
             ),
             let(refused, OutputOf(fb, "refused")),
             let(
@@ -297,10 +319,10 @@ class _Main:
                 ),
             ),
         )
+        self.add(let(Name("enabled"), OutputOf(fb, "enabled")))
         for flag, text in (
             ("forget", "whether the sensors take their present values"),
             ("acknowledged", "whether a fault was acknowledged"),
-            ("enabled", "whether somebody has enabled it"),
             ("held", "whether an operator holds it"),
             ("enabled_anew", "whether it was enabled in this call"),
         ):
@@ -341,6 +363,7 @@ class _Main:
                 call(
                     fb,
                     trim_um=Name(f"trim_{stem}"),
+                    first=Name("first"),
                     in_fault=in_fault,
                     passed=Name("passed"),
                     cycle_s=self.cycle_s,
@@ -467,7 +490,7 @@ class _Main:
                 enabled_anew=Name("enabled_anew"),
                 inputs_usable=usable,
                 model_runs=runs,
-                connected=Name("connected"),
+                connected=Name("linked"),
                 interlocks_met=Name("interlocks_met"),
                 read_back_agrees=Name("agrees"),
                 at_limit=Name("at_limit"),
@@ -488,7 +511,7 @@ class _Main:
         state, agrees = Name("state_now"), Name("agrees")
         fading = equals(state, state_number(SupervisorState.FADING))
         fault = equals(state, state_number(SupervisorState.FAULT))
-        told = either(agrees, no(Name("connected")))
+        told = either(agrees, no(Name("linked")))
         self.add(
             note("Where they go: to what is wanted while active, to zero while it fades."),
             let(

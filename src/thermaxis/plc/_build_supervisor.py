@@ -18,6 +18,7 @@ from thermaxis.plc._build_draft import (
     let,
     no,
     note,
+    numbered,
     plus,
     when,
     within,
@@ -84,8 +85,8 @@ def requests_block(*, double: bool) -> Block:
     """
     draft = Draft(
         REQUESTS,
-        "Answers requests: every one is an edge of its input. First reset, which acknowledges a",
-        "fault whose cause is gone, then enable, then hold.",
+        "Answers requests: every one is an edge of its input, so there is none in the first call.",
+        "First reset, which acknowledges a fault whose cause is gone, then enable, then hold.",
         double=double,
     )
 
@@ -95,6 +96,7 @@ def requests_block(*, double: bool) -> Block:
     def said(name: str, text: str) -> Name:
         return draft.output(name, text, Kind.BOOL)
 
+    first = told("first", "whether this is the first call")
     reset = told("reset", "rising: acknowledge")
     enable = told("enable", "rising: enable, falling: disable")
     hold = told("hold", "rising: hold, falling: resume")
@@ -125,6 +127,13 @@ def requests_block(*, double: bool) -> Block:
     return draft.block(
         *(let(flag, NO) for flag in (refused, forget, cleared, anew)),
         let(in_fault, equals(state, _FAULT)),
+        when(
+            first,
+            note("A level that stands when the PLC starts asks for nothing."),
+            let(before["reset"], reset),
+            let(before["enable"], enable),
+            let(before["hold"], hold),
+        ),
         when(
             both(reset, no(before["reset"])),
             choose(
@@ -247,7 +256,7 @@ def supervisor_block(settings: PlcSettings) -> Block:
     draft = Draft(
         SUPERVISOR,
         "Decides when the machine is compensated and what follows when something fails. States:",
-        "0 Off, 1 Warming, 2 Active, 3 Holding, 4 Fading, 5 Fault. Every duration is counted from",
+        numbered(SupervisorState, ", ") + ". Every duration is counted from",
         "the first cycle in which its condition holds, no further than beyond its limit.",
         double=settings.double,
     )

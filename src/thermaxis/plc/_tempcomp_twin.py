@@ -123,12 +123,13 @@ class LineTwin:
         if inputs.plain.restart:
             self._switch_on()
         reported_um = self.reported_um(inputs)
-        if self._twin.takes_over(inputs.plain) and inputs.plain.read_ok:
+        told = inputs.plain._replace(read_um=reported_um)
+        if self._twin.takes_over(told):
             found = zip(self._corrections_um, reported_um, strict=True)
             self._corrections_um = [u if abs(u) <= _LARGEST_UM else c for c, u in found]
         pairs = zip(self._corrections_um, self._totals_um, strict=True)
         outside = any(not -total <= c <= total for c, total in pairs)
-        plain = self._twin.step(inputs.plain._replace(read_um=reported_um))
+        plain = self._twin.step(told)
         self._corrections_um = list(plain.correction_um)
         k0_mm, slope = self._sum(self._k0), self._sum(self._slope)
         limited = False
@@ -298,7 +299,8 @@ def _columns(settings: PlcSettings) -> list[tuple[str, str]]:
         columns.append((f"limit_{output}", "BOOL"))
     columns += [(f"part_{part}", "um") for part in names.parts]
     columns += [(f"quality_{channel}", "INT") for channel in names.channels]
-    words = ("state", "fault_word", "model_quality", "outcome_word")
+    columns += [("state", "INT"), ("enabled", "BOOL"), ("linked", "BOOL")]
+    words = ("fault_word", "model_quality", "outcome_word")
     columns += [(word, "INT") for word in words]
     return [*columns, ("refused", "BOOL"), ("heartbeat", "INT")]
 
@@ -326,7 +328,8 @@ def _output_cells(outputs: LineOutputs) -> Iterator[_Cell]:
         strict=True,
     ):
         yield from of_output
-    yield from (*plain.parts_um, *plain.qualities, plain.state, plain.fault_word)
+    yield from (*plain.parts_um, *plain.qualities, plain.state, plain.enabled, plain.linked)
+    yield plain.fault_word
     yield from (plain.model_quality, plain.outcome_word, plain.refused, plain.heartbeat)
 
 

@@ -42,7 +42,8 @@ class PlcInputs(NamedTuple):
     cycle_time_s: float
     """Measured time since the last call; the nominal one in the first. [s]"""
     enable: bool
-    """Level: a rising edge enables, a falling one disables."""
+    """Level: a rising edge enables, a falling one disables; no level of the first call, nor a
+    trim, asks for anything."""
     hold: bool
     """Level: a rising edge holds, a falling one resumes."""
     reset: bool
@@ -91,6 +92,11 @@ class PlcOutputs(NamedTuple):
     """What was wrong with each channel: place in `SampleQuality`. [1]"""
     state: int
     """Place in `SupervisorState`. [1]"""
+    enabled: bool
+    """Whether somebody has enabled it."""
+    linked: bool
+    """Whether the corrections may be written: the machine can be reached, and the offset that
+    stood there was taken over."""
     fault_word: int
     """Sum of 2**k over the reasons, k the place in `Reason`. [1]"""
     model_quality: int
@@ -228,6 +234,7 @@ class Twin:
         self._diameter_mm: float | None = None
         self._enable = self._hold = self._reset = False
         self._called = self._timed = False
+        self._waiting = True
         self._heartbeat = 0
 
     def step(self, inputs: PlcInputs) -> PlcOutputs:
@@ -249,8 +256,9 @@ class Twin:
         good = self._shortest_s <= r(inputs.cycle_time_s) <= self._longest_s
         moved = good and self._timed
         self._timed = self._timed or good
-        read_um = [_usable(r(u)) if inputs.read_ok else None for u in inputs.read_um]
+        read_um = self._read(inputs)
         agrees = self._found(read_um, found=self.takes_over(inputs))
+        linked = self._link(inputs.connected, read_um)
         outside = any(output.outside() for output in self._outputs)
         at_zero = all(output.correction_um == 0.0 for output in self._outputs)
         if moved:
@@ -259,7 +267,7 @@ class Twin:
         now = Now(
             inputs_usable=False,
             model_runs=False,
-            connected=inputs.connected,
+            connected=linked,
             interlocks_met=inputs.interlocks_met,
             agrees=agrees,
             at_limit=False,
@@ -294,6 +302,8 @@ class Twin:
             said.parts_um,
             qualities,
             _STATES[self._supervisor.state],
+            self._supervisor.enabled,
+            linked,
             sum(_REASON_BITS[reason] for reason in reasons),
             _MODEL_QUALITIES[said.quality],
             sum(_OUTCOME_BITS[outcome] for outcome in said.outcomes),
@@ -312,16 +322,32 @@ class Twin:
         Returns
         -------
         bool
-            Whether it is the first one, or somebody presses reset in the state Off.
+            Whether all of it is read for the first time since the start or since the connection
+            was lost, or somebody presses reset in the state Off.
         """
-        if inputs.restart or not self._called:
+        if not inputs.read_ok:
+            return False
+        begins = inputs.restart or not self._called
+        waits = inputs.restart or self._waiting
+        if waits and inputs.connected and None not in self._read(inputs):
             return True
-        pressed = inputs.reset and not self._reset
+        pressed = inputs.reset and not self._reset and not begins
         return pressed and self._supervisor.state is SupervisorState.OFF
+
+    def _read(self, inputs: PlcInputs) -> list[float | None]:
+        """Return what the machine reports, None where that is no offset."""
+        return [_usable(self._r(u)) if inputs.read_ok else None for u in inputs.read_um]
+
+    def _link(self, connected: bool, read_um: list[float | None]) -> bool:  # noqa: FBT001
+        """Return whether the machine can be reached and what stood there is known."""
+        if not connected:
+            self._waiting = True
+        elif None not in read_um:
+            self._waiting = False
+        return not self._waiting
 
     def _found(self, read_um: list[float | None], *, found: bool) -> bool:
         """Take over the offset where it is asked for; return whether the machine agrees."""
-        self._called = True
         agrees = True
         for output, said in zip(self._outputs, read_um, strict=True):
             if said is None:
@@ -336,6 +362,9 @@ class Twin:
         """Answer the requests of the call; return whether one was refused."""
         answers: list[bool] = []
         supervisor = self._supervisor
+        if not self._called:
+            # No level of the first call is an edge.
+            self._reset, self._enable, self._hold = inputs.reset, inputs.enable, inputs.hold
         if inputs.reset and not self._reset:
             acknowledged = supervisor.acknowledge(now)
             answers.append(acknowledged)
@@ -355,9 +384,10 @@ class Twin:
         faulty = supervisor.state is SupervisorState.FAULT
         for output, trim_um in zip(self._outputs, inputs.trims_um, strict=True):
             asked_um = self._r(trim_um)
-            if asked_um != output.asked_um:
+            if self._called and asked_um != output.asked_um:
                 answers.append(not faulty and output.set_trim(asked_um))
             output.asked_um = asked_um
+        self._called = True
         return not all(answers)
 
     def _measure(self, inputs: PlcInputs) -> bool:

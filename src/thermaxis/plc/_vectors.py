@@ -154,7 +154,8 @@ def _columns(settings: PlcSettings) -> list[_Column]:
         ]
     columns += [_Column(f"part_{part}", "um") for part in names.parts]
     columns += [_Column(f"quality_{channel}", "INT") for channel in names.channels]
-    numbers = ("state", "fault_word", "model_quality", "outcome_word")
+    columns += [_Column("state", "INT"), _Column("enabled", "BOOL"), _Column("linked", "BOOL")]
+    numbers = ("fault_word", "model_quality", "outcome_word")
     columns += [_Column(name, "INT") for name in numbers]
     return [*columns, _Column("refused", "BOOL"), _Column("heartbeat", "INT")]
 
@@ -188,6 +189,8 @@ def _row(settings: PlcSettings, run: _Run, *, first: int) -> str:
     words = (
         *outputs.qualities,
         outputs.state,
+        int(outputs.enabled),
+        int(outputs.linked),
         outputs.fault_word,
         outputs.model_quality,
         outputs.outcome_word,

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 
 from tests.unit.plc.c_program import FLAGS
-from tests.unit.plc.plc_scenarios import CycleDriver, as_block, random_settings
+from tests.unit.plc.plc_scenarios import CycleDriver, random_settings
 from tests.unit.plc.scl_normal import scl_normal
 from tests.unit.plc.st_interpreter import Machine, StRunError, Value
 from thermaxis.compensation import Compensation
@@ -182,7 +182,8 @@ def by_name(settings: PlcSettings) -> tuple[list[str], list[str]]:
     ]
     outputs += [f"part_{stem}" for stem in names.parts]
     outputs += [f"quality_{stem}" for stem in names.channels]
-    outputs += ["state", "fault_word", "model_quality", "outcome_word", "refused", "heartbeat"]
+    outputs += ["state", "enabled", "linked", "fault_word", "model_quality", "outcome_word"]
+    outputs += ["refused", "heartbeat"]
     return inputs, outputs
 
 
@@ -217,7 +218,7 @@ def recorded(
     wanted: list[Row] = []
     before: PlcOutputs | None = None
     for inputs, twins in steps:
-        outputs = as_block(driver.step(inputs), driver.calls) if use_cycle else twins
+        outputs = driver.said(inputs) if use_cycle else twins
         starts.append(inputs.restart or not rows)
         rows.append(told([*flat(inputs._replace(restart=False))][:-1]))
         wanted.append(said(flat(outputs)))

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.unit.plc.plc_scenarios import CycleDriver, as_block, random_settings
+from tests.unit.plc.plc_scenarios import CycleDriver, random_settings
 from tests.unit.plc.tree_run import compiled
 from thermaxis.compensation import (
     START,
@@ -277,6 +277,7 @@ class Driver:
         self.good = 0
         self.before = {"enable": False, "hold": False, "reset": False}
         self.trims = [0.0] * len(settings.names.outputs)
+        self.waiting, self.linked = True, False
 
     def requests(self, told: dict[str, Any]) -> tuple[Request, ...]:
         asked: list[Request] = []
@@ -295,7 +296,7 @@ class Driver:
         outputs = self.settings.compensation.model.outputs
         for k, stem in enumerate(self.settings.names.outputs):
             trim = told[f"trim_{stem}"]
-            if trim != self.trims[k]:
+            if self.calls > 0 and trim != self.trims[k]:
                 asked.append(
                     Request(RequestKind.TRIM, "plc", outputs[k].name, trim, duration_s=longest_s)
                 )
@@ -310,10 +311,17 @@ class Driver:
         if ok:
             time_s = settings.cycle_s * self.good
             self.good += 1
-        read: tuple[float | None, ...] | None = None
+        read: tuple[float, ...] | None = None
         if told["read_ok"]:
             read = tuple(told[f"read_{stem}"] for stem in settings.names.outputs)
+        if self.calls == 0:
+            self.before = {name: told[name] for name in self.before}
         pressed = told["reset"] and not self.before["reset"]
+        self.waiting = self.waiting or not told["connected"]
+        numbers = read is not None and all(abs(u) <= 1e6 for u in read)
+        taken = self.waiting and told["connected"] and numbers
+        self.waiting = self.waiting and not taken
+        self.linked = not self.waiting
         off = self.state.memory.state is SupervisorState.OFF
         reading = CycleReading(
             time_s,
@@ -323,9 +331,9 @@ class Driver:
             ),
             (),
             (told["interlocks_met"],),
-            told["connected"],
+            self.linked,
             read,
-            read if self.calls == 0 or (pressed and off) else None,
+            read if taken or (pressed and off) else None,
             told["other_compensation"],
             self.requests(told),
         )
@@ -334,7 +342,7 @@ class Driver:
         return said
 
 
-def expected(settings: PlcSettings, said: CycleOutput, calls: int) -> dict[str, Any]:
+def expected(settings: PlcSettings, said: CycleOutput, driver: Driver) -> dict[str, Any]:
     """Return the outputs of the block for what `cycle()` said."""
     names = settings.names
     rows = {
@@ -360,7 +368,8 @@ def expected(settings: PlcSettings, said: CycleOutput, calls: int) -> dict[str, 
     wanted["outcome_word"] = sum(2 ** OUTCOMES.index(o) for o in said.outcomes)
     wanted["model_quality"] = MODEL_QUALITIES.index(said.quality)
     wanted["refused"] = any(not answer.accepted for answer in said.answers)
-    wanted["heartbeat"] = calls % 32768
+    wanted["heartbeat"] = driver.calls % 32768
+    wanted["enabled"], wanted["linked"] = driver.state.memory.enabled, driver.linked
     return wanted
 
 
@@ -379,10 +388,11 @@ def run(settings: PlcSettings, calls: int, seed: int) -> list[CycleOutput]:
         tell(block, told)
         block.step()
         output = driver.step(told)
-        wanted = expected(settings, output, call + 1)
+        wanted = expected(settings, output, driver)
         got = {name: getattr(block, name) for name in wanted}
         assert got == wanted, (call, {n: (got[n], w) for n, w in wanted.items() if got[n] != w})
-        world.sent = list(output.correction_um)
+        if driver.linked:
+            world.sent = list(output.correction_um)
         said.append(output)
     return said
 
@@ -413,8 +423,7 @@ def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
             limited += any(output.at_limit)
             weighted += any(0.0 < w < 1.0 for w in output.weight)
     assert {a for a, _ in states} == set(SupervisorState)
-    # An offset beyond the limits can only be taken over while it is off, and enable is refused.
-    assert reasons == set(Reason) - {Reason.OFFSET_OUTSIDE}
+    assert reasons == set(Reason)
     assert any("found in the machine" in text for text in refusals)
     assert outcomes == set(Outcome) - NEVER
     assert samples == set(SampleQuality) - NEVER_SAMPLE
@@ -463,9 +472,9 @@ def test_with_a_cycle_that_binary_numbers_do_not_hold_the_first_minute_differs_b
     values = [20.0] * len(settings.names.channels)
     sent = (0.0,) * len(settings.names.outputs)
     active = 0
-    for _ in range(600):
+    for call in range(600):
         values = [v + rng.uniform(0.0, 0.02) for v in values]
-        told = quiet_inputs(settings, values, sent)
+        told = quiet_inputs(settings, values, sent) | {"enable": call > 0}
         tell(block, told)
         block.step()
         output = driver.step(told)
@@ -550,7 +559,8 @@ def twin_outputs(settings: PlcSettings, said: PlcOutputs) -> dict[str, Any]:
         ("part", names.parts, said.parts_um),
         ("quality", names.channels, said.qualities),
     )
-    whole = ("state", "fault_word", "model_quality", "outcome_word", "refused", "heartbeat")
+    whole = ("state", "enabled", "linked", "fault_word", "model_quality", "outcome_word")
+    whole += ("refused", "heartbeat")
     return {
         f"{prefix}_{stem}": value
         for prefix, stems, values in rows
@@ -575,7 +585,8 @@ def test_in_real_the_tree_equals_the_twin_bit_for_bit(cycle_s: float) -> None:
             said = twin.step(twin_inputs(settings, told))
             wanted = twin_outputs(settings, said)
             assert {name: getattr(block, name) for name in wanted} == wanted, (seed, call)
-            world.sent = [float(c) for c in said.correction_um]
+            if said.linked:
+                world.sent = [float(c) for c in said.correction_um]
             states.add(said.state)
     assert states == {0, 1, 2, 3, 4, 5}
 
@@ -608,8 +619,7 @@ def first_difference(settings: PlcSettings, hours: float, seed: int) -> str:
         told = told_of(settings, inputs)
         tell(block, told)
         block.step()
-        said = driver.step(inputs)
-        wanted = twin_outputs(settings, as_block(said, driver.calls))
+        wanted = twin_outputs(settings, driver.said(inputs))
         got = {name: getattr(block, name) for name in wanted}
         if got != wanted:
             wrong = {n: (got[n], w) for n, w in wanted.items() if got[n] != w}
@@ -691,8 +701,8 @@ def test_the_block_has_the_inputs_and_outputs_that_the_interface_names() -> None
     ]  # fmt: skip
     assert [v.name for v in main.outputs] == [
         "correction_z_um", "model_z_um", "wanted_z_um", "weight_z_um", "limit_z_um",
-        "part_spindle", "quality_spindle", "state", "fault_word", "model_quality",
-        "outcome_word", "refused", "heartbeat", "model_id_1", "model_id_2",
+        "part_spindle", "quality_spindle", "state", "enabled", "linked", "fault_word",
+        "model_quality", "outcome_word", "refused", "heartbeat", "model_id_1", "model_id_2",
     ]  # fmt: skip
 
 
@@ -811,7 +821,7 @@ def test_a_delayed_step_answers_as_its_closed_form_says(double: bool) -> None:
     block = compiled(build_program(settings))()
     sent = (0.0,)
     for call in range(3000):
-        told = quiet_inputs(settings, [20.0 if call < 10 else 30.0], sent)
+        told = quiet_inputs(settings, [20.0 if call < 10 else 30.0], sent) | {"enable": call > 0}
         tell(block, told)
         block.step()
         sent = (block.correction_z_um,)
@@ -870,16 +880,19 @@ def side_by_side(
     values: list[float],
     program: Program | None = None,
 ) -> list[CycleOutput]:
-    """Run block and `cycle()` over quiet inputs with some that differ; the machine obeys."""
+    """Run block and `cycle()` over quiet inputs with some that differ; the machine obeys.
+
+    It is enabled from the second call on: the level of the first asks for nothing.
+    """
     block, driver = compiled(program or build_program(settings))(), Driver(settings)
     said: list[CycleOutput] = []
     sent = (0.0,) * len(settings.names.outputs)
     for call, row in enumerate(rows):
-        told = quiet_inputs(settings, values, sent) | row
+        told = quiet_inputs(settings, values, sent) | {"enable": call > 0} | row
         tell(block, told)
         block.step()
         said.append(driver.step(told))
-        wanted = expected(settings, said[-1], call + 1)
+        wanted = expected(settings, said[-1], driver)
         assert {name: getattr(block, name) for name in wanted} == wanted, call
         sent = said[-1].correction_um
     return said
@@ -1004,6 +1017,33 @@ def test_what_is_read_within_the_total_is_taken_over_by_reset_and_the_rate_holds
     ]
 
 
+# Connected before anything is read, then lost while it is off and while it is active.
+LOST_AND_FOUND: list[dict[str, Any]] = [
+    {"read_z_um": 30.0, "read_ok": False},
+    {"read_z_um": 30.0, "connected": False},
+    {"read_z_um": math.nan},
+    {"read_z_um": 30.0, "read_ok": False, "reset": True},
+    *[{"read_z_um": 30.0}] * 2,
+    *[{}] * 20,
+    *[{"connected": False, "read_z_um": 20.0}] * 3,
+    {"read_z_um": 20.0, "read_ok": False},
+    {"read_z_um": 19.0},
+    *[{}] * 10,
+    *[{"connected": False, "enable": False, "read_z_um": 5.0}] * 200,
+    {"read_z_um": 7.0, "enable": False},
+    *[{}] * 5,
+]
+
+
+def test_an_offset_is_taken_over_as_soon_as_it_is_read_and_after_every_lost_connection() -> None:
+    said = side_by_side(slow_settings(), LOST_AND_FOUND, [20.0])
+    assert [output.correction_um[0] for output in said[:4]] == [0.0] * 4
+    assert said[4].before_um[0] == 30.0
+    assert Reason.CONNECTION_LOST in said[3].reasons
+    assert said[25].state is SupervisorState.ACTIVE
+    assert (said[30].before_um[0], said[-6].before_um[0]) == (19.0, 7.0)
+
+
 NEAR_UM = 0.4
 
 
@@ -1012,7 +1052,7 @@ def reset_in_every_state() -> list[dict[str, Any]]:
 
     What it says is within the tolerance: only to take it over would make a difference.
     """
-    rows: list[dict[str, Any]] = [{"t_spindle": 20.0}, {"t_spindle": 24.0, "near": True}]
+    rows: list[dict[str, Any]] = [{}, {"t_spindle": 20.0}, {"t_spindle": 24.0, "near": True}]
     rows += [{"t_spindle": 24.0}] * 18 + [{"t_spindle": 24.0, "near": True}]
     held = {"t_spindle": 24.0, "hold": True}
     rows += [held, held, held | {"near": True}, held]
@@ -1032,7 +1072,8 @@ def with_read_back(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         if "near" in row:
             told |= {"reset": True, "read_z_um": sent[0] + NEAR_UM}
         made.append(told)
-        sent = driver.step(quiet_inputs(settings, [20.0], sent) | told).correction_um
+        enable = {"enable": driver.calls > 0}
+        sent = driver.step(quiet_inputs(settings, [20.0], sent) | enable | told).correction_um
     return made
 
 
@@ -1048,7 +1089,8 @@ def test_reset_takes_no_offset_over_in_any_other_state_than_off() -> None:
     assert seen == dict.fromkeys(set(SupervisorState) - {SupervisorState.OFF}, True)
 
 
-CALLED, RESET, BEFORE = Name("called"), Name("reset"), Name("reset_before")
+RESET, BEFORE = Name("reset"), Name("reset_before")
+WAITING, CONNECTED, READ = Name("waiting"), Name("connected"), Name("was_read")
 
 
 def is_in(state: SupervisorState) -> Expression:
@@ -1056,14 +1098,18 @@ def is_in(state: SupervisorState) -> Expression:
 
 
 RISING = both(RESET, no(BEFORE))
-RULE = either(no(CALLED), both(RISING, is_in(SupervisorState.OFF)))
+BACK = both(WAITING, CONNECTED, READ)
+RULE = either(BACK, both(RISING, is_in(SupervisorState.OFF)))
 WRONG_RULES: dict[str, Expression] = {
-    "at the first call alone": no(CALLED),
+    "without reset": BACK,
     "by reset alone": both(RISING, is_in(SupervisorState.OFF)),
-    "while reset lasts": either(no(CALLED), both(RESET, is_in(SupervisorState.OFF))),
-    "always in Off": either(no(CALLED), is_in(SupervisorState.OFF)),
-    "in any state": either(no(CALLED), RISING),
-    "where reset falls": either(no(CALLED), both(BEFORE, no(RESET), is_in(SupervisorState.OFF))),
+    "at the first call alone": either(Name("first"), both(RISING, is_in(SupervisorState.OFF))),
+    "without a connection": either(both(WAITING, READ), both(RISING, is_in(SupervisorState.OFF))),
+    "whenever it is read": either(both(CONNECTED, READ), both(RISING, is_in(SupervisorState.OFF))),
+    "while reset lasts": either(BACK, both(RESET, is_in(SupervisorState.OFF))),
+    "always in Off": either(BACK, is_in(SupervisorState.OFF)),
+    "in any state": either(BACK, RISING),
+    "where reset falls": either(BACK, both(BEFORE, no(RESET), is_in(SupervisorState.OFF))),
 } | {
     f"in {state} too": either(RULE, both(RISING, is_in(state)))
     for state in SupervisorState
@@ -1073,7 +1119,7 @@ WRONG_RULES: dict[str, Expression] = {
 
 def is_noticed(program: Program) -> bool:
     """Whether a program differs from `cycle()` where an offset may be taken over."""
-    for rows in (BROUGHT_BACK, with_read_back(reset_in_every_state())):
+    for rows in (BROUGHT_BACK, with_read_back(reset_in_every_state()), LOST_AND_FOUND):
         try:
             side_by_side(slow_settings(), rows, [20.0], program)
         except AssertionError:
@@ -1107,7 +1153,7 @@ def test_every_other_rule_for_taking_an_offset_over_is_noticed(words: str) -> No
     assert is_noticed(with_values({"take_over": WRONG_RULES[words]}))
 
 
-@pytest.mark.parametrize("name", ["called", "reset_before"])
+@pytest.mark.parametrize("name", ["called", "reset_before", "waiting", "linked"])
 def test_a_call_that_is_forgotten_is_noticed(name: str) -> None:
     assert is_noticed(with_values({name: Name(name)}))
 
@@ -1150,15 +1196,16 @@ def changed(program: Program, block: str, edit: Any) -> Program:
 
 def differs_somewhere(settings: PlcSettings, program: Program, calls: int, seed: int) -> bool:
     block, driver, world = compiled(program)(), Driver(settings), World(settings, seed)
-    for call in range(calls):
+    for _ in range(calls):
         told = world.inputs()
         tell(block, told)
         block.step()
         output = driver.step(told)
-        wanted = expected(settings, output, call + 1)
+        wanted = expected(settings, output, driver)
         if any(getattr(block, name) != value for name, value in wanted.items()):
             return True
-        world.sent = list(output.correction_um)
+        if driver.linked:
+            world.sent = list(output.correction_um)
     return False
 
 
@@ -1198,8 +1245,6 @@ REPEATS = {
         "ready_s = heal_s",
         "running_s = zero",  # it is zero before the model starts, and then runs for ever
         "halted_s = halted_s",  # by name in test_whatever_comes_and_goes_a_hold_ends
-        "fault = 2048",  # an offset outside is only found while it is off
-        "fault_word = 2048",
     },
     "tx_limit": {
         "goal_um = goal_before_um",  # the output still has it

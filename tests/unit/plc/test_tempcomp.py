@@ -114,12 +114,14 @@ def test_the_program_says_what_the_twin_says_through_the_whole_course(
             *(block.k0_mm, block.slope, block.reference_mm, block.residual_um),
             *(getattr(block, f"correction_{stem}") for stem in stems),
             *(block.line_limited, block.state, block.fault_word, block.refused, block.heartbeat),
+            *(block.enabled, block.linked),
         )
         wanted = (
             *outputs[1:5],
             *outputs.plain.correction_um,
             *(outputs.limited, outputs.plain.state, outputs.plain.fault_word),
             *(outputs.plain.refused, outputs.plain.heartbeat),
+            *(outputs.plain.enabled, outputs.plain.linked),
         )
         assert said == wanted
         states.add(block.state)
@@ -143,6 +145,11 @@ WELL = {
     "connected": True,
     "read_ok": True,
 }
+
+
+def started(block: object, **inputs: object) -> None:
+    """Call a block for the first time: it is not enabled yet."""
+    driven(block, **WELL | {"enable": False}, **inputs)
 
 
 def test_a_line_that_stands_in_the_control_is_taken_over_and_not_jumped() -> None:
@@ -199,10 +206,11 @@ def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_n
     line = LineSettings(positions_mm=positions, away=True)
     for factor, expected in ((1.0, SupervisorState.ACTIVE), (0.5, SupervisorState.FAULT)):
         block = compiled(build_line_program(settings_at(positions), line))()
-        driven(block, **WELL, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
+        started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
         for k in range(120):
             driven(
                 block,
+                enable=True,
                 t_t=20.0 + min(0.05 * k, 4.0),
                 read_k0_mm=block.k0_mm,
                 read_slope=factor * block.slope,
@@ -216,10 +224,13 @@ def test_what_is_no_line_counts_as_not_read(name: str, odd: float) -> None:
     line = LineSettings(positions_mm=(0.0, 1000.0), away=True)
     block = compiled(build_line_program(settings_at((0.0, 1000.0)), line))()
     read = {"read_k0_mm": 0.01, "read_slope": 1e-5, "read_reference_mm": 500.0}
-    driven(block, **WELL, **{**read, name: odd})
-    assert (block.k0_mm, block.slope) == (0.0, 0.0)
+    started(block, **{**read, name: odd})
+    assert (block.k0_mm, block.slope, block.linked) == (0.0, 0.0, False)
+    driven(block, **read, enable=True)
+    assert block.linked
+    assert (block.k0_mm, block.slope) == pytest.approx((0.01, 1e-5), rel=1e-12)
     for _ in range(20):
-        driven(block)
+        driven(block, **{name: odd})
     assert block.state == list(SupervisorState).index(SupervisorState.FAULT)
 
 
@@ -227,7 +238,7 @@ def test_the_line_goes_to_zero_at_the_rate_of_the_corrections_when_it_is_switche
     positions = (0.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
     block = compiled(build_line_program(settings_at(positions), line))()
-    driven(block, **WELL, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
+    started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
     largest_step_um, last_um, reached_um = 0.0, (0.0, 0.0), 0.0
     for k in range(200):
         at_rest = k > 120
@@ -261,7 +272,8 @@ def test_the_residual_is_the_largest_distance_from_the_line() -> None:
     positions = (0.0, 500.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
     block = compiled(build_line_program(settings_at(positions), line))()
-    driven(block, **WELL, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
+    started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
+    driven(block, enable=True)
     trims = dict(zip((f"trim_at_{p:g}" for p in positions), (-2.0, 4.0, -2.0), strict=True))
     for _ in range(40):
         driven(block, **trims, read_k0_mm=block.k0_mm, read_slope=block.slope)

@@ -67,6 +67,8 @@ def test_a_reader_of_the_text_alone_gets_every_output_again(double: bool) -> Non
             *(rounded(float(row[f"part_{stem}"])) for stem in names.parts),
             *(int(row[f"quality_{stem}"]) for stem in names.channels),
             int(row["state"]),
+            row["enabled"] == "1",
+            row["linked"] == "1",
             int(row["fault_word"]),
             int(row["model_quality"]),
             int(row["outcome_word"]),
