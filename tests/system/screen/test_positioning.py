@@ -2,10 +2,10 @@
 
 import asyncio
 import json
-import time
 import re
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from shutil import which

@@ -35,9 +35,9 @@ from thermaxis.screen._persons import (
 )
 from thermaxis.screen._words import Words
 
-HOLD = {"method": "Hold", "arguments": []}
+HOLD: dict[str, object] = {"method": "Hold", "arguments": []}
 SILENT_LOOP = "the loop has not answered; the request may still take effect"
-TRIM = {"method": "Trim", "arguments": ["Z_um", 2.0, 3600]}
+TRIM: dict[str, object] = {"method": "Trim", "arguments": ["Z_um", 2.0, 3600]}
 
 
 def ask(somebody: Somebody, question: object, **options: object) -> httpx.Response:
@@ -136,7 +136,7 @@ def test_a_request_without_the_pages_token_reaches_nobody(token: str) -> None:
 
 @pytest.mark.parametrize("why", ["feed.stands_still", "feed.no_connection", "feed.old"])
 def test_to_disable_is_asked_also_without_data_by_whoever_has_the_role(why: str) -> None:
-    disable = {"method": "Disable", "arguments": []}
+    disable: dict[str, object] = {"method": "Disable", "arguments": []}
     for role in Role:
         somebody = Somebody(role=role, why=why)
         allowed = role.at_least(Role.OPERATOR)
