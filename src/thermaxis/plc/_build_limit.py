@@ -55,7 +55,7 @@ def trim_block(*, double: bool) -> Block:
         double=double,
     )
     asked = draft.input("trim_um", "what is asked for [um]")
-    first = draft.input("first", "whether this is the first call: nothing is asked in it", Kind.BOOL)
+    first = draft.input("first", "whether this is the first call, which asks nothing", Kind.BOOL)
     in_fault = draft.input("in_fault", "whether it is in the state Fault", Kind.BOOL)
     passed = draft.input("passed", "whether a cycle has passed", Kind.BOOL)
     cycle_s = draft.input("cycle_s", "time of a cycle [s]")

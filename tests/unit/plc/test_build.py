@@ -39,7 +39,7 @@ from thermaxis.compensation import (
     cycle_state,
 )
 from thermaxis.plc._build import build_program
-from thermaxis.plc._build_draft import both, either, equals, no
+from thermaxis.plc._build_draft import NO, YES, both, either, equals, no
 from thermaxis.plc._build_supervisor import state_number
 from thermaxis.plc._check import check_program, unused
 from thermaxis.plc._names import is_legal
@@ -1044,6 +1044,78 @@ def test_an_offset_is_taken_over_as_soon_as_it_is_read_and_after_every_lost_conn
     assert (said[30].before_um[0], said[-6].before_um[0]) == (19.0, 7.0)
 
 
+def test_an_offset_beyond_the_total_after_a_lost_connection_is_a_fault_until_it_has_come_back() -> (
+    None
+):
+    rows: list[dict[str, Any]] = [{}] * 10
+    rows += [{"connected": False}, {"read_z_um": 1000.5}, {"reset": True}, {}]
+    rows += [{"reset": True}, *[{"enable": False}] * 3]
+    said = side_by_side(slow_settings(), rows, [20.0])
+    assert said[9].state is SupervisorState.ACTIVE
+    assert [output.reasons for output in said[11:14]] == [(Reason.OFFSET_OUTSIDE,)] * 3
+    assert [output.correction_um[0] for output in said[11:14]] == [1000.25, 1000.0, 999.75]
+    assert [output.answers[0].accepted for output in (said[12], said[14])] == [False, True]
+    assert said[14].state is SupervisorState.FADING
+
+
+# ---- the axis -----------------------------------------------------------------------------------
+
+
+def largest_jump_um(program: Program, seed: int, calls: int) -> tuple[float, float]:
+    """Return the largest change of an axis that has what it is written, and the longest way.
+
+    The axis takes the correction where it is linked. While it cannot be reached, somebody may set
+    another offset; the PLC is switched off and on now and then, and reading fails by chance.
+    """
+    rng = random.Random(seed)  # noqa: S311 - a seeded world
+    settings = slow_settings()
+    made = compiled(program)
+    block, first = made(), True
+    axis_um, temperature_c = rng.uniform(-30.0, 30.0), 20.0
+    connected = read_ok = True
+    largest_um = way_um = 0.0
+    for _ in range(calls):
+        if rng.random() < 0.004:
+            block, first = made(), True
+        connected = rng.random() < (0.97 if connected else 0.1)
+        read_ok = rng.random() < (0.97 if read_ok else 0.3)
+        if not connected and rng.random() < 0.05:
+            axis_um = rng.uniform(-30.0, 30.0)
+        temperature_c += rng.uniform(-0.05, 0.05)
+        told = quiet_inputs(settings, [temperature_c], (axis_um if read_ok else 0.0,))
+        told |= {"connected": connected, "read_ok": read_ok, "reset": rng.random() < 0.02}
+        tell(block, told | {"enable": not first and rng.random() < 0.98})
+        block.step()
+        first = False
+        assert block.linked <= connected
+        if block.linked:
+            largest_um = max(largest_um, abs(block.correction_z_um - axis_um))
+            way_um += abs(block.correction_z_um - axis_um)
+            axis_um = block.correction_z_um
+    return largest_um, way_um
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_an_axis_never_jumps_whatever_stands_there_after_losses_and_restarts(seed: int) -> None:
+    largest_um, way_um = largest_jump_um(build_program(slow_settings()), seed, 4000)
+    assert largest_um == pytest.approx(0.25, abs=1e-12)  # reached, never passed
+    assert way_um > 50.0
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("linked", Name("connected")),
+        ("waiting", NO),
+        ("take_over", Name("first")),
+        ("was_read", YES),
+    ],
+)
+def test_an_axis_would_jump_by_other_rules(name: str, wrong: Expression) -> None:
+    program = with_values({name: wrong})
+    assert max(largest_jump_um(program, seed, 1000)[0] for seed in range(4)) > 1.0
+
+
 NEAR_UM = 0.4
 
 
@@ -1240,6 +1312,8 @@ REPEATS = {
         "state = state_before",  # the output still has it
         "fault = fault_before",
         "fault_word = fault",
+        "fault = 2048",  # by name in test_an_offset_beyond_the_total_after_a_lost_connection
+        "fault_word = 2048",
         "fault = 0",  # only read in the state Fault
         "running_s = settle_s",  # how far beyond the limit is counted does not matter
         "ready_s = heal_s",

@@ -123,7 +123,7 @@ def world_record(settings: PlcSettings, calls: int, seed: int) -> Record:
     driver, world = Driver(settings), World(settings, seed)
     rows: list[Row] = []
     wanted: list[Row] = []
-    for call in range(calls):
+    for _ in range(calls):
         told = world.inputs()
         said = driver.step(told)
         if driver.linked:
@@ -201,6 +201,14 @@ def borders() -> Record:
     stand.calls(1, enable=False)
     assert any(stand.sent)
     stand.calls(1, reset=True)
+    stand.calls(60)
+    # An offset beyond its total after a lost connection: a fault until it has come back.
+    assert stand.calls(20) is SupervisorState.ACTIVE
+    stand.calls(2, connected=False)
+    assert stand.calls(1, read_z_um=12.0) is SupervisorState.FAULT
+    assert stand.calls(1, reset=True) is SupervisorState.FAULT
+    stand.calls(4)
+    assert stand.calls(1, reset=True, enable=False) is not SupervisorState.FAULT
     stand.calls(60)
     return stand.record()
 
@@ -338,7 +346,6 @@ def mutants(text: str, dialect: str) -> list[Mutant]:
 
 NOT_NOTICED = {
     r"sensor: most_allowance_k": "no two temperatures that are plausible are so far apart",
-    r"offset_outside\)?: state 5": "an offset outside is found in Off, and nobody can enable",
 }
 """What no input can show, with the reason."""
 
