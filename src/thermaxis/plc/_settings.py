@@ -4,7 +4,7 @@ import re
 import struct
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from math import expm1, isfinite
+from math import expm1, frexp, isfinite
 from typing import final
 
 from thermaxis.compensation import Compensation, CompensationModel, Part
@@ -25,6 +25,12 @@ MOST_SECTIONS = 100
 """Most sections of a program. [1]"""
 MOST_CHANNELS = 32
 """Most channels of a program: the terminals of some modules. [1]"""
+COUNTED_PER_S = 128
+"""Cycles in REAL are multiples of a second by this, so that times up to a day are counted exactly:
+a day has less than 2**24 of them. [1/s]"""
+LEAST_STEP_ULPS = 1000
+"""Least change in a cycle that a rate may allow in REAL, in units in the last place of the total:
+rounding then changes the rate by less than a thousandth. [1]"""
 LARGEST_STALL = 1e-3
 """Largest share of a step in which a section in REAL may come to rest too early. [1]"""
 
@@ -47,7 +53,8 @@ class PlcSettings:
         If there are spare sensors or other interlocks than `INTERLOCK`, too many outputs, parts,
         sections or channels, a delay that is no whole number of cycles or too long, a gap that is
         shorter than the longest cycle, a name that cannot be made legal, or a number that the
-        target's numbers cannot hold.
+        target's numbers cannot hold. In REAL also if the cycle is no multiple of 1/128 s, a time
+        is too long to be counted exactly, or a rate is lost in the rounding of its total.
     """
 
     compensation: Compensation
@@ -321,8 +328,57 @@ def _require_lag(settings: PlcSettings, tau_s: float, where: str) -> None:
         require_no_stall(alpha, where=where)
 
 
+def _require_counted(settings: PlcSettings) -> None:
+    """Refuse in REAL what cannot be counted exactly, cycle by cycle."""
+    cycle_s = settings.cycle_s
+    nearest_s = max(1, round(cycle_s * COUNTED_PER_S)) / COUNTED_PER_S
+    if cycle_s != nearest_s:
+        raise ConfigurationError(
+            f"in REAL times are not counted exactly with a cycle of {cycle_s:g} s",
+            where="cycle_s",
+            remedy=f"Choose a multiple of 1/{COUNTED_PER_S} s, such as {nearest_s!r}, or LREAL",
+        )
+    whole, parts = cycle_s.as_integer_ratio()
+    longest_s = 2**24 * (whole & -whole) / parts
+    compensation = settings.compensation
+    rules = compensation.supervisor
+    for where, seconds in (
+        ("supervisor", rules.patience_s),
+        ("supervisor", rules.grace_s + rules.hold_input_s),
+        ("longest_hold_s", compensation.model.longest_hold_s),
+        *(("frozen_s", sensor.frozen_s) for sensor in compensation.rules),
+    ):
+        if seconds + cycle_s > longest_s:
+            raise ConfigurationError(
+                f"{seconds:g} s are more than the {longest_s:g} s that REAL counts exactly",
+                where=where,
+                remedy="Choose shorter times or a cycle of whole seconds, or LREAL",
+            )
+
+
+def _require_rates(settings: PlcSettings) -> None:
+    """Refuse in REAL a rate that rounding would change."""
+    compensation = settings.compensation
+    for output, bounds in zip(compensation.model.outputs, compensation.bounds, strict=True):
+        step_um = bounds.largest_rate_um_per_s * settings.cycle_s
+        ulp_um = 2.0 ** (frexp(bounds.total_um)[1] - 24)
+        if step_um < LEAST_STEP_ULPS * ulp_um:
+            raise ConfigurationError(
+                f"in REAL its rate is lost in rounding: {step_um:g} um in a cycle, of a total of"
+                f" {bounds.total_um:g} um",
+                where=f"output {output.name}",
+                remedy=(
+                    f"Allow {LEAST_STEP_ULPS * ulp_um:.3g} um in a cycle or more: a longer cycle,"
+                    " a higher rate or a smaller total; or LREAL"
+                ),
+            )
+
+
 def _require_numbers(settings: PlcSettings) -> None:
     model, double = settings.compensation.model, settings.double
+    if not double:
+        _require_counted(settings)
+        _require_rates(settings)
     if model.input_filter_s > 0.0:
         _require_lag(settings, model.input_filter_s, "input_filter_s")
     for part in model.layout.parts:

@@ -40,7 +40,9 @@ from thermaxis.compensation import (
 )
 from thermaxis.plc._build import build_program
 from thermaxis.plc._build_draft import NO, YES, both, either, equals, no
-from thermaxis.plc._build_supervisor import state_number
+from thermaxis.plc._build_model import BAD, GOOD, HELD, outcome_bit
+from thermaxis.plc._build_sensor import quality_number
+from thermaxis.plc._build_supervisor import reason_bit, state_number
 from thermaxis.plc._check import check_program, unused
 from thermaxis.plc._names import is_legal
 from thermaxis.plc._scenario import scenario_steps
@@ -568,7 +570,7 @@ def twin_outputs(settings: PlcSettings, said: PlcOutputs) -> dict[str, Any]:
     } | {name: getattr(said, name) for name in whole}
 
 
-@pytest.mark.parametrize("cycle_s", [1.0, 0.1, 7.0])
+@pytest.mark.parametrize("cycle_s", [1.0, 13.0 / 128.0, 7.0])
 def test_in_real_the_tree_equals_the_twin_bit_for_bit(cycle_s: float) -> None:
     """The twin says the rules once more in plain words: neither was made from the other."""
     states: set[int] = set()
@@ -1243,6 +1245,91 @@ def test_an_offset_that_is_taken_over_though_it_was_not_read_is_noticed() -> Non
     assert body != main.body
     wrong = replace(program, blocks=(*program.blocks[:-1], replace(main, body=body)))
     assert is_noticed(wrong)
+
+
+# ---- the first call ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_levels_that_stand_when_the_plc_starts_ask_for_nothing_until_they_change(
+    double: bool,
+) -> None:
+    settings = one_section(double=double)
+    block = compiled(build_program(settings))()
+    standing = {"enable": True, "hold": True, "reset": True, "trim_z_um": 5.0}
+    told = quiet_inputs(settings, [20.0], (0.0,)) | standing
+    for _ in range(20):
+        tell(block, told)
+        block.step()
+        said = (block.state, block.enabled, block.refused, block.correction_z_um)
+        assert said == (0, False, False, 0.0)
+    for enable in (False, True):
+        tell(block, told | {"enable": enable, "hold": False})
+        block.step()
+    assert (block.state, block.enabled, block.wanted_z_um) == (1, True, 0.0)
+    tell(block, told | {"hold": False, "trim_z_um": 4.0})
+    block.step()
+    assert block.wanted_z_um == 4.0
+    tell(block, told)
+    block.step()
+    assert (block.wanted_z_um, block.fault_word & 2 ** REASONS.index(Reason.OPERATOR_HOLD)) == (
+        5.0,
+        2 ** REASONS.index(Reason.OPERATOR_HOLD),
+    )
+
+
+# ---- the numbers that a PLC program is written against ------------------------------------------
+
+
+def test_the_numbers_of_the_words_are_those_that_are_published() -> None:
+    states = ["Off", "Warming", "Active", "Holding", "Fading", "Fault"]
+    assert [state_number(SupervisorState(name)).value for name in states] == [0, 1, 2, 3, 4, 5]
+    assert {reason.name: reason_bit(reason).value for reason in Reason} == {
+        "DISABLED": 1,
+        "SETTLING": 2,
+        "HEALING": 4,
+        "INPUT_BAD": 8,
+        "CONNECTION_LOST": 16,
+        "INTERLOCK_OPEN": 32,
+        "OPERATOR_HOLD": 64,
+        "HOLD_EXPIRED": 128,
+        "READ_BACK_DIFFERS": 256,
+        "LONG_AT_LIMIT": 512,
+        "DOUBLE_COMPENSATION": 1024,
+        "OFFSET_OUTSIDE": 2048,
+    }
+    assert {quality.name: quality_number(quality).value for quality in SampleQuality} == {
+        "GOOD": 0,
+        "SPARE": 1,
+        "MISSING": 2,
+        "STATUS_BAD": 3,
+        "OLD": 4,
+        "NO_TIME_STAMP": 5,
+        "OUT_OF_RANGE": 6,
+        "TOO_FAST": 7,
+        "FROZEN": 8,
+        "DISAGREES": 9,
+    }
+    assert {outcome.name: outcome_bit(outcome).value for outcome in Outcome} == {
+        "STARTED": 1,
+        "WAITING": 2,
+        "CLOCK_BACKWARD": 4,
+        "CLOCK_UNUSABLE": 8,
+        "CLOCK_STILL": 16,
+        "STATE_UNUSABLE": 32,
+        "GAP": 64,
+        "INPUT_HELD": 128,
+        "INPUT_FAILED": 256,
+        "DIAMETER_HELD": 512,
+        "DIAMETER_UNKNOWN": 1024,
+        "OUTSIDE_VALIDITY": 2048,
+    }
+    assert [GOOD.value, HELD.value, BAD.value] == [0, 1, 2]
+    assert [str(quality) for quality in Quality] == ["good", "held", "bad"]
+    main = build_program(one_section(double=True)).blocks[-1]
+    texts = {v.name: v.text for v in main.outputs}
+    assert texts["state"] == "0 Off 1 Warming 2 Active 3 Holding 4 Fading 5 Fault"
+    assert texts["model_quality"] == "0 good 1 held 2 bad"
 
 
 # ---- mutants ------------------------------------------------------------------------------------

@@ -2,8 +2,10 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from tests.unit.plc.tree_run import compiled
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -13,6 +15,7 @@ from thermaxis.compensation import (
     Part,
     Section,
     SensorRules,
+    SupervisorRules,
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._build import build_program
@@ -175,3 +178,83 @@ def test_the_filter_of_the_inputs_is_checked_as_a_section_is(
 def test_a_number_in_the_target_is_rounded_once() -> None:
     assert in_target(0.1, double=True) == 0.1
     assert in_target(0.1, double=False) == 0.100000001490116119384765625
+
+
+# ---- REAL ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("cycle_s", [0.1, 0.2, 1.1, 2.003])
+def test_a_cycle_in_real_that_is_no_multiple_of_a_128th_of_a_second_is_refused(
+    cycle_s: float,
+) -> None:
+    said = refusal(a_compensation(), cycle_s=cycle_s, double=False)
+    assert "not counted exactly" in said
+    nearest = said.split("such as ")[1].split(",")[0]
+    assert not exported(a_compensation(), cycle_s=float(nearest), double=False).double
+    assert abs(float(nearest) - cycle_s) <= 1.0 / 256.0
+    assert exported(a_compensation(), cycle_s=cycle_s).double
+
+
+@pytest.mark.parametrize("cycle_s", [13.0 / 128.0, 0.125, 141.0 / 128.0, 1.0, 59.9921875])
+def test_in_real_every_time_up_to_a_day_is_counted_exactly(cycle_s: float) -> None:
+    exported(a_compensation(), cycle_s=cycle_s, double=False)
+    cycles = int(86_400.0 / cycle_s) + 2
+    counted = np.add.accumulate(np.full(cycles, cycle_s, np.float32), dtype=np.float32)
+    assert np.array_equal(counted.astype(float), cycle_s * np.arange(1, cycles + 1))
+
+
+def test_a_tenth_of_a_second_in_real_would_be_minutes_off_after_a_day() -> None:
+    """What the refusal keeps away."""
+    counted = np.add.accumulate(np.full(864_000, 0.1, np.float32), dtype=np.float32)
+    assert float(counted[35_999]) - 3600.0 > 1.0
+    assert float(counted[-1]) - 86_400.0 > 600.0
+
+
+def test_times_together_that_real_does_not_count_exactly_are_refused() -> None:
+    long = SupervisorRules(settle_s=60_000.0, hold_operator_s=86_400.0)
+    said = refusal(a_compensation(supervisor=long), cycle_s=0.1015625, double=False)
+    assert "131072 s that REAL counts exactly" in said
+    assert not exported(a_compensation(supervisor=long), cycle_s=1.0, double=False).double
+    assert exported(a_compensation(supervisor=long), cycle_s=0.1015625).double
+
+
+ULP_UM = float(np.spacing(np.float32(100.0)))
+
+
+def at_the_border(share: float) -> Compensation:
+    """Return limits whose rate is a share of what REAL demands, at a cycle of a second."""
+    return a_compensation(limits={"o0": Limits(100.0, share * 1000.0 * ULP_UM)})
+
+
+def test_a_rate_that_real_would_lose_in_the_rounding_of_its_total_is_refused() -> None:
+    said = refusal(at_the_border(0.999), double=False)
+    assert "output o0" in said
+    assert "lost in rounding" in said
+    assert not exported(at_the_border(1.0), double=False).double
+    assert not exported(at_the_border(0.999), cycle_s=2.0, double=False).double
+    assert exported(at_the_border(0.999)).double
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_at_the_border_the_rate_in_real_is_reached_and_never_passed_but_by_rounding(
+    sign: float,
+) -> None:
+    compensation = at_the_border(1.0)
+    rate_um = compensation.bounds[0].largest_rate_um_per_s
+    block = compiled(build_program(exported(compensation, double=False)))()
+    calm = {"cycle_time_s": 1.0, "ok_t": True, "interlocks_met": True, "connected": True}
+    stands_um, changes_um, reached_um = sign * 99.0, list[float](), list[float]()
+    for call in range(400):
+        told = calm | {"enable": call > 0, "read_ok": True, "read_o0": stands_um}
+        told |= {"t_t": 20.0}
+        for name, value in told.items():
+            assert hasattr(block, name)
+            setattr(block, name, value)
+        block.step()
+        changes_um.append(block.correction_o0 - stands_um)
+        reached_um.append(block.correction_o0)
+        stands_um = block.correction_o0
+    assert max(map(abs, changes_um)) <= rate_um + 0.5 * ULP_UM
+    assert max(map(abs, changes_um)) >= rate_um - 0.5 * ULP_UM
+    assert sum(abs(c) > 0.999 * rate_um for c in changes_um) > 300
+    assert abs(reached_um[-1]) == pytest.approx(99.0 - rate_um * 339, abs=3.0 * rate_um)
