@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import islice
 from typing import NamedTuple, cast, final
 
 from thermaxis.cli._export_settings import Exported, exported_of
@@ -22,17 +21,13 @@ from thermaxis.plc._report import (
     report_of,
     report_text,
 )
-from thermaxis.plc._scenario import course_steps, scenario
+from thermaxis.plc._scenario import scenario
 from thermaxis.plc._settings import PlcSettings, export_settings
 from thermaxis.plc._tempcomp import LineSettings, build_line_program
-from thermaxis.plc._tempcomp_twin import line_vectors_csv
 from thermaxis.plc._tree import Program
 from thermaxis.plc._twin import Twin
-from thermaxis.plc._vectors import DEFAULT_SEED, vectors_csv
+from thermaxis.plc._vectors import vectors_of
 
-MOST_VECTOR_CALLS = 30_000
-"""Calls after which the vectors end, whatever their rows: at a cycle of 0.1 s one row may stand for
-thousands, and the command would take half a minute. [1]"""
 _COMPARED_CALLS = 2000
 _SCENARIO_SEED = 8
 _SCL = {"scl", TEMPCOMP}
@@ -91,11 +86,12 @@ def export_of(arguments: argparse.Namespace) -> Export:
     stem = settings.names.block
     vectors, guide = f"{stem}.vectors.csv", f"{stem}.guide.md"
     facts = GuideFacts(target, tuple(files), vectors, exported.compensation.interlocks, line)
-    files[vectors] = _vectors(settings) if line is None else line_vectors_csv(settings, line)
+    tested = vectors_of(settings, line)
+    files[vectors] = tested.text
     files[guide] = guide_text(settings, program, facts)
     difference = None if double else measured_difference(settings)
     sources = tuple((source.name, source.sha256) for source in exported.sources)
-    report = report_of(settings, ReportFacts(target, sources, difference, line), files)
+    report = report_of(settings, ReportFacts(target, sources, difference, line, tested), files)
     files[stem + REPORT_ENDING] = report_text(report)
     return Export(
         settings,
@@ -197,11 +193,6 @@ def measured_difference(settings: PlcSettings) -> Difference:
         largest_um = max(largest_um, *(abs(a - b) for a, b in pairs))
         calls += 1
     return Difference(largest_um, calls)
-
-
-def _vectors(settings: PlcSettings) -> str:
-    course = course_steps(settings, seed=DEFAULT_SEED)
-    return vectors_csv(settings, islice(course, MOST_VECTOR_CALLS))
 
 
 def _line_of(arguments: argparse.Namespace, exported: Exported) -> LineSettings:

@@ -10,6 +10,7 @@ from typing import NamedTuple, final
 from thermaxis import __version__
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_stall
 from thermaxis.plc._tempcomp import LineSettings
+from thermaxis.plc._vectors import Vectors
 
 REPORT_FORMAT = "thermaxis-plc-export"
 """What the report calls itself."""
@@ -59,6 +60,8 @@ class ReportFacts(NamedTuple):
     """Measured difference of REAL from LREAL; None where numbers are LREAL."""
     line: LineSettings | None = None
     """The line; None where there is none."""
+    vectors: Vectors | None = None
+    """The test vectors; None where there are none."""
 
 
 def report_of(
@@ -125,6 +128,7 @@ def report_of(
         },
         "line": _line(settings, facts.line),
         "arithmetic": {"sections": _sections(settings), "difference": _difference(facts)},
+        "vectors": _vectors(facts.vectors),
         "checked": _checked(target),
         "not_checked": _not_checked(target),
         "files": {name: sha256(text.encode("utf-8")).hexdigest() for name, text in files.items()},
@@ -159,6 +163,17 @@ def _line(settings: PlcSettings, line: LineSettings | None) -> dict[str, object]
         "largest_k0_mm": k0_mm,
         "largest_slope": slope,
         "velocity_factor": line.velocity_factor,
+    }
+
+
+def _vectors(vectors: Vectors | None) -> dict[str, object] | None:
+    if vectors is None:
+        return None
+    return {
+        "rows": vectors.rows,
+        "calls": vectors.calls,
+        "not_in_the_rows": list(vectors.missing),
+        "cut": list(vectors.cuts),
     }
 
 

@@ -1,58 +1,18 @@
 """What a PLC may live through in a shift: inputs of the block, with every fault that is known.
 
-The world is closed: what the machine reports as its offset is what the block, here its twin, has
-written in the call before, rounded as a control displays it. Seeded, and made of sums, products
-and a small generator of its own alone: the same settings give the same inputs on every computer.
+The same settings give the same inputs on every computer. Every call has inputs of its own where
+something warms; the course of the test vectors (`_course`) is shorter, and made of long rows.
 """
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple, TypeVar, final
 
+from thermaxis.plc._course import course_steps
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
+from thermaxis.plc._twin import PlcInputs
+from thermaxis.plc._world import ODD, PlcStep, World
 
-_STEP_C = 0.01
-_NEAR_UM = 0.25
-_MASK = 2**64 - 1
-_ODD = (float("nan"), float("inf"), float("-inf"), 1e300, -1e300, 1e7, 0.0, -40.0)
-_MARGIN_CALLS = 3
-_T = TypeVar("_T")
-
-
-class PlcStep(NamedTuple):
-    """One call: what goes in, and what must come out."""
-
-    inputs: PlcInputs
-    """Inputs of the block."""
-    outputs: PlcOutputs
-    """Outputs after the call."""
-
-
-@final
-class _Chance:
-    """A small generator of random numbers; the same on every computer.
-
-    References
-    ----------
-    Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators (SplitMix64).
-    """
-
-    def __init__(self, seed: int) -> None:
-        self._state = seed & _MASK
-
-    def uniform(self, lowest: float = 0.0, highest: float = 1.0) -> float:
-        """Return a number from the lowest to below the highest."""
-        self._state = (self._state + 0x9E3779B97F4A7C15) & _MASK
-        z = self._state
-        z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & _MASK
-        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & _MASK
-        z ^= z >> 31
-        return lowest + (highest - lowest) * ((z >> 11) * 2.0**-53)
-
-    def one_of(self, choices: tuple[_T, ...]) -> _T:
-        """Return one of some values."""
-        return choices[int(self.uniform() * len(choices))]
+__all__ = ["PlcStep", "course_steps", "scenario", "scenario_steps"]
 
 
 def scenario_steps(
@@ -60,7 +20,7 @@ def scenario_steps(
 ) -> Iterator[PlcStep]:
     """Return a scenario call by call, with what the twin says in each.
 
-    With faults it begins with a fixed course that leads through states, reasons and refusals as
+    With faults it begins with a fixed shift that leads through states, reasons and refusals as
     far as the model and the hours allow: warm-up with noise, both limits, holds, trims, every
     loss for shorter and longer than it may be held, a restart, a long constant stretch. After that
     faults come by chance. Without faults it is a day of warm-up, a wave and noise.
@@ -81,7 +41,7 @@ def scenario_steps(
     PlcStep
         One call.
     """
-    world = _World(settings, seed)
+    world = World(settings, seed)
     calls = round(hours * 3600.0 / settings.cycle_s)
     course = _with_faults(world) if faults else _quiet(world)
     for _, step in zip(range(calls), course, strict=False):
@@ -113,134 +73,13 @@ def scenario(
         yield step.inputs
 
 
-def course_steps(settings: PlcSettings, *, seed: int) -> Iterator[PlcStep]:
-    """Return the fixed course alone, whole: as long as the rules of the settings make it.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-    seed : int
-        Seed of the noise.
-
-    Yields
-    ------
-    PlcStep
-        One call.
-    """
-    yield from _course(_World(settings, seed))
-
-
-@final
-class _World:
-    """Machine, sensors and people around the block."""
-
-    def __init__(self, settings: PlcSettings, seed: int) -> None:
-        compensation = settings.compensation
-        self.rules, self.model = compensation.supervisor, compensation.model
-        self.bounds, self.sensors = compensation.bounds, compensation.rules
-        self.cycle_s = settings.cycle_s
-        self.chance = _Chance(seed)
-        self.twin = Twin(settings)
-        self.base_c = [self._base_c(k) for k in range(len(self.model.channels))]
-        self.goal_c = list(self.base_c)
-        self.now_c = list(self.base_c)
-        self.noise_c = 0.0
-        self.restart = False
-        self.offset_um = [0.0] * len(self.bounds)
-        self.usual = PlcInputs(
-            cycle_time_s=settings.cycle_s,
-            enable=False,
-            hold=False,
-            reset=False,
-            diameter_mm=0.0,
-            diameter_known=False,
-            temperatures_c=tuple(self.base_c),
-            ok=(True,) * len(self.base_c),
-            trims_um=(0.0,) * len(self.bounds),
-            interlocks_met=True,
-            connected=True,
-            other_compensation=False,
-            read_um=(0.0,) * len(self.bounds),
-            read_ok=True,
-        )
-
-    def _base_c(self, k: int) -> float:
-        """Return a usual temperature of a channel: its reference, or somewhere in its range."""
-        rules = self.sensors[k]
-        middle_c = 0.5 * (rules.lowest_c + rules.highest_c)
-        base_c = self.model.reference_c.get(self.model.channels[k], min(20.0, middle_c))
-        return base_c if rules.lowest_c < base_c < rules.highest_c else middle_c
-
-    def step(self, **different: object) -> PlcStep:
-        """Let a call go by in which some inputs differ from the usual."""
-        self._warm()
-        inputs = self.usual._replace(
-            temperatures_c=tuple([self._seen(t) for t in self.now_c]),
-            read_um=tuple([round(c / _NEAR_UM) * _NEAR_UM for c in self.offset_um]),
-            restart=self.restart,
-        )
-        self.restart = False
-        inputs = inputs._replace(**different)  # pyright: ignore[reportArgumentType] - by name
-        outputs = self.twin.step(inputs)
-        if inputs.connected:
-            self.offset_um = list(outputs.correction_um)
-        return PlcStep(inputs, outputs)
-
-    def _seen(self, true_c: float) -> float:
-        noise_c = self.chance.uniform(-self.noise_c, self.noise_c) if self.noise_c else 0.0
-        return round((true_c + noise_c) / _STEP_C) * _STEP_C
-
-    def _warm(self) -> None:
-        """Move every temperature towards its goal, no faster than is believed."""
-        for k, (goal_c, rules) in enumerate(zip(self.goal_c, self.sensors, strict=True)):
-            most_k = 0.4 * rules.step_k + 0.8 * rules.largest_rate_k_per_s * self.cycle_s
-            away_k = goal_c - self.now_c[k]
-            self.now_c[k] += min(max(away_k, -most_k), most_k)
-
-    def stay(self, seconds: float, **different: object) -> Iterator[PlcStep]:
-        """Let some time go by in the same circumstances; at least one call."""
-        for _ in range(max(1, round(seconds / self.cycle_s))):
-            yield self.step(**different)
-
-    def beyond(self, seconds: float) -> float:
-        """Return a time that is longer by some calls. [s]"""
-        return seconds + _MARGIN_CALLS * self.cycle_s
-
-    def fade_s(self) -> float:
-        """Return the time in which every correction reaches zero, and a little more. [s]"""
-        slowest_s = max(b.total_um / b.largest_rate_um_per_s for b in self.bounds)
-        return self.beyond(min(slowest_s, 1800.0))
-
-    def ready_s(self) -> float:
-        """Return the time after which everything is there again. [s]"""
-        rules = self.rules
-        return self.beyond(max(rules.settle_s, rules.heal_s, rules.grace_s))
-
-    def towards(self, output: int, sign: float, share: float = 0.95) -> None:
-        """Heat and cool so that the model of an output goes up or down as far as is plausible."""
-        gains = [0.0] * len(self.base_c)
-        names = self.model.channels
-        for part in self.model.outputs[output].parts:
-            gain = part.dc_gain_um_per_k * (part.tool_gain if part.gain_by_diameter else 1.0)
-            gains[names.index(part.plus)] += gain
-            if part.minus:
-                gains[names.index(part.minus)] -= gain
-        for k, (gain, rules) in enumerate(zip(gains, self.sensors, strict=True)):
-            end_c = rules.highest_c if gain * sign > 0.0 else rules.lowest_c
-            self.goal_c[k] = self.base_c[k] + (share * (end_c - self.base_c[k]) if gain else 0.0)
-
-    def back(self) -> None:
-        """Let every temperature go back to the usual."""
-        self.goal_c = list(self.base_c)
-
-
 # ---- without faults -----------------------------------------------------------------------------
 
 
-def _quiet(world: _World) -> Iterator[PlcStep]:
+def _quiet(world: World) -> Iterator[PlcStep]:
     """Warm up for three hours, then cool and warm in a wave, with noise; enabled throughout."""
     world.noise_c = 0.05
+    yield world.step()
     world.usual = world.usual._replace(enable=True)
     seconds = 0.0
     while True:
@@ -260,7 +99,7 @@ def _wave(turns: float) -> float:
 # ---- the fixed course ---------------------------------------------------------------------------
 
 
-def _course(world: _World) -> Iterator[PlcStep]:
+def _course(world: World) -> Iterator[PlcStep]:
     for phase in (
         _start,
         _warm_up,
@@ -279,7 +118,7 @@ def _course(world: _World) -> Iterator[PlcStep]:
         yield from phase(world)
 
 
-def _enabled(world: _World) -> Iterator[PlcStep]:
+def _enabled(world: World) -> Iterator[PlcStep]:
     """Bring the block to Active from wherever it is."""
     world.usual = world.usual._replace(enable=False)
     yield from world.stay(2 * world.cycle_s)
@@ -288,7 +127,7 @@ def _enabled(world: _World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _start(world: _World) -> Iterator[PlcStep]:
+def _start(world: World) -> Iterator[PlcStep]:
     """Start with a wrong cycle time and with channels that are not there yet; off."""
     channels = len(world.base_c)
     yield world.step(cycle_time_s=5.0 * world.cycle_s)
@@ -298,7 +137,7 @@ def _start(world: _World) -> Iterator[PlcStep]:
     yield from world.stay(4 * world.cycle_s)
 
 
-def _warm_up(world: _World) -> Iterator[PlcStep]:
+def _warm_up(world: World) -> Iterator[PlcStep]:
     """Enable and warm up with noise and a wave."""
     world.usual = world.usual._replace(enable=True)
     yield from world.stay(world.ready_s())
@@ -310,22 +149,22 @@ def _warm_up(world: _World) -> Iterator[PlcStep]:
     world.noise_c = 0.0
 
 
-def _requests(world: _World) -> Iterator[PlcStep]:
+def _requests(world: World) -> Iterator[PlcStep]:
     """Trim, hold, and ask for what is refused."""
     outputs = len(world.bounds)
     for k, bounds in enumerate(world.bounds):
-        for trim_um in (0.5 * bounds.largest_trim_um, 2.0 * bounds.largest_trim_um, _ODD[0]):
+        for trim_um in (0.5 * bounds.largest_trim_um, 2.0 * bounds.largest_trim_um, ODD[0]):
             trims = tuple([trim_um if i == k else 0.0 for i in range(outputs)])
             yield from world.stay(3 * world.cycle_s, trims_um=trims)
         yield world.step()
-    for trim_um in (_ODD[1], -0.25 * world.bounds[0].largest_trim_um, 0.0):
+    for trim_um in (ODD[1], -0.25 * world.bounds[0].largest_trim_um, 0.0):
         yield from world.stay(3 * world.cycle_s, trims_um=(trim_um,) * outputs)
     yield from world.stay(4 * world.cycle_s, hold=True)
     yield from world.stay(4 * world.cycle_s)
     yield from world.stay(world.cycle_s, reset=True)
 
 
-def _lost_inputs(world: _World) -> Iterator[PlcStep]:
+def _lost_inputs(world: World) -> Iterator[PlcStep]:
     """Lose an input for a moment, for as long as it is held, and for longer."""
     rules, channels = world.rules, len(world.base_c)
     for k in range(channels):
@@ -341,10 +180,10 @@ def _lost_inputs(world: _World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _odd_values(world: _World) -> Iterator[PlcStep]:
+def _odd_values(world: World) -> Iterator[PlcStep]:
     """Read what is no temperature, what is not plausible, and what jumps."""
     for k, rules in enumerate(world.sensors):
-        for odd in (*_ODD, rules.lowest_c - 0.5, rules.highest_c + 0.5):
+        for odd in (*ODD, rules.lowest_c - 0.5, rules.highest_c + 0.5):
             seen = list(world.now_c)
             seen[k] = odd
             yield world.step(temperatures_c=tuple(seen))
@@ -360,9 +199,9 @@ def _odd_values(world: _World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _cycle_times(world: _World) -> Iterator[PlcStep]:
+def _cycle_times(world: World) -> Iterator[PlcStep]:
     """Be called too late, too early, at the borders, and with no number."""
-    for factor in (2.0, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, *_ODD[:4]):
+    for factor in (2.0, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, *ODD[:4]):
         yield world.step(cycle_time_s=factor * world.cycle_s)
         yield world.step()
     wrong = 1.5 * world.cycle_s
@@ -370,7 +209,7 @@ def _cycle_times(world: _World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _losses(world: _World) -> Iterator[PlcStep]:
+def _losses(world: World) -> Iterator[PlcStep]:
     """Lose the connection and the interlocks, shorter and longer than is held."""
     rules = world.rules
     for longest_s, lost in (
@@ -386,7 +225,7 @@ def _losses(world: _World) -> Iterator[PlcStep]:
     yield from world.stay(world.fade_s())
 
 
-def _limits(world: _World) -> Iterator[PlcStep]:
+def _limits(world: World) -> Iterator[PlcStep]:
     """Ask for more than is allowed, in both directions, until that is a fault; come back."""
     for k in range(len(world.bounds)):
         for sign in (1.0, -1.0):
@@ -402,7 +241,7 @@ def _limits(world: _World) -> Iterator[PlcStep]:
     yield from _enabled(world)
 
 
-def _read_back(world: _World) -> Iterator[PlcStep]:
+def _read_back(world: World) -> Iterator[PlcStep]:
     """Report another offset than was written, for shorter and longer than is believed."""
     rules, outputs = world.rules, len(world.bounds)
     world.towards(0, 1.0, share=0.2)
@@ -414,14 +253,14 @@ def _read_back(world: _World) -> Iterator[PlcStep]:
     yield from world.stay(4 * world.cycle_s, read_um=stuck, reset=True)
     half = tuple([0.5 * c for c in stuck])
     yield from world.stay(4 * world.cycle_s, read_um=half)
-    yield from world.stay(3 * world.cycle_s, read_um=(_ODD[0],) * outputs)
+    yield from world.stay(3 * world.cycle_s, read_um=(ODD[0],) * outputs)
     yield from world.stay(world.beyond(rules.read_back_s), read_ok=False)
     yield from world.stay(world.fade_s())
     yield from _enabled(world)
     world.back()
 
 
-def _other_faults(world: _World) -> Iterator[PlcStep]:
+def _other_faults(world: World) -> Iterator[PlcStep]:
     """Let another compensation be active; try to enable and to acknowledge meanwhile."""
     other = {"other_compensation": True}
     yield from world.stay(2 * world.cycle_s, **other)
@@ -435,19 +274,19 @@ def _other_faults(world: _World) -> Iterator[PlcStep]:
     yield from _enabled(world)
 
 
-def _workpieces(world: _World) -> Iterator[PlcStep]:
+def _workpieces(world: World) -> Iterator[PlcStep]:
     """State diameters: within the table of gains, outside, refused, and none."""
     yield from world.stay(3 * world.cycle_s, diameter_known=True, diameter_mm=0.0)
     edges = sorted({p.diameter_mm for x in world.model.layout.parts for p in x.gain_by_diameter})
     between = [0.5 * (a + b) for a, b in pairwise(edges)]
-    for diameter_mm in (*edges, *between, 123.0, 1e5, 1e5 + 1.0, -1.0, *_ODD[:2]):
+    for diameter_mm in (*edges, *between, 123.0, 1e5, 1e5 + 1.0, -1.0, *ODD[:2]):
         yield from world.stay(3 * world.cycle_s, diameter_known=True, diameter_mm=diameter_mm)
     yield from world.stay(3 * world.cycle_s)
 
 
-def _restart(world: _World) -> Iterator[PlcStep]:
+def _restart(world: World) -> Iterator[PlcStep]:
     """Switch off and on: with the offset still there, with one too large, with none read."""
-    for found in (None, 2.0, _ODD[0]):
+    for found in (None, 2.0, ODD[0]):
         world.restart = True
         large = tuple([found * b.total_um for b in world.bounds]) if found is not None else None
         offsets = {} if large is None else {"read_um": large}
@@ -461,7 +300,7 @@ def _restart(world: _World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _brought_back(world: _World, large: tuple[float, ...] | None) -> Iterator[PlcStep]:
+def _brought_back(world: World, large: tuple[float, ...] | None) -> Iterator[PlcStep]:
     """Bring back an offset that was too large: in vain, then with reset."""
     zero = {"enable": False, "read_um": (0.0,) * len(world.bounds)}
     yield world.step(enable=False, read_um=large, reset=True)
@@ -471,7 +310,7 @@ def _brought_back(world: _World, large: tuple[float, ...] | None) -> Iterator[Pl
     yield from world.stay(2 * world.cycle_s, **zero, reset=True)
 
 
-def _long(world: _World) -> Iterator[PlcStep]:
+def _long(world: World) -> Iterator[PlcStep]:
     """Hold for longer than is allowed, let a trim expire, and let everything stand still."""
     yield from _enabled(world)
     rules = world.rules
@@ -488,14 +327,14 @@ def _long(world: _World) -> Iterator[PlcStep]:
 # ---- by chance ----------------------------------------------------------------------------------
 
 
-def _with_faults(world: _World) -> Iterator[PlcStep]:
+def _with_faults(world: World) -> Iterator[PlcStep]:
     yield from _course(world)
     world.usual = world.usual._replace(enable=True)
     while True:
         yield from _by_chance(world)
 
 
-def _by_chance(world: _World) -> Iterator[PlcStep]:
+def _by_chance(world: World) -> Iterator[PlcStep]:
     """Let time go by until something happens, and let that last for some time."""
     chance, rules, cycle_s = world.chance, world.rules, world.cycle_s
     channels, outputs = len(world.base_c), len(world.bounds)
@@ -508,7 +347,7 @@ def _by_chance(world: _World) -> Iterator[PlcStep]:
     lasts_s = chance.one_of((1.0, 1.0, 5.0, 20.0, 60.0)) * cycle_s
     trim_um = chance.uniform(-1.2, 1.2) * world.bounds[0].largest_trim_um
     seen = list(world.now_c)
-    seen[k] = chance.one_of((*_ODD, world.now_c[k] + 8.0))
+    seen[k] = chance.one_of((*ODD, world.now_c[k] + 8.0))
     events: tuple[dict[str, object], ...] = (
         {"connected": False, "read_ok": False},
         {"connected": False},

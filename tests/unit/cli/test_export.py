@@ -19,7 +19,7 @@ from thermaxis.cli import _export_files, export, main
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.model_json import model_sha256, read_model, write_model
-from thermaxis.plc._vectors import vectors_csv
+from thermaxis.plc._vectors import vectors_of
 
 STATED = ("--limit", "280", "--rate", "0.5", "--plausible", "5:80")
 FILES = {
@@ -32,8 +32,14 @@ FILES = {
 @pytest.fixture(autouse=True)
 def few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut the vectors, which cost most of the time, where they are not what is tested."""
-    if "system" not in request.keywords and "vectors" not in request.node.name:
-        monkeypatch.setattr(_export_files, "vectors_csv", partial(vectors_csv, most_rows=40))
+    if not {"system", "whole_vectors"} & {*request.keywords, *request.fixturenames}:
+        few = partial(vectors_of, most_rows=40, most_calls=500)
+        monkeypatch.setattr(_export_files, "vectors_of", few)
+
+
+@pytest.fixture
+def whole_vectors() -> None:
+    """Leave the vectors as a user gets them."""
 
 
 @pytest.fixture
@@ -422,6 +428,7 @@ OUTPUTS
 """
 
 
+@pytest.mark.usefixtures("whole_vectors")
 @pytest.mark.parametrize("bits", ["64", "32"])
 @pytest.mark.parametrize("dialect", ["scl", "st", "sinumerik-tempcomp"])
 def test_the_exported_text_says_what_the_exported_vectors_say(

@@ -29,11 +29,11 @@ from thermaxis.plc._check import check_program, unused
 from thermaxis.plc._print_c import print_c
 from thermaxis.plc._print_scl import print_scl
 from thermaxis.plc._print_st import print_st
-from thermaxis.plc._scenario import course_steps
 from thermaxis.plc._settings import PlcSettings, export_settings
 from thermaxis.plc._tempcomp import LineSettings, at_position, build_line_program
-from thermaxis.plc._tempcomp_twin import LineInputs, LineTwin, line_steps, line_vectors_csv
+from thermaxis.plc._tempcomp_twin import LineInputs, LineTwin
 from thermaxis.plc._twin import PlcInputs
+from thermaxis.plc._vectors import line_steps, line_vectors_csv
 
 TOTAL_UM = 40.0
 
@@ -94,7 +94,7 @@ def test_the_program_says_what_the_twin_says_through_the_whole_course(
     block = make()
     stems = exported.names.outputs
     states: set[int] = set()
-    for step in line_steps(exported, line, course_steps(exported, seed=3)):
+    for step in line_steps(exported, line, seed=3):
         plain, outputs = step.inputs.plain, step.outputs
         if plain.restart:
             block = make()

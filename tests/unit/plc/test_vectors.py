@@ -2,16 +2,22 @@
 
 import csv
 import re
+from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
 from tests.unit.plc.plc_scenarios import random_settings
+from thermaxis.compensation import Compensation, Limits, Part, Reason, SensorRules
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._scenario import course_steps, scenario_steps
-from thermaxis.plc._settings import PlcSettings
+from thermaxis.files.model_json import read_model
+from thermaxis.plc._course import MOST_ROWS
+from thermaxis.plc._scenario import scenario_steps
+from thermaxis.plc._settings import PlcSettings, export_settings
 from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
 from thermaxis.plc._twin_numbers import rounding
-from thermaxis.plc._vectors import MOST_ROWS, vectors_csv
+from thermaxis.plc._vectors import vectors_csv, vectors_of
+from thermaxis.runtime._config import read_machine
 
 
 def rows_of(text: str) -> list[dict[str, str]]:
@@ -81,20 +87,125 @@ def test_a_reader_of_the_text_alone_gets_every_output_again(double: bool) -> Non
         assert tuple(flat) == wanted, row
 
 
-def test_the_default_is_the_whole_course_within_its_rows() -> None:
-    settings = random_settings(4, quick=False)
-    text = vectors_csv(settings)
-    rows = rows_of(text)
-    assert len(rows) <= MOST_ROWS
-    assert "- cut" not in text
-    assert sum(int(row["calls"]) for row in rows) == sum(1 for _ in course_steps(settings, seed=1))
-    assert {row["state"] for row in rows} == set("012345")
-    assert {"0", "1"} == {row["restart"] for row in rows}
-    words = 0
+MODELS = Path(__file__).parents[3] / "examples" / "models"
+LATHE = Path(__file__).parents[3] / "examples" / "machine"
+
+
+def of_example(path: Path, *, cycle_s: float) -> PlcSettings:
+    """A model with limits that it reaches."""
+    model = read_model(path)
+    compensation = Compensation(
+        model=model,
+        sensors=dict.fromkeys(model.channels, SensorRules(lowest_c=5.0, highest_c=80.0)),
+        limits={output.name: Limits(20.0, 0.5) for output in model.outputs},
+    )
+    return export_settings(compensation, cycle_s=cycle_s, name=path.stem)
+
+
+def of_lathe(*, cycle_s: float) -> PlcSettings:
+    rules = read_machine(LATHE / "lathe.toml").rules
+    applied = rules.applied_to(read_model(LATHE / "models" / "lathe.json"))
+    return export_settings(applied, cycle_s=cycle_s, name="lathe")
+
+
+def bits_of(rows: list[dict[str, str]], word: str) -> int:
+    found = 0
     for row in rows:
-        words |= int(row["fault_word"])
+        found |= int(row[word])
+    return found
+
+
+def require_promised(settings: PlcSettings, *, reaches: bool) -> None:
+    """Look for everything that was promised in the rows of the text alone."""
+    found = vectors_of(settings)
+    rows = rows_of(found.text)
+    model = settings.compensation.model
+    assert (len(rows), sum(int(row["calls"]) for row in rows)) == (found.rows, found.calls)
+    assert found.rows < MOST_ROWS
+    assert {row["state"] for row in rows} == set("012345")
+    for name in ("restart", "other_compensation", "refused", "enabled", "linked", "read_ok"):
+        assert {row[name] for row in rows} == {"0", "1"}, name
+    longest = max(int(row["calls"]) for row in rows)
+    assert longest >= 1000
     # An offset outside its total never becomes a fault: nobody can enable.
-    assert words == 2**11 - 1
+    at_limit = 2 ** list(Reason).index(Reason.LONG_AT_LIMIT)
+    faults = bits_of(rows, "fault_word")
+    assert faults | at_limit == 2**11 - 1
+    # After a fault somebody acknowledges, and the block leaves it.
+    assert any(a["state"] == "5" and b["state"] != "5" and b["reset"] == "1"
+               for a, b in pairwise(rows))  # fmt: skip
+    asked = {("-" if float(row[f"wanted_{stem}"]) < 0.0 else "+") + stem
+             for row in rows for stem in settings.names.outputs
+             if row[f"limit_{stem}"] == "1"}  # fmt: skip
+    both = {sign + stem for stem in settings.names.outputs for sign in "+-"}
+    unreached = {f"{'upper' if name[0] == '+' else 'lower'} limit of {name[1:]}"
+                 for name in both - asked}  # fmt: skip
+    named = set(found.missing)
+    # What the rows have not is named, and nothing else.
+    assert named - {f"fault_word {at_limit}"} == unreached
+    assert (f"fault_word {at_limit}" in named) == (not faults & at_limit)
+    assert not (reaches and named)
+    assert all(f"# not in the rows: {text}" in found.text for text in found.missing)
+    if reaches:
+        assert found.cuts == ()
+    for part in model.layout.parts:
+        if part.gain_by_diameter:
+            require_workpieces(rows, part, settings)
+
+
+def require_workpieces(rows: list[dict[str, str]], part: Part, settings: PlcSettings) -> None:
+    """The gain of a part acts in the rows: within its table, outside, and without a diameter."""
+    edges = [point.diameter_mm for point in part.gain_by_diameter]
+    stem = settings.names.parts[[*settings.compensation.model.layout.parts].index(part)]
+    kinds: set[str] = set()
+    for row in rows:
+        if float(row[f"part_{stem}"]) == 0.0:
+            continue
+        if row["diameter_known"] == "0":
+            kinds.add("unknown")
+        else:
+            inside = edges[0] <= float(row["diameter_mm"]) <= edges[-1]
+            kinds.add("inside" if inside else "outside")
+    assert kinds == {"inside", "outside", "unknown"}
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in MODELS.glob("*.json")))
+def test_the_vectors_of_an_example_have_everything_that_was_promised(name: str) -> None:
+    require_promised(of_example(MODELS / f"{name}.json", cycle_s=10.0), reaches=True)
+
+
+def test_the_vectors_of_the_lathe_name_the_limits_that_it_cannot_reach() -> None:
+    require_promised(of_lathe(cycle_s=10.0), reaches=False)
+    assert set(vectors_of(of_lathe(cycle_s=10.0)).missing) == {
+        "upper limit of z_um",
+        "lower limit of z_um",
+        "fault_word 512",
+    }
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_vectors_of_a_random_model_have_everything_or_name_it(seed: int) -> None:
+    require_promised(random_settings(seed, double=bool(seed % 2)), reaches=False)
+
+
+def test_a_trim_expires_in_a_row_that_stands_for_a_shift() -> None:
+    settings = of_example(MODELS / "eps1.json", cycle_s=10.0)
+    rows = rows_of(vectors_csv(settings))
+    (stem,) = settings.names.outputs
+    trimmed = [row for row in rows if float(row[f"trim_{stem}"]) and int(row["calls"]) > 1000]
+    assert trimmed
+    assert sum(int(row["calls"]) for row in rows) > 2880
+
+
+def test_what_does_not_fit_into_the_calls_is_named_and_said_where_it_was_cut() -> None:
+    found = vectors_of(of_lathe(cycle_s=0.1), most_calls=3000)
+    assert "a trim that expires" in found.missing
+    assert "1000 calls without a change" in found.missing
+    assert found.cuts
+    for cut in found.cuts:
+        assert re.fullmatch(r"[\w -]+ after \d+ calls for want of calls", cut)
+        assert f"# cut: {cut}\n" in found.text
+    assert found.calls <= 3000
 
 
 def test_the_same_settings_give_the_same_bytes() -> None:
@@ -104,8 +215,8 @@ def test_the_same_settings_give_the_same_bytes() -> None:
 def test_a_table_ends_after_its_rows_and_says_so() -> None:
     settings = random_settings(5)
     text = vectors_csv(settings, most_rows=20)
-    assert len(rows_of(text)) == 20
-    assert "- cut" in text
+    assert len(rows_of(text)) <= 20
+    assert "\n# cut: " in text
     with pytest.raises(ConfigurationError):
         vectors_csv(settings, most_rows=0)
 
