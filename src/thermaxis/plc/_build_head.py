@@ -9,10 +9,12 @@ from thermaxis.compensation import (
     Outcome,
     Output,
     Part,
+    Quality,
     Reason,
     SampleQuality,
     SupervisorState,
 )
+from thermaxis.plc._build_draft import numbered
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 
@@ -42,7 +44,7 @@ def head_of(settings: PlcSettings) -> tuple[str, ...]:
         *_model(settings),
         *_limits(settings),
         *_numbers(),
-        *_not_protected(),
+        *_not_protected(settings),
     )
     return tuple(line for paragraph in paragraphs for line in _wrapped(paragraph))
 
@@ -163,18 +165,18 @@ def _limits(settings: PlcSettings) -> Iterator[str]:
 
 def _numbers() -> Iterator[str]:
     yield ""
-    states = ", ".join(f"{k} {state}" for k, state in enumerate(SupervisorState))
-    yield f"state: {states}"
+    yield f"state: {numbered(SupervisorState, ', ')}"
+    yield "enabled: whether somebody has enabled it"
     yield "fault_word: sum of"
     yield from (f"  {2**k} {_plain(reason)}" for k, reason in enumerate(Reason))
     yield "outcome_word: sum of"
     yield from (f"  {2**k} {_plain(outcome)}" for k, outcome in enumerate(Outcome))
     yield "quality of a temperature:"
     yield from (f"  {k} {quality}" for k, quality in enumerate(SampleQuality))
-    yield "model_quality: 0 good, 1 an input is held, 2 bad"
+    yield f"model_quality: {numbered(Quality, ', ')}"
 
 
-def _not_protected() -> Iterator[str]:
+def _not_protected(settings: PlcSettings) -> Iterator[str]:
     yield ""
     yield (
         "Not protected: the block knows neither whether its inputs are wired to the sensors that"
@@ -183,12 +185,26 @@ def _not_protected() -> Iterator[str]:
         " commissioning, with the test vectors first and small corrections then."
     )
     yield (
-        "What read_ reports at the first call is taken over, and again by a rising edge of reset"
-        " while the state is 0 (Off), in no other state. An offset beyond the limits stays as it"
-        " is and enabling is refused: stop writing the correction, bring the offset back in the"
-        " control, give reset, then enable. What is not read (read_ok FALSE) is not taken over."
+        "Write the correction only while linked is TRUE: then the machine is connected, and the"
+        " offset that stood there was read and taken over. That is done in the first call with"
+        " connected and read_ok TRUE and every read_ a number, after the start and after every loss"
+        " of the connection, and until then the block counts as not connected. It is done again by"
+        " a rising edge of reset while the state is 0 (Off), in no other state."
     )
     yield (
-        "Times are counted in cycles. With a cycle that a binary number does not hold, such as"
-        " 0.1 s, a limit in seconds may be met one cycle earlier or later than on the computer."
+        "An offset that was found beyond the limits stays as it is while it is Off, and enabling"
+        " is refused: stop writing the correction, bring the offset back in the control, give"
+        " reset, then enable. Found so after a lost connection in another state it is a fault, and"
+        " the correction comes back at the rate."
     )
+    yield (
+        "Levels of enable, hold, reset and trims that stand in the first call ask for nothing"
+        " until they change."
+    )
+    if settings.double:
+        yield (
+            "Times are counted in cycles. With a cycle that a binary number does not hold, such as"
+            " 0.1 s, a limit in seconds may be met one cycle earlier or later than on the computer."
+        )
+    else:
+        yield "Times are counted in cycles, exactly up to a day."
