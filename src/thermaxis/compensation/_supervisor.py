@@ -14,8 +14,11 @@ MOST_SECONDS = 1e9
 
 
 class SupervisorState(StrEnum):
-    """State of the compensation. The names are the same everywhere; the operator's page says
-    "Compensating" for Active, and has its own words in other languages."""
+    """State of the compensation.
+
+    The names are the same everywhere; the operator's page says "Compensating" for Active, and has
+    its own words in other languages.
+    """
 
     OFF = "Off"
     """Nobody has enabled the compensation; the offset is left as it is."""

@@ -13,7 +13,8 @@ One object. A key that is not listed here is an error; keys marked (*) may be le
 ``longest_gap_s`` (*), ``longest_hold_s`` (*)
     After a longer gap the model starts anew; an input that fails is held so long.
 ``limits`` (*)
-    Limits of the correction; always null: limits belong to a machine and stand in its configuration (machine.toml).
+    Limits of the correction; always null: they belong to a machine and stand in its configuration,
+    ``machine.toml``.
 ``outputs``
     List of ``name``, ``offset_um`` (*), ``parts``: list of ``name``, ``plus``, ``minus`` (*),
     ``direct_gain_um_per_k``, ``sections`` (list of ``gain_um_per_k``, ``time_constant_s``),

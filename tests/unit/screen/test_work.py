@@ -331,7 +331,9 @@ def test_a_cancelled_command_is_ended_and_its_folder_removed(tmp_path: Path) -> 
         with pytest.raises(asyncio.CancelledError):
             await running
         [root] = tmp_path.glob("thermaxis-work-*")
-        assert sorted(path.name for path in root.iterdir()) == ["lock", "settings"]
+        async with asyncio.timeout(20.0):  # it is removed beside the pages
+            while sorted(path.name for path in root.iterdir()) != ["lock", "settings"]:
+                await asyncio.sleep(0.02)
         with work.place():  # and its place is free again
             work.close()
         return int(pid.read_text())
