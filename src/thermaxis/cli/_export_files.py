@@ -81,6 +81,7 @@ def export_of(arguments: argparse.Namespace) -> Export:
         double=double,
         model_sha256=exported.model_sha256,
     )
+    settings = replace(settings, notes=(*exported.changed, *settings.notes))
     program = build_program(settings) if line is None else build_line_program(settings, line)
     files = program_files(program, target)
     stem = settings.names.block

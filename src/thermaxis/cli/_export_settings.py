@@ -45,6 +45,8 @@ class Exported(NamedTuple):
     """Position by output; empty where there is no line. [mm]"""
     machine: str
     """Name of the machine whose rules these are; empty where they were stated."""
+    changed: tuple[str, ...] = ()
+    """What was changed in the models, in words."""
 
 
 # ---- words of the command line ------------------------------------------------------------------
@@ -132,6 +134,21 @@ def read_sources(paths: Sequence[Path]) -> tuple[ModelSource, ...]:
 
     models = [(path.name, read_model(path)) for path in paths]
     return tuple(ModelSource(name, model_sha256(model), model) for name, model in models)
+
+
+def _with_stated_references(source: ModelSource) -> ModelSource:
+    """Return a model that refers to its stated temperatures, in place of those at its start."""
+    from thermaxis.compensation import STATED  # noqa: PLC0415  beside its use
+
+    model = source.model
+    lacking = [channel for channel in model.channels if channel not in model.reference_c]
+    if lacking:
+        raise ConfigurationError(
+            f"{source.name} states no reference of {', '.join(lacking)}",
+            where="--reference",
+            remedy="Leave it out, or state reference_c of every channel in the model",
+        )
+    return source._replace(model=replace(model, reference=STATED))
 
 
 class _AtPositions(NamedTuple):
@@ -268,7 +285,12 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
     """
     from thermaxis.files.model_json import model_sha256  # noqa: PLC0415  numpy comes with it
 
-    sources = read_sources(arguments.models)
+    read = sources = read_sources(arguments.models)
+    changed: tuple[str, ...] = ()
+    if arguments.reference is not None:
+        sources = tuple(_with_stated_references(source) for source in read)
+        if any(a.model != b.model for a, b in zip(read, sources, strict=True)):
+            changed = ("references: those that the model states, in place of those at the start",)
     positions: tuple[float, ...] = ()
     if line:
         placed = _at_positions(sources, arguments.at)
@@ -283,8 +305,8 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
         compensation, machine = _of_machine(arguments.machine, model, origins)
     else:
         compensation = _stated(model, origins, arguments)
-    digest = sources[0].sha256 if model is sources[0].model else model_sha256(model)
-    return Exported(sources, compensation, digest, positions, machine)
+    digest = read[0].sha256 if model == read[0].model else model_sha256(model)
+    return Exported(sources, compensation, digest, positions, machine, changed)
 
 
 def _require_one(sources: tuple[ModelSource, ...], arguments: argparse.Namespace) -> None:

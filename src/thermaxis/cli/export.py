@@ -59,6 +59,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--cpu", choices=_CPUS, help="of SCL (default: s7-1500; s7-300 with --real 32)")
     add("--flavour", choices=_FLAVOURS, help="of ST (default: iec)")
     add("--name", metavar="NAME", help="of the block, behind tx_ (default: that of the model)")
+    add(
+        "--reference",
+        choices=("stated",),
+        help="take the temperatures that the model states as its references, in place of those at"
+        " the start (default: as the model says)",
+    )
     add("--machine", metavar="MACHINE.toml", type=Path, help="take limits and rules from there")
     for option, form, parsed, text in (
         ("--limit", "OUTPUT=UM", named_number, "largest magnitude of a correction [um]"),
@@ -131,6 +137,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _summary(export: "Export", folder: Path) -> str:
     from thermaxis.errors import printable  # noqa: PLC0415  --help needs none
+    from thermaxis.plc._build_head import restart_warning  # noqa: PLC0415
 
     settings = export.settings
     model = settings.compensation.model
@@ -159,8 +166,11 @@ def _summary(export: "Export", folder: Path) -> str:
             f"  REAL differs from LREAL by at most {export.difference.model_um:.2g} µm of the"
             f" model in {export.difference.calls} calls without faults"
         )
+    warned = [text] if (text := restart_warning(settings)) else []
     lines += [f"changed: {text}" for text in settings.notes]
-    lines += [f"warning: {printable(text, 400)}" for text in (*export.remarks, *model.warnings)]
+    lines += [
+        f"warning: {printable(text, 400)}" for text in (*warned, *export.remarks, *model.warnings)
+    ]
     lines += [f"written: {printable(str(folder / name))}" for name in export.files]
     lines.append(f"not checked: {'; '.join(export.not_checked)}")
     return "\n".join(lines) + "\n"

@@ -20,6 +20,7 @@ from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 
 WIDTH = 88
 """Longest line of the head. Origin: a line of 100 signs with the signs of a remark. [1]"""
+_REST = 3.0
 MOST_FIGURES = 40
 """Figures of the identification that are listed. [1]"""
 
@@ -47,6 +48,32 @@ def head_of(settings: PlcSettings) -> tuple[str, ...]:
         *_not_protected(settings),
     )
     return tuple(line for paragraph in paragraphs for line in _wrapped(paragraph))
+
+
+def restart_warning(settings: PlcSettings) -> str:
+    """Return what a restart of a warm machine does to a model that counts from its start.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported.
+
+    Returns
+    -------
+    str
+        Sentences of the signs of a head; empty where the model has stated references.
+    """
+    model = settings.compensation.model
+    if model.reference == STATED:
+        return ""
+    slowest_s = max([0.0, *model.layout.taus_s]) + model.input_filter_s
+    lasts = f"{_number(float(f'{_REST * slowest_s / 3600.0:.2g}'))} h"
+    return (
+        "This model counts from its start. After a restart of a machine that is warm it begins at"
+        " zero and at rest: the correction is wrong for about three of its slowest time constants,"
+        f" {lasts}, and what had grown before is not corrected. Let it run through, let the machine"
+        " cool before a restart, or export with --reference stated."
+    )
 
 
 def _wrapped(paragraph: str) -> list[str]:
@@ -106,6 +133,7 @@ def _conventions(settings: PlcSettings) -> Iterator[str]:
             yield f"Reference of {remark_text(channel)}: {_number(model.reference_c[channel])} degC"
     else:
         yield "Reference: the first good temperatures after the start, sections start at rest."
+        yield f"Warning: {restart_warning(settings)}"
     yield "Start: nothing is kept over a loss of power."
 
 

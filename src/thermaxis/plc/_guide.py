@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple, final
 
 from thermaxis.compensation import STATED, Part, SupervisorState
+from thermaxis.plc._build_head import restart_warning
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
@@ -11,9 +12,9 @@ from thermaxis.plc._tempcomp import LineSettings
 from thermaxis.plc._tree import Kind, Program, Variable
 
 _MARKS = (
-    "Marks: [run] seen in this project's tests; [V] read in a manual; [inf] inferred; [trade] said"
-    " in the trade, not read; [M] from memory. What is marked [inf], [trade] or [M] is to be"
-    " checked on your control before you rely on it."
+    "Marks: [run] seen in this project's tests; [V] read in a manual; [src] read in a source;"
+    " [inf] inferred; [trade] said in the trade, not read; [M] from memory. What"
+    " is marked [inf], [trade] or [M] is to be checked on your control before you rely on it."
 )
 _TITLES = {
     ("scl", "s7-1500"): "S7-1500 and SINUMERIK ONE, TIA Portal",
@@ -23,6 +24,12 @@ _TITLES = {
     ("st", "codesys"): "CODESYS",
     ("c", ""): "C99",
 }
+_TAKEN_OVER = (
+    "What stands in the control is taken over in the first call in which `connected` and `read_ok`"
+    " are TRUE, after the start and after every loss of the connection; until then `linked` is"
+    " FALSE and nothing moves on. It is taken over as well by a rising edge of `reset` while the"
+    " state is 0 (Off). A difference that lasts is a fault."
+)
 _IMPORTS: dict[tuple[str, str], tuple[str, ...]] = {
     ("scl", "s7-1500"): (
         (
@@ -52,10 +59,7 @@ _IMPORTS: dict[tuple[str, str], tuple[str, ...]] = {
         "Numbers are REAL: the CPU has no LREAL [V].",
     ),
     ("st", "iec"): (
-        (
-            "Import the file as it is: matiec and compilers of its family take whole files [run,"
-            " for this subset of the language]."
-        ),
+        ("Import the file as it is: matiec and compilers of its family take whole files [src]."),
         "Declare an instance of `{block}` in a program, without RETAIN.",
     ),
     ("st", "twincat"): (
@@ -146,7 +150,7 @@ def guide_text(settings: PlcSettings, program: Program, facts: GuideFacts) -> st
         ("## 3. Wire the inputs", _inputs(program, facts)),
         ("## 4. Use the outputs", _outputs(settings, program, facts)),
         ("## 5. Check the numbers without the machine", _vectors(settings, facts)),
-        ("## 6. First correction", _first(settings, program)),
+        ("## 6. First correction", _first(settings, program, facts)),
         ("## 7. Switch off", _off(settings)),
     ]
     if facts.line is not None:
@@ -181,6 +185,9 @@ def _opening(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
         yield f"Warning of the model: {remark_text(warning, 300)}."
     for changed in settings.notes:
         yield f"Changed by the export: {remark_text(changed, 200)}."
+    warning = restart_warning(settings)
+    if warning:
+        yield f"**Warning: {warning}**"
     yield ""
     yield _MARKS
     if facts.target.dialect in {"scl", TEMPCOMP}:
@@ -236,15 +243,13 @@ def _inputs(program: Program, facts: GuideFacts) -> Iterator[str]:
     if facts.line is None:
         yield (
             "* `read_...`: what the axis has accepted, in um, with the sign of the correction, not"
-            " a copy of the output. It is taken over at the first call, and by a rising edge of"
-            " reset while the state is 0 (Off); a difference that lasts is a fault. `read_ok` is FALSE where it could not be read."
+            f" a copy of the output. {_TAKEN_OVER} `read_ok` is FALSE where it could not be read."
         )
     else:
         yield (
             "* `read_k0_mm`, `read_slope`, `read_reference_mm`: what GET has read of the three"
-            " setting data, not a copy of the outputs. They are taken over at the first call, and"
-            " by a rising edge of reset while the state is 0 (Off); a difference that lasts is a"
-            " fault. `read_ok` is FALSE while GET reports an error."
+            f" setting data, not a copy of the outputs. {_TAKEN_OVER} `read_ok` is FALSE while GET"
+            " reports an error."
         )
     yield (
         "* `connected`: FALSE while a correction that is written would not reach the axis."
@@ -252,8 +257,12 @@ def _inputs(program: Program, facts: GuideFacts) -> Iterator[str]:
         " on; FALSE only where you know that there is none."
     )
     yield (
-        "* `trim_...`: a person's addition; a new value is a request, and expires. 0.0 where nobody"
-        " trims. `diameter_known` FALSE where the workpiece is not known."
+        "* `enable`, `hold`, `reset` and `trim_...` ask by a **change**: what stands at the first"
+        " call asks for nothing. After a restart `enable` must go to FALSE and to TRUE again."
+    )
+    yield (
+        "* `trim_...`: an addition by a person; a new value is a request, and expires. 0.0 where"
+        " nobody trims. `diameter_known` FALSE where the workpiece is not known."
     )
 
 
@@ -283,7 +292,8 @@ def _outputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iter
     else:
         yield "* To the control go `k0_mm`, `slope` and `reference_mm` alone, see section 8."
     yield (
-        "* Write the correction only while `heartbeat` changes, and let whatever writes it take the"
+        "* Write the correction only while `linked` is TRUE and `heartbeat` changes, and let"
+        " whatever writes it take the"
         " offset back at a rate when it stands still: the block cannot see that its PLC stopped."
         " While `state` is 0 (Off) write nothing: the offset is then left as it is."
     )
@@ -312,7 +322,33 @@ def _gain_um_per_k(part: Part) -> float:
     return part.dc_gain_um_per_k * (part.tool_gain if part.gain_by_diameter else 1.0)
 
 
-def _first(settings: PlcSettings, program: Program) -> Iterator[str]:
+def _largest_trims(settings: PlcSettings) -> str:
+    trims = [_number(bounds.largest_trim_um) for bounds in settings.compensation.bounds]
+    if len(set(trims)) == 1:
+        return f"{trims[0]} um"
+    stems = zip(settings.names.outputs, trims, strict=True)
+    return ", ".join(f"{trim} um for `trim_{stem}`" for stem, trim in stems)
+
+
+def _sign_proof(settings: PlcSettings, line: LineSettings | None) -> str:
+    largest = _largest_trims(settings)
+    if line is None:
+        asked = f"Prove the sign with a trim, at most {largest}, and a dial gauge:"
+    else:
+        least_um = min(bounds.largest_trim_um for bounds in settings.compensation.bounds)
+        asked = (
+            "Prove the sign with a dial gauge, and **the same trim at every position**: set all"
+            f" `trim_...` to one value, at most {_number(least_um)} um, so that the line moves as a"
+            " whole and keeps its slope:"
+        )
+    return (
+        f"{asked} a positive trim must move the tool point **away** from the workpiece. More than"
+        " the largest trim is refused (`refused`). If it moves towards it, switch off and mend the"
+        " wiring of the output, not the model."
+    )
+
+
+def _first(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterator[str]:
     compensation = settings.compensation
     rules, model = compensation.supervisor, compensation.model
     start = "their stated references" if model.reference == STATED else "those at the start"
@@ -320,18 +356,15 @@ def _first(settings: PlcSettings, program: Program) -> Iterator[str]:
         (
             (
                 "`enable` FALSE, the axis referenced and standing. `heartbeat` counts, `state` is 0"
-                " (Off), every `quality_...` is 0, `read_...` shows the offset in the control."
+                " (Off), `enabled` is FALSE, `linked` is TRUE, every `quality_...` is 0, `read_...`"
+                " shows the offset in the control."
             ),
             "Blow warm air at one sensor: the right `t_...` rises, and no other.",
             (
                 f"Set `enable`. `state` becomes 1 (Warming), after {_number(rules.settle_s)} s 2"
                 " (Active). Corrections move at no more than the rate."
             ),
-            (
-                "Prove the sign with a trim of a few um and a dial gauge: a positive trim must"
-                " move the tool point **away** from the workpiece. If it moves towards it, switch"
-                " off and mend the wiring of the output, not the model."
-            ),
+            _sign_proof(settings, facts.line),
             (
                 "Let the machine warm up with the gauge in place, and look whether what is left is"
                 " smaller than without the block."
@@ -368,8 +401,14 @@ def _off(settings: PlcSettings) -> Iterator[str]:
     )
     yield (
         "After a loss of power the block starts anew: its sections are at steady state, or at rest"
-        " where the model refers to its start, and it takes over the offset that the axis reports."
+        " where the model refers to its start, and it takes over the offset that the axis reports"
+        " as soon as it is connected and read. It stays off until `enable` goes to FALSE and to"
+        " TRUE."
     )
+    warning = restart_warning(settings)
+    if warning:
+        yield ""
+        yield f"**{warning}**"
 
 
 def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
@@ -377,6 +416,7 @@ def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
     k0_mm, slope = line.bounds(totals_um)
     travel = "away from" if line.away else "towards"
     k_mm = 1.0 / line.um_per_mm
+    trim_um = min(bounds.largest_trim_um for bounds in settings.compensation.bounds)
     yield (
         "The control corrects the actual value of the axis by K(P) = K0 + slope (P - P0) [V,"
         " description of functions K3]. Positions of the models and their outputs:"
@@ -405,15 +445,19 @@ def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
                 "**Sign.** K is the error of the actual value, so the axis moves against it [inf]."
                 " The export was told that a positive motion of the axis moves the tool point"
                 f" {travel} the workpiece, so a correction of +1 um is K = {k_mm:+.3f} mm. Prove"
-                " it with 10 um and a gauge before anything else."
+                f" it before anything else: all `trim_...` the same, at most {_number(trim_um)} um,"
+                " which is the largest that this block takes, and a gauge (section 6)."
             ),
             (
                 "**Who writes.** A block of your own copies the three outputs by FB3 PUT and reads"
                 " them back by FB2 GET, through a variable list of the NC-VAR selector [V that FB2"
-                " and FB3 do it, M how]. K0 and slope of the same call belong into one PUT job."
+                " and FB3 do it, M how]. K0, slope **and reference position** of the same call"
+                " belong into one PUT job: a K0 and slope with another reference position are"
+                " another line, wrong by slope times the distance of the two. Where one job cannot"
+                " take three, write SD43920 first and only while SD43910 is 0."
                 " Start the next job only when done or error of the last one came; an error for"
                 " longer than some seconds is `connected` FALSE; the first GET must have answered"
-                " before the first call of this block. Once per cycle of the block is often"
+                " before `read_ok` is TRUE. Once per cycle of the block is often"
                 " enough: temperatures need minutes [V]."
             ),
             (

@@ -8,6 +8,7 @@ from math import expm1
 from typing import NamedTuple, final
 
 from thermaxis import __version__
+from thermaxis.plc._build_head import restart_warning
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_stall
 from thermaxis.plc._tempcomp import LineSettings
 from thermaxis.plc._vectors import Vectors
@@ -100,7 +101,8 @@ def report_of(
         "models": [{"name": name, "sha256": digest} for name, digest in facts.models],
         "model_sha256": settings.model_sha256,
         "changed": list(settings.notes),
-        "warnings": list(model.warnings),
+        "reference": model.reference,
+        "warnings": [*filter(None, (restart_warning(settings),)), *model.warnings],
         "names": {
             "channels": dict(zip(model.channels, settings.names.channels, strict=True)),
             "outputs": dict(

@@ -3,8 +3,8 @@
 The control corrects the actual value of an axis by K(P) = K0 + slope * (P - P0). The block
 computes a limited correction at every position that a model was identified at, as without a line,
 and lays the line through them by least squares; through two positions it is exact. What the
-control reports of its setting data is compared, and taken over at the first call, as corrections
-at the positions.
+control reports of its setting data is compared, and taken over once it is read, as corrections at
+the positions.
 """
 
 from dataclasses import dataclass, field, replace
@@ -35,7 +35,8 @@ from thermaxis.plc._build_draft import (
     within,
 )
 from thermaxis.plc._names import remark_text
-from thermaxis.plc._settings import PlcSettings, in_target
+from thermaxis.plc._numbers import stored
+from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._tree import Block, Kind, Name, OutputOf, Program, Statement
 
 LARGEST_POSITION_MM = 1e5
@@ -204,7 +205,8 @@ def build_line_program(settings: PlcSettings, line: LineSettings) -> Program:
     what the control reports of its line. Further outputs are K0, slope and reference position.
 
     Not protected: what `LineSettings` and `build_program` say. K0, slope and reference position
-    are three values: whoever writes them must write slope and K0 of the same call.
+    are three values, and mean a line only together: whoever writes them must write all three of
+    the same call in one job, or the reference position while the slope is zero.
 
     Parameters
     ----------
@@ -270,8 +272,8 @@ def _head(settings: PlcSettings, line: LineSettings) -> tuple[str, ...]:
 
 def _target_offsets(settings: PlcSettings, line: LineSettings) -> list[float]:
     # The reference position that the control has is the rounded one.
-    origin = in_target(line.origin_mm, double=settings.double)
-    return [in_target(p, double=settings.double) - origin for p in line.positions_mm]
+    origin = stored(line.origin_mm, double=settings.double)
+    return [stored(p, double=settings.double) - origin for p in line.positions_mm]
 
 
 def _line_block(settings: PlcSettings, line: LineSettings) -> Block:

@@ -151,6 +151,49 @@ def test_a_delay_that_is_no_whole_number_of_cycles_is_rounded_and_said(
     assert report["changed"] == ["delay of p: 12.4 s in the model, 12 s here"]
 
 
+def test_a_model_that_counts_from_its_start_warns_everywhere_with_its_hours(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parts = (Part("p", "T", "", 2.0, (Section(5.0, 300.0), Section(1.0, 12_000.0))),)
+    path = tmp_path / "w.json"
+    write_model(CompensationModel(outputs=(Output("X_um", parts),)), path)
+    run(path, "--dialect", "st", "--cycle-s", "1", *STATED, "-o", tmp_path / "plc")
+    said = capsys.readouterr().out
+    report = json.loads((tmp_path / "plc" / "tx_w.report.json").read_text(encoding="ascii"))
+    guide = (tmp_path / "plc" / "tx_w.guide.md").read_text(encoding="ascii")
+    head = (tmp_path / "plc" / "tx_w.st").read_text(encoding="ascii").partition("FUNCTION_BLOCK")[0]
+    plain = " ".join(re.sub(r"[(*)]+", " ", head).split())
+    for text in (said, guide, plain, " ".join(report["warnings"])):
+        assert "about three of its slowest time constants, 10 h" in text
+    assert report["reference"] == "start"
+
+
+def test_stated_references_that_a_model_has_make_what_a_stated_model_makes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    begins = small_model(tmp_path / "a" / "x.json", reference="start", reference_c={"T": 21.5})
+    states = small_model(tmp_path / "b" / "x.json", reference="stated", reference_c={"T": 21.5})
+    order = ("--dialect", "st", "--cycle-s", "1", *STATED)
+    run(begins, *order, "--reference", "stated", "-o", tmp_path / "one")
+    said = capsys.readouterr().out
+    run(states, *order, "-o", tmp_path / "two")
+    one, two = contents(tmp_path / "one"), contents(tmp_path / "two")
+    assert one["tx_x.vectors.csv"] == two["tx_x.vectors.csv"]
+    texts = [files["tx_x.st"].decode().splitlines() for files in (one, two)]
+    code = [text[text.index("FUNCTION_BLOCK tx_lag") :] for text in texts]
+    assert code[0] == code[1]
+    assert "changed: references: those that the model states" in said
+    assert "slowest time constants" not in said
+    report = json.loads(one["tx_x.report.json"])
+    assert report["model_sha256"] == model_sha256(read_model(states))
+    assert report["models"][0]["sha256"] == model_sha256(read_model(begins))
+    lacking = small_model(tmp_path / "y.json")
+    with pytest.raises(ConfigurationError, match="states no reference of T"):
+        run(lacking, *order, "--reference", "stated", "-o", tmp_path / "three")
+
+
 def test_hostile_names_leave_a_text_of_legal_signs_and_short_lines(tmp_path: Path) -> None:
     hostile = "*) END_FUNCTION_BLOCK; // /* \\ \" ' `; <b> | # öß {0}"
     parts = tuple(
@@ -554,7 +597,7 @@ def test_every_command_of_the_page_runs_and_the_refused_one_says_what_the_page_s
             assert main(rest) == (2 if following else 0), line
             assert capsys.readouterr().err == following
             commands += 1
-    assert commands == 6
+    assert commands == 7
 
 
 def test_the_page_names_every_key_of_the_report(root: Path, tmp_path: Path) -> None:

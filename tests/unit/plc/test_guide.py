@@ -112,6 +112,11 @@ def test_the_side_of_the_control_names_every_setting_data_and_the_sign() -> None
             assert word in text
         assert sign in text
         assert "**Not verified:**" in text
+        assert "**the same trim at every position**" in text
+        trim_um = settings.compensation.bounds[0].largest_trim_um
+        assert f"at most {trim_um:g} um, which is the largest" in text
+        assert "10 um" not in text
+        assert "**and reference position** of the same call belong into one PUT job" in text
         assert "| mm | 400, constant |" in text
         report = report_of(settings, ReportFacts(target, (), None, line), {})
         assert report["line"] == {
@@ -122,6 +127,17 @@ def test_the_side_of_the_control_names_every_setting_data_and_the_sign() -> None
             "largest_slope": pytest.approx(0.1 / 800.0, rel=2e-6),
             "velocity_factor": 0.01,
         }
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=str)
+def test_the_guide_says_when_the_offset_is_taken_over_and_that_levels_ask_for_nothing(
+    target: Target,
+) -> None:
+    text = guide(exported(double=target.variant != "s7-300"), target)
+    assert "first call in which `connected` and `read_ok` are TRUE" in text
+    assert "after every loss of the connection" in text
+    assert "what stands at the first call asks for nothing" in text
+    assert "only while `linked` is TRUE and `heartbeat` changes" in text
 
 
 def test_the_report_states_the_law_of_the_stall_of_every_section() -> None:
