@@ -5,7 +5,7 @@ from enum import StrEnum
 from functools import reduce
 from typing import TypeAlias, final
 
-from thermaxis.plc._settings import require_held
+from thermaxis.plc._numbers import stored
 from thermaxis.plc._tree import (
     Assign,
     Block,
@@ -87,7 +87,7 @@ class Draft:
 
     def constant(self, name: str, text: str, value: float) -> Name:
         """Declare a number that never changes; one that the target cannot hold is refused."""
-        require_held(value, double=self.double, where=f"{self.name}, {name}: {text}")
+        stored(value, double=self.double, where=f"{self.name}, {name}: {text}")
         return _declared(self._constants, Variable(name, Kind.NUMBER, text, value))
 
     def instance(self, name: str, block: str) -> str:

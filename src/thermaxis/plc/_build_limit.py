@@ -1,5 +1,6 @@
 """The blocks of one output: its trim, what is read back, what is wanted, and its limits."""
 
+from thermaxis.compensation._quality import LARGEST_RULE
 from thermaxis.plc._build_draft import (
     NO,
     YES,
@@ -31,7 +32,7 @@ WANTED = "tx_wanted"
 """Name of the block of what is wanted."""
 LIMIT = "tx_limit"
 """Name of the block of the limits."""
-LARGEST_READ_UM = 1e6
+LARGEST_READ_UM = LARGEST_RULE
 """A larger magnitude that is read back is no offset. [um]"""
 
 

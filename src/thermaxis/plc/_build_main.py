@@ -3,6 +3,7 @@
 from typing import final
 
 from thermaxis.compensation import Quality, SupervisorState
+from thermaxis.compensation._cycle import LARGEST_DIAMETER_MM
 from thermaxis.plc._build_draft import (
     NO,
     YES,
@@ -30,8 +31,6 @@ from thermaxis.plc._names import remark_text
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._tree import Block, Count, Kind, Name, OutputOf, Statement
 
-LARGEST_DIAMETER_MM = 1e5
-"""Largest clamping diameter: a hundred metres. [mm]"""
 LAST_HEARTBEAT = 32_767
 """The heartbeat counts so far and begins again. [1]"""
 IDENTITY_DIGITS = 3

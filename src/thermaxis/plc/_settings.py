@@ -1,15 +1,15 @@
 """What is exported: a compensation at a fixed cycle, in the numbers of a PLC."""
 
 import re
-import struct
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from math import expm1, frexp, isfinite
+from math import expm1, frexp
 from typing import final
 
 from thermaxis.compensation import Compensation, CompensationModel, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._names import PlcNames, names_of, remark_text
+from thermaxis.plc._numbers import stored
 
 INTERLOCK = "plc"
 """Name of the one interlock of the block."""
@@ -34,8 +34,6 @@ rounding then changes the rate by less than a thousandth. [1]"""
 LARGEST_STALL = 1e-3
 """Largest share of a step in which a section in REAL may come to rest too early. [1]"""
 
-_SMALLEST = {True: 2.2250738585072014e-308, False: 1.1754943508222875e-38}
-_LARGEST = {True: 1.7976931348623157e308, False: 3.4028234663852886e38}
 _HASH = re.compile(r"[0-9a-f]{64}")
 
 
@@ -232,31 +230,6 @@ def _require_delay(part: Part, cycle_s: float) -> None:
         )
 
 
-def require_held(value: float, *, double: bool, where: str) -> None:
-    """Refuse a number that the target's numbers cannot hold.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    double : bool
-        Whether numbers are LREAL, or REAL.
-    where : str
-        What it is.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no finite number, or neither zero nor of a magnitude that has all its digits.
-    """
-    size = abs(value)
-    if isfinite(value) and (value == 0.0 or _SMALLEST[double] <= size <= _LARGEST[double]):
-        return
-    raise ConfigurationError(
-        f"{value:g} is no number that {'LREAL' if double else 'REAL'} holds", where=where
-    )
-
-
 def compensated_stall(alpha: float) -> float:
     """Return the share of a step at which a section in REAL comes to rest too early.
 
@@ -300,30 +273,9 @@ def require_no_stall(alpha: float, *, where: str) -> None:
         )
 
 
-def in_target(value: float, *, double: bool) -> float:
-    """Return a number as the target holds it.
-
-    Parameters
-    ----------
-    value : float
-        The number, in the range of the target.
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    float
-        The nearest number of the target.
-    """
-    if double:
-        return value
-    rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
-    return rounded
-
-
 def _require_lag(settings: PlcSettings, tau_s: float, where: str) -> None:
     alpha = -expm1(-settings.cycle_s / tau_s)
-    require_held(alpha, double=settings.double, where=where)
+    stored(alpha, double=settings.double, where=where)
     if not settings.double:
         require_no_stall(alpha, where=where)
 
@@ -387,10 +339,10 @@ def _require_numbers(settings: PlcSettings) -> None:
         numbers += [section.gain_um_per_k for section in part.sections]
         numbers += [x for p in part.gain_by_diameter for x in (p.diameter_mm, p.gain)]
         for value in numbers:
-            require_held(value, double=double, where=where)
+            stored(value, double=double, where=where)
         for section in part.sections:
             _require_lag(settings, section.time_constant_s, where)
-        held = [in_target(p.diameter_mm, double=double) for p in part.gain_by_diameter]
+        held = [stored(p.diameter_mm, double=double, where=where) for p in part.gain_by_diameter]
         if any(a >= b for a, b in pairwise(held)):
             raise ConfigurationError(
                 "two diameters of its gains are one number in REAL",

@@ -906,7 +906,8 @@ def test_whatever_comes_and_goes_a_hold_ends() -> None:
     rules = SupervisorRules(settle_s=2.0, heal_s=5.0, grace_s=1.0, hold_connection_s=20.0,
                             hold_input_s=4.0, hold_operator_s=4.0)  # fmt: skip
     settings = export_settings(replace(plain, supervisor=rules), cycle_s=1.0, name="z")
-    rows: list[dict[str, Any]] = [{}] * 10 + [{"connected": k % 6 >= 3} for k in range(60)]
+    rows: list[dict[str, Any]] = [{}] * 10
+    rows += [{"connected": k % 6 >= 3} for k in range(60)]
     said = side_by_side(settings, rows, [24.0])
     states = [output.state for output in said]
     assert states[9] is SupervisorState.ACTIVE

@@ -19,12 +19,11 @@ from thermaxis.compensation import (
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._build import build_program
+from thermaxis.plc._numbers import stored
 from thermaxis.plc._settings import (
     PlcSettings,
     compensated_stall,
     export_settings,
-    in_target,
-    require_held,
     require_no_stall,
 )
 
@@ -135,10 +134,10 @@ def test_numbers_that_binary32_cannot_hold_are_refused_in_real_only() -> None:
     assert "one number in REAL" in refusal(close, double=False)
     assert exported(close).double
     with pytest.raises(ConfigurationError, match="LREAL"):
-        require_held(5e-324, double=True, where="x")
-    for value in (float("nan"), float("inf"), 1e39):
-        with pytest.raises(ConfigurationError, match="is no number that REAL holds"):
-            require_held(value, double=False, where="x")
+        stored(5e-324, double=True, where="x")
+    for value, words in ((float("nan"), "no number"), (float("inf"), "infinite"), (1e39, "REAL")):
+        with pytest.raises(ConfigurationError, match=words):
+            stored(value, double=False, where="x")
 
 
 def test_a_constant_that_only_the_build_computes_is_refused_too() -> None:
@@ -176,8 +175,8 @@ def test_the_filter_of_the_inputs_is_checked_as_a_section_is(
 
 
 def test_a_number_in_the_target_is_rounded_once() -> None:
-    assert in_target(0.1, double=True) == 0.1
-    assert in_target(0.1, double=False) == 0.100000001490116119384765625
+    assert stored(0.1, double=True) == 0.1
+    assert stored(0.1, double=False) == 0.100000001490116119384765625
 
 
 # ---- REAL ---------------------------------------------------------------------------------------
