@@ -9,6 +9,7 @@ from thermaxis.cli._export_settings import Exported, exported_of
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._build import build_program
 from thermaxis.plc._guide import GuideFacts, guide_text
+from thermaxis.plc._own_names import with_own_names
 from thermaxis.plc._print_c import print_c
 from thermaxis.plc._print_scl import SclCpu, print_scl
 from thermaxis.plc._print_st import StFlavour, print_st
@@ -83,6 +84,8 @@ def export_of(arguments: argparse.Namespace) -> Export:
     )
     settings = replace(settings, notes=(*exported.changed, *settings.notes))
     program = build_program(settings) if line is None else build_line_program(settings, line)
+    if target.dialect != "c":  # C has names of its own
+        program = with_own_names(program)
     files = program_files(program, target)
     stem = settings.names.block
     vectors, guide = f"{stem}.vectors.csv", f"{stem}.guide.md"
