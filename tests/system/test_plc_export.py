@@ -5,6 +5,7 @@ The figures are printed; see them with ``pytest -s``. Two comparisons run side b
 
 import multiprocessing
 import os
+import platform
 import time
 from collections import defaultdict
 from collections.abc import Iterable
@@ -155,7 +156,9 @@ def test_what_contraction_would_change_is_measured(demand: Demand) -> None:
             said = CLibrary(path).run(build_program(task.settings()).name, record)
             differing += difference(record, said) != ""
         print(f"\ncontraction allowed, {name} processor: {differing} of {len(some)} models differ")
-        assert 0 <= differing <= len(some)
+        if name == "plain" and platform.machine() in {"x86_64", "AMD64"}:
+            # Without the newer instructions there is nothing to contract to.
+            assert differing == 0
 
 
 @pytest.mark.parametrize("name", ["eps1", "eps2"])

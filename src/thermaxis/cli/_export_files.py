@@ -3,12 +3,14 @@
 import argparse
 from collections.abc import Mapping
 from dataclasses import replace
+from hashlib import sha256
 from typing import NamedTuple, cast, final
 
 from thermaxis.cli._export_settings import Exported, exported_of
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._build import build_program
 from thermaxis.plc._guide import GuideFacts, guide_text
+from thermaxis.plc._names import remark_text
 from thermaxis.plc._own_names import with_own_names
 from thermaxis.plc._print_c import print_c
 from thermaxis.plc._print_scl import SclCpu, print_scl
@@ -86,16 +88,26 @@ def export_of(arguments: argparse.Namespace) -> Export:
     program = build_program(settings) if line is None else build_line_program(settings, line)
     if target.dialect != "c":  # C has names of its own
         program = with_own_names(program)
-    files = program_files(program, target)
+    tested = vectors_of(settings, line)
     stem = settings.names.block
+    told = [""]
+    if exported.machine:
+        told.append(f"Rules and limits of the machine {remark_text(exported.machine)}")
+    told += [
+        f"Test vectors: {stem}.vectors.csv, SHA-256",
+        f"  {sha256(tested.text.encode('utf-8')).hexdigest()}",
+    ]
+    program = replace(program, head=(*program.head, *told))
+    files = program_files(program, target)
     vectors, guide = f"{stem}.vectors.csv", f"{stem}.guide.md"
     facts = GuideFacts(target, tuple(files), vectors, exported.compensation.interlocks, line)
-    tested = vectors_of(settings, line)
     files[vectors] = tested.text
     files[guide] = guide_text(settings, program, facts)
     difference = None if double else measured_difference(settings)
     sources = tuple((source.name, source.sha256) for source in exported.sources)
-    report = report_of(settings, ReportFacts(target, sources, difference, line, tested), files)
+    report = report_of(
+        settings, ReportFacts(target, sources, difference, line, tested, exported.machine), files
+    )
     files[stem + REPORT_ENDING] = report_text(report)
     return Export(
         settings,

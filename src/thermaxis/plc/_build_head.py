@@ -1,5 +1,6 @@
 """The lines at the top of a program: what it is, where it comes from, what its numbers mean."""
 
+import re
 import textwrap
 from collections.abc import Iterator
 
@@ -20,9 +21,33 @@ from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 
 WIDTH = 88
 """Longest line of the head. Origin: a line of 100 signs with the signs of a remark. [1]"""
-_REST = 3.0
 MOST_FIGURES = 40
 """Figures of the identification that are listed. [1]"""
+
+
+_REST = 3.0
+_NEVER = " (never in a PLC)"
+NEVER_REASONS = frozenset({Reason.OFFSET_OUTSIDE})
+"""Reasons that the block knows and never says: found in Off, and nobody can enable."""
+NEVER_OUTCOMES = frozenset(
+    {
+        Outcome.CLOCK_BACKWARD,
+        Outcome.CLOCK_STILL,
+        Outcome.GAP,
+        Outcome.STATE_UNUSABLE,
+        Outcome.DIAMETER_UNKNOWN,
+    }
+)
+"""Outcomes that a block without a clock and without a memory never has."""
+NEVER_QUALITIES = frozenset(
+    {
+        SampleQuality.SPARE,
+        SampleQuality.OLD,
+        SampleQuality.NO_TIME_STAMP,
+        SampleQuality.DISAGREES,
+    }
+)
+"""Qualities of what a block has not: second sensors and time stamps."""
 
 
 def head_of(settings: PlcSettings) -> tuple[str, ...]:
@@ -87,7 +112,8 @@ def _number(value: float) -> str:
 
 
 def _plain(sentence: str) -> str:
-    return sentence.replace("'", "").replace(";", ",")
+    owned = re.sub(r"the (\w+?)(?:'s|(?<=s)') (\w+)", r"the \2 of the \1", sentence)
+    return owned.replace("'", "").replace(";", ",")
 
 
 def _identity(settings: PlcSettings) -> Iterator[str]:
@@ -196,11 +222,15 @@ def _numbers() -> Iterator[str]:
     yield f"state: {numbered(SupervisorState, ', ')}"
     yield "enabled: whether somebody has enabled it"
     yield "fault_word: sum of"
-    yield from (f"  {2**k} {_plain(reason)}" for k, reason in enumerate(Reason))
+    for k, reason in enumerate(Reason):
+        never = " (not in this word: enabling is refused)" if reason in NEVER_REASONS else ""
+        yield f"  {2**k} {_plain(reason)}{never}"
     yield "outcome_word: sum of"
-    yield from (f"  {2**k} {_plain(outcome)}" for k, outcome in enumerate(Outcome))
+    for k, outcome in enumerate(Outcome):
+        yield f"  {2**k} {_plain(outcome)}{_NEVER if outcome in NEVER_OUTCOMES else ''}"
     yield "quality of a temperature:"
-    yield from (f"  {k} {quality}" for k, quality in enumerate(SampleQuality))
+    for k, quality in enumerate(SampleQuality):
+        yield f"  {k} {quality}{_NEVER if quality in NEVER_QUALITIES else ''}"
     yield f"model_quality: {numbered(Quality, ', ')}"
 
 

@@ -12,7 +12,7 @@ from typing import final
 
 from thermaxis.compensation import STATED
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc._twin import PlcOutputs, Twin
+from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
 from thermaxis.plc._world import ODD, CourseBlock, PlcStep, World
 
 MOST_ROWS = 2000
@@ -171,7 +171,7 @@ class CourseWorld(World):
         self._lowest_weight = settings.compensation.lowest_weight
         self._near_um = near_share * settings.compensation.supervisor.read_back_tolerance_um
         self._reported_um = [0.0] * len(self.bounds)
-        self._first = self.usual
+        self._first: PlcInputs = self.usual
         self._new = True
         self.alive = self._up = False
         self._stood = 0
@@ -553,6 +553,7 @@ def _limit(output: int, sign: float) -> _Phase:
         if reached_um < _BEYOND * bounds.largest_um:
             return
         world.goal_c = goal_c
+        limited = False
         for step in world.jump():
             yield step
             limited = step.outputs.at_limit[output]

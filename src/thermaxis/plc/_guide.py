@@ -24,6 +24,21 @@ _TITLES = {
     ("st", "codesys"): "CODESYS",
     ("c", ""): "C99",
 }
+_MEASURED = {
+    ("scl", "s7-1500"): "`RUNTIME` with a memory of its own gives seconds as LREAL from the second"
+    " call on [trade]",
+    ("scl", "s7-300"): "the difference of two `TIME_TCK` in milliseconds, which begins anew at"
+    " 2147483647, by 1000.0 [trade]",
+    ("st", "iec"): "the difference of two readings of a timer `TON` that runs, or of a clock of the"
+    " runtime [trade]",
+    ("st", "twincat"): "the difference of two `F_GetActualDcTime64` or `GETSYSTEMTIME`, which count"
+    " 1 ns and 100 ns [trade]",
+    (
+        "st",
+        "codesys",
+    ): "the difference of two `TIME()` in milliseconds, as DWORD, by 1000.0 [trade]",
+    ("c", ""): "the difference of two `clock_gettime(CLOCK_MONOTONIC)` [trade]",
+}
 _TAKEN_OVER = (
     "What stands in the control is taken over in the first call in which `connected` and `read_ok`"
     " are TRUE, after the start and after every loss of the connection; until then `linked` is"
@@ -219,6 +234,11 @@ def _call(settings: PlcSettings, key: tuple[str, str]) -> Iterator[str]:
         f" {cycle} at the first call. A call whose time differs by more than {percent} percent"
         " advances nothing: the correction stays, and the time counts as one of lost inputs."
     )
+    yield f"A way to measure it: {_MEASURED[key]}."
+    yield (
+        f"Whoever wires the constant {cycle} instead **switches this check off**: a task that runs"
+        " at another rate then makes every time constant wrong, and nobody sees it."
+    )
 
 
 def _inputs(program: Program, facts: GuideFacts) -> Iterator[str]:
@@ -374,13 +394,15 @@ def _first(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterat
     yield ""
     yield f"Temperatures count as differences to {start}. What a lasting kelvin does in the end:"
     yield ""
-    yield "| part | input | model, um/K | correction, um/K |"
-    yield "|---|---|---|---|"
-    for part in model.layout.parts:
-        plus = remark_text(part.plus)
-        of = f"{plus} minus {remark_text(part.minus)}" if part.minus else plus
-        gain = _gain_um_per_k(part)
-        yield f"| {remark_text(part.name)} | {of} | {gain:+.4g} | {0.0 - gain:+.4g} |"
+    yield "| output | part | input | model, um/K | correction, um/K |"
+    yield "|---|---|---|---|---|"
+    for output, stem in zip(model.outputs, settings.names.outputs, strict=True):
+        for part in output.parts:
+            plus = remark_text(part.plus)
+            of = f"{plus} minus {remark_text(part.minus)}" if part.minus else plus
+            gain = _gain_um_per_k(part)
+            name = remark_text(part.name)
+            yield f"| `{stem}` | {name} | {of} | {gain:+.4g} | {0.0 - gain:+.4g} |"
     states = ", ".join(f"{k} {state}" for k, state in enumerate(SupervisorState))
     yield ""
     yield (

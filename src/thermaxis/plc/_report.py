@@ -63,6 +63,8 @@ class ReportFacts(NamedTuple):
     """The line; None where there is none."""
     vectors: Vectors | None = None
     """The test vectors; None where there are none."""
+    machine: str = ""
+    """Name of the machine whose rules these are; empty where they were stated."""
 
 
 def report_of(
@@ -99,6 +101,7 @@ def report_of(
         "cycle_s": settings.cycle_s,
         "cycle_tolerance": CYCLE_TOLERANCE,
         "models": [{"name": name, "sha256": digest} for name, digest in facts.models],
+        "machine": facts.machine,
         "model_sha256": settings.model_sha256,
         "changed": list(settings.notes),
         "reference": model.reference,

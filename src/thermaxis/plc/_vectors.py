@@ -12,6 +12,7 @@ from typing import NamedTuple, final
 
 from thermaxis.compensation import Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import ConfigurationError
+from thermaxis.plc._build_head import NEVER_OUTCOMES, NEVER_QUALITIES, NEVER_REASONS
 from thermaxis.plc._course import (
     LONG_ROW_CALLS,
     MOST_CALLS,
@@ -33,24 +34,6 @@ _LARGEST_ROWS = 1_000_000
 _DIGITS = {True: 17, False: 9}
 # Least squares through several positions may enlarge what a control rounds.
 _LINE_SHARE = 0.4
-_NEVER_OUTCOMES = frozenset(
-    {
-        Outcome.CLOCK_BACKWARD,
-        Outcome.CLOCK_STILL,
-        Outcome.GAP,
-        Outcome.STATE_UNUSABLE,
-        Outcome.DIAMETER_UNKNOWN,
-    }
-)
-_NEVER_QUALITIES = frozenset(
-    {
-        SampleQuality.SPARE,
-        SampleQuality.OLD,
-        SampleQuality.NO_TIME_STAMP,
-        SampleQuality.DISAGREES,
-    }
-)
-
 _Cell = float | bool | int
 
 
@@ -392,10 +375,10 @@ class _Seen:
         for k, state in enumerate(SupervisorState):
             yield f"state {state}", k in self._states
         for k, reason in enumerate(Reason):
-            if reason is not Reason.OFFSET_OUTSIDE:
+            if reason not in NEVER_REASONS:
                 yield f"fault_word {2**k}", bool(self._faults & 2**k)
         ranged = any(part.lowest_k is not None for part in parts)
-        absent = set(_NEVER_OUTCOMES)
+        absent = set(NEVER_OUTCOMES)
         absent |= set() if self._diameters else {Outcome.DIAMETER_HELD}
         absent |= set() if ranged else {Outcome.OUTSIDE_VALIDITY}
         for k, outcome in enumerate(Outcome):
@@ -403,7 +386,7 @@ class _Seen:
                 yield f"outcome_word {2**k}", bool(self._outcomes & 2**k)
         freezes = any(rule.frozen_s > 0.0 for rule in compensation.rules)
         for k, quality in enumerate(SampleQuality):
-            if quality not in _NEVER_QUALITIES and (freezes or quality != SampleQuality.FROZEN):
+            if quality not in NEVER_QUALITIES and (freezes or quality != SampleQuality.FROZEN):
                 yield f"quality {k}", k in self._qualities
         for k, stem in enumerate(settings.names.outputs):
             for name, upper in (("upper", True), ("lower", False)):

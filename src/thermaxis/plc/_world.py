@@ -79,7 +79,7 @@ class World:
         self.noise_c = 0.0
         self.restart = False
         self.offset_um = [0.0] * len(self.bounds)
-        self.usual = PlcInputs(
+        self.usual: PlcInputs = PlcInputs(
             cycle_time_s=settings.cycle_s,
             enable=False,
             hold=False,
