@@ -16,11 +16,13 @@ from thermaxis.plc._print_c import print_c
 from thermaxis.plc._print_scl import SclCpu, print_scl
 from thermaxis.plc._print_st import StFlavour, print_st
 from thermaxis.plc._report import (
+    LARGEST_S7_300_BYTES,
     REPORT_ENDING,
     TEMPCOMP,
     Difference,
     ReportFacts,
     Target,
+    instance_bytes,
     report_of,
     report_text,
 )
@@ -105,9 +107,9 @@ def export_of(arguments: argparse.Namespace) -> Export:
     files[guide] = guide_text(settings, program, facts)
     difference = None if double else measured_difference(settings)
     sources = tuple((source.name, source.sha256) for source in exported.sources)
-    report = report_of(
-        settings, ReportFacts(target, sources, difference, line, tested, exported.machine), files
-    )
+    size = instance_bytes(program)
+    facts_of = ReportFacts(target, sources, difference, line, tested, size, exported.machine)
+    report = report_of(settings, facts_of, files)
     files[stem + REPORT_ENDING] = report_text(report)
     return Export(
         settings,
@@ -116,7 +118,7 @@ def export_of(arguments: argparse.Namespace) -> Export:
         files,
         report,
         tuple(cast("list[str]", report["not_checked"])),
-        _remarks(exported),
+        _remarks(exported, target, size),
     )
 
 
@@ -235,8 +237,13 @@ def _name_of(arguments: argparse.Namespace, exported: Exported, line: LineSettin
     return first.name.removesuffix(".json")
 
 
-def _remarks(exported: Exported) -> tuple[str, ...]:
+def _remarks(exported: Exported, target: Target, size: int) -> tuple[str, ...]:
     said: list[str] = []
+    if target.variant == "s7-300" and size > LARGEST_S7_300_BYTES:
+        said.append(
+            f"the instance data take {size} bytes, which small CPUs of the S7-300 class have no"
+            " data block for: choose a longer cycle where delays are long"
+        )
     if exported.compensation.spares:
         said.append("the block has no second sensors: choose between two before it")
     if len(exported.compensation.interlocks) > 1:

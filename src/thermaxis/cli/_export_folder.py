@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import cast
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._report import REPORT_ENDING, REPORT_FORMAT
+from thermaxis.plc._report import REPORT_ENDING, REPORT_FORMAT, REPORT_HASH, report_sha256
 
 _LARGEST_REPORT_BYTES = 5_000_000
 _REMEDY = "Name a new or empty folder"
@@ -38,7 +38,12 @@ def require_folder(folder: Path) -> None:
         raise ConfigurationError(
             "this is no folder, or a link to one", where=str(folder), remedy=_REMEDY
         )
-    lying = {entry.name: entry for entry in folder.iterdir()}
+    _require_own(folder, folder)
+
+
+def _require_own(lies_in: Path, folder: Path) -> None:
+    """Refuse what is no older export that nobody has changed; errors name the folder."""
+    lying = {entry.name: entry for entry in lies_in.iterdir()}
     if not lying:
         return
     known = _own_files(lying)
@@ -59,7 +64,7 @@ def require_folder(folder: Path) -> None:
 
 
 def _own_files(lying: Mapping[str, Path]) -> dict[str, str]:
-    """Return names and hashes of an older export; those of its report without a hash."""
+    """Return names and hashes of an older export; that of its report is empty if it is right."""
     reports = [name for name in lying if name.endswith(REPORT_ENDING)]
     if len(reports) != 1 or not lying[reports[0]].is_file():
         return {}
@@ -76,7 +81,13 @@ def _own_files(lying: Mapping[str, Path]) -> dict[str, str]:
     if found.get("format") != REPORT_FORMAT or not isinstance(files, dict):
         return {}
     named = cast("dict[str, object]", files)
-    return {reports[0]: "", **{name: str(digest) for name, digest in named.items()}}
+    # A report of an older version has no hash of its own, and nothing is known of it.
+    own = found.get(REPORT_HASH)
+    right = own is not None and own == report_sha256(found)
+    return {
+        reports[0]: "" if right else "another",
+        **{name: str(digest) for name, digest in named.items()},
+    }
 
 
 def _hash(path: Path) -> str:
@@ -86,7 +97,9 @@ def _hash(path: Path) -> str:
 def write_folder(folder: Path, files: Mapping[str, str]) -> None:
     """Write files into a folder that `require_folder` takes.
 
-    They are written beside it first; then the whole takes its place.
+    They are written beside it first; then the whole takes its place. What lay there is looked at
+    once more when nobody finds it under its name any more, and only then removed; whatever ends
+    the swap before puts it back.
 
     Parameters
     ----------
@@ -106,23 +119,23 @@ def write_folder(folder: Path, files: Mapping[str, str]) -> None:
         whole = Path(tempfile.mkdtemp(prefix=f".{place.name[:40]}.", dir=place.parent))
     except OSError as error:
         raise _unwritten(folder, error) from None
-    new, old = whole / "new", whole / "old"
+    new, old, done = whole / "new", whole / "old", False
     try:
         new.mkdir()
         for name, text in files.items():
             (new / name).write_bytes(text.encode("utf-8"))
         if place.exists():
             place.replace(old)
-        try:
-            new.replace(place)
-        except OSError:
-            if old.exists():
-                old.replace(place)
-            raise
+            _require_own(old, folder)
+        new.replace(place)
+        done = True
     except OSError as error:
         raise _unwritten(folder, error) from None
     finally:
-        if place.exists() or not old.exists():  # else the older export is in there
+        # After an error, or Ctrl-C, what lay there goes back to its place.
+        if old.exists() and not done and not place.exists():
+            old.replace(place)
+        if done or not old.exists():
             shutil.rmtree(whole, ignore_errors=True)
 
 

@@ -11,12 +11,18 @@ from thermaxis import __version__
 from thermaxis.plc._build_head import restart_warning
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_stall
 from thermaxis.plc._tempcomp import LineSettings
+from thermaxis.plc._tree import Block, Kind, Program
 from thermaxis.plc._vectors import Vectors
 
 REPORT_FORMAT = "thermaxis-plc-export"
 """What the report calls itself."""
 REPORT_VERSION = 1
 """Version of its keys. [1]"""
+REPORT_HASH = "report_sha256"
+"""Key of the report's own hash."""
+LARGEST_S7_300_BYTES = 16_384
+"""Instance data above which an S7-300 is warned of. Default: the
+data block of a small CPU. [byte]"""
 REPORT_ENDING = ".report.json"
 """How the name of a report ends."""
 TEMPCOMP = "sinumerik-tempcomp"
@@ -63,8 +69,36 @@ class ReportFacts(NamedTuple):
     """The line; None where there is none."""
     vectors: Vectors | None = None
     """The test vectors; None where there are none."""
+    instance_bytes: int | None = None
+    """Size of the instance data, about; None where nobody counted. [byte]"""
     machine: str = ""
     """Name of the machine whose rules these are; empty where they were stated."""
+
+
+def instance_bytes(program: Program) -> int:
+    """Return about how much memory an instance takes.
+
+    Parameters
+    ----------
+    program : Program
+        The program.
+
+    Returns
+    -------
+    int
+        Inputs, outputs, states, and those of inner instances: 8 or 4 bytes a number, 2 an INT, 1 a
+        BOOL. A control adds what it needs to align them. Temporaries stand elsewhere, except in
+        ST, where they are of the instance too. [byte]
+    """
+    size = {Kind.NUMBER: 8 if program.double else 4, Kind.INT: 2, Kind.BOOL: 1}
+    blocks = {block.name: block for block in program.blocks}
+
+    def of(block: Block) -> int:
+        held = (*block.inputs, *block.outputs, *block.states)
+        own = sum(size[v.kind] * max(1, v.length) for v in held)
+        return own + sum(of(blocks[instance.block]) for instance in block.instances)
+
+    return of(program.blocks[-1])
 
 
 def report_of(
@@ -90,7 +124,7 @@ def report_of(
     compensation, target = settings.compensation, facts.target
     model = compensation.model
     rules = compensation.supervisor
-    return {
+    report: dict[str, object] = {
         "format": REPORT_FORMAT,
         "version": REPORT_VERSION,
         "program": f"thermaxis {__version__}",
@@ -133,11 +167,30 @@ def report_of(
         },
         "line": _line(settings, facts.line),
         "arithmetic": {"sections": _sections(settings), "difference": _difference(facts)},
+        "instance_bytes": facts.instance_bytes,
         "vectors": _vectors(facts.vectors),
         "checked": _checked(target),
         "not_checked": _not_checked(target),
         "files": {name: sha256(text.encode("utf-8")).hexdigest() for name, text in files.items()},
     }
+    return {**report, REPORT_HASH: report_sha256(report)}
+
+
+def report_sha256(report: Mapping[str, object]) -> str:
+    """Return the hash of a report without the field that holds it.
+
+    Parameters
+    ----------
+    report : mapping
+        A report, with or without its own hash.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    others = {key: value for key, value in report.items() if key != REPORT_HASH}
+    return sha256(report_text(others).encode("ascii")).hexdigest()
 
 
 def report_text(report: Mapping[str, object]) -> str:

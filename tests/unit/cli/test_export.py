@@ -144,6 +144,26 @@ def test_an_s7_300_gets_real_by_itself_and_the_difference_is_measured(
     assert "REAL differs from LREAL by at most" in capsys.readouterr().out
 
 
+def test_the_size_of_the_instance_is_said_and_a_large_one_is_warned_of_for_an_s7_300(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sizes: list[int] = []
+    for delay_s in (0.0, 100.0, 9000.0):
+        part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),), delay_s=delay_s)
+        path = tmp_path / f"d{delay_s:.0f}.json"
+        write_model(CompensationModel(outputs=(Output("X_um", (part,)),)), path)
+        folder = tmp_path / f"plc{delay_s:.0f}"
+        capsys.readouterr()
+        run(path, "--dialect", "scl", "--cpu", "s7-300", "--cycle-s", "1", *STATED, "-o", folder)
+        warned = "the instance data take" in capsys.readouterr().out
+        report = json.loads(next(folder.glob("*.report.json")).read_text(encoding="ascii"))
+        sizes.append(report["instance_bytes"])
+        assert warned == (delay_s == 9000.0)
+    assert 100 < sizes[0] < 1000
+    assert 400 <= sizes[1] - sizes[0] < 450  # 100 numbers of 4 bytes, and where they stand
+    assert sizes[2] - sizes[1] == 4 * 8900
+
+
 def test_a_delay_that_is_no_whole_number_of_cycles_is_rounded_and_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -288,6 +308,62 @@ def test_an_export_that_cannot_be_written_leaves_the_older_one(
         run(*order, "--cycle-s", "2")
     assert contents(folder) == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plc", "x.json"]
+
+
+@pytest.mark.parametrize("ends", [KeyboardInterrupt, OSError(28, "No space left on device")])
+def test_whatever_ends_the_swap_puts_the_older_export_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ends: BaseException | type[BaseException]
+) -> None:
+    model = small_model(tmp_path / "x.json")
+    folder = tmp_path / "plc"
+    order = (model, "--dialect", "c", *STATED, "-o", folder)
+    run(*order, "--cycle-s", "1")
+    before = contents(folder)
+    moved = Path.replace
+
+    def ending(path: Path, target: Path) -> Path:
+        if path.name == "new":
+            raise ends
+        return moved(path, target)
+
+    monkeypatch.setattr(Path, "replace", ending)
+    with pytest.raises((KeyboardInterrupt, ConfigurationError)):
+        run(*order, "--cycle-s", "2")
+    assert contents(folder) == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["plc", "x.json"]
+
+
+def test_what_somebody_puts_there_during_the_swap_is_found_and_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = small_model(tmp_path / "x.json")
+    folder = tmp_path / "plc"
+    order = (model, "--dialect", "c", *STATED, "-o", folder)
+    run(*order, "--cycle-s", "1")
+    moved = Path.replace
+
+    def late(path: Path, target: Path) -> Path:
+        if path.name == "plc":
+            (path / "mine.c").write_text("int x;", encoding="ascii")
+        return moved(path, target)
+
+    monkeypatch.setattr(Path, "replace", late)
+    with pytest.raises(ConfigurationError, match=r"mine\.c lies in it"):
+        run(*order, "--cycle-s", "2")
+    assert (folder / "mine.c").read_text(encoding="ascii") == "int x;"
+    assert (folder / "tx_x.c").exists()
+
+
+def test_a_report_that_was_changed_keeps_the_folder(tmp_path: Path) -> None:
+    model = small_model(tmp_path / "x.json")
+    folder = tmp_path / "plc"
+    order = (model, "--dialect", "c", "--cycle-s", "1", *STATED, "-o", folder)
+    run(*order)
+    path = folder / "tx_x.report.json"
+    text = path.read_text(encoding="ascii")
+    path.write_text(text.replace('"cycle_s": 1.0', '"cycle_s": 2.0'), encoding="ascii")
+    with pytest.raises(ConfigurationError, match=r"tx_x\.report\.json was changed"):
+        run(*order)
 
 
 def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(
