@@ -334,8 +334,8 @@ def _vectors(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
         f" every output: BOOL and INT must be equal, numbers within {within}. A compiler that"
         " rounds every operation as IEEE 754 says gives the very same numbers [run, with gcc]."
         " Where a row says that the PLC was switched off and on, begin with the start values."
-        " The table is a course through faults and limits of at most 2000 rows and 45000 calls; what"
-        " is not in the rows, and where it was cut, stands at its head."
+        " The table is a course through faults and limits of at most 2000 rows and 45000 calls."
+        " What is not in the rows, and where it was cut, stands at its head."
     )
 
 
