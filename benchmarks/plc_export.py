@@ -53,7 +53,7 @@ def parts_of(settings: PlcSettings) -> dict[str, Callable[[], object]]:
         "build and print ST": lambda: print_st(build_program(settings)),
         "build and print C": lambda: print_c(build_program(settings)),
         "guide": lambda: guide_text(settings, program, facts),
-        "vectors (2000 rows)": lambda: vectors_csv(settings),
+        "vectors (whole course)": lambda: vectors_csv(settings),
     }
 
 

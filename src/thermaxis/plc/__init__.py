@@ -11,6 +11,7 @@ from thermaxis.plc._check import check_program
 from thermaxis.plc._course import Course, course_steps
 from thermaxis.plc._guide import GuideFacts, guide_text
 from thermaxis.plc._names import PlcNames
+from thermaxis.plc._own_names import with_own_names
 from thermaxis.plc._print_c import CText, print_c
 from thermaxis.plc._print_scl import SclCpu, print_scl
 from thermaxis.plc._print_st import StFlavour, print_st
@@ -60,4 +61,5 @@ __all__ = [
     "scenario_steps",
     "vectors_csv",
     "vectors_of",
+    "with_own_names",
 ]
