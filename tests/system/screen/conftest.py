@@ -16,6 +16,7 @@ from playwright.sync_api import (
     Request,
     sync_playwright,
 )
+from playwright.sync_api import Error as PlaywrightError
 
 from tests.system.screen.stand import Stand, Visitor, wait_until
 
@@ -119,8 +120,13 @@ class Looked:
             self.wrong.append(f"foreign address: {request.url}")
 
     def open(self, path: str) -> Page:
-        """Open a page and return it."""
-        self.page.goto(f"{self.address}{path}")
+        """Open a page and return it; one that loads itself again just then is asked once more."""
+        try:
+            self.page.goto(f"{self.address}{path}")
+        except PlaywrightError as error:
+            if "ERR_ABORTED" not in str(error):
+                raise
+            self.page.goto(f"{self.address}{path}")
         return self.page
 
     def wait_live(self, limit_s: float = 15.0) -> None:

@@ -590,7 +590,7 @@ def test_the_list_of_requests_is_a_button_that_space_and_enter_press(
         page, _ = opened(context, stand_in)
         page.click('[data-ask="Hold"]')
         page.click("dialog .main")
-        page.get_by_role("button", name="Hold the correction requested").wait_for()
+        page.locator("button#request").get_by_text("Hold the correction").wait_for()
         for key in ("Space", "Enter"):
             page.focus("#request")
             page.keyboard.press(key)

@@ -75,7 +75,9 @@ def test_what_can_be_touched_is_large_enough_for_a_glove(look: Look) -> None:
     small = """() => [...document.querySelectorAll('button, a[href], select, input, [role=button]')]
       .filter((e) => !e.closest('svg, .modebar') && e.getClientRects().length)
       .map((e) => [e.id || e.name || e.textContent.trim().slice(0, 30),
-        (e.closest('label') ?? e).getBoundingClientRect()])
+        // what is drawn before a button may spread its touch over the panel that it opens
+        (getComputedStyle(e, "::before").position === "absolute" && e.offsetParent
+          || e.closest('label') || e).getBoundingClientRect()])
       .filter(([, box]) => Math.min(box.width, box.height) < 40 && box.width > 1)
       .map(([name, box]) => `${name}: ${box.width.toFixed(0)} x ${box.height.toFixed(0)}`)"""
     found = {}
