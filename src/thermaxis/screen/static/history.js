@@ -5,8 +5,8 @@ import { drawChart } from "./chart.js";
 import { startEvents } from "./history_events.js";
 import { bySeries, labelOf } from "./history_series.js";
 import {
-  asked, clearField, element, fieldTime, newQuestion, pointsFor, pressLength, query, saved,
-  setField, spanOf, tellWrong, wireSpan,
+  asked, clearField, element, fieldTime, newQuestion, pointsFor, query, saved, setField, spanOf,
+  stateSpan, tellWrong, wireSpan,
 } from "./past.js";
 import { duration, moment, word } from "./words.js";
 
@@ -32,22 +32,20 @@ const events = startEvents();
 
 /** @param {Span} wanted @param {number | null} hours */
 async function show(wanted, hours = null) {
-  span = wanted;
-  pressLength(hours);
-  setField("from", wanted.first);
-  setField("to", wanted.last);
+  const shown = stateSpan(wanted, hours);
+  span = shown;
   keep();
   const signal = newQuestion();
   element("told").textContent = word("history.loading");
   try {
     const [lines, second, happened] = await Promise.all([
-      linesOf(wanted, signal),
-      secondLines(wanted, signal),
-      asked(`/history/events?${query(wanted, {})}`, signal),
+      linesOf(shown, signal),
+      secondLines(shown, signal),
+      asked(`/history/events?${query(shown, {})}`, signal),
     ]);
     tellWrong("");
     events.show(happened);
-    draw(wanted, lines, second);
+    draw(shown, lines, second);
   } catch (error) {
     if (signal.aborted) return;
     element("told").textContent = "";

@@ -119,6 +119,25 @@ function sayField(id) {
   element(`${id}-said`).textContent = Number.isFinite(time) ? moment(time) : "";
 }
 
+/**
+ * Show in the fields which span is asked for, and return it as they show it: in whole seconds.
+ * @param {Span} wanted
+ * @param {number | null} hours which length it is; null: none of them
+ * @returns {Span}
+ */
+export function stateSpan(wanted, hours) {
+  const span = {
+    first: Math.floor(wanted.first / 1000) * 1000,
+    last: Math.ceil(wanted.last / 1000) * 1000,
+  };
+  for (const button of element("lengths").querySelectorAll("button")) {
+    button.setAttribute("aria-pressed", String(Number(button.dataset.hours) === hours));
+  }
+  setField("from", span.first);
+  setField("to", span.last);
+  return span;
+}
+
 /** @param {string} id @returns {HTMLElement} */
 export function element(id) {
   const found = document.getElementById(id);
@@ -162,13 +181,6 @@ export function wireSpan(onLength, onSpan) {
   });
 }
 
-/** @param {number | null} hours which length is shown; null: none of them */
-export function pressLength(hours) {
-  for (const button of element("lengths").querySelectorAll("button")) {
-    button.setAttribute("aria-pressed", String(Number(button.dataset.hours) === hours));
-  }
-}
-
 /**
  * The span of a length at the end of what is recorded.
  * @param {number} hours 0: everything
@@ -177,6 +189,6 @@ export function pressLength(hours) {
  */
 export function spanOf(hours, recorded) {
   if (recorded.first === null || recorded.last === null) return null;
-  const last = recorded.last + 1;
+  const last = Math.ceil((recorded.last + 1) / 1000) * 1000;
   return { first: hours ? last - hours * 3_600_000 : recorded.first, last };
 }

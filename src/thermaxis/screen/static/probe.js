@@ -4,8 +4,7 @@
 import { drawChart } from "./chart.js";
 import { onNoData, onStatus } from "./live.js";
 import {
-  asked, element, newQuestion, pointsFor, pressLength, query, setField, spanOf, tellWrong,
-  wireSpan,
+  asked, element, newQuestion, pointsFor, query, spanOf, stateSpan, tellWrong, wireSpan,
 } from "./past.js";
 import { duration, moment, number, word } from "./words.js";
 
@@ -28,17 +27,15 @@ const DASHES = { uncompensated: "solid", compensated: "solid", model: "dash" };
 
 /** @param {Span} wanted @param {number | null} hours */
 async function show(wanted, hours = null) {
-  span = wanted;
-  pressLength(hours);
-  setField("from", wanted.first);
-  setField("to", wanted.last);
+  const shown = stateSpan(wanted, hours);
+  span = shown;
   const signal = newQuestion();
   element("told").textContent = word("history.loading");
   try {
     const more = { name: which.value, points: pointsFor(chart) };
-    const found = await asked(`/probe/values?${query(wanted, more)}`, signal);
+    const found = await asked(`/probe/values?${query(shown, more)}`, signal);
     tellWrong("");
-    draw(wanted, found.series);
+    draw(shown, found.series);
     tell(found.figures, found.means_s);
   } catch (error) {
     if (signal.aborted) return;
