@@ -36,6 +36,8 @@ const MOST_COURSES = 3;
  * @property {(status: Status) => boolean} effective whether a status shows that it is in effect
  * @property {(status: Status) => string} [blocked] why a status leaves nothing to ask for, such as
  *   after somebody else has asked for it; empty where it can be asked
+ * @property {string[]} [blind] what is said in place of the text while there are no data; without
+ *   it nothing can be asked then
  */
 
 /** @type {Course[]} the newest first */
@@ -112,7 +114,7 @@ async function answerOf(method, args) {
     answer = await post("/ask", { method, arguments: args });
   } catch (error) {
     if (!(error instanceof TypeError)) throw error;
-    return { kind: "unknown", reason: "" };
+    return { kind: "unknown", reason: word("operator.ask_unreached") };
   }
   const said = await answer.json().catch(() => null);
   if (answer.status >= 500 || said === null) return { kind: "unknown", reason: "" };
@@ -162,6 +164,7 @@ function linesOf(course) {
   }
   if (course.answer === "unknown") {
     lines.push(made("span", `→ ? ${word("operator.answer_none")}`, "ask-wrong"));
+    if (course.reason) lines.push(made("span", sentence(course.reason)));
     lines.push(made("span", "→ " + effectOf(course)));
   }
   if (course.answer === "accepted") {
@@ -224,14 +227,15 @@ function confirmed(wording) {
   const why = made("p", word("operator.why_no_data"), "ask-wrong");
   /** @param {Status | null} status */
   const show = (status) => {
-    confirm.disabled = status === null;
-    if (status === null) {
+    const blind = status === null && wording.blind;
+    confirm.disabled = status === null && !blind;
+    if (status === null && !blind) {
       why.textContent = word("operator.why_no_data");
       why.hidden = false;
       delete body.dataset.told;
       return;
     }
-    const blocked = wording.blocked?.(status) ?? "";
+    const blocked = status === null ? "" : wording.blocked?.(status) ?? "";
     confirm.disabled = blocked !== "";
     const lines = blocked ? [] : textOf(wording, status);
     const told = [blocked, ...lines].join("\n");
@@ -256,9 +260,11 @@ function confirmed(wording) {
   });
 }
 
-/** @param {Wording} wording @param {Status} status @returns {string[]} */
+/** @param {Wording} wording @param {Status | null} status null: no data
+ * @returns {string[]} */
 function textOf(wording, status) {
-  const text = typeof wording.text === "function" ? wording.text(status) : wording.text;
+  const said = status === null ? wording.blind ?? [] : wording.text;
+  const text = typeof said === "function" ? said(/** @type {Status} */ (status)) : said;
   const lines = Array.isArray(text) ? text : [text];
   const name = document.body.dataset.name;
   return name ? [...lines, word("operator.asks_under", { name })] : lines;

@@ -57,10 +57,16 @@ function blocked(status) {
   };
 }
 
+/**
+ * What can be asked without data: to disable alone, the safe direction. What the page does not see
+ * cannot speak against it, and the loop may be reached where its status is not.
+ */
+const SAFE_WITHOUT_DATA = "Disable";
+
 /** @param {Status | null} status null: no data */
 export function showAsks(status) {
   const may = ["operator", "engineer"].includes(document.body.dataset.role ?? "");
-  const blind = status === null ? word("operator.why_no_data") : "";
+  const blind = status === null ? word("operator.why_only_disable") : "";
   const why = may ? blind : word("operator.why_role");
   const place = byId("asks-why");
   place.hidden = why === "";
@@ -69,7 +75,8 @@ export function showAsks(status) {
   for (const found of document.querySelectorAll("[data-ask]")) {
     const button = /** @type {HTMLButtonElement} */ (found);
     const own = reasons[/** @type {keyof typeof reasons} */ (button.dataset.ask)] ?? "";
-    button.disabled = why !== "" || own !== "";
+    const safe = may && status === null && button.dataset.ask === SAFE_WITHOUT_DATA;
+    button.disabled = !safe && (why !== "" || own !== "");
     const said = why === "" ? own : "";
     const diameterMm = status?.diameter_mm;
     show(button.lastElementChild, button.dataset.ask === "Diameter" && status
@@ -84,6 +91,7 @@ export function startAsks() {
     document.querySelector(`[data-ask="${name}"]`)?.addEventListener("click", () => {
       const status = latest();
       if (status) act(status);
+      else if (name === SAFE_WITHOUT_DATA) disable();
     });
   }
 }
@@ -115,6 +123,8 @@ function disable() {
     blocked: (status) => blocked(status).Disable,
     title: word("operator.disable_title"),
     text: (status) => [...fades(status), word("operator.disable_text")],
+    blind: [word("operator.disable_blind"), word("operator.disable_text"),
+      word("operator.disable_unseen")],
     effective: (status) => status.state === "Off"
       && axesOf(status).every(([, axis]) => arrived(axis, 0)),
   });
