@@ -29,9 +29,9 @@ from thermaxis.runtime._users import (
     LONGEST_PASSWORD,
     Failures,
     Role,
-    Waiting,
     check_name,
 )
+from thermaxis.screen._failed_log_ins import FailuresByAddress
 from thermaxis.screen._person_session import LOG_IN_S, PersonSession, is_refusal
 
 COOKIE_BYTES: Final = 32
@@ -61,6 +61,8 @@ REFUSED: Final = "login.refused"
 """Name or password is wrong."""
 TOO_MANY: Final = "login.too_many"
 """Too many failures of this name."""
+TOO_MANY_FROM_HERE: Final = "login.too_many_from_here"
+"""Too many failures from this address, whatever the names."""
 TOO_MANY_IN_ALL: Final = "login.too_many_in_all"
 """Too many failures of all names together, wherever they came from."""
 FULL: Final = "login.full"
@@ -216,9 +218,9 @@ class Persons:
     the name. A cookie alone, without the token of the person's pages, asks for nothing. Passwords
     are in the memory of this program while they are handed on, and Python wipes no text: whoever
     may read the program's memory may find one. Whoever may reach the page can keep a name from
-    logging in, and with thirty failures in a minute everybody: failures are counted by name and in
-    all, not by address, behind which a whole shop may work. Those who have logged in are not
-    touched.
+    logging in, and with ten failures in a minute everybody behind the same address; three
+    addresses together can keep everybody out (see `FailuresByAddress`). Those who have logged in
+    are not touched.
 
     Parameters
     ----------
@@ -255,6 +257,7 @@ class Persons:
         self._persons: dict[bytes, Person] = {}
         self._ended: dict[bytes, str] = {}
         self._failures = Failures()
+        self._by_address = FailuresByAddress()
         self._checking = asyncio.Semaphore(MOST_AT_ONCE)
         self._coming = 0
         self._leaving: set[asyncio.Task[None]] = set()
@@ -366,6 +369,9 @@ class Persons:
         tuple of str and Person, or Refusal
             The cookie, which is stored nowhere, and the person; or why not.
         """
+        refused = self._too_many(name[: LONGEST_NAME + 1], address)
+        if refused is not None:  # whoever is refused takes no place among those who wait
+            return refused
         if self._coming >= MOST_AT_ONCE + MOST_WAITING or not self._open:
             return Refusal(BUSY)
         self._coming += 1
@@ -378,9 +384,9 @@ class Persons:
     async def _log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
         name = name[: LONGEST_NAME + 1]
         now_s = self._clock.monotonic_s()
-        waiting = self._failures.waiting(name, now_s)
-        if waiting is not None:
-            return _too_many(waiting)
+        refused = self._too_many(name, address)
+        if refused is not None:
+            return refused
         self._sweep()
         if self._acting >= self._most:
             return Refusal(FULL)
@@ -388,9 +394,21 @@ class Persons:
         if isinstance(found, Refusal):
             if found.key == REFUSED:
                 self._failures.failed(name, now_s)
+                self._by_address.failed(address, self._clock.monotonic_s())
             return found
         self._failures.succeeded(name, now_s)
         return await self._admit(found, name, address)
+
+    def _too_many(self, name: str, address: str) -> Refusal | None:
+        """Return why no password is looked at after too many failures; None where one is."""
+        now_s = self._clock.monotonic_s()
+        waiting = self._failures.waiting(name, now_s)
+        if waiting is not None and waiting.everybody:
+            return _for_a_while(TOO_MANY_IN_ALL, waiting.left_s)
+        left_s = self._by_address.left_s(address, now_s)
+        if left_s is not None:
+            return _for_a_while(TOO_MANY_FROM_HERE, left_s)
+        return None if waiting is None else _for_a_while(TOO_MANY, waiting.left_s)
 
     def _sweep(self) -> None:
         for known, person in tuple(self._persons.items()):
@@ -586,9 +604,8 @@ class Persons:
             await self._refresh(known, person)
 
 
-def _too_many(waiting: Waiting) -> Refusal:
-    key = TOO_MANY_IN_ALL if waiting.everybody else TOO_MANY
-    return Refusal(key, left_s=max(1, math.ceil(waiting.left_s)))
+def _for_a_while(key: str, left_s: float) -> Refusal:
+    return Refusal(key, left_s=max(1, math.ceil(left_s)))
 
 
 def _hash(cookie: str | None) -> bytes:
