@@ -4,7 +4,6 @@ import json
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from shutil import which
 from typing import Any
 
 from playwright.sync_api import Browser, BrowserContext, Page, Route, WebSocketRoute
@@ -19,7 +18,6 @@ from thermaxis.screen._assets import Assets
 from thermaxis.screen._parts import ScreenParts
 
 HOST = "http://screen.test"
-CHROMIUM = which("chromium") or ""
 CSP = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob:; connect-src 'self' ws://screen.test; font-src 'self'; "

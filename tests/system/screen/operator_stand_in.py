@@ -17,6 +17,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from tests.unit.screen.people import People
 from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._ports import SystemClock
 from thermaxis.runtime._users import Role
@@ -28,7 +29,6 @@ from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
-TOKEN = "a token of the tests"  # noqa: S105 - of a page that nobody else reaches
 START = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 
 
@@ -127,14 +127,8 @@ class StandIn:
     """What the loop says."""
     live: bool = True
     """Whether it says it now."""
-    role: Role = Role.OPERATOR
-    """Role of whoever looks."""
-    answer: Outcome = field(
-        default_factory=lambda: Outcome(accepted=True, reason="the trim is added")
-    )
-    """How the next question is answered."""
-    asked: list[tuple[str, tuple[float | str, ...]]] = field(default_factory=list)
-    """What was asked."""
+    people: People = field(default_factory=lambda: People().come(Role.OPERATOR))
+    """Whoever looks."""
     address: str = ""
     """Where the page is."""
     looks: int = 0
@@ -159,26 +153,31 @@ class StandIn:
         await asyncio.sleep(0.2)
         return self.latest
 
-    # ---- as Persons
+    # ---- who looks, and asks
 
-    name = "novak"
-    token = TOKEN
-    lost = ""
+    @property
+    def role(self) -> Role:
+        """Role of whoever looks."""
+        person = self.people.in_front
+        return Role.NONE if person is None else person.role
 
-    def has_token(self, token: str | None) -> bool:
-        """Return whether a token is the one of the page."""
-        return token == TOKEN
+    @role.setter
+    def role(self, role: Role) -> None:
+        self.people.come(None if role is Role.NONE else role)
 
-    def of(self, cookie: str | None, *, touch: bool = False) -> "StandIn | None":
-        """Return who looks."""
-        del cookie, touch
-        return None if self.role is Role.NONE else self
+    @property
+    def answer(self) -> Outcome:
+        """How the next question is answered."""
+        return self.people.answer
 
-    async def ask(self, person: object, method: str, arguments: Sequence[float | str]) -> Outcome:
-        """Note a question."""
-        del person
-        self.asked.append((method, tuple(arguments)))
-        return self.answer
+    @answer.setter
+    def answer(self, answer: Outcome) -> None:
+        self.people.answer = answer
+
+    @property
+    def asked(self) -> list[tuple[str, tuple[float | str, ...]]]:
+        """What was asked."""
+        return [(method, arguments) for _, method, arguments in self.people.asked]
 
 
 def trend(status: Mapping[str, Any]) -> dict[str, Any]:
@@ -217,7 +216,7 @@ def application(stand_in: StandIn) -> Starlette:
         settings=configuration.screen,
         clock=SystemClock(),
         feed=cast("StatusFeed", stand_in),
-        persons=cast("Persons", stand_in),
+        persons=cast("Persons", stand_in.people),
         words=Words.read(),
         program="this run",
     )

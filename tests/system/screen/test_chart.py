@@ -1,20 +1,14 @@
 """Charts and the engineer's pages in a real browser; no server, no socket."""
 
-from collections.abc import Iterator
 from datetime import datetime, timedelta
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, Route, sync_playwright
+from playwright.sync_api import Browser, Page, Route
 
-from tests.system.screen.engineer_browser import CHROMIUM, Pages, opened
+from tests.system.screen.engineer_browser import Pages, opened
 from tests.unit.screen.engineer_bench import CHANNELS, KnownFeed, lathe, parts_with, told_by_a_loop
 from thermaxis.runtime._users import Role
-
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(not CHROMIUM, reason="there is no chromium on this computer"),
-]
 
 MACHINE = lathe()
 WARM = told_by_a_loop(MACHINE, {"T_spindle_C": 36.0, "T_table_C": 22.0, "T_column_C": 21.0})
@@ -32,14 +26,6 @@ DRAW = """async (chart) => {
   drawChart(element, { ...chart, onSpan: (span) => window.spans.push(span) });
   await new Promise((done) => setTimeout(done, 150));
 }"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield found
-        found.close()
 
 
 def pages_for(role: Role | None = None) -> Pages:

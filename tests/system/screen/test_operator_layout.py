@@ -1,12 +1,11 @@
 """The operator's page in a browser: one screen in every state, size, language and theme."""
 
-import shutil
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, Route, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Route
 
 from tests.system.screen.operator_stand_in import StandIn, an_input, an_output, made_up, served
 from thermaxis.compensation import Part, SampleQuality
@@ -199,18 +198,6 @@ def states() -> list[dict[str, Any]]:
         made_up(outputs=("A_um", "B_um", "C_um", "X_um", "Y_um", "Z_um"), state="Off"),
         many(),
     ]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """Return a headless browser."""
-    program = shutil.which("chromium")
-    if program is None:
-        pytest.skip("no chromium is installed")
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
-        yield found
-        found.close()
 
 
 @pytest.fixture

@@ -8,20 +8,20 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from shutil import which
 from types import SimpleNamespace
 from typing import Any, Literal, Self, cast
 
 import pytest
 import uvicorn
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from tests.unit.screen.people import People
 from thermaxis.runtime._ports import SystemClock
 from thermaxis.runtime._users import Role
 from thermaxis.screen import _positioning_page
@@ -32,7 +32,6 @@ from thermaxis.screen._words import LANGUAGES, Words
 
 pytestmark = [
     pytest.mark.system,
-    pytest.mark.skipif(which("chromium") is None, reason="chromium is not here"),
     pytest.mark.timeout(180),
 ]
 
@@ -45,14 +44,7 @@ class Server:
     """The page behind the real guard, on a port of this computer, for one engineer."""
 
     def __init__(self) -> None:
-        self.person = SimpleNamespace(
-            name="Nováková",
-            role=Role.ENGINEER,
-            token="t" * 43,
-            ended="",
-            lost="",
-            has_token=lambda token: token == "t" * 43,
-        )
+        self.people = People().come(Role.ENGINEER, "Nováková")
         parts = ScreenParts(
             configuration=cast("Any", SimpleNamespace(name="lathe", server=None)),
             settings=cast(
@@ -61,7 +53,7 @@ class Server:
             ),
             clock=SystemClock(),
             feed=cast("Any", None),
-            persons=cast("Any", SimpleNamespace(of=lambda *_, **__: self.person)),
+            persons=cast("Any", self.people),
             words=Words.read(),
             program="p",
         )
@@ -117,16 +109,6 @@ class Server:
 def server() -> Iterator[Server]:
     with Server() as made:
         yield made
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=which("chromium"), args=["--no-sandbox"]
-        )
-        yield browser
-        browser.close()
 
 
 class Visit:
@@ -311,7 +293,8 @@ def test_what_lacks_is_said_before_anything_is_sent(visit: Visit) -> None:
 
 def test_a_viewer_is_told_who_may(browser: Browser, server: Server) -> None:
     context = browser.new_context(locale="cs-CZ")
-    server.person.role = Role.VIEWER
+    engineer = server.people.in_front
+    server.people.come(Role.VIEWER)
     try:
         visit = Visit(context, server)
         page = visit.open()
@@ -319,5 +302,5 @@ def test_a_viewer_is_told_who_may(browser: Browser, server: Server) -> None:
         assert page.locator("form").count() == 0
         assert visit.faults == []
     finally:
-        server.person.role = Role.ENGINEER
+        server.people.in_front = engineer
         context.close()

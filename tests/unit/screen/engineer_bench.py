@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -19,6 +18,7 @@ from tests.unit.runtime.simulated import (
     SimulatedSink,
     SimulatedSource,
 )
+from tests.unit.screen.people import People
 from thermaxis.compensation import Compensation, Request, RequestKind
 from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
@@ -33,7 +33,6 @@ from thermaxis.screen._status_feed import Told, parse_status
 from thermaxis.screen._words import Words
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
-TOKEN = "t"  # noqa: S105 - of nobody
 CHANNELS = ("T_spindle_C", "T_table_C", "T_column_C")
 
 
@@ -126,29 +125,6 @@ class KnownFeed:
             )
 
 
-class KnownPersons:
-    """Everybody who comes has one role, or nobody has logged in."""
-
-    def __init__(self, role: Role | None = None) -> None:
-        self.role = role
-
-    def of(self, cookie: str | None, *, touch: bool = False) -> object:
-        del cookie, touch
-        if self.role is None:
-            return None
-        return SimpleNamespace(
-            name="novak",
-            role=self.role,
-            token=TOKEN,
-            lost="",
-            has_token=lambda token: token == TOKEN,
-        )
-
-    def why_ended(self, cookie: str | None) -> str:
-        del cookie
-        return ""
-
-
 def screen_settings(**changes: Any) -> ScreenSettings:
     settings = ScreenSettings(
         address="127.0.0.1",
@@ -177,7 +153,7 @@ def parts_with(
         settings=screen_settings(**settings),
         clock=VirtualClock(),
         feed=cast("Any", feed),
-        persons=cast("Any", KnownPersons(role)),
+        persons=cast("Any", People().come(role)),
         words=Words.read(),
         program="p1",
     )

@@ -5,23 +5,23 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType, SimpleNamespace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from starlette.applications import Starlette
 from starlette.routing import BaseRoute
 from starlette.testclient import TestClient
 
+from tests.unit.screen.people import HERE, PASSWORD, People
 from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._users import Role
 from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._persons import OUT, REFUSED, Persons, Refusal
 from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
 
-PASSWORD = "right horse staple"  # noqa: S105 - of a user who does not exist
-TOKEN = "token-of-her-pages"  # noqa: S105 - as above
+if TYPE_CHECKING:
+    from thermaxis.screen._persons import Persons
+
 WORDS = Words.read()
 
 
@@ -66,44 +66,6 @@ class Feed:
             except TimeoutError:
                 continue
         return self.latest
-
-
-class People:
-    """Log-ins without a loop's server: one password, names that are roles."""
-
-    def __init__(self) -> None:
-        self.standing: dict[str, SimpleNamespace] = {}
-        self.touched: list[str] = []
-        self.refusal: Refusal | None = None
-        self.ended: dict[str, str] = {}
-
-    async def log_in(self, name: str, password: str, address: str) -> Any:
-        """Let somebody in."""
-        if self.refusal is not None:
-            return self.refusal
-        if password != PASSWORD or name not in set(Role):
-            return Refusal(REFUSED)
-        person = SimpleNamespace(
-            name=name, role=Role(name), token=TOKEN, address=address, ended="", lost=""
-        )
-        self.standing[f"cookie-{name}"] = person
-        return f"cookie-{name}", person
-
-    def of(self, cookie: str | None, *, touch: bool = False) -> Any:
-        """Return whose cookie it is."""
-        if touch and cookie in self.standing:
-            self.touched.append(cookie)
-        return self.standing.get(cookie or "")
-
-    def why_ended(self, cookie: str | None) -> str:
-        """Return why a log-in has ended."""
-        return self.ended.get(cookie or "", "")
-
-    async def log_out(self, cookie: str | None) -> None:
-        """Let somebody out."""
-        person = self.standing.pop(cookie or "", None)
-        if person is not None:
-            person.ended = OUT
 
 
 def settings_with(**changes: Any) -> ScreenSettings:
@@ -156,6 +118,6 @@ def client(
     browser = TestClient(application, base_url=f"{scheme}://127.0.0.1:8450", follow_redirects=False)
     if name:
         people = cast("People", given.persons)
-        asyncio.run(people.log_in(name, PASSWORD, "127.0.0.1"))
+        asyncio.run(people.log_in(name, PASSWORD, HERE))
         browser.cookies.set(f"{'__Host-' if given.secure else ''}thermaxis_8450", f"cookie-{name}")
     return browser

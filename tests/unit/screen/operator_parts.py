@@ -1,13 +1,12 @@
 """The operator's routes with people and a feed that tests decide about."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
 import httpx2 as httpx
 from starlette.applications import Starlette
 
+from tests.unit.screen.people import TOKEN, People
 from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._config_settings import MachineConfiguration
 from thermaxis.runtime._ports import SystemClock
@@ -19,47 +18,30 @@ from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
-TOKEN = "the token of the page"  # noqa: S105 - of a page that nobody else reaches
 
 
-@dataclass
 class Somebody:
     """Whoever asks, and everything around: feed, log-ins and the loop's answer."""
 
-    role: Role | None = Role.OPERATOR
-    """Role of the log-in; None without one."""
-    why: str = ""
-    """Why there are no data; empty while there are."""
-    answer: Outcome = field(
-        default_factory=lambda: Outcome(accepted=True, reason="the hold is ended")
-    )
-    """What the loop answers."""
-    asked: list[tuple[str, tuple[float | str, ...]]] = field(default_factory=list)
-    """What reached the loop."""
-    name: str = "novak"
-    token: str = TOKEN
-    lost: str = ""
+    def __init__(
+        self, role: Role | None = Role.OPERATOR, *, why: str = "", answer: Outcome | None = None
+    ) -> None:
+        self.why = why
+        """Why there are no data; empty while there are."""
+        self.people = People().come(role)
+        if answer is not None:
+            self.people.answer = answer
+
+    @property
+    def asked(self) -> list[tuple[str, tuple[float | str, ...]]]:
+        """What reached the loop, all of it from whoever asks."""
+        assert all(person is self.people.in_front for person, _, _ in self.people.asked)
+        return [(method, arguments) for _, method, arguments in self.people.asked]
 
     @property
     def latest(self) -> Told:
         """Return the present look."""
         return Told(1, "{}", {}, 0.0, None, not self.why, self.why, "")
-
-    def why_ended(self, cookie: str | None) -> str:
-        """Return why a log-in has ended: none has."""
-        del cookie
-        return ""
-
-    def of(self, cookie: str | None, *, touch: bool = False) -> "Somebody | None":
-        """Return who looks."""
-        del cookie, touch
-        return self if self.role is not None else None
-
-    async def ask(self, person: object, method: str, arguments: Sequence[float | str]) -> Outcome:
-        """Note what is asked and answer it."""
-        assert person is self
-        self.asked.append((method, tuple(arguments)))
-        return self.answer
 
 
 def configuration() -> MachineConfiguration:
@@ -78,7 +60,7 @@ async def sent(
         settings=found.screen,
         clock=SystemClock(),
         feed=cast("StatusFeed", somebody),
-        persons=cast("Persons", somebody),
+        persons=cast("Persons", somebody.people),
         words=Words.read(),
         program="this run",
     )

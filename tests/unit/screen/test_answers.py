@@ -17,7 +17,8 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocket
 
 from tests.unit.runtime.status_server_parts import run
-from tests.unit.screen.frame_parts import PASSWORD, TOKEN, WORDS, People, parts
+from tests.unit.screen.frame_parts import WORDS, parts
+from tests.unit.screen.people import PASSWORD, TOKEN, People
 from thermaxis.screen import _log_lines
 from thermaxis.screen._application import build_application
 from thermaxis.screen._guard import Guard

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.unit.screen.operator_parts import Somebody, sent
+from tests.unit.screen.people import TOKEN
 from thermaxis.runtime import _status_server
 from thermaxis.runtime._opcua_session import MethodAnswer
 from thermaxis.runtime._status_nodes import Kind
@@ -127,7 +128,7 @@ def test_nobody_asks_without_a_log_in() -> None:
     assert somebody.asked == []
 
 
-@pytest.mark.parametrize("token", ["", "another", "the token of the pag"])
+@pytest.mark.parametrize("token", ["", "another", TOKEN[:-1]])
 def test_a_request_without_the_pages_token_reaches_nobody(token: str) -> None:
     somebody = Somebody()
     assert ask(somebody, HOLD, token=token).status_code == 403

@@ -14,16 +14,14 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from tests.unit.screen.frame_parts import (
-    PASSWORD,
-    TOKEN,
     WORDS,
     Feed,
-    People,
     client,
     parts,
     settings_with,
     told,
 )
+from tests.unit.screen.people import PASSWORD, TOKEN, People
 from thermaxis.runtime._users import Role
 from thermaxis.screen import _live_socket, _login_page
 from thermaxis.screen._access import needs
@@ -116,8 +114,7 @@ def test_a_request_after_the_end_of_a_log_in_is_told_why_it_ended() -> None:
     given = parts()
     people = cast("People", given.persons)
     browser = client(given, routes, name="operator")
-    people.standing.clear()
-    people.ended["cookie-operator"] = "login.loop_gone"
+    people.end(people.standing["cookie-operator"], "login.loop_gone")
     answer = browser.get("/guarded")
     assert (answer.status_code, answer.json()["error"]) == (401, "login.loop_gone")
 
@@ -141,8 +138,8 @@ def test_a_refusal_speaks_the_language_of_who_asks() -> None:
 
 def lose(given: ScreenParts, name: str) -> None:
     """Take the session at the loop away from somebody."""
-    person = cast("People", given.persons).standing[f"cookie-{name}"]
-    person.lost, person.role = LOOP_GONE, Role.VIEWER
+    people = cast("People", given.persons)
+    people.lose(people.standing[f"cookie-{name}"])
 
 
 @pytest.mark.parametrize("who", ["viewer", "operator", "engineer"])
@@ -214,7 +211,7 @@ def test_a_role_that_the_loop_changes_is_told_to_an_open_page() -> None:
     with browser.websocket_connect(LIVE) as socket:
         socket.receive_json()
         socket.receive_json()
-        cast("People", given.persons).standing["cookie-engineer"].role = Role.OPERATOR
+        cast("People", given.persons).standing["cookie-engineer"].granted = Role.OPERATOR
         cast("Feed", given.feed).tell(told(2))
         said = socket.receive_json()
     assert (said["kind"], said["role"]) == ("role", "operator")
@@ -237,7 +234,7 @@ def test_the_log_in_page_tells_why_somebody_has_to_log_in() -> None:
     people = cast("People", given.persons)
     assert state_of(given, None)["why"] == ""
     assert state_of(given, "of another run")["why"] == given.words.say("en", "login.started_anew")
-    people.ended["cookie-x"] = "login.idle"
+    people.end_cookie("cookie-x", "login.idle")
     assert state_of(given, "cookie-x")["why"] == given.words.say("en", "login.idle")
     client(given, _login_page.routes, name="operator")
     assert state_of(given, "cookie-operator")["why"] == ""
@@ -460,7 +457,7 @@ def test_an_open_page_is_told_when_its_log_in_ends() -> None:
     with browser.websocket_connect(LIVE) as socket:
         assert socket.receive_json()["name"] == "operator"
         socket.receive_json()
-        people.standing.pop("cookie-operator").ended = "login.idle"
+        people.end(people.standing["cookie-operator"], "login.idle")
         feed.tell(told(2))
         ended = socket.receive_json()
         assert ended == {"kind": "ended", "text": given.words.say("en", "login.idle")}

@@ -22,6 +22,7 @@ from tests.unit.runtime.history_records import (
     CountingClock,
     url_of,
 )
+from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.test_history import write
 from tests.unit.screen.test_probe_page import measured
 from thermaxis.runtime._connection import Secret
@@ -66,16 +67,14 @@ class Stage:
             outputs=dict.fromkeys(OUTPUTS),
             server=None,
         )
-        person = SimpleNamespace(name="Nováková", role=role, token="t" * 43, lost="")
-        found = None if role is Role.NONE else person
-        persons = SimpleNamespace(of=lambda *_, **__: found, why_ended=lambda _: "")
+        people = People(self.clock).come(None if role is Role.NONE else role, "Nováková")
         self.settings = SimpleNamespace(view_without_login=False, language="en")
         self.parts = ScreenParts(
             configuration=cast("Any", configuration),
             settings=cast("Any", self.settings),
             clock=self.clock,
             feed=cast("Any", SimpleNamespace(latest=SimpleNamespace(status={}))),
-            persons=cast("Any", persons),
+            persons=cast("Any", people),
             words=Words.read(),
             program="p",
         )
@@ -106,7 +105,7 @@ class Client:
         return self.runner.run(self.http.get(address, **asked))
 
     def export(self, **asked: str) -> httpx.Response:
-        headers = {"x-thermaxis-token": "t" * 43}
+        headers = {"x-thermaxis-token": TOKEN}
         return self.runner.run(self.http.post("/history/export", params=asked, headers=headers))
 
 
@@ -437,7 +436,7 @@ class Taker:
             "method": "POST",
             "path": "/history/export",
             "query_string": query.encode(),
-            "headers": [(b"x-thermaxis-token", b"t" * 43), (b"host", b"127.0.0.1:8450")],
+            "headers": [(b"x-thermaxis-token", TOKEN.encode()), (b"host", b"127.0.0.1:8450")],
             "client": ("127.0.0.1", 50000),
         }
 

@@ -10,7 +10,6 @@ import tempfile
 import textwrap
 import zipfile
 from collections.abc import AsyncIterator, Iterator, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,6 +20,7 @@ import httpx2 as httpx
 import pytest
 from starlette.applications import Starlette
 
+from tests.unit.screen.people import TOKEN, People
 from thermaxis.files import read_positioning
 from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
 from thermaxis.runtime._users import Role
@@ -41,7 +41,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are 
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 DATA = Path(__file__).parents[4] / "shared" / "data"
-TOKEN = "t" * 43
 NOW = datetime(2026, 11, 21, 9, 30, tzinfo=UTC)
 PUBLIC_RUN = "positioning/ess_target_b02_x/target_x_ISO230.dat"
 
@@ -59,20 +58,6 @@ class Clock:
         return NOW + timedelta(seconds=self.now_s)
 
 
-@dataclass(eq=False)
-class Somebody:
-    """A log-in."""
-
-    name: str
-    role: Role
-    ended: str = ""
-    lost: str = ""
-    token: str = TOKEN
-
-    def has_token(self, token: str | None) -> bool:
-        return token == self.token
-
-
 class Stage:
     """The page without a socket, and somebody in front of it."""
 
@@ -81,7 +66,7 @@ class Stage:
     ) -> None:
         self.where = where
         self.clock = Clock()
-        self.person: Somebody | None = Somebody("novak", Role.ENGINEER)
+        self.people = People(cast("Any", self.clock)).come(Role.ENGINEER)
         facts: dict[str, Any] = {
             "view_without_login": False,
             "language": "en",
@@ -92,10 +77,7 @@ class Stage:
             settings=cast("Any", SimpleNamespace(**(facts | settings))),
             clock=cast("Any", self.clock),
             feed=cast("Any", None),
-            persons=cast(
-                "Any",
-                SimpleNamespace(of=lambda *_, **__: self.person, why_ended=lambda _: ""),
-            ),
+            persons=cast("Any", self.people),
             words=Words.read(),
             program="p",
         )
@@ -131,6 +113,11 @@ class Stage:
 
     def get(self, address: str, **headers: str) -> httpx.Response:
         return self.runner.run(self.http.get(address, headers=headers))
+
+    def leaves(self, key: str) -> None:
+        """End the log-in of whoever is in front."""
+        assert self.people.in_front is not None
+        self.people.end(self.people.in_front, key)
 
     def owners(self) -> list[str]:
         """Return who has a place."""
@@ -180,7 +167,7 @@ class Real:
             self.listed = stage.get("/positioning/results")
             self.report = stage.get(f"/positioning/report/{key}")
             self.certificate = stage.get(f"/positioning/certificate/{key}")
-            stage.person = Somebody("novak", Role.ENGINEER)  # the same name, another log-in
+            stage.people.come(Role.ENGINEER)  # the same name, another log-in
             self.others = [
                 stage.get(f"/positioning/{kind}/{key}")
                 for kind in ("result", "report", "certificate")
@@ -531,7 +518,7 @@ def test_uploads_beyond_those_that_may_wait_are_refused(stage: Stage) -> None:
     async def crowd(names: Sequence[str]) -> list[int]:
         calls: list[asyncio.Task[Any]] = []
         for name in names:
-            stage.person = Somebody(name, Role.ENGINEER)
+            stage.people.come(Role.ENGINEER, name)
             calls.append(asyncio.create_task(stage.sent(b"x", name="a.csv")))
             while not calls[-1].done() and stage.owners().count(name) == 0:
                 await asyncio.sleep(0)  # until it has its place
@@ -676,7 +663,7 @@ def test_places_that_the_command_names_do_not_reach_the_page(tmp_path: Path) -> 
     ],
 )
 def test_only_engineers_send_files(stage: Stage, role: Role | None, status: int, key: str) -> None:
-    stage.person = None if role is None else Somebody("novak", role)
+    stage.people.come(role)
     answer = stage.send(b"1", name="a.csv")
     assert (answer.status_code, answer.json()["error"]) == (status, key)
     assert stage.folders() == []
@@ -686,7 +673,7 @@ def test_only_engineers_send_files(stage: Stage, role: Role | None, status: int,
 
 def test_nobody_sends_files_where_everybody_may_look(tmp_path: Path) -> None:
     with Stage(tmp_path, view_without_login=True) as stage:
-        stage.person = None
+        stage.people.come(None)
         assert stage.send(b"1", name="a.csv").status_code == 401
         page = stage.get("/positioning")
         assert page.status_code == 200
@@ -718,9 +705,8 @@ def test_results_go_after_an_hour(stage: Stage) -> None:
 
 def test_results_go_with_the_log_in(stage: Stage) -> None:
     stage.send(b"1", name="a.csv")
-    assert stage.person is not None
-    stage.person.ended = "login.idle"
-    stage.person = Somebody("svoboda", Role.ENGINEER)
+    stage.leaves("login.idle")
+    stage.people.come(Role.ENGINEER, "svoboda")
     assert stage.get("/positioning/results").json() == {"results": []}
     assert stage.folders() == []
 
@@ -732,8 +718,7 @@ def test_results_go_with_the_log_in_though_nobody_asks_again(
     stage.send(b"1", name="a.csv")
     stage.send(b"1", name="b.csv")
     assert len(stage.folders()) == 2
-    assert stage.person is not None
-    stage.person.ended = "login.out"
+    stage.leaves("login.out")
 
     async def look() -> None:
         async with asyncio.timeout(5.0):
@@ -741,9 +726,9 @@ def test_results_go_with_the_log_in_though_nobody_asks_again(
                 await asyncio.sleep(0.01)
 
     stage.runner.run(look())
-    stage.person = Somebody("svoboda", Role.ENGINEER)
+    stage.people.come(Role.ENGINEER, "svoboda")
     assert stage.send(b"1", name="c.csv").status_code == 200  # and it is looked after again
-    stage.person.ended = "login.out"
+    stage.leaves("login.out")
     stage.runner.run(look())
 
 

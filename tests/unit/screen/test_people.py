@@ -1,0 +1,163 @@
+"""The stand-in for log-ins holds to what the program's own do, so that pages meet no other."""
+
+import asyncio
+import inspect
+from collections.abc import Awaitable, Callable, Iterator
+from types import MethodType
+
+import pytest
+
+from tests.unit.runtime.status_server_parts import PASSWORD as PASSWORD_AT_THE_LOOP
+from tests.unit.runtime.status_server_parts import Pairs
+from tests.unit.screen.people import HERE, PASSWORD, People
+from tests.unit.screen.person_parts import Stage, appoint, shop
+from thermaxis.runtime._ports import SystemClock
+from thermaxis.runtime._users import Role
+from thermaxis.screen._persons import Answer, Person, Persons, Refusal
+
+OWN = {"person", "come", "lose", "end", "end_cookie"}
+"""What only the stand-in has: a test moves it so."""
+ROLES = {role.value: role for role in Role if role is not Role.NONE}
+
+
+def public(kind: type) -> dict[str, object]:
+    """Return what others may call, as they have to call it."""
+    found: dict[str, object] = {}
+    for name, member in inspect.getmembers_static(kind):
+        if name.startswith("_"):
+            continue
+        if isinstance(member, property):
+            found[name] = "property"
+        else:
+            asked = inspect.signature(member).parameters.values()
+            shape = [(one.name, one.kind, one.default) for one in asked]
+            found[name] = (inspect.iscoroutinefunction(member), shape)
+    return found
+
+
+def test_the_stand_in_is_called_as_persons_are() -> None:
+    stand_in = public(People)
+    assert set(stand_in) == set(public(Persons)) | OWN
+    for name, how in public(Persons).items():
+        assert stand_in[name] == how, name
+
+
+# ---- the same scenes for both -------------------------------------------------------------------
+
+Scene = Callable[[Persons, str, Callable[[Person], Awaitable[None]]], Awaitable[None]]
+
+
+@pytest.fixture(scope="module")
+def runner() -> Iterator[asyncio.Runner]:
+    with asyncio.Runner() as runner:
+        yield runner
+
+
+@pytest.fixture(scope="module")
+def stage(runner: asyncio.Runner, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
+    one = Stage(Pairs(tmp_path_factory.mktemp("people")))
+    runner.run(one.open())
+    yield one
+    runner.run(one.close())
+
+
+@pytest.fixture(params=["the stand-in", "the program's own"])
+def play(
+    request: pytest.FixtureRequest, runner: asyncio.Runner, stage: Stage
+) -> Callable[[Scene], None]:
+    async def before_people(scene: Scene) -> None:
+        people = People(SystemClock())
+
+        async def lose(person: Person) -> None:
+            people.lose(person)
+
+        await people.open()
+        await scene(people, PASSWORD, lose)
+        await people.close()
+
+    async def before_persons(scene: Scene) -> None:
+        async with asyncio.timeout(20.0), shop(stage) as place:
+            appoint(place.pairs.users, ROLES)
+
+            async def lose(person: Person) -> None:
+                person.session.give_up()
+
+            await scene(place.persons, PASSWORD_AT_THE_LOOP, lose)
+
+    chosen = before_people if request.param == "the stand-in" else before_persons
+    return lambda scene: runner.run(chosen(scene))
+
+
+async def logged_in(persons: Persons, name: str, password: str) -> tuple[str, Person]:
+    found = await persons.log_in(name, password, HERE)
+    assert not isinstance(found, Refusal), found
+    return found
+
+
+def test_somebody_comes_is_known_by_the_cookie_alone_and_goes(play) -> None:
+    async def scene(persons: Persons, password: str, _: MethodType) -> None:
+        for name, role in ROLES.items():
+            cookie, person = await logged_in(persons, name, password)
+            assert (person.name, person.role, person.granted) == (name, role, role)
+            assert (person.address, person.ended, person.lost) == (HERE, "", "")
+            assert persons.of(cookie) is person
+            assert persons.of(cookie, touch=True) is person
+            assert persons.why_ended(cookie) == ""
+            assert persons.count == 1
+            for other in (None, "", cookie + "x", person.token):
+                assert persons.of(other) is None
+                await persons.log_out(other)
+            assert persons.of(cookie) is person
+            await persons.log_out(cookie)
+            assert persons.of(cookie) is None
+            assert person.ended == persons.why_ended(cookie) == "login.out"
+            assert persons.count == 0
+
+    play(scene)
+
+
+def test_a_wrong_name_or_password_comes_to_nothing(play) -> None:
+    async def scene(persons: Persons, password: str, _: MethodType) -> None:
+        for name, given in (("operator", "wrong"), ("nobody", password), ("", ""), ("none", "x")):
+            assert await persons.log_in(name, given, HERE) == Refusal("login.refused")
+        assert persons.count == 0
+
+    play(scene)
+
+
+def test_whoever_has_lost_the_session_stays_to_look_on_and_asks_for_nothing(play) -> None:
+    async def scene(persons: Persons, password: str, lose: MethodType) -> None:
+        cookie, person = await logged_in(persons, "engineer", password)
+        await lose(person)
+        assert persons.of(cookie) is person
+        assert (person.lost, person.ended) == ("login.loop_gone", "")
+        assert (person.role, person.granted) == (Role.VIEWER, Role.ENGINEER)
+        outcome = await persons.ask(person, "Hold")
+        assert (outcome.answer, outcome.key) == (Answer.REFUSED, "login.loop_gone")
+
+    play(scene)
+
+
+def test_what_is_asked_is_looked_at_in_the_same_order(play) -> None:
+    async def scene(persons: Persons, password: str, _: MethodType) -> None:
+        cookie, person = await logged_in(persons, "engineer", password)
+        assert (await persons.ask(person, "Trim", ("Z_um", -5, 3600))).answer is Answer.ACCEPTED
+        assert (await persons.ask(person, "Explode")).key == "ask.unknown"
+        assert (await persons.ask(person, "Trim", ("Z_um",))).key == "ask.arguments"
+        assert (await persons.ask(person, "Diameter", (True,))).key == "ask.arguments"
+        await persons.log_out(cookie)
+        assert (await persons.ask(person, "Explode")).key == "login.out"
+
+    play(scene)
+
+
+def test_the_end_of_the_screen_ends_every_log_in_and_lets_nobody_in(play) -> None:
+    async def scene(persons: Persons, password: str, _: MethodType) -> None:
+        found = [await logged_in(persons, name, password) for name in ROLES]
+        await persons.close()
+        assert {person.ended for _, person in found} == {"login.screen_ends"}
+        assert {persons.why_ended(cookie) for cookie, _ in found} == {"login.screen_ends"}
+        assert persons.count == 0
+        assert await persons.log_in("operator", password, HERE) == Refusal("login.busy")
+
+    play(scene)
