@@ -83,12 +83,12 @@ def changes(node: ast.AST) -> Iterator[tuple[str, ast.AST | None]]:  # noqa: C90
         for i, one in enumerate(node.ops):
             for other in SWAPS.get(type(one), ()):
                 new = copy.deepcopy(node)
-                new.ops[i] = other()  # type: ignore[call-overload]
+                new.ops[i] = other()
                 yield f"{type(one).__name__} to {other.__name__}", new
     elif isinstance(node, ast.BinOp | ast.BoolOp):
         for other in SWAPS.get(type(node.op), ()):
             new = copy.deepcopy(node)
-            new.op = other()  # type: ignore[assignment]
+            new.op = other()
             yield f"{type(node.op).__name__} to {other.__name__}", new
     elif isinstance(node, ast.UnaryOp):
         yield f"{type(node.op).__name__} dropped", node.operand

@@ -72,7 +72,7 @@ class Viewers:
     async def _look(self, k: int) -> None:
         while not self.stop.is_set():
             with contextlib.suppress(ConnectionClosed, OSError):
-                async with connect(f"{self.address}/live", origin=self.origin) as socket:  # type: ignore[arg-type]
+                async with connect(f"{self.address}/live", origin=self.origin) as socket:
                     await self._hear(socket, k)
             if not self.stop.is_set():
                 self.broken += 1
@@ -81,7 +81,7 @@ class Viewers:
     async def _hear(self, socket: object, k: int) -> None:
         while not self.stop.is_set():
             async with asyncio.timeout(30.0):
-                message = await socket.recv()  # type: ignore[attr-defined]
+                message = await socket.recv()
             if json.loads(message)["kind"] == "status":
                 self.counts[k] += 1
 
@@ -190,7 +190,7 @@ def main() -> int:
     """Run, print, and return 1 if a promise is not kept."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=60.0, help="how long (default: 60)")
-    parser.add_argument("--core", type=int, default=os.cpu_count() - 1, help="the loop's core")  # type: ignore[operator]
+    parser.add_argument("--core", type=int, default=os.cpu_count() - 1, help="the loop's core")
     arguments = parser.parse_args()
     others = set(range(os.cpu_count() or 1)) - {arguments.core} or {0}
     with tempfile.TemporaryDirectory() as folder:

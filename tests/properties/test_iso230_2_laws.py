@@ -78,7 +78,7 @@ def test_exchange_of_the_approaches_only_turns_the_mean_reversal(x: np.ndarray) 
 @settings(derandomize=True, max_examples=200, deadline=None)
 @given(runs(), st.randoms(use_true_random=False))
 def test_the_order_of_cycles_and_of_targets_changes_nothing(x: np.ndarray, random: object) -> None:
-    rng = np.random.default_rng(random.randrange(2**31))  # type: ignore[attr-defined]  # hypothesis gives a random.Random
+    rng = np.random.default_rng(random.randrange(2**31))  # hypothesis gives a random.Random
     f = iso230_2_figures(x)
     assert same(f, iso230_2_figures(x[:, rng.permutation(x.shape[1])]))
     assert same(f, iso230_2_figures(x[rng.permutation(x.shape[0])]))

@@ -63,7 +63,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def small_model(path: Path, **changed: object) -> Path:
     part = Part("p", "T", "", 2.0, (Section(5.0, 300.0),))
-    model = CompensationModel(outputs=(Output("X_um", (part,)),), **changed)  # type: ignore[arg-type]
+    model = CompensationModel(outputs=(Output("X_um", (part,)),), **changed)
     write_model(model, path)
     return path
 

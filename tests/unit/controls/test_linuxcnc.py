@@ -65,7 +65,7 @@ def request(plan: TestPlan, *stated: str, warm_up: int = 0, axis: str = "X", **m
             blocks=blocks,
             axis=axis,
             options=options,
-            **more,  # type: ignore[arg-type]  # fields by name
+            **more,
         )
     )
 

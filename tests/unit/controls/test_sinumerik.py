@@ -64,7 +64,7 @@ def request(plan: TestPlan, *stated: str, warm_up: int = 0, **more: object) -> s
             blocks=moves_of_plan(plan, warm_up=warm_up),
             axis=str(more.pop("axis", plan.axis)),
             options=options,
-            **more,  # type: ignore[arg-type]  # fields by name
+            **more,
         )
     )
 

@@ -169,7 +169,7 @@ def test_the_hash_is_that_of_the_bytes_that_were_read_once(
     def spy(file: object, *arguments: object, **named: object) -> object:
         if file == path:
             opened.append(file)
-        return really_open(file, *arguments, **named)  # type: ignore[call-overload]  # any mode
+        return really_open(file, *arguments, **named)
 
     monkeypatch.setattr(io, "open", spy)
     test, sha256 = read_positioning_with_sha256(path)

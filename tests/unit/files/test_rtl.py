@@ -646,7 +646,7 @@ def test_text_behind_the_end_mark_is_told(tmp_path: Path):
 def made_test(targets: Sequence[float], deviation: np.ndarray, **fields: object) -> PositioningTest:
     return replace(
         PositioningTest(AxisKind.LINEAR, np.array(targets), deviation),
-        **fields,  # type: ignore[arg-type]  # fields by name
+        **fields,
     )
 
 

@@ -838,7 +838,7 @@ def test_a_delayed_step_answers_as_its_closed_form_says(double: bool) -> None:
 def test_a_slow_section_in_real_comes_to_its_end_where_a_plain_increment_would_not() -> None:
     settings = one_section(double=False, tau_s=36_000.0, cycle_s=0.125)
     program = build_program(settings)
-    lag = compiled(SimpleNamespace(blocks=program.blocks[:1], double=False, name="tx_lag"))()  # pyright: ignore[reportArgumentType]
+    lag = compiled(SimpleNamespace(blocks=program.blocks[:1], double=False, name="tx_lag"))()
     lag.alpha, lag.start, lag.u_k = -math.expm1(-0.125 / 36_000.0), False, 10.0
     steps = 600_000
     for _ in range(steps):

@@ -44,7 +44,7 @@ def long_program() -> Program:
 @pytest.mark.parametrize("double", [True, False])
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_the_text_computes_what_plain_python_computes(flavour: str, double: bool) -> None:
-    machine = Machine(print_st(small(double=double), flavour))  # type: ignore[arg-type]
+    machine = Machine(print_st(small(double=double), flavour))
     assert machine.inputs == Asked._fields
     rows = asked(400)
     got = machine.start().run(rows)
@@ -61,7 +61,7 @@ def test_before_the_first_call_everything_has_its_start() -> None:
 @pytest.mark.parametrize("flavour", FLAVOURS)
 @pytest.mark.parametrize("program", [small(), small(double=False), long_program()])
 def test_the_text_is_ascii_in_lines_of_a_hundred_signs(flavour: str, program: Program) -> None:
-    text = print_st(program, flavour)  # type: ignore[arg-type]
+    text = print_st(program, flavour)
     assert text.isascii()
     assert text.endswith("\n")
     assert max(map(len, text.splitlines())) <= 100
@@ -112,7 +112,7 @@ def test_another_grammar_reads_it() -> None:
 
 def test_remarks_are_never_nested_and_stand_in_one_line() -> None:
     for flavour in FLAVOURS:
-        text = print_st(long_program(), flavour)  # type: ignore[arg-type]
+        text = print_st(long_program(), flavour)
         assert "//" not in text
         assert "/*" not in text
         for line in text.splitlines():
@@ -157,7 +157,7 @@ def test_no_number_stands_in_a_statement() -> None:
 def test_editors_with_two_panes_get_marks_and_nothing_else_differs() -> None:
     plain = print_st(small())
     for flavour, name in (("twincat", "TwinCAT 3"), ("codesys", "CODESYS")):
-        text = print_st(small(), flavour)  # type: ignore[arg-type]
+        text = print_st(small(), flavour)
         assert name in text
         assert text.count("the lower pane ----") == 2
         code = [line for line in text.splitlines() if line and not line.startswith("(*")]

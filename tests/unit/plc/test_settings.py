@@ -38,12 +38,12 @@ def a_compensation(*parts: Part, outputs: int = 1, **traits: object) -> Compensa
         sensors=dict.fromkeys(model.channels, RULES),
         limits={output.name: Limits(20.0, 1.0) for output in model.outputs},
     )
-    return replace(plain, **traits)  # pyright: ignore[reportArgumentType]
+    return replace(plain, **traits)
 
 
 def exported(compensation: Compensation, **traits: object) -> PlcSettings:
     chosen = {"cycle_s": 1.0, "name": "z"} | traits
-    return export_settings(compensation, **chosen)  # pyright: ignore[reportArgumentType]
+    return export_settings(compensation, **chosen)
 
 
 def test_an_export_has_the_cycle_of_the_plc_one_interlock_and_no_second_sensors() -> None:

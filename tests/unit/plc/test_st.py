@@ -33,7 +33,7 @@ def test_structured_text_says_what_must_come_out_to_the_last_bit(seed: int, doub
 def test_the_text_for_an_editor_with_two_panes_computes_the_same(flavour: str) -> None:
     settings = demanded_settings(3, cycle_s=1.0, double=True)
     record = shift(settings, hours=0.1, seed=3)
-    text = print_st(build_program(settings), flavour)  # pyright: ignore[reportArgumentType]
+    text = print_st(build_program(settings), flavour)
     assert difference(record, run_st(Machine(text), record)) == ""
 
 

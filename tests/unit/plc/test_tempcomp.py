@@ -133,7 +133,7 @@ def driven(block: object, **inputs: object) -> None:
     for name, value in inputs.items():
         assert hasattr(block, name), name
         setattr(block, name, value)
-    block.step()  # type: ignore[attr-defined]
+    block.step()
 
 
 WELL = {

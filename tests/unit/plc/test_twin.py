@@ -154,7 +154,7 @@ def test_who_steps_along_with_the_twin_can_ask_whether_it_takes_an_offset_over()
     calm = calm_inputs(settings)
     pressed, twin = calm._replace(reset=True), Twin(settings)
     for nothing in ({"connected": False}, {"read_ok": False}, {"read_um": (math.nan,)}):
-        unread = calm._replace(**nothing)  # pyright: ignore[reportArgumentType] - by name
+        unread = calm._replace(**nothing)
         assert not twin.takes_over(unread)
         assert not twin.step(unread).linked
     assert twin.takes_over(calm)

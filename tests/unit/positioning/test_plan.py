@@ -51,7 +51,7 @@ def plan_of(**changes: object) -> TestPlan:
         "dwell_s": 2.0,
         "overrun": 5.0,
     }
-    return TestPlan(**{**fields, **changes})  # type: ignore[arg-type]  # a test names fields freely
+    return TestPlan(**{**fields, **changes})
 
 
 # ---- targets ------------------------------------------------------------------------------------
@@ -133,7 +133,7 @@ def test_targets_that_cannot_be_chosen_are_refused_by_the_name_of_the_field(
 ) -> None:
     arguments = {"start": 0.0, "length": 300.0, "targets": 16, **changes}
     with pytest.raises(ConfigurationError) as caught:
-        choose_targets(**arguments)  # type: ignore[arg-type]  # numbers by name
+        choose_targets(**arguments)
     assert caught.value.where == field
 
 
@@ -291,7 +291,7 @@ def test_a_plan_is_held_against_the_rules_of_the_standard() -> None:
 
 
 def changed(test: PositioningTest, **changes: object) -> PositioningTest:
-    return replace(test, **changes)  # type: ignore[arg-type]  # a test names fields freely
+    return replace(test, **changes)
 
 
 def test_a_run_that_follows_its_plan_is_not_commented_on() -> None:
@@ -603,7 +603,7 @@ def test_a_search_that_makes_no_sense_is_refused(
     wanted: float, options: dict[str, object], field: str
 ) -> None:
     with pytest.raises(ConfigurationError) as caught:
-        shortest_plan(x_axis(), wanted, **options)  # type: ignore[arg-type]  # options by name
+        shortest_plan(x_axis(), wanted, **options)
     assert caught.value.where == field
 
 

@@ -12,7 +12,7 @@ P = np.array([0.0, 1.0, 2.0])
 
 
 def make(**fields: object) -> PositioningTest:
-    return PositioningTest(**{"kind": AxisKind.LINEAR, "target": P, "deviation": X, **fields})  # type: ignore[arg-type]  # wrong on purpose
+    return PositioningTest(**{"kind": AxisKind.LINEAR, "target": P, "deviation": X, **fields})
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_a_run_cannot_be_changed_from_outside() -> None:
     with pytest.raises(ValueError, match="read-only"):
         test.deviation[0, 0, 0] = 1.0
     with pytest.raises(TypeError):
-        test.header["axis"] = "Y"  # type: ignore[index]  # wrong on purpose
+        test.header["axis"] = "Y"
 
 
 def test_units_follow_from_the_kind() -> None:

@@ -14,7 +14,7 @@ RANDOM_TARGETS = np.arange(6) * 50.0 + np.array([0.0, 1.7, -2.1, 0.9, 3.3, -1.2]
 
 
 def warnings_of(m: int, n: int, target: np.ndarray | None = None, **more: object) -> str:
-    return " | ".join(check_test_conditions(run(RNG.normal(size=(m, n, 2)), target, **more)))  # type: ignore[arg-type]  # forwarded
+    return " | ".join(check_test_conditions(run(RNG.normal(size=(m, n, 2)), target, **more)))
 
 
 def test_a_run_as_the_standard_asks_gets_no_warning() -> None:

@@ -104,9 +104,9 @@ def test_microseconds_are_exact_over_all_years(moment: datetime) -> None:
     [
         replace(cycle_record(1), utc=datetime(2026, 11, 3)),  # noqa: DTZ001 - no zone is the point
         replace(cycle_record(1), number=2**63),
-        replace(cycle_record(1), monotonic_s="late"),  # pyright: ignore[reportArgumentType]
-        replace(cycle_record(1), samples={"T": None}),  # pyright: ignore[reportArgumentType]
-        replace(cycle_record(1), output=None),  # pyright: ignore[reportArgumentType]
+        replace(cycle_record(1), monotonic_s="late"),
+        replace(cycle_record(1), samples={"T": None}),
+        replace(cycle_record(1), output=None),
     ],
 )
 def test_a_record_that_breaks_its_promises_is_named_by_an_error_that_the_historian_knows(

@@ -657,7 +657,7 @@ def test_a_model_that_is_still_read_when_the_loop_ends_is_refused() -> None:
         asked = asyncio.ensure_future(
             loop.submit(Request(RequestKind.MODEL, "Jana", text="new.json"))
         )
-        loop._ended = True  # pyright: ignore[reportPrivateUsage]
+        loop._ended = True
         # as it is when the loop ends while a thread reads the file
         answer = await asked
         assert not answer.accepted

@@ -104,7 +104,7 @@ def noise(path: Path) -> Path:
 def test_a_key_that_cannot_be_used_is_said_in_words(
     made: object, pair: Pair, tmp_path: Path
 ) -> None:
-    key = made(tmp_path / "key.pem")  # type: ignore[operator]
+    key = made(tmp_path / "key.pem")
     with pytest.raises(ConfigurationError) as told:
         server_context(pair.certificate, key, where="screen")
     assert str(key) in str(told.value)

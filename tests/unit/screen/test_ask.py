@@ -32,7 +32,7 @@ from thermaxis.screen._persons import (
     Answer,
     Outcome,
     Person,
-    _outcome_of,  # pyright: ignore[reportPrivateUsage]
+    _outcome_of,
 )
 from thermaxis.screen._words import Words
 

@@ -44,7 +44,7 @@ async def serving(listener: Listener) -> AsyncGenerator[int]:
         finally:
             server.should_exit = server.force_exit = True
             for connection in list(server.server_state.connections):
-                connection.transport.abort()  # type: ignore[union-attr]
+                connection.transport.abort()
             await server.shutdown(sockets=[listener])
 
 

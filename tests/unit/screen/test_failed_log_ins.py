@@ -17,7 +17,7 @@ from thermaxis.screen._failed_log_ins import (
     FailuresByAddress,
     counted_as,
 )
-from thermaxis.screen._login_page import _STATUS  # pyright: ignore[reportPrivateUsage]
+from thermaxis.screen._login_page import _STATUS
 from thermaxis.screen._persons import (
     IMPOSSIBLE,
     REFUSED,

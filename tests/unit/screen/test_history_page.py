@@ -363,7 +363,7 @@ def test_the_databases_password_goes_to_the_command_in_a_private_file(path: Path
         " dict(os.environ)]), file=open('history.csv', 'w'))"
     )
     stage = Stage(path)
-    stage.parts.configuration.historian.password = Secret("open sesame")  # type: ignore[misc]
+    stage.parts.configuration.historian.password = Secret("open sesame")
     with stage as client:
         stage.application.state.work = Work([sys.executable, "-c", looks])
         answer = client.export(**SPAN, format="csv")

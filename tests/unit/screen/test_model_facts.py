@@ -96,7 +96,7 @@ def test_the_dc_gain_is_the_end_of_the_step_and_the_steady_state_of_the_model(
     part = Part("p", "t", "", direct, tuple(sections))
     _, steady = model_step(model_of(part), initial_state(model_of(part)), Reading(0.0, {"t": 21.0}))
     shown = facts_of_model(_RULES, model_of(part), None)
-    gain = shown["outputs"][0]["parts"][0]["dc_gain_um_per_k"]  # type: ignore[index]
+    gain = shown["outputs"][0]["parts"][0]["dc_gain_um_per_k"]
     assert gain == pytest.approx(steady.model_um[0], abs=1e-9)
     assert step_response_um_per_k(part, 1e7) == pytest.approx(gain, abs=1e-9)
 
@@ -148,7 +148,7 @@ def test_the_factor_in_force_is_linear_and_says_where_it_is_held(
 ) -> None:
     points = (GainPoint(100.0, 2.0), GainPoint(200.0, 4.0))
     model = model_of(Part("p", "t", "", 1.0, gain_by_diameter=points, tool_gain=0.9))
-    part = facts_of_model(_RULES, model, diameter_mm)["outputs"][0]["parts"][0]  # type: ignore[index]
+    part = facts_of_model(_RULES, model, diameter_mm)["outputs"][0]["parts"][0]
     assert (part["gain_now"], part["gain_held"]) == (gain, held)
 
 
@@ -193,5 +193,5 @@ def test_a_text_of_the_model_cannot_carry_signs_that_cannot_be_shown() -> None:
     model = replace(model, warnings=("bad\x1b[2J",), provenance=Provenance(method="a\nb"))
     shown = facts_of_model(_RULES, model, None)
     assert shown["warnings"] == ["bad\\x1b[2J"]
-    assert shown["provenance"]["method"] == "a\\nb"  # type: ignore[index]
+    assert shown["provenance"]["method"] == "a\\nb"
     assert math.isfinite(float(str(shown["sample_time_s"])))

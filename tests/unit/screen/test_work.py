@@ -41,7 +41,7 @@ def run(
 
     async def all_of_it() -> tuple[Outcome, dict[str, bytes]]:
         work = Work(a_program(tmp_path, text), where=tmp_path)
-        outcome = await work.run_command(words, limits=limits, **more)  # type: ignore[arg-type]
+        outcome = await work.run_command(words, limits=limits, **more)
         contents = {name: path.read_bytes() for name, path in outcome.files.items()}
         outcome.folder.remove()
         work.close()
