@@ -10,6 +10,23 @@ settings.load_profile("same")
 
 ROOT = Path(__file__).resolve().parent.parent
 
+TOGETHER = {
+    "linuxcnc": ("test_linuxcnc", "test_linuxcnc_offset", "test_loop_is_killed"),
+    "node-opcua": ("test_foreign_opcua", "test_foreign_opcua_loop", "test_foreign_status_client"),
+}
+"""System tests that would wait for each other: a computer has one LinuxCNC, and packages are
+installed once."""
+
+
+@pytest.hookimpl(tryfirst=True)  # before the names of the groups are read
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep a file of system tests, and what would wait for each other, in one worker."""
+    group_of = {file: group for group, files in TOGETHER.items() for file in files}
+    for item in items:
+        if item.get_closest_marker("system") is not None:
+            group = group_of.get(item.path.stem, item.path.stem)
+            item.add_marker(pytest.mark.xdist_group(group))
+
 
 @pytest.fixture(scope="session")
 def root() -> Path:
