@@ -186,8 +186,9 @@ def test_a_compiler_that_computes_otherwise_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
-@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not here")
 def test_cplusplus_reads_the_header(tmp_path: Path) -> None:
+    if shutil.which("g++") is None:
+        pytest.fail("g++ is missing: install it (Debian: apt-get install g++)")
     written(print_c(small()), tmp_path, "tx_small")
     user = tmp_path / "user.cpp"
     user.write_text('#include "tx_small.h"\nvoid f(tx_small *b) { tx_small_step(b); }\n')

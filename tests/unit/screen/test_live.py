@@ -1,16 +1,13 @@
 """How old a page takes a status to be, and what it does with one that it cannot show."""
 
 import json
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.unit.screen.page_script import said_by
 from thermaxis.screen import _words
-
-pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
 
 STATIC = Path(_words.__file__).parent / "static"
 BENCH = """
@@ -66,15 +63,7 @@ process.stdout.write(JSON.stringify(found));
 def played(body: str) -> Any:
     """Return what a page did; `body` ends with a ``return``."""
     text = BENCH.replace("STATIC", json.dumps(f"file://{STATIC}/")).replace("BODY", body)
-    ended = subprocess.run(
-        ["node", "--input-type=module", "-e", text],
-        capture_output=True,
-        text=True,
-        timeout=60.0,
-        check=False,
-    )
-    assert ended.returncode == 0, ended.stderr
-    return json.loads(ended.stdout)
+    return said_by(text)
 
 
 CANNOT_READ = "operator.page_cannot_read"  # the bench gives no words: keys stand for themselves

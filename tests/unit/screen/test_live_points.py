@@ -1,18 +1,13 @@
 """What a page has seen itself: gaps stay gaps, and a clock that was set back loses nothing new."""
 
-import json
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.unit.screen.page_script import said_by
 from thermaxis.screen import _words
-
-pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
 
 SCRIPT = Path(_words.__file__).parent / "static" / "live_points.js"
 
@@ -23,15 +18,7 @@ def said(body: str) -> Any:
 const {{ addPoint, withGaps, joined }} = await import("file://{SCRIPT}");
 process.stdout.write(JSON.stringify((() => {{ {body} }})()));
 """
-    ended = subprocess.run(
-        ["node", "--input-type=module", "-e", text],
-        capture_output=True,
-        text=True,
-        timeout=60.0,
-        check=False,
-    )
-    assert ended.returncode == 0, ended.stderr
-    return json.loads(ended.stdout)
+    return said_by(text)
 
 
 def test_a_pause_between_two_values_is_a_gap() -> None:

@@ -2,10 +2,7 @@
 
 import ast
 import json
-import os
 import re
-import shutil
-import subprocess
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.unit.runtime.status_server_parts import compensation
+from tests.unit.screen.page_script import said_by
 from thermaxis.compensation import (
     Outcome,
     Quality,
@@ -630,8 +628,9 @@ def test_every_alarm_is_said_in_every_language_with_every_number_of_it(language:
             assert sentence != english or english == "{failure}"
 
 
-ALARMS_BY_SCRIPT = """
-const given = JSON.parse(process.env.GIVEN);
+WORDS_BY_SCRIPT = """
+import { readFileSync } from "node:fs";
+const given = JSON.parse(readFileSync(0, "utf8"));
 const texts = { words: { textContent: JSON.stringify(given.texts) } };
 globalThis.document = {
   documentElement: { lang: given.language },
@@ -648,7 +647,6 @@ console.log(JSON.stringify(given.english ? [phrases, numbers] : said));
 
 
 @pytest.mark.system
-@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_script_of_a_page_says_every_alarm_as_this_program_does(language: str) -> None:
     alarms: list[dict[str, Any]] = []
@@ -668,15 +666,7 @@ def test_the_script_of_a_page_says_every_alarm_as_this_program_does(language: st
         "script": (SCREEN / "static" / "words.js").as_uri(),
         "alarms": alarms,
     }
-    told = subprocess.run(
-        ["node", "--input-type=module", "-e", ALARMS_BY_SCRIPT],
-        env={**os.environ, "GIVEN": json.dumps(given)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    )
-    *by_script, future, short = json.loads(told.stdout)
+    *by_script, future, short = said_by(WORDS_BY_SCRIPT, given)
     assert future == ["New.", "Old.", "Wait."]
     assert short == ["A.", "B.", "C."]  # a value is missing
     for alarm, said in zip(alarms, by_script, strict=False):
@@ -839,7 +829,6 @@ def test_a_local_number_is_the_same_number(value: float) -> None:
         assert float(text.replace("−", "-").replace(",", ".")) == float(f"{value:.3f}")
 
 
-@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_script_of_a_page_says_every_phrase_and_number_as_this_program_does(
     language: str,
@@ -860,18 +849,7 @@ def test_the_script_of_a_page_says_every_phrase_and_number_as_this_program_does(
         "english": english,
         "numbers": numbers,
     }
-    text = ALARMS_BY_SCRIPT.replace(
-        "process.env.GIVEN", "(await import('node:fs')).readFileSync(0, 'utf8')"
-    )
-    told = subprocess.run(
-        ["node", "--input-type=module", "-e", text],
-        input=json.dumps(given),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    )
-    phrases_said, numbers_said = json.loads(told.stdout)
+    phrases_said, numbers_said = said_by(WORDS_BY_SCRIPT, given)
     wrong = [
         (group, one, said, WORDS.phrase(language, group, one))
         for (group, one), said in zip(english, phrases_said, strict=True)
