@@ -128,10 +128,12 @@ def _identity(settings: PlcSettings) -> Iterator[str]:
         yield f"Training log: {remark_text(log.name)}, {log.rows} rows"
     for name, value in list(provenance.figures.items())[:MOST_FIGURES]:
         yield f"Figure {remark_text(name)} = {_number(value)}"
+    if len(provenance.figures) > MOST_FIGURES:
+        yield f"Figures that are not listed here: {len(provenance.figures) - MOST_FIGURES}"
     for warning in settings.compensation.model.warnings:
         yield f"Warning: {remark_text(warning, 300)}"
     for text in settings.notes:
-        yield f"Changed by the export: {text}".replace("+", "")
+        yield f"Changed by the export: {text}"
 
 
 def _conventions(settings: PlcSettings) -> Iterator[str]:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from thermaxis.plc._check_flow import check_flow
 from thermaxis.plc._check_ranges import LARGEST_INT, SMALLEST_INT, check_ranges
-from thermaxis.plc._names import is_legal
+from thermaxis.plc._names import REMARK, is_legal
 from thermaxis.plc._numbers import stored
 from thermaxis.plc._tree import (
     Assign,
@@ -50,7 +50,6 @@ BLOCK_PREFIX = "tx_"
 ARITHMETIC = frozenset({Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.DIVIDE})
 """Operations that give a number."""
 
-_REMARK = re.compile(r"[A-Za-z0-9 \-_.,:()=/]*")
 _TEXT = re.compile(r"[A-Za-z0-9 \-_.,:()=/\[\]]*")
 _ENDINGS = ("_step", "_init")
 # In C inner blocks are named behind the main one: tx_lag of tx_z is the type tx_z_lag.
@@ -219,7 +218,7 @@ def _check_statement(scope: Scope, statement: Statement, where: str) -> None:
         case Call():
             _check_call(scope, statement, where)
         case Remark(text):
-            _require_text(_REMARK, text, where)
+            _require_text(REMARK, text, where)
 
 
 def _check_assign(scope: Scope, statement: Assign, where: str) -> None:

@@ -13,7 +13,18 @@ from typing import final
 from thermaxis.compensation import STATED
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
-from thermaxis.plc._world import ODD, CourseBlock, PlcStep, World
+from thermaxis.plc._world import (
+    ODD,
+    CourseBlock,
+    PlcStep,
+    World,
+    odd_start,
+    odd_values,
+    other_offsets,
+    second_compensation,
+    trims_and_hold,
+    wrong_cycle_times,
+)
 
 MOST_ROWS = 2000
 """Most rows of the course. Default: what a person still looks through. [1]"""
@@ -164,8 +175,7 @@ class CourseWorld(World):
     def __init__(
         self, settings: PlcSettings, seed: int, block: CourseBlock, near_share: float
     ) -> None:
-        super().__init__(settings, seed)
-        self.twin = block
+        super().__init__(settings, seed, block)
         self.calls_left = 0
         self._margin_k = settings.compensation.validity_margin_k
         self._lowest_weight = settings.compensation.lowest_weight
@@ -353,12 +363,7 @@ def _enabled(world: CourseWorld) -> Iterator[PlcStep]:
 def _start(world: CourseWorld) -> Iterator[PlcStep]:
     """Start with a wrong cycle time and with channels that are not there yet; off."""
     world.again()
-    channels = len(world.base_c)
-    yield world.step(cycle_time_s=5.0 * world.cycle_s)
-    yield world.step(ok=(False,) * channels)
-    yield world.step(ok=(*(True,) * (channels - 1), False))
-    yield world.step(hold=True)
-    yield from world.stay(4 * world.cycle_s)
+    yield from odd_start(world)
 
 
 def _levels_at_the_start(world: CourseWorld) -> Iterator[PlcStep]:
@@ -392,31 +397,14 @@ def _workpieces(world: CourseWorld) -> Iterator[PlcStep]:
 def _requests(world: CourseWorld) -> Iterator[PlcStep]:
     """Trim, hold, and ask for what is refused."""
     yield from _active(world)
-    outputs = len(world.bounds)
-    for k, bounds in enumerate(world.bounds):
-        for trim_um in (0.5 * bounds.largest_trim_um, 2.0 * bounds.largest_trim_um, ODD[0]):
-            trims = tuple([trim_um if i == k else 0.0 for i in range(outputs)])
-            yield from world.stay(3 * world.cycle_s, trims_um=trims)
-        yield world.step()
-    for trim_um in (ODD[1], -0.25 * world.bounds[0].largest_trim_um, 0.0):
-        yield from world.stay(3 * world.cycle_s, trims_um=(trim_um,) * outputs)
-    yield from world.stay(4 * world.cycle_s, hold=True)
-    yield from world.stay(4 * world.cycle_s)
-    yield world.step(reset=True)
+    yield from trims_and_hold(world)
     yield from world.stay(30 * world.cycle_s, enable=False)
 
 
 def _other_faults(world: CourseWorld) -> Iterator[PlcStep]:
     """Let another compensation be active; try to enable and to acknowledge meanwhile."""
     yield from _active(world)
-    other = {"other_compensation": True}
-    yield from world.stay(2 * world.cycle_s, **other)
-    yield world.step(reset=True, **other)
-    yield world.step(enable=False, **other)
-    yield world.step(hold=True, **other)
-    yield world.step()
-    yield world.step(reset=True, enable=False)
-    yield world.step(enable=True, **other)
+    yield from second_compensation(world)
     yield from world.stay(30 * world.cycle_s, enable=False)
     yield from _enabled(world)
 
@@ -424,29 +412,15 @@ def _other_faults(world: CourseWorld) -> Iterator[PlcStep]:
 def _read_back(world: CourseWorld) -> Iterator[PlcStep]:
     """Report another offset than was written, for shorter and longer than is believed."""
     yield from _active(world, 0.2)
-    rules, outputs = world.rules, len(world.bounds)
     yield from world.stay(20 * world.cycle_s)
-    stuck = tuple([c + 4.0 * rules.read_back_tolerance_um for c in world.offset_um])
-    yield from world.stay(2 * world.cycle_s, read_um=stuck)
-    yield from world.stay(4 * world.cycle_s)
-    yield from world.stay(world.beyond(rules.read_back_s), read_um=stuck)
-    yield from world.stay(4 * world.cycle_s, read_um=stuck, reset=True)
-    half = tuple([0.5 * c for c in stuck])
-    yield from world.stay(4 * world.cycle_s, read_um=half)
-    yield from world.stay(3 * world.cycle_s, read_um=(ODD[0],) * outputs)
-    yield from world.stay(world.beyond(rules.read_back_s), read_ok=False)
+    yield from other_offsets(world)
     yield from _enabled(world)
 
 
 def _cycle_times(world: CourseWorld) -> Iterator[PlcStep]:
     """Be called too late, too early, at the borders, and with no number."""
     yield from _active(world)
-    for factor in (2.0, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, *ODD[:4]):
-        yield world.step(cycle_time_s=factor * world.cycle_s)
-        yield world.step()
-    wrong = 1.5 * world.cycle_s
-    yield from world.stay(world.beyond(world.rules.grace_s), cycle_time_s=wrong)
-    yield from world.stay(world.ready_s())
+    yield from wrong_cycle_times(world)
 
 
 def _found(world: CourseWorld) -> Iterator[PlcStep]:
@@ -473,21 +447,7 @@ def _found(world: CourseWorld) -> Iterator[PlcStep]:
 def _odd_values(world: CourseWorld) -> Iterator[PlcStep]:
     """Read what is no temperature, what is not plausible, and what jumps."""
     yield from _active(world)
-    for k, rules in enumerate(world.sensors):
-        for odd in (*ODD, rules.lowest_c - 0.5, rules.highest_c + 0.5):
-            seen = list(world.now_c)
-            seen[k] = odd
-            yield world.step(temperatures_c=tuple(seen))
-        yield from world.stay(2 * world.cycle_s)
-        jump_k = 2.5 * rules.step_k + 2.0 * rules.largest_rate_k_per_s * world.cycle_s + 1.0
-        up = world.now_c[k] + jump_k < rules.highest_c
-        jumped = list(world.now_c)
-        jumped[k] += jump_k if up else -jump_k
-        yield from world.stay(4 * world.cycle_s, temperatures_c=tuple(jumped))
-        yield world.step(temperatures_c=tuple(jumped), reset=True)
-        yield from world.stay(2 * world.cycle_s)
-        yield world.step(reset=True)
-    yield from world.stay(world.ready_s())
+    yield from odd_values(world)
 
 
 def _warm_up(world: CourseWorld) -> Iterator[PlcStep]:

@@ -195,11 +195,11 @@ def _opening(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
         f" {_kind(settings)}, for a cycle of {_number(settings.cycle_s)} s."
     )
     yield f"Model SHA-256: {settings.model_sha256 or 'not stated'}."
-    yield f"Model date: {remark_text(provenance.date) or 'not stated'}."
+    yield _stopped(f"Model date: {remark_text(provenance.date) or 'not stated'}")
     for warning in settings.compensation.model.warnings:
-        yield f"Warning of the model: {remark_text(warning, 300)}."
+        yield _stopped(f"Warning of the model: {remark_text(warning, 300)}")
     for changed in settings.notes:
-        yield f"Changed by the export: {remark_text(changed, 200)}."
+        yield _stopped(f"Changed by the export: {changed}")
     warning = restart_warning(settings)
     if warning:
         yield f"**Warning: {warning}**"
@@ -208,6 +208,11 @@ def _opening(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
     if facts.target.dialect in {"scl", TEMPCOMP}:
         yield ""
         yield f"**{NOT_CHECKED_BY_SIEMENS[0].upper()}{NOT_CHECKED_BY_SIEMENS[1:]}.**"
+
+
+def _stopped(sentence: str) -> str:
+    """Return a sentence with its full stop, which what people have written may bring along."""
+    return sentence if sentence.endswith(".") else f"{sentence}."
 
 
 def _kind(settings: PlcSettings) -> str:

@@ -20,6 +20,11 @@ OWN_BLOCKS = frozenset(
 )
 """Blocks of every program, without their prefix; those with a number are told by `_NUMBERED`."""
 
+CUT = "..."
+"""Sign behind a text that was cut; its signs may stand in a remark."""
+REMARK = re.compile(r"[A-Za-z0-9 \-_.,:()=/]*")
+"""What our own sentences are made of, in a remark of any target."""
+
 _NUMBERED = re.compile(r"(delay|gain)_[0-9]+")
 # In C a block is a type and two functions; a name that ends like one could be that of another.
 _TAKEN_ENDINGS = ("_init", "_step", "_h")
@@ -216,7 +221,8 @@ def remark_text(text: str, longest: int = LONGEST_TEXT) -> str:
     text : str
         Any text.
     longest : int
-        Longest result; the rest is left out. Default: `LONGEST_TEXT`. [1]
+        Longest result, at least 4: a longer text ends behind a word, and `CUT` says so; a single
+        word that is too long ends in it. Default: `LONGEST_TEXT`. [1]
 
     Returns
     -------
@@ -226,7 +232,11 @@ def remark_text(text: str, longest: int = LONGEST_TEXT) -> str:
     """
     plain = unicodedata.normalize("NFKD", _ascii_units(text))
     kept = "".join(c for c in plain if not unicodedata.combining(c))
-    return " ".join(re.sub(r"[^A-Za-z0-9 _.-]", " ", kept).split())[:longest].rstrip()
+    whole = " ".join(re.sub(r"[^A-Za-z0-9 _.-]", " ", kept).split())
+    if len(whole) <= longest:
+        return whole
+    end = whole.rfind(" ", 0, longest - len(CUT))
+    return f"{whole[:end]} {CUT}" if end > 0 else whole[: longest - len(CUT)] + CUT
 
 
 def _ascii_units(text: str) -> str:

@@ -10,15 +10,31 @@ from itertools import pairwise
 from thermaxis.plc._course import course_steps
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._twin import PlcInputs
-from thermaxis.plc._world import ODD, PlcStep, World
+from thermaxis.plc._world import (
+    ODD,
+    CourseBlock,
+    PlcStep,
+    World,
+    odd_start,
+    odd_values,
+    other_offsets,
+    second_compensation,
+    trims_and_hold,
+    wrong_cycle_times,
+)
 
 __all__ = ["PlcStep", "course_steps", "scenario", "scenario_steps"]
 
 
 def scenario_steps(
-    settings: PlcSettings, *, hours: float, seed: int, faults: bool = True
+    settings: PlcSettings,
+    *,
+    hours: float,
+    seed: int,
+    faults: bool = True,
+    block: CourseBlock | None = None,
 ) -> Iterator[PlcStep]:
-    """Return a scenario call by call, with what the twin says in each.
+    """Return a scenario call by call, with what the block says in each.
 
     With faults it begins with a fixed shift that leads through states, reasons and refusals as
     far as the model and the hours allow: warm-up with noise, both limits, holds, trims, every
@@ -35,13 +51,15 @@ def scenario_steps(
         Seed of what is left to chance.
     faults : bool
         Whether anything fails.
+    block : CourseBlock, optional
+        Who is called. Default: a new twin.
 
     Yields
     ------
     PlcStep
         One call.
     """
-    world = World(settings, seed)
+    world = World(settings, seed, block)
     calls = round(hours * 3600.0 / settings.cycle_s)
     course = _with_faults(world) if faults else _quiet(world)
     for _, step in zip(range(calls), course, strict=False):
@@ -101,12 +119,12 @@ def _wave(turns: float) -> float:
 
 def _course(world: World) -> Iterator[PlcStep]:
     for phase in (
-        _start,
+        odd_start,
         _warm_up,
-        _requests,
+        trims_and_hold,
         _lost_inputs,
-        _odd_values,
-        _cycle_times,
+        odd_values,
+        wrong_cycle_times,
         _losses,
         _limits,
         _read_back,
@@ -127,16 +145,6 @@ def _enabled(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
 
 
-def _start(world: World) -> Iterator[PlcStep]:
-    """Start with a wrong cycle time and with channels that are not there yet; off."""
-    channels = len(world.base_c)
-    yield world.step(cycle_time_s=5.0 * world.cycle_s)
-    yield world.step(ok=(False,) * channels)
-    yield world.step(ok=(*(True,) * (channels - 1), False))
-    yield world.step(hold=True)
-    yield from world.stay(4 * world.cycle_s)
-
-
 def _warm_up(world: World) -> Iterator[PlcStep]:
     """Enable and warm up with noise and a wave."""
     world.usual = world.usual._replace(enable=True)
@@ -147,21 +155,6 @@ def _warm_up(world: World) -> Iterator[PlcStep]:
             world.goal_c[k] = base_c + 0.25 * turn + (0.5 + 0.25 * k) * _wave(turn / 6.0)
         yield from world.stay(10 * world.cycle_s)
     world.noise_c = 0.0
-
-
-def _requests(world: World) -> Iterator[PlcStep]:
-    """Trim, hold, and ask for what is refused."""
-    outputs = len(world.bounds)
-    for k, bounds in enumerate(world.bounds):
-        for trim_um in (0.5 * bounds.largest_trim_um, 2.0 * bounds.largest_trim_um, ODD[0]):
-            trims = tuple([trim_um if i == k else 0.0 for i in range(outputs)])
-            yield from world.stay(3 * world.cycle_s, trims_um=trims)
-        yield world.step()
-    for trim_um in (ODD[1], -0.25 * world.bounds[0].largest_trim_um, 0.0):
-        yield from world.stay(3 * world.cycle_s, trims_um=(trim_um,) * outputs)
-    yield from world.stay(4 * world.cycle_s, hold=True)
-    yield from world.stay(4 * world.cycle_s)
-    yield from world.stay(world.cycle_s, reset=True)
 
 
 def _lost_inputs(world: World) -> Iterator[PlcStep]:
@@ -177,35 +170,6 @@ def _lost_inputs(world: World) -> Iterator[PlcStep]:
     yield from world.stay(world.ready_s())
     yield from world.stay(world.beyond(rules.grace_s + rules.hold_input_s), ok=lost)
     yield from world.stay(world.fade_s(), ok=lost)
-    yield from world.stay(world.ready_s())
-
-
-def _odd_values(world: World) -> Iterator[PlcStep]:
-    """Read what is no temperature, what is not plausible, and what jumps."""
-    for k, rules in enumerate(world.sensors):
-        for odd in (*ODD, rules.lowest_c - 0.5, rules.highest_c + 0.5):
-            seen = list(world.now_c)
-            seen[k] = odd
-            yield world.step(temperatures_c=tuple(seen))
-        yield from world.stay(2 * world.cycle_s)
-        jump_k = 2.5 * rules.step_k + 2.0 * rules.largest_rate_k_per_s * world.cycle_s + 1.0
-        up = world.now_c[k] + jump_k < rules.highest_c
-        jumped = list(world.now_c)
-        jumped[k] += jump_k if up else -jump_k
-        yield from world.stay(4 * world.cycle_s, temperatures_c=tuple(jumped))
-        yield world.step(temperatures_c=tuple(jumped), reset=True)
-        yield from world.stay(2 * world.cycle_s)
-        yield from world.stay(world.cycle_s, reset=True)
-    yield from world.stay(world.ready_s())
-
-
-def _cycle_times(world: World) -> Iterator[PlcStep]:
-    """Be called too late, too early, at the borders, and with no number."""
-    for factor in (2.0, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, *ODD[:4]):
-        yield world.step(cycle_time_s=factor * world.cycle_s)
-        yield world.step()
-    wrong = 1.5 * world.cycle_s
-    yield from world.stay(world.beyond(world.rules.grace_s), cycle_time_s=wrong)
     yield from world.stay(world.ready_s())
 
 
@@ -243,18 +207,9 @@ def _limits(world: World) -> Iterator[PlcStep]:
 
 def _read_back(world: World) -> Iterator[PlcStep]:
     """Report another offset than was written, for shorter and longer than is believed."""
-    rules, outputs = world.rules, len(world.bounds)
     world.towards(0, 1.0, share=0.2)
     yield from world.stay(world.fade_s())
-    stuck = tuple([c + 4.0 * rules.read_back_tolerance_um for c in world.offset_um])
-    yield from world.stay(2 * world.cycle_s, read_um=stuck)
-    yield from world.stay(4 * world.cycle_s)
-    yield from world.stay(world.beyond(rules.read_back_s), read_um=stuck)
-    yield from world.stay(4 * world.cycle_s, read_um=stuck, reset=True)
-    half = tuple([0.5 * c for c in stuck])
-    yield from world.stay(4 * world.cycle_s, read_um=half)
-    yield from world.stay(3 * world.cycle_s, read_um=(ODD[0],) * outputs)
-    yield from world.stay(world.beyond(rules.read_back_s), read_ok=False)
+    yield from other_offsets(world)
     yield from world.stay(world.fade_s())
     yield from _enabled(world)
     world.back()
@@ -262,14 +217,7 @@ def _read_back(world: World) -> Iterator[PlcStep]:
 
 def _other_faults(world: World) -> Iterator[PlcStep]:
     """Let another compensation be active; try to enable and to acknowledge meanwhile."""
-    other = {"other_compensation": True}
-    yield from world.stay(2 * world.cycle_s, **other)
-    yield from world.stay(world.cycle_s, reset=True, **other)
-    yield from world.stay(world.cycle_s, enable=False, **other)
-    yield from world.stay(world.cycle_s, hold=True, **other)
-    yield from world.stay(world.cycle_s)
-    yield from world.stay(world.cycle_s, reset=True, enable=False)
-    yield from world.stay(world.cycle_s, enable=True, **other)
+    yield from second_compensation(world)
     yield from world.stay(world.fade_s(), enable=False)
     yield from _enabled(world)
 

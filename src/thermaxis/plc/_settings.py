@@ -8,7 +8,7 @@ from typing import final
 
 from thermaxis.compensation import Compensation, CompensationModel, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._names import PlcNames, names_of, remark_text
+from thermaxis.plc._names import REMARK, PlcNames, names_of, remark_text
 from thermaxis.plc._numbers import stored
 
 INTERLOCK = "plc"
@@ -50,9 +50,10 @@ class PlcSettings:
     ConfigurationError
         If there are spare sensors or other interlocks than `INTERLOCK`, too many outputs, parts,
         sections or channels, a delay that is no whole number of cycles or too long, a gap that is
-        shorter than the longest cycle, a name that cannot be made legal, or a number that the
-        target's numbers cannot hold. In REAL also if the cycle is no multiple of 1/128 s, a time
-        is too long to be counted exactly, or a rate is lost in the rounding of its total.
+        shorter than the longest cycle, a name that cannot be made legal, a note with signs that no
+        remark may have, or a number that the target's numbers cannot hold. In REAL also if the
+        cycle is no multiple of 1/128 s, a time is too long to be counted exactly, or a rate is lost
+        in the rounding of its total.
     """
 
     compensation: Compensation
@@ -64,7 +65,8 @@ class PlcSettings:
     model_sha256: str = ""
     """Hash of the model's file, in 64 hexadecimal digits; empty where there is none."""
     notes: tuple[str, ...] = ()
-    """What the export has changed in the model, in words."""
+    """What the export has changed in the model, in sentences that may stand in a remark: what
+    people have written in them has passed `remark_text`, once."""
     names: PlcNames = field(init=False, repr=False, compare=False)
     """Names of everything."""
 
@@ -95,6 +97,12 @@ class PlcSettings:
             )
         if self.model_sha256 and not _HASH.fullmatch(self.model_sha256):
             raise ConfigurationError("not 64 hexadecimal digits", where="model_sha256")
+        if not all(REMARK.fullmatch(text) for text in self.notes):
+            raise ConfigurationError(
+                "a note has signs that no remark may have",
+                where="notes",
+                remedy="Let what people have written pass remark_text",
+            )
         object.__setattr__(self, "names", names_of(model, self.name))
         _require_numbers(self)
 
@@ -188,9 +196,8 @@ def _in_cycles(part: Part, cycle_s: float, notes: list[str]) -> Part:
     delay_s = round(part.delay_s / cycle_s) * cycle_s
     if delay_s == part.delay_s:
         return part
-    notes.append(
-        f"delay of {remark_text(part.name)}: {part.delay_s:g} s in the model, {delay_s:g} s here"
-    )
+    seconds = f"{part.delay_s:g} s in the model, {delay_s:g} s here".replace("+", "")
+    notes.append(f"delay of {remark_text(part.name)}: {seconds}")
     return replace(part, delay_s=delay_s)
 
 

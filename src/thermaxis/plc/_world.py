@@ -66,13 +66,13 @@ class CourseBlock(Protocol):
 class World:
     """Machine, sensors and people around the block."""
 
-    def __init__(self, settings: PlcSettings, seed: int) -> None:
+    def __init__(self, settings: PlcSettings, seed: int, block: CourseBlock | None = None) -> None:
         compensation = settings.compensation
         self.rules, self.model = compensation.supervisor, compensation.model
         self.bounds, self.sensors = compensation.bounds, compensation.rules
         self.cycle_s = settings.cycle_s
         self.chance = _Chance(seed)
-        self.twin: CourseBlock = Twin(settings)
+        self.block: CourseBlock = block or Twin(settings)
         self.base_c = [self._base_c(k) for k in range(len(self.model.channels))]
         self.goal_c = list(self.base_c)
         self.now_c = list(self.base_c)
@@ -113,7 +113,7 @@ class World:
         )
         self.restart = False
         inputs = inputs._replace(**different)  # pyright: ignore[reportArgumentType] - by name
-        outputs = self.twin.step(inputs)
+        outputs = self.block.step(inputs)
         if outputs.linked:
             self.offset_um = list(outputs.correction_um)
         return PlcStep(inputs, outputs)
@@ -168,3 +168,86 @@ class World:
     def back(self) -> None:
         """Let every temperature go back to the usual."""
         self.goal_c = list(self.base_c)
+
+
+# ---- what both courses live through -------------------------------------------------------------
+
+
+def odd_start(world: World) -> Iterator[PlcStep]:
+    """Start with a wrong cycle time and with channels that are not there yet; off."""
+    channels = len(world.base_c)
+    yield world.step(cycle_time_s=5.0 * world.cycle_s)
+    yield world.step(ok=(False,) * channels)
+    yield world.step(ok=(*(True,) * (channels - 1), False))
+    yield world.step(hold=True)
+    yield from world.stay(4 * world.cycle_s)
+
+
+def trims_and_hold(world: World) -> Iterator[PlcStep]:
+    """Trim every output, trim by what is refused, hold, and give reset."""
+    outputs = len(world.bounds)
+    for k, bounds in enumerate(world.bounds):
+        for trim_um in (0.5 * bounds.largest_trim_um, 2.0 * bounds.largest_trim_um, ODD[0]):
+            trims = tuple([trim_um if i == k else 0.0 for i in range(outputs)])
+            yield from world.stay(3 * world.cycle_s, trims_um=trims)
+        yield world.step()
+    for trim_um in (ODD[1], -0.25 * world.bounds[0].largest_trim_um, 0.0):
+        yield from world.stay(3 * world.cycle_s, trims_um=(trim_um,) * outputs)
+    yield from world.stay(4 * world.cycle_s, hold=True)
+    yield from world.stay(4 * world.cycle_s)
+    yield world.step(reset=True)
+
+
+def odd_values(world: World) -> Iterator[PlcStep]:
+    """Read what is no temperature, what is not plausible, and what jumps."""
+    for k, rules in enumerate(world.sensors):
+        for odd in (*ODD, rules.lowest_c - 0.5, rules.highest_c + 0.5):
+            seen = list(world.now_c)
+            seen[k] = odd
+            yield world.step(temperatures_c=tuple(seen))
+        yield from world.stay(2 * world.cycle_s)
+        jump_k = 2.5 * rules.step_k + 2.0 * rules.largest_rate_k_per_s * world.cycle_s + 1.0
+        up = world.now_c[k] + jump_k < rules.highest_c
+        jumped = list(world.now_c)
+        jumped[k] += jump_k if up else -jump_k
+        yield from world.stay(4 * world.cycle_s, temperatures_c=tuple(jumped))
+        yield world.step(temperatures_c=tuple(jumped), reset=True)
+        yield from world.stay(2 * world.cycle_s)
+        yield world.step(reset=True)
+    yield from world.stay(world.ready_s())
+
+
+def wrong_cycle_times(world: World) -> Iterator[PlcStep]:
+    """Be called too late, too early, at the borders, and with no number."""
+    for factor in (2.0, 0.5, 1.09, 0.91, 1.11, 0.89, 0.0, -1.0, *ODD[:4]):
+        yield world.step(cycle_time_s=factor * world.cycle_s)
+        yield world.step()
+    wrong = 1.5 * world.cycle_s
+    yield from world.stay(world.beyond(world.rules.grace_s), cycle_time_s=wrong)
+    yield from world.stay(world.ready_s())
+
+
+def other_offsets(world: World) -> Iterator[PlcStep]:
+    """Report another offset than was written, for shorter and longer than is believed; none."""
+    rules, outputs = world.rules, len(world.bounds)
+    stuck = tuple([c + 4.0 * rules.read_back_tolerance_um for c in world.offset_um])
+    yield from world.stay(2 * world.cycle_s, read_um=stuck)
+    yield from world.stay(4 * world.cycle_s)
+    yield from world.stay(world.beyond(rules.read_back_s), read_um=stuck)
+    yield from world.stay(4 * world.cycle_s, read_um=stuck, reset=True)
+    half = tuple([0.5 * c for c in stuck])
+    yield from world.stay(4 * world.cycle_s, read_um=half)
+    yield from world.stay(3 * world.cycle_s, read_um=(ODD[0],) * outputs)
+    yield from world.stay(world.beyond(rules.read_back_s), read_ok=False)
+
+
+def second_compensation(world: World) -> Iterator[PlcStep]:
+    """Let another compensation be active; try to enable and to acknowledge meanwhile."""
+    other = {"other_compensation": True}
+    yield from world.stay(2 * world.cycle_s, **other)
+    yield world.step(reset=True, **other)
+    yield world.step(enable=False, **other)
+    yield world.step(hold=True, **other)
+    yield world.step()
+    yield world.step(reset=True, enable=False)
+    yield world.step(enable=True, **other)

@@ -40,6 +40,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.plc._build import build_program
 from thermaxis.plc._build_draft import NO, YES, both, either, equals, no
+from thermaxis.plc._build_head import head_of
 from thermaxis.plc._build_model import BAD, GOOD, HELD, outcome_bit
 from thermaxis.plc._build_sensor import quality_number
 from thermaxis.plc._build_supervisor import reason_bit, state_number
@@ -782,6 +783,26 @@ def test_no_output_can_take_the_name_of_another_variable_of_the_block() -> None:
         check_program(
             build_program(export_settings(renamed, cycle_s=1.0, name="z", model_sha256="ab" * 32))
         )
+
+
+def test_the_head_says_where_a_text_or_a_list_of_the_model_was_cut() -> None:
+    plain = one_section(double=True)
+    words = " ".join(f"word{k}" for k in range(100))
+    model = replace(
+        plain.compensation.model,
+        warnings=(words,),
+        provenance=Provenance(
+            method=words, program="x" * 70, figures={f"figure {k}": 1.0 for k in range(45)}
+        ),
+    )
+    settings = replace(plain, compensation=replace(plain.compensation, model=model))
+    text = " ".join(" ".join(head_of(settings)).split())
+    assert "Method: word0 word1" in text
+    assert " word27 word28 ... Identified by:" in text
+    assert f"Identified by: {'x' * 57}... Figure" in text
+    assert " word41 word42 ... " in text
+    assert "figure 39 = 1 Figures that are not listed here: 5" in text
+    assert "figure 40" not in text
 
 
 # ---- single laws --------------------------------------------------------------------------------

@@ -104,3 +104,28 @@ def test_text_from_people_is_letters_digits_space_and_three_signs(text: str) -> 
 
 def test_text_from_people_stays_readable() -> None:
     assert remark_text("Ložisko č. 3 (°C) – 5 µm; *) END_VAR") == "Lozisko c. 3 degC 5 um END_VAR"
+
+
+def test_a_text_that_is_too_long_ends_behind_a_word_with_a_sign_that_it_was_cut() -> None:
+    text = "the fit of the spindle is worse than that of the column by thirteen percent"
+    assert remark_text(text) == "the fit of the spindle is worse than that of the column ..."
+    assert remark_text(text, len(text)) == text
+    assert remark_text(text, len(text) - 1) == text.removesuffix(" percent") + " ..."
+    assert remark_text("x" * 80) == "x" * 57 + "..."
+
+
+@given(st.lists(st.text("abcXYZ019-_.", min_size=1, max_size=30)), st.integers(4, 80))
+def test_what_is_left_of_a_text_is_whole_words_of_it(words: list[str], longest: int) -> None:
+    shown = remark_text(" ".join(words), longest)
+    assert len(shown) <= longest
+    if shown != " ".join(words):
+        left, sign = shown[:-3], shown[-3:]
+        assert sign == "..."
+        if " " in left:
+            kept = left.split()
+            assert left.endswith(" ")
+            assert kept == words[: len(kept)]
+            # As many words as there is room for.
+            assert len(" ".join(words[: len(kept) + 1])) + len(" ...") > longest
+        else:
+            assert words[0].startswith(left)

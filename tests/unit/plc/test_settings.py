@@ -116,6 +116,9 @@ def test_settings_that_were_not_made_by_the_export_are_checked_too() -> None:
             PlcSettings(compensation=compensation)
     with pytest.raises(ConfigurationError, match="64 hexadecimal"):
         PlcSettings(compensation=plain, model_sha256="xyz")
+    for note in ("delay of *)", "delay of a; b", "a\nb"):
+        with pytest.raises(ConfigurationError, match="signs that no remark may have"):
+            PlcSettings(compensation=plain, notes=(note,))
 
 
 def test_a_gap_within_a_cycle_is_refused() -> None:
