@@ -352,6 +352,7 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
     LoopSettings
         Names, flags, and what happens at start and end.
     """
+    from thermaxis.runtime._config_hash import configuration_sha256  # noqa: PLC0415 - only to run
     from thermaxis.runtime._loop import AtStop, LoopSettings  # noqa: PLC0415 - only to run
 
     other = configuration.other_compensation
@@ -366,6 +367,7 @@ def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
         resume_within_s=configuration.resume_within_s,
         at_stop=AtStop(configuration.at_stop),
         stop_within_s=configuration.stop_within_s,
+        configuration_sha256=configuration_sha256(configuration),
     )
 
 

@@ -112,6 +112,8 @@ class LoopSettings:
     """What becomes of the offset when the loop is ended."""
     stop_within_s: float = 120.0
     """A fade at the end lasts at most so long. [s]"""
+    configuration_sha256: str = ""
+    """Hash of the configuration's rules, told with every status; empty where there is none."""
 
 
 @final
@@ -651,6 +653,7 @@ class CompensationLoop:
             trim_left_s={n: t.left_s for n, t in zip(self._names, self._state.trims, strict=True)},
             alarms=self._alarms,
             historian=self.historian.status,
+            configuration_sha256=settings.configuration_sha256,
         )
         if last is not None:
             self._tell_connections(last, status)

@@ -88,3 +88,6 @@ class RuntimeStatus:
     """How the historian fares."""
     text: str = ""
     """The state in a sentence."""
+    configuration_sha256: str = ""
+    """Hash of the configuration's rules, as `configuration_sha256` says; empty where the loop was
+    not started with a configuration."""

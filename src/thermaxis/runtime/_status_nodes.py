@@ -278,6 +278,12 @@ _OF_THE_LOOP = (
         _plain(lambda s: s.overruns % _HEARTBEAT_MODULUS),
     ),
     Leaf(
+        "Status/ConfigurationSha256",
+        Kind.TEXT,
+        "Hash of the configuration's rules: a screen with another one shows other rules.",
+        _plain(lambda s: s.configuration_sha256),
+    ),
+    Leaf(
         "Status/Everything",
         Kind.TEXT,
         "All of it in one text, JSON: what a screen reads.",
@@ -563,6 +569,7 @@ def as_json(now: Snapshot) -> str:
             "sink_connected": s.sink_connected,
             "model_file": s.model_file,
             "model_sha256": s.model_sha256,
+            "configuration_sha256": s.configuration_sha256,
             "diameter_mm": s.diameter_mm,
             "outputs": {name: _output_json(now, i, name) for i, name in enumerate(s.outputs)},
             "inputs": {

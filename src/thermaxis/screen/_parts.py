@@ -50,6 +50,9 @@ class ScreenParts:
     """Name of this run of the screen; another one makes open pages load themselves again."""
     secure: bool = False
     """Whether the pages go through TLS."""
+    configuration_sha256: str = ""
+    """Hash of the configuration's rules; a loop that tells another one works by others. Empty:
+    pages do not compare it."""
 
     def render(
         self, request: HTTPConnection, template: str, *, page: str, **context: object
@@ -89,6 +92,7 @@ class ScreenParts:
             language=language,
             languages=LANGUAGES,
             machine=self.configuration.name,
+            configuration_sha256=self.configuration_sha256,
             program=self.program,
             word=word,
             static=static_address,

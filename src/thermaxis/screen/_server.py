@@ -12,6 +12,7 @@ from typing import final
 import uvicorn
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.runtime._config_hash import configuration_sha256
 from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
 from thermaxis.runtime._loopback import is_loopback
 from thermaxis.runtime._ports import Clock
@@ -74,6 +75,7 @@ async def serve(
         words=Words.read(),
         program=secrets.token_hex(8),
         secure=context is not None,
+        configuration_sha256=configuration_sha256(configuration),
     )
     secure = context is not None
     with _listening(settings) as listener:

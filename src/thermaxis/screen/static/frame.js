@@ -48,7 +48,14 @@ function watch() {
   const state = byId("top-state");
   const alarms = byId("top-alarms");
   const none = byId("no-data");
+  const differs = byId("differs");
   onStatus((status) => {
+    if (differs) {
+      // a loop that tells no hash is an older one: nothing is known of its configuration
+      const told = status.configuration_sha256 ?? "";
+      const own = document.body.dataset.configuration ?? "";
+      differs.hidden = told === "" || own === "" || told === own;
+    }
     if (state) {
       state.dataset.state = status.state;
       show(state, word(`operator.state_${status.state.toLowerCase()}`));

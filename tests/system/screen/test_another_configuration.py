@@ -1,0 +1,97 @@
+"""A loop that was started with another configuration than the screen: every page says so."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from tests.system.screen import operator_stand_in
+from tests.system.screen.conftest import Looked
+from tests.system.screen.operator_stand_in import EXAMPLE, StandIn, served
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._config_hash import configuration_sha256
+from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen._words import Words
+
+LOCALES = {"en": "en-GB", "de": "de-DE", "cs": "cs-CZ"}
+SIZES = ((1024, 600), (1920, 1080))
+SCROLLS = """() => {
+  const root = document.scrollingElement, main = document.querySelector("main");
+  return [root.scrollHeight - innerHeight, root.scrollWidth - innerWidth,
+    main.scrollHeight - main.clientHeight, main.scrollWidth - main.clientWidth];
+}"""
+
+
+@pytest.fixture
+def stand_in(monkeypatch: pytest.MonkeyPatch) -> Iterator[StandIn]:
+    own = configuration_sha256(read_machine(EXAMPLE))
+    parts = partial(ScreenParts, configuration_sha256=own)
+    monkeypatch.setattr(operator_stand_in, "ScreenParts", parts)
+    with served(StandIn()) as found:
+        yield found
+
+
+def live(page: Page, stand_in: StandIn) -> None:
+    page.goto(stand_in.address)
+    page.wait_for_selector('body[data-live="yes"]')
+
+
+def test_it_is_said_while_the_hashes_differ_and_only_then(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    own = configuration_sha256(read_machine(EXAMPLE))
+    with browser.new_context(locale="en-GB") as context:
+        page = context.new_page()
+        stand_in.status["configuration_sha256"] = "ab" * 32
+        live(page, stand_in)
+        assert page.inner_text("#differs") == Words.read().say("en", "common.differs")
+        stand_in.status["configuration_sha256"] = own
+        page.wait_for_selector("#differs", state="hidden")
+        stand_in.status["configuration_sha256"] = "cd" * 32
+        page.wait_for_selector("#differs", state="visible")
+
+
+@pytest.mark.parametrize("told", [None, "", "the same"])
+def test_a_loop_that_tells_none_or_the_same_is_believed(
+    browser: Browser, stand_in: StandIn, told: str | None
+) -> None:
+    if told is not None:
+        own = configuration_sha256(read_machine(EXAMPLE))
+        stand_in.status["configuration_sha256"] = own if told else ""
+    with browser.new_context(locale="en-GB") as context:
+        page = context.new_page()
+        live(page, stand_in)
+        page.wait_for_selector("#beat-text:not(:empty)")
+        assert not page.locator("#differs").is_visible()
+
+
+@pytest.mark.parametrize("language", LOCALES)
+def test_the_page_says_it_in_its_language_and_does_not_scroll(
+    browser: Browser, stand_in: StandIn, language: str
+) -> None:
+    stand_in.status["configuration_sha256"] = "ab" * 32
+    for width, height in SIZES:
+        size = {"width": width, "height": height}
+        with browser.new_context(viewport=size, locale=LOCALES[language]) as context:
+            page = context.new_page()
+            live(page, stand_in)
+            page.wait_for_selector("#trend svg text")
+            assert page.inner_text("#differs") == Words.read().say(language, "common.differs")
+            assert max(page.evaluate(SCROLLS)) <= 0, (width, height)
+
+
+def test_loop_and_screen_that_were_started_with_one_file_agree(look: Callable[..., Looked]) -> None:
+    seen = look("viewer")
+    page = seen.open("/")
+    own = page.get_attribute("body", "data-configuration") or ""
+    assert len(own) == 64
+    with page.expect_websocket() as sockets:
+        page.reload()
+    with sockets.value.expect_event(
+        "framereceived", lambda frame: '"kind":"status"' in str(frame)
+    ) as frame:
+        pass
+    assert f'"configuration_sha256":"{own}"' in str(frame.value)
+    seen.wait_live()
+    assert not page.locator("#differs").is_visible()

@@ -1,0 +1,130 @@
+"""Loop and screen see by a hash whether they were started with the same configuration."""
+
+import asyncio
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.unit.runtime.simulated import (
+    SimulatedHistorian,
+    SimulatedMachine,
+    SimulatedSink,
+    SimulatedSource,
+)
+from tests.unit.runtime.status_server_parts import compensation, status
+from thermaxis.cli._machine_parts import loop_settings
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._config_hash import configuration_sha256
+from thermaxis.runtime._loop import Borders, CompensationLoop, LoopSettings
+from thermaxis.runtime._status_nodes import Shape, Snapshot, as_json, leaves_of
+from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Path:
+    """The example in a folder of its own."""
+    shutil.copytree(EXAMPLE.parent / "models", tmp_path / "models")
+    return Path(shutil.copy(EXAMPLE, tmp_path / EXAMPLE.name))
+
+
+def hash_of(path: Path) -> str:
+    return configuration_sha256(read_machine(path))
+
+
+def changed(path: Path, pattern: str, by: str) -> str:
+    """Return the hash after a change of the file's text, which must be one."""
+    text = path.read_text("utf-8")
+    after, count = re.subn(pattern, by, text, count=1, flags=re.MULTILINE)
+    assert count == 1
+    assert after != text
+    path.write_text(after, "utf-8")
+    return hash_of(path)
+
+
+def test_it_is_the_same_for_the_same_rules_wherever_the_file_lies(machine: Path) -> None:
+    assert re.fullmatch("[0-9a-f]{64}", hash_of(machine))
+    assert hash_of(machine) == hash_of(EXAMPLE)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "by"),
+    [
+        (r"\Z", "\n# a remark\n"),
+        (r"^cycle_s = 1.0", "cycle_s   =  1.00"),
+        (r"s=T_spindle_C\"", 's=T_nose_C"'),
+        (r"lathe\.history\.db", "elsewhere.db"),
+    ],
+)
+def test_remarks_blanks_nodes_and_places_do_not_count(machine: Path, pattern: str, by: str) -> None:
+    assert changed(machine, pattern, by) == hash_of(EXAMPLE)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "by"),
+    [
+        (r'^name = "virtual lathe"', 'name = "another lathe"'),
+        (r"^cycle_s = 1.0", "cycle_s = 0.5"),
+        (r"^highest_c = 80.0", "highest_c = 79.0"),
+        (r"^lowest_c = 5.0 ", "frozen_s = 60.0\nlowest_c = 5.0 "),
+        (r'^spare_node = "nsu=urn:thermaxis:lathe;s=T_table_2_C"\n', ""),
+        (r"^met = true", "met = false"),
+        (r"^active = true", "active = false"),
+        (r'^\[diameter\]\n.*\nunit = "mm"\n', ""),
+        (r"^\[probe\.Z_um\].*\n.*\n.*\n", ""),
+        (r"^largest_um = 280.0", "largest_um = 279.0"),
+        (r"^deadband_um = 0.5", "deadband_um = 0.6"),
+        (r"^hold_input_s = 300.0", "hold_input_s = 299.0"),
+        (r"^margin_k = 5.0", "margin_k = 4.0"),
+    ],
+)
+def test_every_rule_counts(machine: Path, pattern: str, by: str) -> None:
+    assert changed(machine, pattern, by) != hash_of(EXAMPLE)
+
+
+def test_the_model_has_a_hash_of_its_own(machine: Path) -> None:
+    path = machine.parent / "models" / "lathe.json"
+    content = json.loads(path.read_text("utf-8"))
+    del content["sha256"]
+    content["warnings"] = ["this is another one"]
+    path.write_text(json.dumps(content), "utf-8")
+    assert read_machine(machine).model.sha256 != read_machine(EXAMPLE).model.sha256
+    assert hash_of(machine) == hash_of(EXAMPLE)
+
+
+def test_the_loop_is_started_with_it_and_tells_it_as_a_node_and_to_the_screen() -> None:
+    found = loop_settings(read_machine(EXAMPLE)).configuration_sha256
+    assert found == hash_of(EXAMPLE)
+    now = Snapshot(status(configuration_sha256=found))
+    leaves = {leaf.path: leaf for leaf in leaves_of(Shape(("Z_um",), (), ()))}
+    assert leaves["Status/ConfigurationSha256"].read(now).value == found
+    assert json.loads(as_json(now))["configuration_sha256"] == found
+
+
+def test_a_running_loop_tells_with_which_configuration_it_was_started() -> None:
+    told: list[str] = []
+
+    async def script() -> None:
+        machine = SimulatedMachine({"T_C": 20.0}, ("Z_um",))
+        clock = VirtualClock()
+        loop = CompensationLoop(
+            compensation(),
+            LoopSettings(
+                machine="m", model_file="m.json", model_sha256="0", configuration_sha256="ab" * 32
+            ),
+            Borders(SimulatedSource(machine), SimulatedSink(machine), SimulatedHistorian(), clock),
+        )
+        stop = asyncio.Event()
+        async with asyncio.TaskGroup() as group:
+            group.create_task(loop.run(stop))
+            await asyncio.sleep(5.0)
+            assert loop.status is not None
+            told.append(loop.status.configuration_sha256)
+            stop.set()
+
+    run_in_virtual_time(script())
+    assert told == ["ab" * 32]
