@@ -11,7 +11,7 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import JSONResponse, RedirectResponse, Response
 
 from thermaxis.runtime._users import Role
-from thermaxis.screen._words import language_of
+from thermaxis.screen._words import FREE_TEXT, LANGUAGES, language_of
 
 if TYPE_CHECKING:
     from thermaxis.screen._parts import ScreenParts
@@ -213,11 +213,16 @@ def refuse(connection: HTTPConnection, status: int, key: str, **values: str) -> 
     Returns
     -------
     JSONResponse
-        ``{"error": key, "text": words}``.
+        ``{"error": key, "text": words}``; where parts of the words are English in another
+        language, these too as ``english``.
     """
     language = visitor_of(connection).language
     text = parts_of(connection).words.say(language, key, **values)
-    return JSONResponse({"error": key, "text": text}, status)
+    answer: dict[str, object] = {"error": key, "text": text}
+    english = [value for name, value in values.items() if name in FREE_TEXT and value]
+    if english and language != LANGUAGES[0]:
+        answer["english"] = english
+    return JSONResponse(answer, status)
 
 
 def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:

@@ -651,14 +651,18 @@ def said_in(language: str, words: "Words", events: Sequence[Json]) -> list[Json]
     -------
     list of dict
         The same with ``said``, and of a request ``said_reason``; English where there is no
-        translation.
+        translation, and then what of it is English as ``english``.
     """
     found: list[Json] = []
     for event in events:
         said = words.phrase(language, f"event_{event['kind']}", event["text"])
         found.append({**event, "said": said})
+        english = words.left_in_english(language, f"event_{event['kind']}", event["text"])
         if "reason" in event:
             found[-1]["said_reason"] = words.phrase(language, "answer", event["reason"])
+            english = words.left_in_english(language, "answer", event["reason"])
+        if english:
+            found[-1]["english"] = english
     return found
 
 

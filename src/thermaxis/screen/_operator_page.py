@@ -211,16 +211,12 @@ async def _ask(request: Request) -> Response:
         return refuse(request, HTTPStatus.CONFLICT, told.why or "feed.starting")
     outcome = await parts.persons.ask(visitor.person, question.ask.name, question.arguments)
     words, language = parts.words, visitor.language
-    reason = (
-        words.say(language, outcome.key)
-        if outcome.key
-        else words.phrase(language, "answer", outcome.reason)
-    )
-    return answer_json(
-        {
-            "accepted": outcome.accepted,
-            "answer": outcome.answer,
-            "reason": reason,
-            "reason_en": outcome.reason,
-        }
-    )
+    said: dict[str, object] = {"accepted": outcome.accepted, "answer": outcome.answer}
+    if outcome.key:
+        said["reason"] = words.say(language, outcome.key)
+    else:
+        said["reason"] = words.phrase(language, "answer", outcome.reason)
+        english = words.left_in_english(language, "answer", outcome.reason)
+        if english:
+            said["english"] = english
+    return answer_json({**said, "reason_en": outcome.reason})

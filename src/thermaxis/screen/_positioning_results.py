@@ -199,6 +199,7 @@ def shown_of(evaluated: Mapping[str, Any]) -> Json:
         "drift": _drift(evaluated["drift"]),
         "anomalies": _anomalies(evaluated),
         "diagnosis": _texts([one["text"] for one in found]),
+        "findings": _texts([one["finding"] for one in found]),
         "warnings": _texts(evaluated["warnings"]),
     }
 

@@ -18,6 +18,8 @@ from thermaxis.errors import ConfigurationError
 
 LANGUAGES: Final = ("en", "de", "cs")
 """Languages of the screen; the first is the one that the loop speaks."""
+FREE_TEXT: Final = frozenset({"detail", "failure", "finding", "problem", "said", "why"})
+"""Gaps that hold sentences of free text, in English where no phrase translates them."""
 UNKNOWN: Final = "–"
 """What is shown for a number that is not known."""
 _PHRASES: Final = "phrases"
@@ -205,6 +207,46 @@ class Words:
             if values is not None:
                 return self._filled(language, pattern.said[language], values)
         return english
+
+    def left_in_english(self, language: str, group: str, english: str) -> tuple[str, ...]:
+        """Return what of a phrase stays English in its translation.
+
+        Parameters
+        ----------
+        language : str
+            One of `LANGUAGES`.
+        group : str
+            Group of phrases, as for `phrase`.
+        english : str
+            What the loop said.
+
+        Returns
+        -------
+        tuple of str
+            The phrase itself where it has no translation, else those of its gaps that hold free
+            text without one; none in English. Names and numbers belong to no language.
+        """
+        if language == LANGUAGES[0]:
+            return ()
+        return tuple(dict.fromkeys(self._left(group, english)))
+
+    def _left(self, group: str, english: str) -> Iterator[str]:
+        if group not in self._groups and group[:-1] in self._groups:
+            for part in english.split("; "):
+                yield from self._left(group[:-1], part)
+            return
+        if not english or english in self._groups.get(group, {}):
+            return
+        patterns = self._patterns.get(group, ()) if len(english) <= _LONGEST_PHRASE else ()
+        found = next((one for p in patterns if (one := p.found_in(english)) is not None), None)
+        if found is None:
+            yield english
+            return
+        for name, value in found.items():
+            if name in self._groups or name[:-1] in self._groups:
+                yield from self._left(name, value)
+            elif name in FREE_TEXT:
+                yield value
 
     def event(self, language: str, kind: str, english: str) -> str:
         """Return what the history says of an event in a language.

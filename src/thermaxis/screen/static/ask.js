@@ -3,6 +3,7 @@
 // requested, accepted or refused with the reason, and effective when the loop's status shows it.
 // A question without an answer is neither: it may still take effect, and is watched like the others.
 
+import { withEnglish } from "./english.js";
 import { post } from "./frame.js";
 import { latest, onNoData, onStatus } from "./live.js";
 import { clock, duration, word } from "./words.js";
@@ -13,7 +14,7 @@ const MOST_COURSES = 3;
 
 /** @typedef {Record<string, any>} Status */
 /** @typedef {"accepted" | "refused" | "unknown"} Kind */
-/** @typedef {{kind: Kind, reason: string}} Answer */
+/** @typedef {{kind: Kind, reason: string, english?: string[]}} Answer */
 
 /**
  * @typedef {object} Course
@@ -22,6 +23,7 @@ const MOST_COURSES = 3;
  * @property {"waits" | Kind} answer
  * @property {Date | null} answered
  * @property {string} reason in words; may be empty
+ * @property {string[]} english what of the reason is English on a page of another language
  * @property {number} number the loop's number when it was asked
  * @property {(status: Status) => boolean} effective
  * @property {Date | null} came when it was effective
@@ -83,6 +85,7 @@ function begin(wording) {
     answer: "waits",
     answered: null,
     reason: "",
+    english: [],
     number: latest()?.number ?? -1,
     effective: wording.effective,
     came: null,
@@ -98,6 +101,7 @@ function take(course, answer) {
   course.answered = new Date();
   course.answer = answer.kind;
   course.reason = answer.reason;
+  course.english = answer.english ?? [];
   tell();
   const now = latest();
   if (now) look(now);
@@ -119,7 +123,7 @@ async function answerOf(method, args) {
   const said = await answer.json().catch(() => null);
   if (answer.status >= 500 || said === null) return { kind: "unknown", reason: "" };
   if (!answer.ok) return { kind: "refused", reason: String(said.text ?? "") };
-  return { kind: kindOf(said.answer), reason: String(said.reason) };
+  return { kind: kindOf(said.answer), reason: String(said.reason), english: said.english };
 }
 
 /** @param {unknown} answer @returns {Kind} */
@@ -160,19 +164,26 @@ function linesOf(course) {
   if (course.answer === "waits") lines.push(made("span", "→ " + word("operator.answer_waits")));
   if (course.answer === "refused") {
     lines.push(made("span", `→ ✕ ${word("operator.refused_at", { time })}`, "ask-wrong"));
-    if (course.reason) lines.push(made("span", sentence(course.reason)));
+    if (course.reason) lines.push(reasonOf(course));
   }
   if (course.answer === "unknown") {
     lines.push(made("span", `→ ? ${word("operator.answer_none")}`, "ask-wrong"));
-    if (course.reason) lines.push(made("span", sentence(course.reason)));
+    if (course.reason) lines.push(reasonOf(course));
     lines.push(made("span", "→ " + effectOf(course)));
   }
   if (course.answer === "accepted") {
     lines.push(made("span", "→ " + word("operator.accepted_at", { time })));
-    if (course.reason) lines.push(made("span", sentence(course.reason), "ask-reason"));
+    if (course.reason) lines.push(reasonOf(course, "ask-reason"));
     lines.push(made("span", "→ " + effectOf(course)));
   }
   return lines;
+}
+
+/** @param {Course} course @param {string} [name] name of its class */
+function reasonOf(course, name = "") {
+  const line = made("span", "", name);
+  line.append(...withEnglish(sentence(course.reason), course.english));
+  return line;
 }
 
 /** A course before the newest one, in one line with how it stands. @param {Course} course */
@@ -186,7 +197,9 @@ function shortOf(course) {
     accepted: () => effectOf(course),
   };
   const asked = `${clock(course.requested)} ${course.title}`;
-  return made("span", `${asked}: ${stands[course.answer]().trim()}`, "ask-older");
+  const line = made("span", "", "ask-older");
+  line.append(...withEnglish(`${asked}: ${stands[course.answer]().trim()}`, course.english));
+  return line;
 }
 
 /** @param {Course} course */

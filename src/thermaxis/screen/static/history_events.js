@@ -2,6 +2,7 @@
 // Events in words: in the table and as marks of a chart.
 
 import { duration, moment, number, phrase, signed, word } from "./words.js";
+import { englishNote, withEnglish } from "./english.js";
 import { eventMark } from "./event_marks.js";
 import { element } from "./past.js";
 
@@ -46,9 +47,11 @@ export function startEvents() {
       shown = events;
       const place = element("events");
       place.replaceChildren(...[...events].reverse().map(rowOf));
-      element("events-told").textContent = !events.length
+      const told = !events.length
         ? word("history.events_none")
         : more ? word("history.events_more", { count: events.length }) : "";
+      const note = events.some((one) => one.english) ? englishNote() : "";
+      element("events-told").textContent = [told, note].filter(Boolean).join(" ");
     },
     marks() {
       return shown.map(eventMark);
@@ -59,10 +62,13 @@ export function startEvents() {
 /** @param {Happened} event */
 function rowOf(event) {
   const row = document.createElement("tr");
-  for (const text of [moment(event.t), kindText(event), event.who, eventText(event)]) {
+  for (const text of [moment(event.t), kindText(event), event.who]) {
     const cell = document.createElement("td");
     cell.textContent = text;
     row.append(cell);
   }
+  const what = document.createElement("td");
+  what.append(...withEnglish(eventText(event), event.english ?? []));
+  row.append(what);
   return row;
 }

@@ -5,6 +5,7 @@ import { drawChart } from "./chart.js";
 import {
   fillTable, made, part, rangeBar, say, showRange, showVerdict, verdict,
 } from "./engineer.js";
+import { inEnglish, sayWithEnglish } from "./english.js";
 import { onNoData, onStatus } from "./live.js";
 import { duration, number, signed, word } from "./words.js";
 
@@ -79,7 +80,7 @@ function show(values) {
   showFile(values.file, values.sha256);
   const wrong = part("model-wrong");
   wrong.hidden = model !== null;
-  say(wrong, [values.text, values.detail].filter(Boolean).join(" "));
+  sayWithEnglish(wrong, [values.text, values.detail].filter(Boolean).join(" "), [values.detail]);
   showChoices(values);
   showWarnings(model?.warnings ?? []);
   part("model-outputs").replaceChildren();
@@ -118,7 +119,7 @@ function timesOf(model) {
 function showWarnings(warnings) {
   const list = part("model-warnings");
   list.hidden = warnings.length === 0;
-  list.replaceChildren(...warnings.map((text) => made("li", text)));
+  list.replaceChildren(...warnings.map((text) => inEnglish("li", text)));
 }
 
 // ---- another model ---------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 // The operator's page: state, alarms, corrections, inputs, trend, connections, interventions.
 
 import { made, openDialog } from "./ask.js";
+import { englishNote, englishOf, sayWithEnglish, withEnglish } from "./english.js";
 import { alarmMark } from "./frame.js";
 import { lastKnown, latest, onNoData, onStatus } from "./live.js";
 import { showAsks, startAsks } from "./operator_asks.js";
@@ -88,7 +89,9 @@ function showAlarm(status) {
   show(byId("alarm-count"), String(status.alarms.length));
   markAlarm(priority);
   show(byId("alarm-word"), first ? `${priorityWord(priority)}:` : "");
-  show(byId("alarm-text"), first ? told(first, "text") : word("operator.no_alarm"));
+  const english = first ? englishOf(first) : [];
+  sayWithEnglish(byId("alarm-text"), first ? told(first, "text") : word("operator.no_alarm"),
+    english);
   const more = byId("alarm-more");
   if (!first) {
     show(more, word("operator.no_alarm_more"));
@@ -96,7 +99,7 @@ function showAlarm(status) {
   }
   const since = word("operator.since", { time: timeOf(first.since) });
   const said = [since, told(first, "cause"), told(first, "remedy")];
-  show(more, said.filter(Boolean).join(" · "));
+  sayWithEnglish(more, said.filter(Boolean).join(" · "), english);
 }
 
 /** @param {HTMLElement} body @param {Status} status */
@@ -112,29 +115,34 @@ function fillAlarms(body, status) {
     body.replaceChildren(...head, made("p", none));
     return;
   }
+  const note = status.alarms.some((/** @type {Record<string, any>} */ one) =>
+    englishOf(one).length || one.code === "historian") ? englishNote() : "";
+  const foot = note ? [made("p", note, "op-quiet")] : [];
   body.replaceChildren(...head, ...status.alarms.map((/** @type {Record<string, any>} */ alarm) => {
+    const english = englishOf(alarm);
     const item = made("section", "", "op-alarm-item");
     const text = made("div", "");
     const head = made("p", "");
     head.append(
       made("b", `${priorityWord(alarm.priority)}: `),
-      `${told(alarm, "text")} `,
+      ...withEnglish(`${told(alarm, "text")} `, english),
       made("span", word("operator.came", { time: timeOf(alarm.since) }), "op-quiet"),
     );
-    text.append(head, pair(word("operator.cause"), told(alarm, "cause")),
-      pair(word("operator.remedy"), told(alarm, "remedy")));
+    text.append(head, pair(word("operator.cause"), told(alarm, "cause"), english),
+      pair(word("operator.remedy"), told(alarm, "remedy"), english));
     if (alarm.code === "historian") {
-      text.append(pair(word("operator.detail"), String(alarm.values?.failure ?? alarm.text)));
+      const failure = String(alarm.values?.failure ?? alarm.text);
+      text.append(pair(word("operator.detail"), failure, [failure]));
     }
     item.append(alarmMark(alarm.priority), text);
     return item;
-  }));
+  }), ...foot);
 }
 
-/** @param {string} label @param {string} text */
-function pair(label, text) {
+/** @param {string} label @param {string} text @param {string[]} english what of it is English */
+function pair(label, text, english) {
   const line = made("p", "");
-  line.append(made("span", `${label}: `, "op-quiet"), text || "–");
+  line.append(made("span", `${label}: `, "op-quiet"), ...withEnglish(text || "–", english));
   return line;
 }
 
@@ -219,7 +227,11 @@ function watchRequest() {
     if (!place.childElementCount) return;
     openList(word("operator.request"), (body) => {
       if (body.textContent === place.textContent) return;
-      body.replaceChildren(...[...place.children].map((line) => made("p", line.textContent ?? "")));
+      body.replaceChildren(...[...place.children].map((line) => {
+        const copy = made("p", "");
+        copy.append(.../** @type {Element} */ (line.cloneNode(true)).childNodes);
+        return copy;
+      }));
     });
   };
   const look = () => {

@@ -1,6 +1,7 @@
 // @ts-check
 // Send a measured run, and show what its evaluation says.
 
+import { inEnglish, withEnglish } from "./english.js";
 import { moment, number, phrase, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Result */
@@ -40,6 +41,17 @@ const MODELS = {
   line: "positioning.drift_line",
   smooth: "positioning.drift_smooth",
 };
+const FINDINGS = {
+  scale_error: "positioning.finding_scale_error",
+  periodic_error: "positioning.finding_periodic_error",
+  backlash: "positioning.finding_backlash",
+  backlash_step: "positioning.finding_backlash_step",
+  backlash_variation: "positioning.finding_backlash_variation",
+  spread: "positioning.finding_spread",
+  drift_reversal: "positioning.finding_drift_reversal",
+  temperature_channel: "positioning.finding_temperature_channel",
+  hidden_period: "positioning.finding_hidden_period",
+};
 const OTHERS = { iso230_2_1988: "ISO 230-2:1988", vdi3441: "VDI/DGQ 3441" };
 const UNITS = {
   linear: { deviation: "µm", target: "mm", growth: "µm/m" },
@@ -60,16 +72,6 @@ function element(tag, text, kind = "") {
   const made = document.createElement(tag);
   made.textContent = text;
   if (kind) made.className = kind;
-  return made;
-}
-
-/** What the evaluation says in English, in every language of the page.
- * @param {string} tag
- * @param {string} text
- */
-function english(tag, text) {
-  const made = element(tag, text);
-  made.lang = "en";
   return made;
 }
 
@@ -285,7 +287,7 @@ function other(result) {
   });
   const name = known(OTHERS, result.other.name) ?? "";
   return section(word("positioning.other", { name }), [
-    table(head, rows), english("p", result.other.mark),
+    table(head, rows), inEnglish("p", result.other.mark),
   ]);
 }
 
@@ -308,6 +310,16 @@ function listed(title, rows) {
   const list = document.createElement("ul");
   list.append(...rows);
   return section(title, [list]);
+}
+
+/** What it is in the page's language, then how much and where in the evaluation's own words.
+ * @param {string} key @param {string} text */
+function finding(key, text) {
+  const row = document.createElement("li");
+  const named = known(FINDINGS, key);
+  if (named) row.append(element("b", `${word(named)}: `));
+  row.append(inEnglish("span", text));
+  return row;
 }
 
 /** @param {Result} result */
@@ -340,9 +352,10 @@ function show(result) {
     ...drift(result),
     ...anomalies(result),
     ...listed(word("positioning.diagnosis"),
-      result.diagnosis.map((/** @type {string} */ text) => english("li", text))),
+      result.diagnosis.map((/** @type {string} */ text, /** @type {number} */ k) =>
+        finding(result.findings[k] ?? "", text))),
     ...listed(word("positioning.warnings"),
-      result.warnings.map((/** @type {string} */ text) => english("li", text))),
+      result.warnings.map((/** @type {string} */ text) => inEnglish("li", text))),
     element("p", word("positioning.content", { sha256: result.sha256 }), "muted"),
   );
   const certificate = /** @type {HTMLAnchorElement} */ (byId("run-certificate"));
@@ -368,10 +381,10 @@ function choose(report) {
 
 // ---- asking -------------------------------------------------------------------------------------
 
-/** @param {string} text */
-function refuse(text) {
+/** @param {string} text @param {string[]} [parts] parts of it that are English */
+function refuse(text, parts = []) {
   const wrong = byId("run-wrong");
-  wrong.textContent = text;
+  wrong.replaceChildren(...withEnglish(text, parts));
   wrong.hidden = text === "";
   if (text === "") return;
   byId("run-result").hidden = true; // figures of an earlier run do not stand beside a refusal
@@ -477,7 +490,7 @@ async function send(form, button) {
   button.disabled = false;
   if (!answer) refuse(word("positioning.no_answer"));
   else if (answer.ok) show(answer.found);
-  else refuse(String(answer.found.text ?? word("positioning.no_answer")));
+  else refuse(String(answer.found.text ?? word("positioning.no_answer")), answer.found.english);
   await list(false);
 }
 
