@@ -572,7 +572,12 @@ def machine(runner: asyncio.Runner):
     runner.run(one.stop())
 
 
-def source_of(machine: Machine, cable: Cable, timeout_s: float = 0.3) -> ProbedSource:
+LONGEST_S = 10.0
+"""Time that a silent server could cost a read, were it waited for. Real time is the subject here;
+a read in half of it has waited for nothing, however loaded the computer is. [s]"""
+
+
+def source_of(machine: Machine, cable: Cable, timeout_s: float = LONGEST_S) -> ProbedSource:
     """Return inputs by a straight connection, and a probe by the cable."""
     clock = SystemClock()
     straight = f"opc.tcp://127.0.0.1:{machine.port}/machine"
@@ -593,8 +598,8 @@ def source_of(machine: Machine, cable: Cable, timeout_s: float = 0.3) -> ProbedS
 
 async def seen(source: ProbedSource, *, wanted: float | None) -> SourceSample:
     """Read, as a loop does, until the probe has a value or has none any more."""
-    for _ in range(300):
-        samples = await source.read(0.2)
+    for _ in range(1000):
+        samples = await source.read(LONGEST_S)
         assert samples["T1"].good
         assert samples["T1"].value == 20.5
         if samples[PROBE].value == wanted:
@@ -613,22 +618,25 @@ def test_a_server_that_falls_silent_to_the_probe_still_tells_the_inputs_in_time(
         source = source_of(machine, cable)
         await source.open()
         await until(lambda: source.source.session.connected)
+        clock = SystemClock()
+        put_s = clock.monotonic_s()
+        machine.put("Probe", 0.0125)
         first = await seen(source, wanted=12.5)
         assert first.good
         assert first.age_s is not None
-        assert 0.0 <= first.age_s < 1.0
+        assert 0.0 <= first.age_s <= clock.monotonic_s() - put_s + 0.1  # two clocks
         generation = source.source.session.generation
 
         cable.stop()  # what is asked is taken, and never answered
-        slowest_s, clock = 0.0, SystemClock()
+        slowest_s = 0.0
         for _ in range(40):
             began_s = clock.monotonic_s()
-            samples = await source.read(0.2)
+            samples = await source.read(LONGEST_S)
             slowest_s = max(slowest_s, clock.monotonic_s() - began_s)
             assert samples["T1"].good
             await asyncio.sleep(0.02)
         assert samples[PROBE] == NOT_READ
-        assert slowest_s < 0.2
+        assert slowest_s < LONGEST_S / 2.0
         assert source.source.session.generation == generation
 
         await cable.cut()

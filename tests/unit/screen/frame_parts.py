@@ -57,7 +57,7 @@ class Feed:
         self._news.set()
 
     async def after(self, number: int) -> Told:
-        """Wait for something newer."""
+        """Wait for something newer; it is told from another thread, so it is looked for anew."""
         while self.latest.number <= number:
             self._news.clear()
             try:

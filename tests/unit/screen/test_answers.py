@@ -15,7 +15,9 @@ from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocket
+from uvicorn.server import ServerState
 
+from tests.opcua_server import until
 from tests.unit.runtime.status_server_parts import run
 from tests.unit.screen.frame_parts import WORDS, parts
 from tests.unit.screen.people import PASSWORD, TOKEN, People
@@ -256,7 +258,7 @@ def plain_terminal():
 
 
 @contextlib.asynccontextmanager
-async def served() -> AsyncIterator[int]:
+async def served() -> AsyncIterator[tuple[int, ServerState]]:
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         port = int(listener.getsockname()[1])
@@ -272,23 +274,23 @@ async def served() -> AsyncIterator[int]:
         while not server.started:
             await asyncio.sleep(0.005)
         try:
-            yield port
+            yield port, server.server_state
         finally:
             server.should_exit = True
             await task
 
 
-async def send(port: int, head: str, body: bytes, *, wait: bool) -> bytes:
-    """Send a request, whole or not; return what came before it was closed."""
+async def send(port: int, head: str, body: bytes, *, cut_off: ServerState | None = None) -> bytes:
+    """Send a request; return what came before it was closed, or close it once it has begun."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     writer.write(head.replace("\n", "\r\n").encode() + b"\r\n" + body)
     await writer.drain()
     answer = b""
-    if wait:
+    if cut_off is None:
         with contextlib.suppress(ConnectionError):
-            answer = await asyncio.wait_for(reader.read(), 5.0)
+            answer = await asyncio.wait_for(reader.read(), 20.0)
     else:
-        await asyncio.sleep(0.05)
+        await until(lambda: bool(cut_off.tasks), 20.0)
     writer.close()
     with contextlib.suppress(ConnectionError):
         await writer.wait_closed()
@@ -318,13 +320,11 @@ def test_a_body_that_is_cut_off_is_answered_nothing_and_told_to_nobody(
     caplog: pytest.LogCaptureFixture, path: str, *, cookie: bool
 ) -> None:
     async def scene() -> None:
-        async with served() as port:
+        async with served() as (port, state):
             head = head_of(port, path, length=500, cookie=cookie)
-            assert await send(port, head, b'{"na', wait=False) == b""
-            await asyncio.sleep(0.1)
-            whole = await send(
-                port, f"GET /alive HTTP/1.0\nHost: 127.0.0.1:{port}\n", b"", wait=True
-            )
+            assert await send(port, head, b'{"na', cut_off=state) == b""
+            await until(lambda: not state.connections and not state.tasks, 20.0)
+            whole = await send(port, f"GET /alive HTTP/1.0\nHost: 127.0.0.1:{port}\n", b"")
             assert b" 200 " in whole
 
     with plain_terminal():
@@ -334,9 +334,9 @@ def test_a_body_that_is_cut_off_is_answered_nothing_and_told_to_nobody(
 
 def test_strangers_that_speak_no_http_fill_no_terminal(caplog: pytest.LogCaptureFixture) -> None:
     async def scene() -> None:
-        async with served() as port:
+        async with served() as (port, _):
             for _ in range(10):
-                await send(port, "\x16\x03\x01 no HTTP\n", b"\xff" * 40, wait=True)
+                await send(port, "\x16\x03\x01 no HTTP\n", b"\xff" * 40)
 
     with plain_terminal():
         run(scene)
@@ -350,9 +350,9 @@ def test_a_mistake_behind_the_web_server_is_one_line_and_its_page_names_it(
     answers: list[bytes] = []
 
     async def scene() -> None:
-        async with served() as port:
+        async with served() as (port, _):
             head = f"GET /broken HTTP/1.0\nHost: 127.0.0.1:{port}\nAccept: application/json\n"
-            answers.extend([await send(port, head, b"", wait=True) for _ in range(3)])
+            answers.extend([await send(port, head, b"") for _ in range(3)])
 
     with plain_terminal():
         run(scene)

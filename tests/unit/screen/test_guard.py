@@ -740,7 +740,7 @@ async def raw(port: int, sent: bytes) -> tuple[int, bytes]:
     try:
         writer.write(sent.replace(b"PORT", str(port).encode()))
         with contextlib.suppress(ConnectionError):
-            while part := await asyncio.wait_for(reader.read(65536), 5.0):
+            while part := await asyncio.wait_for(reader.read(65536), 20.0):
                 answer += part
     finally:
         writer.close()

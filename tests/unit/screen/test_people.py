@@ -76,7 +76,7 @@ def play(
         await people.close()
 
     async def before_persons(scene: Scene) -> None:
-        async with asyncio.timeout(20.0), shop(stage) as place:
+        async with asyncio.timeout(50.0), shop(stage) as place:
             appoint(place.pairs.users, ROLES)
 
             async def lose(person: Person) -> None:

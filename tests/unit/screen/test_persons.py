@@ -30,11 +30,13 @@ from thermaxis.runtime._ports import RequestOutcome
 from thermaxis.runtime._status_requests import ASKS
 from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Role
 from thermaxis.screen import _person_session, _persons
+from thermaxis.screen._failed_log_ins import FAILURES_BY_ADDRESS
 from thermaxis.screen._persons import (
     KEEP_ALIVE_S,
     MOST_AT_ONCE,
     MOST_OF_ONE,
     MOST_WAITING,
+    TOO_MANY_FROM_HERE,
     Person,
     Persons,
     Refusal,
@@ -61,7 +63,7 @@ def at_the_shop(runner: asyncio.Runner, stage: Stage):
 
     def play(act: Callable[[Shop], Awaitable[None]], **changes: float) -> None:
         async def scene() -> None:
-            async with asyncio.timeout(20.0), shop(stage, **changes) as place:
+            async with asyncio.timeout(50.0), shop(stage, **changes) as place:
                 await act(place)
 
         runner.run(scene())
@@ -259,7 +261,7 @@ def test_a_flood_of_log_ins_waits_within_a_bound(at_the_shop) -> None:
 
 def test_a_log_in_that_its_browser_gives_up_leaves_no_session(at_the_shop) -> None:
     async def act(place: Shop) -> None:
-        for pause_s in (0.0, 0.005, 0.02, 0.05, 0.08):
+        for pause_s in (0.0, 0.005, 0.02, 0.05, 0.08):  # whichever step it is given up in
             task = asyncio.create_task(place.persons.log_in("novak", PASSWORD, HERE))
             await asyncio.sleep(pause_s)
             task.cancel()
@@ -395,16 +397,19 @@ def test_wrong_passwords_of_one_name_keep_no_other_name_of_the_same_address_out(
     at_the_shop(act)
 
 
-def test_an_address_that_guesses_many_names_is_refused_as_everybody_is(at_the_shop) -> None:
+def test_an_address_that_guesses_many_names_is_refused_alone_and_keeps_nobody_else_out(
+    at_the_shop,
+) -> None:
     async def act(place: Shop) -> None:
-        for i in range(FAILURES_IN_ALL):
+        for i in range(FAILURES_BY_ADDRESS):
             found = await place.refused(f"<{i}>", PASSWORD, "10.0.0.9")
             assert found.key == "login.refused"
             place.clock.now_s += 1.0
-        for address in ("10.0.0.9", "10.0.0.10"):
-            found = await place.refused("novak", PASSWORD, address)
-            assert found == Refusal("login.too_many_in_all", left_s=30)
-        place.clock.now_s += 30.0
+        left_s = REFUSED_S - FAILURES_BY_ADDRESS
+        found = await place.refused("novak", PASSWORD, "10.0.0.9")
+        assert found == Refusal(TOO_MANY_FROM_HERE, left_s=round(left_s))
+        await place.log_in("novak", PASSWORD, "10.0.0.10")
+        place.clock.now_s += left_s
         await place.log_in("novak", PASSWORD, "10.0.0.9")
 
     at_the_shop(act)
@@ -463,14 +468,16 @@ def test_a_refusal_for_too_many_failures_does_not_ask_the_server(at_the_shop) ->
 
 
 def test_a_name_that_nobody_has_takes_as_long_as_a_wrong_password(at_the_shop) -> None:
+    """Real time is the subject: that of the processor, which other programs do not lengthen."""
+
     async def act(place: Shop) -> None:
         took: dict[str, list[float]] = {"novak": [], "nobody": []}
         for _ in range(7):
             for name, times in took.items():
                 place.clock.now_s += REFUSED_S + 1.0
-                began = time.perf_counter()
+                began_s = time.process_time()
                 await place.refused(name, "wrong horse battery")
-                times.append(time.perf_counter() - began)
+                times.append(time.process_time() - began_s)
         known, unknown = (min(times) for times in took.values())
         assert 0.6 < known / unknown < 1.6, statistics.median(took["novak"])
 
@@ -710,10 +717,9 @@ def test_whoever_looks_on_takes_no_place_of_those_who_act_and_their_number_is_bo
 def test_a_server_that_freezes_leaves_the_log_in_for_looking(
     at_the_shop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_persons, "NO_SIGN_S", 0.2)
-
     async def act(place: Shop) -> None:
         cookie, person = await place.log_in("novak")
+        monkeypatch.setattr(_persons, "NO_SIGN_S", 0.2)  # only what stays silent waits so long
         place.cable.stop()
         await place.clock.move(KEEP_ALIVE_S)
         await until(lambda: person.lost == "login.loop_gone")
@@ -915,10 +921,9 @@ def test_a_request_whose_connection_is_lost_says_so_at_once(at_the_shop) -> None
 def test_a_request_that_waits_for_the_loop_costs_nobody_the_log_in(
     at_the_shop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_persons, "NO_SIGN_S", 0.1)
-
     async def act(place: Shop) -> None:
         cookie, person = await place.log_in("novak")
+        monkeypatch.setattr(_persons, "NO_SIGN_S", 0.1)  # only what stays silent waits so long
         place.box.gate = asyncio.Event()
         asking = asyncio.create_task(place.persons.ask(person, "Hold"))
         await until(lambda: bool(place.box.requests))

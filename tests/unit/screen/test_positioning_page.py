@@ -599,7 +599,7 @@ def test_names_are_stored_shown_and_offered_as_known(
 # ---- commands that go wrong ---------------------------------------------------------------------
 
 WRONG = {
-    "hangs": ("import time; time.sleep(60)", "positioning.too_long"),
+    "hangs": ("import time; time.sleep(600)", "positioning.too_long"),
     "crashes": ("import os; os.kill(os.getpid(), 11)", "positioning.crashed"),
     "is ended by the system": ("import os; os.kill(os.getpid(), 9)", "positioning.too_hungry"),
     "eats": ("hoard = [bytes(100_000_000) for _ in range(90)]", "positioning.too_hungry"),
@@ -622,11 +622,12 @@ def test_a_command_that_goes_wrong_is_told_in_words_and_leaves_nothing(
     kind: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     text, key = WRONG[kind]
-    with Stage(tmp_path, a_program(tmp_path, text), evaluation_s=1.0) as stage:
+    allowed_s = 1.0 if kind == "hangs" else 50.0  # no other reaches it on a computer under load
+    with Stage(tmp_path, a_program(tmp_path, text), evaluation_s=allowed_s) as stage:
         answer = stage.send(b"1", name="a.csv", headers={"Accept-Language": "de"})
         assert answer.status_code == 422
         assert answer.json()["error"] == key
-        assert answer.json()["text"] == Words.read().say("de", key, limit="1")
+        assert answer.json()["text"] == Words.read().say("de", key, limit=f"{allowed_s:.0f}")
         assert kept_places(answer.text, tmp_path) == []
         assert stage.folders() == []
         assert stage.get("/positioning/results").status_code == 200  # the page goes on
@@ -721,7 +722,7 @@ def test_results_go_with_the_log_in_though_nobody_asks_again(
     stage.leaves("login.out")
 
     async def look() -> None:
-        async with asyncio.timeout(5.0):
+        async with asyncio.timeout(20.0):
             while stage.folders():
                 await asyncio.sleep(0.01)
 
