@@ -2,15 +2,12 @@
 
 import asyncio
 import math
-import re
 import threading
 import time
-from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping, Sequence
+from collections.abc import AsyncGenerator, Awaitable, Callable
 from concurrent.futures import Future
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
-from itertools import pairwise
 from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast, final
@@ -19,50 +16,51 @@ from starlette.datastructures import State
 from starlette.requests import HTTPConnection
 
 from thermaxis.errors import ThermaxisError
-from thermaxis.runtime._ports import Clock, EventRecord
+from thermaxis.runtime._ports import Clock
 from thermaxis.screen._access import parts_of, visitor_of
+from thermaxis.screen._history_events import MARKED, event_json, events_of, names_now, trend8
+from thermaxis.screen._history_series import (
+    line_of,
+    lines_of,
+    moment_of,
+    points_within,
+    shortened,
+    span_of,
+    to_ms,
+    unit_of,
+)
 
 if TYPE_CHECKING:
-    from thermaxis.runtime.historian._reading import HistoryReader, Trend
-    from thermaxis.screen._words import Words
+    from thermaxis.runtime.historian._reading import HistoryReader
+
+__all__ = [
+    "MARKED",
+    "History",
+    "Kept",
+    "NoHistoryError",
+    "asker_of",
+    "close_history",
+    "event_json",
+    "events_of",
+    "history_of",
+    "line_of",
+    "lines_of",
+    "moment_of",
+    "names_now",
+    "points_within",
+    "reason_for_people",
+    "shortened",
+    "span_of",
+    "to_ms",
+    "trend8",
+    "unit_of",
+]
 
 T = TypeVar("T")
-Json = dict[str, Any]
-"""An object of JSON."""
-
-EVENT_KINDS: Final = (
-    "start",
-    "stop",
-    "state",
-    "request",
-    "connection",
-    "alarm",
-    "commission",
-    "loss",
-)
-"""Kinds of events."""
-MARKED: Final = ("state", "request", "alarm")
-"""Kinds of events that the operator's trend marks."""
-TREND_H: Final = 8.0
-"""Length of the operator's trend. [h]"""
-TREND_POINTS: Final = 480
-"""Its steps: minutes, which the history keeps ready. [1]"""
-TREND_KEPT_S: Final = 15.0
-"""Time for which the operator's trend is not asked for again. [s]"""
-LONGEST: Final = timedelta(days=3660)
-"""Longest span of one question."""
-MOST_EVENTS: Final = 500
-"""Events of one answer: the newest. [1]"""
 _SQLITE: Final = "sqlite:///"
 _LIMIT_S: Final = 8.0
 _MOST_WAITING: Final = 24
 _MOST_OF_ONE: Final = 8
-_SINGLE_CYCLES: Final = 600
-_DIGITS: Final = 7
-_UNITS: Final = {"um": "µm", "degC": "°C", "1": ""}
-_UNIT_OF_NAME: Final = re.compile(r"_(um|mm|C|c|K|k|rpm|s|V|A|kW|W|Nm|bar|pct)(?:\.spare)?$")
-_SHOWN_UNITS: Final = {"um": "µm", "C": "°C", "c": "°C", "k": "K", "rpm": "1/min", "pct": "%"}
-_EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 @final
@@ -393,375 +391,3 @@ async def close_history(state: State) -> None:
     """
     if hasattr(state, "history"):
         await cast("History", state.history).close()
-
-
-# ---- times --------------------------------------------------------------------------------------
-
-
-def to_ms(moment: datetime) -> int:
-    """Return a time as scripts count it, since 1970 in UTC. [ms]"""
-    return (moment - _EPOCH) // timedelta(milliseconds=1)
-
-
-def moment_of(text: str | None) -> datetime | None:
-    """Return the time that a page states.
-
-    Parameters
-    ----------
-    text : str or None
-        ISO 8601 with its zone.
-
-    Returns
-    -------
-    datetime or None
-        The time in UTC; None where it is none, or lies outside of 1970 to 2200.
-    """
-    try:
-        found = datetime.fromisoformat(text or "")
-    except ValueError:
-        return None
-    if found.tzinfo is None or not 1970 < found.year < 2200:
-        return None
-    return found.astimezone(UTC)
-
-
-def span_of(connection: HTTPConnection) -> tuple[datetime, datetime] | None:
-    """Return the span that a request states as ``first`` and ``last``.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        The request.
-
-    Returns
-    -------
-    tuple or None
-        Begin and end in UTC; None where they are no times, the end is not after the begin, or
-        more than `LONGEST` after it.
-    """
-    first = moment_of(connection.query_params.get("first"))
-    last = moment_of(connection.query_params.get("last"))
-    if first is None or last is None or not timedelta(0) < last - first <= LONGEST:
-        return None
-    return first, last
-
-
-# ---- series -------------------------------------------------------------------------------------
-
-
-def unit_of(name: str, unit: str) -> str:
-    """Return the unit of a series as people write it.
-
-    Parameters
-    ----------
-    name : str
-        Name of the series; where it states no unit, its end does, as in ``T_spindle_C``.
-    unit : str
-        Its unit, as the history states it.
-
-    Returns
-    -------
-    str
-        Such as ``µm``; empty for a number without one.
-    """
-    if unit:
-        return _UNITS.get(unit, unit)
-    found = _UNIT_OF_NAME.search(name)
-    return _SHOWN_UNITS.get(found[1], found[1]) if found else ""
-
-
-def points_within(first: datetime, last: datetime, cycle_s: float, points: int) -> int:
-    """Return into how many steps a span is cut.
-
-    No step is shorter than two cycles: one that has no value means that none was recorded. A
-    span of few cycles is cut so finely that each has a step of its own.
-
-    Parameters
-    ----------
-    first, last : datetime
-        The span.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-    points : int
-        Steps that are wanted. [1]
-
-    Returns
-    -------
-    int
-        Number of steps. [1]
-    """
-    cycles = (last - first) / timedelta(seconds=cycle_s)
-    if cycles <= min(points, _SINGLE_CYCLES):
-        return max(1, (last - first) // timedelta(milliseconds=1))
-    return max(1, min(points, int(cycles / 2.0)))
-
-
-def line_of(trend: "Trend", last: datetime, cycle_s: float) -> Json:
-    """Return a trend as a page draws it: times in the middle of the steps, null in every gap.
-
-    Parameters
-    ----------
-    trend : Trend
-        The trend.
-    last : datetime
-        End of the span: no time is later.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-
-    Returns
-    -------
-    dict
-        ``unit``, ``step_s``, and lists of one length: ``t`` [ms since 1970], ``mean``, ``lowest``,
-        ``highest``.
-    """
-    found: Json = {
-        "unit": unit_of(trend.name, trend.unit),
-        "step_s": trend.step_us / 1e6,
-        "t": [],
-        "mean": [],
-        "lowest": [],
-        "highest": [],
-    }
-    longest_us = _longest_us(trend, cycle_s)
-    last_ms, before_us = to_ms(last), math.inf
-    rows = zip(trend.time_us, trend.mean, trend.lowest, trend.highest, strict=True)
-    for time_us, *numbers in rows:
-        if time_us - before_us > longest_us:
-            gap_ms = int(before_us + time_us + trend.step_us) // 2000
-            _append(found, gap_ms, (None, None, None))
-        before_us = time_us
-        _append(found, min((time_us + trend.step_us // 2) // 1000, last_ms), numbers)
-    return found
-
-
-def _longest_us(trend: "Trend", cycle_s: float) -> float:
-    """Return the time between two values from which on there is a gap. [µs]"""
-    times_us = trend.time_us
-    apart = sorted(after - before for before, after in pairwise(times_us))
-    usual_us = apart[len(apart) // 2] if apart else 0
-    recorded_us = max(cycle_s * 1e6, usual_us if usual_us > trend.step_us else 0)
-    return trend.step_us + 1.5 * recorded_us
-
-
-def _append(found: Json, time_ms: int, numbers: Sequence[float | None]) -> None:
-    found["t"].append(time_ms)
-    for name, number in zip(("mean", "lowest", "highest"), numbers, strict=True):
-        found[name].append(shortened(number))
-
-
-def shortened(number: float | None) -> float | None:
-    """Return a number with the digits that a chart or a table can show; None if it is none."""
-    if number is None or not math.isfinite(number):
-        return None
-    return float(f"{number:.{_DIGITS}g}")
-
-
-def lines_of(
-    reader: "HistoryReader",
-    names: Sequence[str],
-    span: tuple[datetime, datetime],
-    cycle_s: float,
-    points: int,
-) -> Json:
-    """Return several trends by name, those of them that the history has.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    names : sequence of str
-        Names of series.
-    span : tuple of datetime
-        Begin and end.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-    points : int
-        Largest number of steps. [1]
-
-    Returns
-    -------
-    dict
-        As `line_of` says, by name.
-    """
-    known = reader.series()
-    wanted = [name for name in dict.fromkeys(names) if name in known]
-    if not wanted:
-        return {}
-    found = reader.trend(wanted, *span, points=points_within(*span, cycle_s, points))
-    return {name: line_of(found[name], span[1], cycle_s) for name in wanted}
-
-
-# ---- events -------------------------------------------------------------------------------------
-
-
-def event_json(event: EventRecord) -> Json:
-    """Return an event for a page.
-
-    Parameters
-    ----------
-    event : EventRecord
-        The event.
-
-    Returns
-    -------
-    dict
-        ``t`` [ms since 1970], ``kind``, ``who``, ``text`` as recorded, in English, and what a page
-        needs to say it in another language: of a state ``state`` and ``reasons``, of an alarm
-        ``priority`` (empty once it is gone) and ``alarm``, of a request ``request``, ``output``,
-        ``value``, ``duration_s``, ``accepted`` and ``reason``.
-    """
-    found: Json = {
-        "t": to_ms(event.utc),
-        "kind": event.kind,
-        "who": event.who,
-        "text": event.text,
-    }
-    head, _, tail = event.text.partition(": ")
-    if event.kind == "state":
-        found |= {"state": head, "reasons": tail.split("; ") if tail else []}
-    elif event.kind == "alarm" and head in {"critical", "high", "medium", "low", "gone"}:
-        found |= {"priority": "" if head == "gone" else head, "alarm": tail}
-    elif event.kind == "request" and "accepted" in event.details:
-        details = event.details
-        found |= {
-            "request": str(details.get("kind") or ""),
-            "output": str(details.get("output") or ""),
-            "value": _number(details.get("value")),
-            "duration_s": _number(details.get("duration_s")),
-            "file": str(details.get("text") or ""),
-            "accepted": details["accepted"] is True,
-            "reason": tail.partition(", ")[2],
-        }
-    return found
-
-
-def said_in(language: str, words: "Words", events: Sequence[Json]) -> list[Json]:
-    """Return events with what happened in a language as well.
-
-    Parameters
-    ----------
-    language : str
-        The language.
-    words : Words
-        Texts in every language.
-    events : sequence of dict
-        As `event_json` says.
-
-    Returns
-    -------
-    list of dict
-        The same with ``said``, and of a request ``said_reason``; English where there is no
-        translation, and then what of it is English as ``english``.
-    """
-    found: list[Json] = []
-    for event in events:
-        said = words.phrase(language, f"event_{event['kind']}", event["text"])
-        found.append({**event, "said": said})
-        english = words.left_in_english(language, f"event_{event['kind']}", event["text"])
-        if "reason" in event:
-            found[-1]["said_reason"] = words.phrase(language, "answer", event["reason"])
-            english = words.left_in_english(language, "answer", event["reason"])
-        if english:
-            found[-1]["english"] = english
-    return found
-
-
-def _number(value: object) -> float | None:
-    return shortened(float(value)) if isinstance(value, int | float) else None
-
-
-def events_of(
-    reader: "HistoryReader",
-    span: tuple[datetime, datetime],
-    kinds: Sequence[str] = (),
-    newest: int = MOST_EVENTS,
-) -> tuple[list[Json], bool]:
-    """Return the events of a span.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    span : tuple of datetime
-        Begin and end.
-    kinds : sequence of str
-        Kinds that are wanted. Default: all.
-    newest : int
-        Only so many, the newest. [1]
-
-    Returns
-    -------
-    events : list of dict
-        As `event_json` says, in the order of recording.
-    more : bool
-        Whether there are older ones in the span that are not given.
-    """
-    found = reader.events(*span, kinds=kinds, newest=newest + 1)
-    return [event_json(event) for event in found[-newest:]], len(found) > newest
-
-
-# ---- the operator's trend -----------------------------------------------------------------------
-
-
-def trend8(
-    reader: "HistoryReader",
-    now: datetime,
-    cycle_s: float,
-    outputs: Sequence[str],
-    channels: Sequence[str],
-) -> Json:
-    """Return the last hours of corrections and key temperatures, with events.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    now : datetime
-        The end, aware.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-    outputs : sequence of str
-        Outputs of the model.
-    channels : sequence of str
-        Its channels.
-
-    Returns
-    -------
-    dict
-        ``first`` and ``last`` [ms since 1970], ``series`` as `line_of` says by name
-        (``Z_um.correction``, ``T_spindle_C``), ``events`` as `event_json` says.
-    """
-    span = now - timedelta(hours=TREND_H), now
-    names = [*(f"{output}.correction" for output in outputs), *channels]
-    series = lines_of(reader, names, span, cycle_s, TREND_POINTS)
-    events, more = events_of(reader, span, MARKED, 200)
-    return {
-        "first": to_ms(span[0]),
-        "last": to_ms(now),
-        "series": series,
-        "events": events,
-        "more_events": more,
-    }
-
-
-def names_now(status: Mapping[str, Any], table: str, configured: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of outputs or inputs: those of the loop, or of the file while it is silent.
-
-    Parameters
-    ----------
-    status : mapping
-        What the loop told; may be empty.
-    table : str
-        ``outputs`` or ``inputs``.
-    configured : sequence of str
-        Names in the configuration.
-
-    Returns
-    -------
-    tuple of str
-        The names.
-    """
-    told = status.get(table)
-    if isinstance(told, Mapping) and told:
-        return tuple(str(name) for name in cast("Mapping[object, object]", told))
-    return tuple(configured)

@@ -16,23 +16,16 @@ from thermaxis.errors import printable
 from thermaxis.runtime._private_files import whole_file
 from thermaxis.runtime._users import Role
 from thermaxis.screen._access import answer_json, needs, parts_of, refuse, visitor_of
-from thermaxis.screen._history import (
+from thermaxis.screen._history import Kept, NoHistoryError, asker_of, history_of
+from thermaxis.screen._history_events import (
     EVENT_KINDS,
     TREND_KEPT_S,
-    Json,
-    Kept,
-    NoHistoryError,
-    asker_of,
     events_of,
-    history_of,
-    lines_of,
     names_now,
     said_in,
-    span_of,
-    to_ms,
     trend8,
-    unit_of,
 )
+from thermaxis.screen._history_series import Json, lines_of, span_of, to_ms, unit_of
 from thermaxis.screen._work import BusyError, Ending, Limits, Outcome, WorkFolder, work_of
 
 if TYPE_CHECKING:

@@ -10,20 +10,14 @@ import asyncio
 import hashlib
 import math
 import secrets
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from typing import Final, NamedTuple, final
 
-from asyncua import ua
-
-from thermaxis.errors import ConfigurationError, ThermaxisError, printable
+from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime._opcua_failures import FAILURES, explain
-from thermaxis.runtime._opcua_session import MethodAnswer
 from thermaxis.runtime._ports import Clock
-from thermaxis.runtime._status_nodes import Kind
-from thermaxis.runtime._status_requests import ASKS, Ask, refusal_of
 from thermaxis.runtime._users import (
     LONGEST_NAME,
     LONGEST_PASSWORD,
@@ -31,8 +25,62 @@ from thermaxis.runtime._users import (
     Role,
     check_name,
 )
+from thermaxis.screen._answers import (
+    ARGUMENTS,
+    LOST,
+    MAY_STILL,
+    NO_ANSWER,
+    NOT_ALLOWED,
+    NOT_TAKEN,
+    TOO_MANY_ASKED,
+    UNKNOWN,
+    Answer,
+    Outcome,
+)
+from thermaxis.screen._answers import outcome_of as _outcome_of
+from thermaxis.screen._answers import variants_of as _variants
 from thermaxis.screen._failed_log_ins import FailuresByAddress
 from thermaxis.screen._person_session import LOG_IN_S, PersonSession, is_refusal
+
+__all__ = [
+    "ANSWER_S",
+    "ARGUMENTS",
+    "BUSY",
+    "COOKIE_BYTES",
+    "ELSEWHERE",
+    "FULL",
+    "IDLE",
+    "IMPOSSIBLE",
+    "KEEP_ALIVE_S",
+    "LOOP_GONE",
+    "LOST",
+    "MOST_AT_ONCE",
+    "MOST_LOST",
+    "MOST_OF_ONE",
+    "MOST_WAITING",
+    "NOT_ALLOWED",
+    "NOT_TAKEN",
+    "NO_ANSWER",
+    "NO_CONNECTION",
+    "NO_ROLE",
+    "NO_SIGN_S",
+    "OUT",
+    "REFUSED",
+    "ROLE_GONE",
+    "SCREEN_ENDS",
+    "TOKEN_BYTES",
+    "TOO_LONG",
+    "TOO_MANY",
+    "TOO_MANY_ASKED",
+    "TOO_MANY_FROM_HERE",
+    "TOO_MANY_IN_ALL",
+    "UNKNOWN",
+    "Answer",
+    "Outcome",
+    "Person",
+    "Persons",
+    "Refusal",
+]
 
 COOKIE_BYTES: Final = 32
 """Random bytes of a cookie. Origin: twice what OWASP asks of a session. [byte]"""
@@ -92,30 +140,6 @@ ELSEWHERE: Final = "login.elsewhere"
 SCREEN_ENDS: Final = "login.screen_ends"
 """The screen is being ended."""
 
-NO_ANSWER: Final = "ask.no_answer"
-"""No answer in time; the request may still take effect."""
-LOST: Final = "ask.lost"
-"""The connection was lost before the answer; the request may still take effect."""
-NOT_ALLOWED: Final = "ask.role"
-"""The server says that the person may not."""
-UNKNOWN: Final = "ask.unknown"
-"""There is no such request."""
-ARGUMENTS: Final = "ask.arguments"
-"""The arguments are of the wrong number or kind."""
-TOO_MANY_ASKED: Final = "ask.too_many"
-"""The person already waits for the answers to several requests."""
-NOT_TAKEN: Final = "ask.not_taken"
-"""The server refuses for another reason, which is told in English."""
-
-_MAY_STILL: Final = "the request may still take effect"
-_ASKS: Final[Mapping[str, Ask]] = {ask.name: ask for ask in ASKS}
-_MAY_HAVE_RUN: Final = frozenset(
-    {"Good", "BadInternalError", "BadUnexpectedError", "BadTimeout", "BadRequestTimeout"}
-)
-_WRONG_ARGUMENTS: Final = frozenset(
-    {"BadArgumentsMissing", "BadTooManyArguments", "BadInvalidArgument"}
-)
-
 
 class Refusal(NamedTuple):
     """Why somebody was not logged in."""
@@ -126,35 +150,6 @@ class Refusal(NamedTuple):
     """The failure as an English sentence for the engineer; may be empty."""
     left_s: int = 0
     """After so long the next attempt is looked at, where too many have failed. [s]"""
-
-
-class Answer(StrEnum):
-    """What is known of a request that was sent."""
-
-    ACCEPTED = "accepted"
-    """The loop takes it."""
-    REFUSED = "refused"
-    """It changes nothing."""
-    UNKNOWN = "unknown"
-    """There is no answer: it may still take effect."""
-
-
-class Outcome(NamedTuple):
-    """How a request was answered."""
-
-    accepted: bool
-    """Whether it takes effect."""
-    reason: str
-    """Why not, or what follows, in English: the loop's own words, where it has answered."""
-    key: str = ""
-    """Key of the words where the loop itself has not answered; empty where it has."""
-
-    @property
-    def answer(self) -> Answer:
-        """Accepted, refused, or neither."""
-        if self.key in {NO_ANSWER, LOST}:
-            return Answer.UNKNOWN
-        return Answer.ACCEPTED if self.accepted else Answer.REFUSED
 
 
 @final
@@ -593,9 +588,9 @@ class Persons:
 
     def _no_answer(self, person: Person) -> Outcome:
         if self._over(person) or person.lost:
-            reason = f"the connection to the loop was lost; {_MAY_STILL}"
+            reason = f"the connection to the loop was lost; {MAY_STILL}"
             return Outcome(accepted=False, reason=reason, key=LOST)
-        reason = f"the loop has not answered; {_MAY_STILL}"
+        reason = f"the loop has not answered; {MAY_STILL}"
         return Outcome(accepted=False, reason=reason, key=NO_ANSWER)
 
     async def _ask_role(self, person: Person) -> None:
@@ -613,55 +608,3 @@ def _hash(cookie: str | None) -> bytes:
     if cookie is None or len(cookie) > _LONGEST_COOKIE or not cookie.isascii():
         return b""
     return hashlib.sha256(cookie.encode()).digest()
-
-
-def _variants(method: str, arguments: Sequence[float | str]) -> list[ua.Variant] | Outcome:
-    """Return arguments as the server takes them, or why it would not."""
-    ask = _ASKS.get(method)
-    if ask is None:
-        return Outcome(accepted=False, reason="there is no such request", key=UNKNOWN)
-    wrong = f"{method} takes other arguments"
-    if len(arguments) != len(ask.arguments):
-        return Outcome(accepted=False, reason=wrong, key=ARGUMENTS)
-    values: list[float | str] = []
-    variants: list[ua.Variant] = []
-    for wanted, given in zip(ask.arguments, arguments, strict=True):
-        value = _as_kind(wanted.kind, given)
-        if value is None:
-            return Outcome(accepted=False, reason=wrong, key=ARGUMENTS)
-        kind = ua.VariantType.String if isinstance(value, str) else ua.VariantType.Double
-        values.append(value)
-        variants.append(ua.Variant(value, kind))
-    reason = refusal_of(values)
-    return Outcome(accepted=False, reason=reason, key=ARGUMENTS) if reason else variants
-
-
-def _as_kind(kind: Kind, given: object) -> float | str | None:
-    """Return an argument from a browser in its kind; None if it is of another."""
-    if kind is Kind.TEXT:
-        return given if isinstance(given, str) else None
-    if isinstance(given, bool) or not isinstance(given, int | float):
-        return None
-    try:
-        number = float(given)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) else None
-
-
-def _outcome_of(answer: MethodAnswer, method: str, person: Person) -> Outcome:
-    values = answer.values
-    if answer.status == "BadUserAccessDenied":
-        reason = f"the role {person.role.value} may not ask for {method}"
-        return Outcome(accepted=False, reason=reason, key=NOT_ALLOWED)
-    if answer.status in _WRONG_ARGUMENTS:
-        return Outcome(accepted=False, reason=f"{method} takes other arguments", key=ARGUMENTS)
-    if len(values) == 2 and isinstance(values[0], bool) and isinstance(values[1], str):
-        unknown = not values[0] and values[1].endswith(_MAY_STILL)
-        key = NO_ANSWER if unknown else ""
-        return Outcome(accepted=values[0], reason=printable(values[1], 400), key=key)
-    shown = printable(answer.status, 80)
-    reason = f"the loop's server answers {shown}, which is not understood"
-    if answer.status in _MAY_HAVE_RUN:
-        return Outcome(accepted=False, reason=f"{reason}; {_MAY_STILL}", key=NO_ANSWER)
-    return Outcome(accepted=False, reason=reason, key=NOT_TAKEN)

@@ -22,18 +22,9 @@ from starlette.routing import BaseRoute, Route
 from thermaxis.runtime._ports import probe_name
 from thermaxis.runtime._users import Role
 from thermaxis.screen._access import answer_json, needs, parts_of, refuse
-from thermaxis.screen._history import (
-    Json,
-    NoHistoryError,
-    asker_of,
-    history_of,
-    line_of,
-    points_within,
-    shortened,
-    span_of,
-    to_ms,
-)
+from thermaxis.screen._history import NoHistoryError, asker_of, history_of
 from thermaxis.screen._history_page import LENGTHS, away, points_of
+from thermaxis.screen._history_series import Json, line_of, points_within, shortened, span_of, to_ms
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian._reading import HistoryReader, Piece, Trend

@@ -75,6 +75,30 @@ function rowOf(cells, tag) {
 }
 
 /**
+ * Make a part of the page with a title.
+ * @param {string} title
+ * @param {(HTMLElement | string)[]} content
+ */
+export function panel(title, ...content) {
+  const section = made("section", "", "panel");
+  section.append(made("h2", title), ...content);
+  return section;
+}
+
+/** @param {HTMLElement} section across the page */
+export function whole(section) {
+  section.classList.add("whole");
+  return section;
+}
+
+/** A box that scrolls where the table is too wide for it. @param {HTMLElement} table */
+export function wide(table) {
+  const box = made("div", "", "wide");
+  box.append(table);
+  return box;
+}
+
+/**
  * Make a bar that shows where a value stands in its range.
  * @returns {HTMLElement}
  */

@@ -1,18 +1,14 @@
 // @ts-check
 /** The model in force: its numbers once, where its inputs stand in their ranges every second. */
 import { ask } from "./ask.js";
-import { drawChart } from "./chart.js";
-import {
-  fillTable, made, part, rangeBar, say, showRange, showVerdict, verdict,
-} from "./engineer.js";
+import { fillTable, made, part, say, whole } from "./engineer.js";
 import { inEnglish, sayWithEnglish } from "./english.js";
 import { onNoData, onStatus } from "./live.js";
-import { duration, number, signed, word } from "./words.js";
+import { contributionsPanel, limitsPanel, rangePanel } from "./model_now.js";
+import { drawGains, drawStep, gainPanel, partsPanel, stepPanel } from "./model_parts.js";
+import { duration, number, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
-
-const LINES = 6;
-const MARKERS = ["circle", "square", "diamond", "triangle-up", "cross", "x"];
 
 /** @type {Data | null} */
 let model = null;
@@ -21,6 +17,7 @@ let shownSha256 = "";
 let loading = false;
 /** @type {((status: Data) => void)[]} */
 let live = [];
+const follow = (/** @type {(status: Data) => void} */ show) => { live.push(show); };
 
 onStatus((status) => {
   const key = `${status.model_file} ${status.model_sha256} ${status.diameter_mm}`;
@@ -175,32 +172,8 @@ async function hashOf(file) {
 /** @param {string} name */
 function showTold(name) {
   const section = made("section", "", "output");
-  section.append(contributionsPanel(name), limitsPanel({ name }));
+  section.append(contributionsPanel(name, follow), limitsPanel({ name }, follow));
   part("model-outputs").append(section);
-}
-
-/** @param {string} name */
-function contributionsPanel(name) {
-  const [table, weight] = [made("table"), verdict()];
-  let drawn = "";
-  /** @type {HTMLElement[]} */
-  let values = [];
-  live.push((status) => {
-    const output = status.outputs[name];
-    const parts = Object.keys(output?.parts_um ?? {});
-    if (parts.join("\n") !== drawn) {
-      drawn = parts.join("\n");
-      values = parts.map(() => made("span", "–", "live"));
-      fillTable(table, [word("model.part"), word("model.contribution")],
-        parts.map((one, k) => [one, { number: values[k] ?? "" }]));
-    }
-    parts.forEach((one, k) => {
-      if (values[k]) say(values[k], signed(output.parts_um[one], 1));
-    });
-    const found = output?.weight ?? null;
-    showVerdict(weight, found === null ? null : found >= 1, weightWords(found));
-  });
-  return panel(word("model.contributions_title", { output: name }), wide(table), weight);
 }
 
 // ---- one output ------------------------------------------------------------------------------
@@ -211,327 +184,14 @@ function showOutput(output, model) {
   section.append(
     whole(stepPanel(output, model)),
     whole(partsPanel(output)),
-    rangePanel(output, model),
-    limitsPanel(output),
+    rangePanel(output, model, follow),
+    limitsPanel(output, follow),
     ...gainPanel(output).map(whole),
   );
   part("model-outputs").append(section);
   drawStep(/** @type {HTMLElement} */ (section.querySelector(".step-chart")), output, model);
   const gains = /** @type {HTMLElement | null} */ (section.querySelector(".gain-chart"));
   if (gains) drawGains(gains, output, model);
-}
-
-/** @param {string} title @param {(HTMLElement | string)[]} content */
-function panel(title, ...content) {
-  const section = made("section", "", "panel");
-  section.append(made("h2", title), ...content);
-  return section;
-}
-
-/** @param {HTMLElement} section across the page */
-function whole(section) {
-  section.classList.add("whole");
-  return section;
-}
-
-/** @param {HTMLElement} table */
-function wide(table) {
-  const box = made("div", "", "wide");
-  box.append(table);
-  return box;
-}
-
-/** @param {Data} output @param {Data} model */
-function stepPanel(output, model) {
-  const note = model.record_s === null
-    ? word("model.step_record_unknown")
-    : word("model.step_record", { record: duration(model.record_s) });
-  return panel(
-    word("model.step_title", { output: output.name }),
-    made("div", "", "step-chart"),
-    made("p", note, "note"),
-  );
-}
-
-/** @param {HTMLElement} element @param {Data} output @param {Data} model */
-function drawStep(element, output, model) {
-  const { time_s: times, known, response_um_per_k: responses } = output.step;
-  const unit = unitOf(times.at(-1));
-  const x = times.map((/** @type {number} */ t) => t / unit.seconds);
-  const lines = output.parts.flatMap((/** @type {Data} */ one, /** @type {number} */ k) => {
-    const y = responses[one.name];
-    const look = { color: (k % LINES) + 1, marker: MARKERS[k % LINES], digits: 2 };
-    const name = one.name;
-    const first = { name, unit: "µm/K", x: x.slice(0, known), y: y.slice(0, known), ...look };
-    const rest = { name, x: x.slice(known - 1), y: y.slice(known - 1), ...look };
-    const more = known > 0 && known < x.length;
-    const beyond = more ? [{ ...rest, dash: "dash", markers: 4, unlisted: true }] : [];
-    return [{ ...first, dash: "solid" }, ...beyond];
-  });
-  const recorded = model.record_s !== null && known < times.length;
-  drawChart(element, {
-    lines,
-    marks: [
-      ...constantsOf(output).map(({ at, text }) => ({ x: at / unit.seconds, text })),
-      ...(recorded
-        ? [{ x: model.record_s / unit.seconds, text: word("model.record_end"), kind: "alarm" }]
-        : []),
-    ],
-    bands: output.parts.map((/** @type {Data} */ one) => ({
-      high: one.dc_gain_um_per_k,
-      text: word("model.dc_of", { part: one.name, gain: signed(one.dc_gain_um_per_k, 2) }),
-    })),
-    xTitle: word("model.step_time", { unit: unit.name }),
-    yTitle: word("model.step_axis"),
-    label: word("model.step_title", { output: output.name }),
-  });
-}
-
-/** @param {number} seconds */
-function unitOf(seconds) {
-  if (seconds > 3 * 86400) return { seconds: 86400, name: "d" };
-  if (seconds > 3 * 3600) return { seconds: 3600, name: "h" };
-  return seconds > 180 ? { seconds: 60, name: "min" } : { seconds: 1, name: "s" };
-}
-
-/**
- * Return every time constant once, with the parts that have it.
- * @param {Data} output
- */
-function constantsOf(output) {
-  const found = /** @type {Map<string, {at: number, tau: number, names: string[]}>} */ (new Map());
-  for (const one of output.parts) {
-    for (const section of one.sections) {
-      const tau = section.time_constant_s;
-      const at = one.delay_s + tau;
-      const key = `${tau.toPrecision(6)} ${at.toPrecision(6)}`;
-      const entry = found.get(key) ?? { at, tau, names: [] };
-      if (!entry.names.includes(one.name)) entry.names.push(one.name);
-      found.set(key, entry);
-    }
-  }
-  return [...found.values()]
-    .sort((a, b) => a.at - b.at)
-    .map(({ at, tau, names }) => ({ at, text: `τ ${duration(tau)} (${names.join(", ")})` }));
-}
-
-/** @param {Data} output */
-function partsPanel(output) {
-  const table = made("table", "", "parts-table");
-  const head = ["part", "input", "direct", "sections", "delay", "dc", "static", "factor"];
-  const names = {
-    part: word("model.part"),
-    input: word("model.input"),
-    direct: word("model.direct"),
-    sections: word("model.sections"),
-    delay: word("model.delay"),
-    dc: word("model.dc"),
-    static: word("model.static"),
-    factor: word("model.factor"),
-  };
-  fillTable(
-    table,
-    head.map((key) => names[/** @type {keyof typeof names} */ (key)]),
-    output.parts.map((/** @type {Data} */ one) => [
-      made("b", one.name),
-      inputOf(one),
-      { number: signed(one.direct_gain_um_per_k, 3) },
-      sectionsOf(one),
-      { number: one.delay_s ? duration(one.delay_s) : "0" },
-      { number: signed(one.dc_gain_um_per_k, 3) },
-      { number: signed(one.static_gain_um_per_k, 3) },
-      { number: one.gain_by_diameter.length ? made("span", number(one.gain_now, 3), "live") : "1" },
-    ]),
-  );
-  return panel(
-    word("model.parts_title", { output: output.name }),
-    wide(table),
-    made("p", word("model.offset", { offset: signed(output.offset_um, 1) }), "note"),
-  );
-}
-
-/** @param {Data} one */
-function inputOf(one) {
-  return one.minus ? `${one.plus} − ${one.minus}` : one.plus;
-}
-
-/** @param {Data} one */
-function sectionsOf(one) {
-  const list = made("div", "", "sections");
-  if (!one.sections.length) list.textContent = word("model.no_sections");
-  for (const { gain_um_per_k: gain, time_constant_s: tau } of one.sections) {
-    list.append(made("div", `${signed(gain, 3)} µm/K, τ ${number(tau, 1)} s (${duration(tau)})`));
-  }
-  return list;
-}
-
-// ---- where it may be believed ----------------------------------------------------------------
-
-/** @param {Data} output @param {Data} model */
-function rangePanel(output, model) {
-  const table = made("table");
-  const rows = output.parts.map((/** @type {Data} */ one) => {
-    const [now, bar, said] = [made("span", "–", "live"), rangeBar(), verdict()];
-    showRange(bar, { low: one.lowest_k, high: one.highest_k, value: null });
-    live.push((status) => {
-      const value = inputNow(one, status.inputs);
-      say(now, signed(value, 1));
-      showRange(bar, { low: one.lowest_k, high: one.highest_k, value });
-      showVerdict(said, insideOf(one, value), insideWords(one, value));
-    });
-    return [made("b", one.name), inputOf(one), { number: now }, bar, said];
-  });
-  fillTable(
-    table,
-    [
-      word("model.part"),
-      word("model.input"),
-      word("model.input_now"),
-      word("model.trained"),
-      word("model.validity"),
-    ],
-    rows,
-  );
-  const weight = verdict();
-  live.push((status) => {
-    const found = status.outputs[output.name]?.weight ?? null;
-    showVerdict(weight, found === null ? null : found >= 1, weightWords(found));
-  });
-  const rule = word("model.validity_rule", {
-    margin: number(model.margin_k, 1),
-    lowest: `${number(100 * model.lowest_weight, 0)} %`,
-  });
-  const title = word("model.validity_title", { output: output.name });
-  return panel(title, wide(table), weight, made("p", rule, "note"));
-}
-
-/**
- * Return a part's input relative to its reference, as the model takes it.
- * @param {Data} one
- * @param {Data} inputs
- * @returns {number | null}
- */
-function inputNow(one, inputs) {
-  const plus = aboveReference(inputs[one.plus]);
-  if (!one.minus || plus === null) return plus;
-  const minus = aboveReference(inputs[one.minus]);
-  return minus === null ? null : plus - minus;
-}
-
-/** @param {Data | undefined} input @returns {number | null} */
-function aboveReference(input) {
-  const [value, reference] = [input?.value_c ?? null, input?.reference_c ?? null];
-  return value === null || reference === null ? null : value - reference;
-}
-
-/** @param {Data} one @param {number | null} value @returns {boolean | null} */
-function insideOf(one, value) {
-  if (value === null || one.lowest_k === null) return null;
-  return value >= one.lowest_k && value <= one.highest_k;
-}
-
-/** @param {Data} one @param {number | null} value */
-function insideWords(one, value) {
-  if (one.lowest_k === null) return word("model.range_unknown");
-  const inside = insideOf(one, value);
-  if (value === null || inside === null) return word("model.no_value");
-  if (inside) return word("model.inside");
-  const distance = Math.max(one.lowest_k - value, value - one.highest_k);
-  return word("model.outside", { distance: number(distance, 1) });
-}
-
-/** @param {number | null} weight */
-function weightWords(weight) {
-  if (weight === null) return word("model.weight_unknown");
-  if (weight >= 1) return word("model.weight_full");
-  if (weight <= 0) return word("model.weight_none");
-  return word("model.weight_part", { weight: number(100 * weight, 0) });
-}
-
-// ---- gain by diameter, limits ----------------------------------------------------------------
-
-/** @param {Data} output @returns {HTMLElement[]} */
-function gainPanel(output) {
-  const gained = output.parts.filter((/** @type {Data} */ one) => one.gain_by_diameter.length);
-  if (!gained.length) return [];
-  const table = made("table");
-  fillTable(
-    table,
-    [word("model.part"), word("model.diameter"), word("model.gain")],
-    gained.flatMap((/** @type {Data} */ one) => [
-      ...one.gain_by_diameter.map((/** @type {Data} */ point) => [
-        one.name,
-        { number: number(point.diameter_mm, 0) },
-        { number: number(point.gain, 3) },
-      ]),
-      [one.name, word("model.tool_point"), { number: number(one.tool_gain, 3) }],
-    ]),
-  );
-  const split = made("div", "", "outputs-split");
-  split.append(made("div", "", "gain-chart"), wide(table));
-  const held = gained.some((/** @type {Data} */ one) => one.gain_held);
-  const note = made("p", word(held ? "model.gain_held" : "model.gain_note"), "note");
-  return [panel(word("model.gain_title", { output: output.name }), split, note)];
-}
-
-/** @param {HTMLElement} element @param {Data} output @param {Data} model */
-function drawGains(element, output, model) {
-  const gained = output.parts.filter((/** @type {Data} */ one) => one.gain_by_diameter.length);
-  const at = model.diameter_mm;
-  const [low, high] = spanOf(gained, at);
-  drawChart(element, {
-    first: low - 0.04 * (high - low),
-    last: high + 0.04 * (high - low),
-    lines: gained.map((/** @type {Data} */ one) => ({
-      name: one.name,
-      x: one.gain_by_diameter.map((/** @type {Data} */ point) => point.diameter_mm),
-      y: one.gain_by_diameter.map((/** @type {Data} */ point) => point.gain),
-      digits: 3,
-      dash: "solid",
-      color: (output.parts.indexOf(one) % LINES) + 1,
-      marker: MARKERS[output.parts.indexOf(one) % LINES],
-    })),
-    marks: at === null
-      ? []
-      : [{ x: at, text: word("model.diameter_now", { diameter: number(at, 0) }), kind: "alarm" }],
-    xTitle: word("model.diameter"),
-    yTitle: word("model.gain"),
-    still: true,
-    label: word("model.gain_title", { output: output.name }),
-  });
-}
-
-/** @param {Data[]} gained @param {number | null} at @returns {[number, number]} */
-function spanOf(gained, at) {
-  const all = gained.flatMap((one) =>
-    one.gain_by_diameter.map((/** @type {Data} */ point) => point.diameter_mm),
-  );
-  if (at !== null) all.push(at);
-  const [low, high] = [Math.min(...all), Math.max(...all)];
-  return high > low ? [low, high] : [low - 1, high + 1];
-}
-
-/** @param {Data} output */
-function limitsPanel(output) {
-  const table = made("table");
-  const rows = [
-    ["largest_um", word("model.limit_largest"), "µm", 1],
-    ["soft_um", word("model.limit_soft"), "µm", 1],
-    ["total_um", word("model.limit_total"), "µm", 1],
-    ["largest_rate_um_per_s", word("model.limit_rate"), "µm/s", 3],
-    ["deadband_um", word("model.limit_deadband"), "µm", 2],
-    ["largest_trim_um", word("model.limit_trim"), "µm", 1],
-  ];
-  const cells = rows.map(([key, name, unit, digits]) => {
-    const value = made("span", "–", "live");
-    live.push((status) => {
-      const found = status.outputs[output.name]?.limits?.[String(key)] ?? null;
-      say(value, number(found, Number(digits)));
-    });
-    return [String(name), { number: value }, String(unit)];
-  });
-  fillTable(table, [word("model.limit"), word("model.value"), word("model.unit")], cells);
-  return panel(word("model.limits_title", { output: output.name }), wide(table));
 }
 
 // ---- references and provenance ---------------------------------------------------------------
@@ -550,7 +210,7 @@ function showReferences(model) {
   }
   const rows = [...channels].map((name) => {
     const now = made("span", "–", "live");
-    live.push((status) => say(now, number(status.inputs[name]?.reference_c ?? null, 2)));
+    follow((status) => say(now, number(status.inputs[name]?.reference_c ?? null, 2)));
     return [String(name), { number: number(model.reference_c[name] ?? null, 2) }, { number: now }];
   });
   const table = part("reference-table");
