@@ -6,6 +6,7 @@ from dataclasses import replace
 from hashlib import sha256
 from typing import NamedTuple, cast, final
 
+from thermaxis.cli._export_errors import as_typed
 from thermaxis.cli._export_settings import Exported, exported_of
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._build import build_program
@@ -74,8 +75,16 @@ def export_of(arguments: argparse.Namespace) -> Export:
     Raises
     ------
     ConfigurationError
-        If a file cannot be read, the words contradict each other, or the target cannot hold it.
+        If a file cannot be read, the words contradict each other, or the target cannot hold it:
+        it names what was typed.
     """
+    try:
+        return _export_of(arguments)
+    except ConfigurationError as error:
+        raise as_typed(error, arguments) from error
+
+
+def _export_of(arguments: argparse.Namespace) -> Export:
     target, double = target_of(arguments)
     exported = exported_of(arguments, line=target.dialect == TEMPCOMP)
     line = _line_of(arguments, exported) if target.dialect == TEMPCOMP else None

@@ -305,7 +305,10 @@ def _require_counted(settings: PlcSettings) -> None:
         ("supervisor", rules.patience_s),
         ("supervisor", rules.grace_s + rules.hold_input_s),
         ("longest_hold_s", compensation.model.longest_hold_s),
-        *(("frozen_s", sensor.frozen_s) for sensor in compensation.rules),
+        *(
+            (f"frozen_s of {channel}", sensor.frozen_s)
+            for channel, sensor in compensation.sensors.items()
+        ),
     ):
         if seconds + cycle_s > longest_s:
             raise ConfigurationError(
@@ -325,7 +328,7 @@ def _require_rates(settings: PlcSettings) -> None:
             raise ConfigurationError(
                 f"in REAL its rate is lost in rounding: {step_um:g} um in a cycle, of a total of"
                 f" {bounds.total_um:g} um",
-                where=f"output {output.name}",
+                where=f"rate of {output.name}",
                 remedy=(
                     f"Allow {LEAST_STEP_ULPS * ulp_um:.3g} um in a cycle or more: a longer cycle,"
                     " a higher rate or a smaller total; or LREAL"

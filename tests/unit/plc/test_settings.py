@@ -230,7 +230,7 @@ def at_the_border(share: float) -> Compensation:
 
 def test_a_rate_that_real_would_lose_in_the_rounding_of_its_total_is_refused() -> None:
     said = refusal(at_the_border(0.999), double=False)
-    assert "output o0" in said
+    assert "rate of o0" in said
     assert "lost in rounding" in said
     assert not exported(at_the_border(1.0), double=False).double
     assert not exported(at_the_border(0.999), cycle_s=2.0, double=False).double
