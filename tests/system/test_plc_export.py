@@ -1,51 +1,54 @@
 """The whole proof of the exported block: 200 random models over a shift with faults, every text.
 
-The figures are printed; see them with ``pytest -s``. Two comparisons run side by side.
+The figures are printed; see them with ``pytest -s``. Two programs share the work: each compiles a
+few models with one call of gcc for each way to optimise, and runs every text of them over what
+must come out, which is computed once a model.
 """
 
+import gc
 import multiprocessing
 import os
 import platform
 import time
 from collections import defaultdict
-from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from itertools import chain, repeat
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
 from tests.unit.plc.equal_parts import (
-    CLibrary,
     Comparison,
     Seen,
     Task,
-    c_block,
-    c_library,
-    compared,
-    difference,
-    shift,
+    compared_together,
+    differing_when_contracted,
 )
 from tests.unit.plc.plc_scenarios import OUTCOMES, REASONS, SAMPLE_QUALITIES, STATES
 from tests.unit.plc.test_build import NEVER, NEVER_SAMPLE
 from tests.unit.plc.test_c import float_away_from_double
 from tests.unit.plc.test_mutants import (
     NOT_NOTICED,
+    Mutant,
     coefficients_in_real,
     every_mutant,
     excused,
     excuses_used,
     unnoticed_in_c,
+    unnoticed_in_real,
     unnoticed_in_st,
 )
 from thermaxis.compensation import Reason
-from thermaxis.plc._build import build_program
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
 
 MODELS, FAST_MODELS = 200, 10
 HOURS = 8.0
 TOGETHER = 2
+BATCH = 10
+"""Models in one call of gcc. [1]"""
 
 
 class Demand(NamedTuple):
@@ -53,44 +56,41 @@ class Demand(NamedTuple):
 
     comparisons: list[Comparison]
     seen: Seen
-    folder: Path
 
 
 def tasks(*, double: bool) -> list[Task]:
-    """Return 200 models at 10 s, and ten more at 1 s; the longest first."""
+    """Return ten models at 1 s, and 200 others at 10 s."""
     fast = [Task(MODELS + k, 1.0, double, HOURS) for k in range(FAST_MODELS)]
     return fast + [Task(seed, 10.0, double, HOURS) for seed in range(MODELS)]
 
 
-def library(every: Iterable[Task], folder: Path, *flags: str, contracted: bool = False) -> Path:
-    programs = [build_program(task.settings()) for task in every]
-    blocks = {program.name: c_block(program) for program in programs}
-    return c_library(blocks, folder, *flags, contracted=contracted)
+def batches() -> list[list[Task]]:
+    """Return what is compared together, the longest first: one model at 1 s, or ten at 10 s."""
+    made: list[list[Task]] = []
+    for double in (True, False):
+        every = tasks(double=double)
+        slow = every[FAST_MODELS:]
+        made += [[task] for task in every[:FAST_MODELS]]
+        made += [slow[k : k + BATCH] for k in range(0, MODELS, BATCH)]
+    return sorted(made, key=lambda batch: (batch[0].cycle_s, not batch[0].double))
 
 
 @pytest.fixture(scope="module")
-def demand(tmp_path_factory: pytest.TempPathFactory) -> Demand:
+def pool() -> Iterator[ProcessPoolExecutor]:
+    """Start two programs that share the work; what one has recorded it keeps."""
+    spawned = multiprocessing.get_context("spawn")
+    # What was imported lives as long as they do, and need not be looked through again and again.
+    with ProcessPoolExecutor(TOGETHER, mp_context=spawned, initializer=gc.freeze) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def demand(pool: ProcessPoolExecutor, tmp_path_factory: pytest.TempPathFactory) -> Demand:
     folder = tmp_path_factory.mktemp("equality")
     begin_s = time.perf_counter()
-    wanted = [(double, flag) for flag in ("-O2", "-O0") for double in (True, False)]
-    with ThreadPoolExecutor(TOGETHER) as builders:
-        made = {
-            (double, flag): builders.submit(
-                library, tasks(double=double), folder / f"{flag}{double}", flag
-            )
-            for double, flag in wanted
-        }
-        paths = {key: future.result() for key, future in made.items()}
-    built_s = time.perf_counter() - begin_s
-    every = [
-        task._replace(libraries=tuple((f, paths[task.double, f]) for f in ("-O0", "-O2")))
-        for double in (True, False)
-        for task in tasks(double=double)
-    ]
-    every.sort(key=lambda task: task.cycle_s)
-    spawned = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(TOGETHER, mp_context=spawned) as runners:
-        comparisons = list(runners.map(compared, every, chunksize=4))
+    every = batches()
+    places = [folder / str(k) for k in range(len(every))]
+    comparisons = [*chain.from_iterable(pool.map(compared_together, every, places))]
     seen, seconds = Seen(), defaultdict[str, float](float)
     for comparison in comparisons:
         seen.merge(comparison.seen)
@@ -98,10 +98,21 @@ def demand(tmp_path_factory: pytest.TempPathFactory) -> Demand:
             seconds[name] += spent_s
     texts = sum(len(comparison.differences) for comparison in comparisons)
     print(f"\n{texts} texts of {len(comparisons)} programs, {seen.calls} calls each of its program")
-    print(f"gcc: {len(every) * 2} sources in {built_s:.0f} s; {os.cpu_count()} cores")
+    print(f"{os.cpu_count()} cores; in {TOGETHER} programs:")
     print("\n".join(f"{name}: {spent_s:.1f} s" for name, spent_s in seconds.items()))
     print(f"together {time.perf_counter() - begin_s:.0f} s\n{seen}")
-    return Demand(comparisons, seen, folder)
+    return Demand(comparisons, seen)
+
+
+def missed_of(
+    pool: ProcessPoolExecutor,
+    unnoticed: Callable[..., list[str]],
+    chosen: Sequence[Mutant],
+    *others: Sequence[Path],
+) -> list[str]:
+    """Return the mutants that nothing shows; each program looks at every other one."""
+    parts = [chosen[k::TOGETHER] for k in range(TOGETHER)]
+    return [*chain.from_iterable(pool.map(unnoticed, parts, *others))]
 
 
 @pytest.mark.parametrize("double", [True, False])
@@ -142,53 +153,57 @@ def test_whatever_can_occur_did_occur(demand: Demand) -> None:
     }  # fmt: skip
 
 
-def test_what_contraction_would_change_is_measured(demand: Demand) -> None:
+def test_what_contraction_would_change_is_measured(
+    pool: ProcessPoolExecutor, tmp_path: Path
+) -> None:
     """For information: gcc contracts where the processor can, unless it is told not to."""
-    some = [task for task in tasks(double=True) if task.cycle_s == 10.0][:20]
-    paths = {
-        name: library(some, demand.folder / name, *flags, contracted=True)
-        for name, flags in {"plain": ("-O2",), "native": ("-O2", "-march=native")}.items()
+    some = [task._replace(hours=1.0) for task in tasks(double=True)[FAST_MODELS:][:20]]
+    ways = {"plain": ("-O2",), "native": ("-O2", "-march=native")}
+    waiting = {
+        name: pool.submit(differing_when_contracted, some, tmp_path / name, *flags)
+        for name, flags in ways.items()
     }
-    for name, path in paths.items():
-        differing = 0
-        for task in some:
-            record = shift(task.settings(), hours=1.0, seed=task.seed)
-            said = CLibrary(path).run(build_program(task.settings()).name, record)
-            differing += difference(record, said) != ""
+    for name, asked in waiting.items():
+        differing = asked.result()
         print(f"\ncontraction allowed, {name} processor: {differing} of {len(some)} models differ")
         if name == "plain" and platform.machine() in {"x86_64", "AMD64"}:
             # Without the newer instructions there is nothing to contract to.
             assert differing == 0
 
 
-@pytest.mark.parametrize("name", ["eps1", "eps2"])
 def test_compiled_float_stays_within_two_nanometres_of_double_in_a_shift_of_the_papers_models(
-    name: str, tmp_path: Path
+    pool: ProcessPoolExecutor, tmp_path: Path
 ) -> None:
-    largest_um, span_um = float_away_from_double(name, HOURS, tmp_path)
-    print(f"\n{name}: float differs by {largest_um:.2e} um of a span of {span_um:.1f} um")
-    assert span_um > 10.0
-    assert 0.0 < largest_um < 0.002
+    names = ("eps1", "eps2")
+    places = [tmp_path / name for name in names]
+    found = pool.map(float_away_from_double, names, repeat(HOURS), places)
+    for name, (largest_um, span_um) in zip(names, found, strict=True):
+        print(f"\n{name}: float differs by {largest_um:.2e} um of a span of {span_um:.1f} um")
+        assert span_um > 10.0
+        assert 0.0 < largest_um < 0.002
 
 
-def test_every_mutant_of_structured_text_is_noticed() -> None:
+def test_every_mutant_of_structured_text_is_noticed(pool: ProcessPoolExecutor) -> None:
     chosen = every_mutant("st")
-    missed = unnoticed_in_st(chosen)
+    missed = missed_of(pool, unnoticed_in_st, chosen)
     print(f"\nST: {len(chosen) - len(missed)} of {len(chosen)} mutants noticed")
     assert [name for name in missed if not excused(name)] == []
     assert excuses_used(missed) == set(NOT_NOTICED)
 
 
-def test_every_coefficient_in_real_is_noticed_when_it_is_the_next_number() -> None:
+def test_every_coefficient_in_real_is_noticed_when_it_is_the_next_number(
+    pool: ProcessPoolExecutor,
+) -> None:
     chosen = coefficients_in_real()
-    missed = unnoticed_in_st(chosen, double=False)
+    missed = missed_of(pool, unnoticed_in_real, chosen)
     print(f"\nST in REAL: {len(chosen) - len(missed)} of {len(chosen)} mutants noticed")
     assert missed == []
 
 
-def test_every_mutant_of_c_is_noticed(tmp_path: Path) -> None:
+def test_every_mutant_of_c_is_noticed(pool: ProcessPoolExecutor, tmp_path: Path) -> None:
     chosen = every_mutant("c")
-    missed = unnoticed_in_c(chosen, tmp_path)
+    places = [tmp_path / str(k) for k in range(TOGETHER)]
+    missed = missed_of(pool, unnoticed_in_c, chosen, places)
     print(f"\nC: {len(chosen) - len(missed)} of {len(chosen)} mutants noticed")
     assert [name for name in missed if not excused(name)] == []
     assert excuses_used(missed) == set(NOT_NOTICED)

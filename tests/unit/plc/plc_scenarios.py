@@ -204,6 +204,16 @@ class CycleDriver:
         self.trims = inputs.trims_um
 
 
+class CycleBlock:
+    """`cycle` as the block of a scenario: the world answers what it says, and no twin is asked."""
+
+    def __init__(self, settings: PlcSettings) -> None:
+        self._driver = CycleDriver(settings)
+
+    def step(self, inputs: PlcInputs) -> PlcOutputs:
+        return self._driver.said(inputs)
+
+
 def as_block(output: CycleOutput, driver: CycleDriver) -> PlcOutputs:
     """Return what `cycle` said last as the outputs of the block."""
     return PlcOutputs(

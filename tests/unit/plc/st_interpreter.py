@@ -10,6 +10,7 @@ import inspect
 import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import CodeType, TracebackType
 from typing import Any, TypeAlias
 
@@ -172,13 +173,14 @@ class _Writer:
         return f"{kind}(v_{variable.name})"
 
     def _starts(self, block: StBlock, prefix: str) -> None:
-        for variable in block.variables.values():
+        # In an order of its own: that of the declarations means nothing, and dialects differ in it.
+        for _, variable in sorted(block.variables.items()):
             name = f"v_{prefix}{variable.name}"
             if variable.length:
                 self._line(1, f"{name} = [None] * {variable.length}", 0)
             elif variable.section in {INPUT, OUTPUT, STATE, CONSTANT}:
                 self._line(1, f"{name} = {self._start(variable)}", 0)
-        for instance, of in block.instances.items():
+        for instance, of in sorted(block.instances.items()):
             self._starts(of, f"{prefix}{instance}__")
 
     def _start(self, variable: Variable) -> str:
@@ -314,12 +316,21 @@ class Machine:
         self.outputs = tuple(v.name for v in called.of(OUTPUT))
         writer = _Writer(double=self.program.double)
         writer.program(called)
-        code = compile("\n".join(writer.lines) + "\n", _FILE, "exec")
-        self._compiled = _Compiled(code, tuple(writer.places), tuple(writer.constants))
+        self._python = "\n".join(writer.lines) + "\n"
+        self._places, self._constants = tuple(writer.places), tuple(writer.constants)
+        self.meaning = self._python, tuple(x.hex() for x in writer.constants), self.program.double
+        """Every statement, number and kind, without the places in the text: two machines of which
+        this is equal say the same of the same inputs."""
 
     def start(self) -> "Execution":
         """Return the block before its first call."""
-        return Execution(self, self._compiled)
+        code = _code(self._python)
+        return Execution(self, _Compiled(code, self._places, self._constants))
+
+
+@lru_cache(maxsize=4)
+def _code(python: str) -> CodeType:
+    return compile(python, _FILE, "exec")
 
 
 class Execution:

@@ -9,7 +9,9 @@ from tree_sitter import Node
 LONGEST_FILE = 2_000_000
 """Longest text that is read. [characters]"""
 
+_FOREIGN = re.compile(r"[^ -~\t\n]")
 _LANGUAGE = tree_sitter.Language(tree_sitter_iec61131_3_st.language())
+_REMARKS = tree_sitter.Query(_LANGUAGE, "(comment) @remark")
 
 
 class StError(Exception):
@@ -73,10 +75,11 @@ def syntax_tree(text: str) -> Node:
     """
     if len(text) > LONGEST_FILE:
         raise StError("the text is too long", 1)
-    for number, line in enumerate(text.split("\n"), start=1):
-        for column, sign in enumerate(line, start=1):
-            if not " " <= sign <= "~" and sign != "\t":
-                raise StError(f"the sign {sign!r} is not in every code page", number, column)
+    foreign = _FOREIGN.search(text)
+    if foreign is not None:
+        before = text[: foreign.start()]
+        number, column = before.count("\n") + 1, foreign.start() - before.rfind("\n")
+        raise StError(f"the sign {foreign.group()!r} is not in every code page", number, column)
     root = tree_sitter.Parser(_LANGUAGE).parse(text.encode("ascii")).root_node
     _refuse_errors(root)
     return root
@@ -84,6 +87,11 @@ def syntax_tree(text: str) -> Node:
 
 def _refuse_errors(root: Node) -> None:
     """Raise at the first place that the grammar does not know."""
+    if not root.has_error:
+        remarks = tree_sitter.QueryCursor(_REMARKS).captures(root).get("remark", [])
+        for remark in remarks:
+            _check_comment(remark)
+        return
     waiting = [root]
     while waiting:
         node = waiting.pop()

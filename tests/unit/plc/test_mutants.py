@@ -365,6 +365,11 @@ def unnoticed_in_st(chosen: Sequence[Mutant], *, double: bool = True) -> list[st
     return [m.name for m in chosen if not any(st_is_noticed(m.text, r) for r in shown)]
 
 
+def unnoticed_in_real(chosen: Sequence[Mutant]) -> list[str]:
+    """Return the mutants of Structured Text in REAL that no record shows."""
+    return unnoticed_in_st(chosen, double=False)
+
+
 def unnoticed_in_c(chosen: Sequence[Mutant], folder: Path) -> list[str]:
     """Return the mutants of C that no record shows; all of them are compiled in one go."""
     program = build_program(settings_with_everything())

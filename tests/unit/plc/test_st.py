@@ -40,7 +40,7 @@ def test_the_text_for_an_editor_with_two_panes_computes_the_same(flavour: str) -
 def test_what_cycle_says_and_what_the_twin_says_are_two_records_of_the_same_numbers() -> None:
     settings = demanded_settings(4, cycle_s=1.0, double=True)
     steps = list(scenario_steps(settings, hours=0.2, seed=4))
-    record, twins = recorded(settings, steps), recorded(settings, steps, from_twin=True)
+    record, twins = recorded(settings, steps), recorded(settings, steps, from_steps=True)
     assert difference(record, twins.wanted) == ""
 
 

@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.unit.plc.plc_scenarios import CycleDriver, random_settings
+from tests.unit.plc.plc_scenarios import CycleBlock, random_settings
 from thermaxis.plc import _course, _scenario, _world
 from thermaxis.plc._course import course_steps
 from thermaxis.plc._scenario import scenario_steps
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc._twin import PlcInputs, PlcOutputs
+from thermaxis.plc._twin import Twin
 from thermaxis.plc._world import (
     ODD,
     PlcStep,
@@ -85,22 +85,14 @@ def test_both_courses_lead_through_what_stands_once(
     assert len(through) >= 6
 
 
-class LedBlock:
-    """`cycle`, called as a block."""
-
-    def __init__(self, settings: PlcSettings) -> None:
-        self._driver = CycleDriver(settings)
-        self.calls = 0
-
-    def step(self, inputs: PlcInputs) -> PlcOutputs:
-        self.calls += 1
-        return self._driver.said(inputs)
-
-
-def test_a_scenario_led_by_cycle_is_that_of_the_twin_and_asks_it_once_a_call() -> None:
+def test_a_scenario_led_by_cycle_is_that_of_the_twin_and_asks_no_twin(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     settings = random_settings(5)
-    block = LedBlock(settings)
-    led = list(scenario_steps(settings, hours=0.5, seed=2, block=block))
-    assert block.calls == len(led) == 1800
+    with monkeypatch.context() as without:
+        without.delattr(Twin, "step")
+        steps = scenario_steps(settings, hours=0.5, seed=2, block=CycleBlock(settings))
+        led = list(steps)
+    assert len(led) == 1800
     twins = list(scenario_steps(settings, hours=0.5, seed=2))
     assert list(map(repr, led)) == list(map(repr, twins))
