@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, BrowserContext, Page
 from tests.system.screen.operator_stand_in import StandIn, an_output, made_up, served
 from thermaxis.runtime._users import Role
 from thermaxis.screen._persons import LOOP_GONE, NO_ANSWER, Outcome
+from thermaxis.screen._words import Words
 
 LOCALES = {"en": "en-GB", "de": "de-DE", "cs": "cs-CZ"}
 OTHERS = ("Enable", "Hold", "Resume", "Trim", "Diameter", "Acknowledge")
@@ -54,7 +55,7 @@ def test_without_data_disable_alone_is_offered_and_reaches_the_loop(
     assert page.locator('[data-ask="Disable"]').is_enabled()
     for name in OTHERS:
         assert page.locator(f'[data-ask="{name}"]').is_disabled(), name
-    assert page.inner_text("#asks-why") == "No data: only Disable can be asked."
+    assert page.inner_text("#asks-why") == "No data: only Disable."
     page.click('[data-ask="Disable"]')
     told = page.inner_text("dialog[open]")
     assert "does not see what the compensation does now" in told
@@ -160,6 +161,17 @@ def test_the_page_without_data_fits_on_the_smallest_screen(
         assert max(page.evaluate(SCROLLS)) <= 0
         wide = "[...document.querySelectorAll('.op-asks *')].some(e => e.clientWidth > 0"
         assert not page.evaluate(f"{wide} && e.scrollWidth > e.clientWidth + 1)")
+        last = page.locator(".op-buttons button").last.bounding_box()
+        room = page.locator(".op-buttons").bounding_box()
+        assert last is not None
+        assert room is not None
+        assert last["y"] + last["height"] <= room["y"] + room["height"] + 1, "a button is cut"
+        safe = page.locator('[data-ask="Disable"]').bounding_box()
+        assert safe is not None
+        assert safe["height"] >= 48, "too small for a glove"
+        page.wait_for_selector('#request[data-more="no"]')  # all of it is in sight
+        unknown = Words.read().say(language, "operator.effective_unknown")
+        assert unknown in page.inner_text("#request")
         page.click('[data-ask="Disable"]')
         box = page.locator("dialog[open]").bounding_box()
         assert box is not None

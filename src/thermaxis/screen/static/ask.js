@@ -168,13 +168,13 @@ function linesOf(course) {
   }
   if (course.answer === "unknown") {
     lines.push(made("span", `→ ? ${word("operator.answer_none")}`, "ask-wrong"));
-    if (course.reason) lines.push(reasonOf(course));
     lines.push(made("span", "→ " + effectOf(course)));
+    if (course.reason) lines.push(reasonOf(course));
   }
   if (course.answer === "accepted") {
     lines.push(made("span", "→ " + word("operator.accepted_at", { time })));
+    lines.push(made("span", "→ " + effectOf(course))); // before the reason: it must be in sight
     if (course.reason) lines.push(reasonOf(course, "ask-reason"));
-    lines.push(made("span", "→ " + effectOf(course)));
   }
   return lines;
 }

@@ -77,6 +77,7 @@ function watch() {
   });
   onNoData((found) => {
     document.body.dataset.live = "no";
+    if (differs) differs.hidden = true; // what the loop runs with now is not known
     if (!none) return;
     none.hidden = false;
     show(none, noDataWords(found));
