@@ -3,7 +3,6 @@
 import asyncio
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, cast
@@ -18,11 +17,11 @@ from tests.unit.runtime.simulated import (
     SimulatedSink,
     SimulatedSource,
 )
+from tests.unit.screen.frame_parts import settings_with
 from tests.unit.screen.people import People
 from thermaxis.compensation import Compensation, Request, RequestKind
 from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
-from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._config_settings import MachineConfiguration
 from thermaxis.runtime._loop import Borders, CompensationLoop, LoopSettings
 from thermaxis.runtime._ports import interlock_name, spare_name
 from thermaxis.runtime._status_nodes import Snapshot, as_json, facts_of
@@ -125,32 +124,12 @@ class KnownFeed:
             )
 
 
-def screen_settings(**changes: Any) -> ScreenSettings:
-    settings = ScreenSettings(
-        address="127.0.0.1",
-        port=0,
-        hosts=(),
-        certificate=None,
-        private_key=None,
-        view_without_login=True,
-        language="en",
-        user="",
-        password=Secret(""),
-        client_certificate=None,
-        client_private_key=None,
-        idle_s=900.0,
-        longest_login_s=28_800.0,
-        evaluation_s=60.0,
-    )
-    return replace(settings, **changes)
-
-
 def parts_with(
     configuration: MachineConfiguration, feed: KnownFeed, role: Role | None = None, **settings: Any
 ) -> ScreenParts:
     return ScreenParts(
         configuration=configuration,
-        settings=screen_settings(**settings),
+        settings=settings_with(**{"view_without_login": True, **settings}),
         clock=VirtualClock(),
         feed=cast("Any", feed),
         persons=cast("Any", People().come(role)),

@@ -4,12 +4,9 @@ import asyncio
 import contextlib
 import json
 import logging
-import socket
-from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING, cast
 
 import pytest
-import uvicorn
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
@@ -20,7 +17,9 @@ from uvicorn.server import ServerState
 from tests.opcua_server import until
 from tests.unit.runtime.status_server_parts import run
 from tests.unit.screen.frame_parts import WORDS, parts
-from tests.unit.screen.people import PASSWORD, TOKEN, People
+from tests.unit.screen.people import TOKEN, People
+from tests.unit.screen.web_server import served
+from thermaxis.runtime._users import Role
 from thermaxis.screen import _log_lines
 from thermaxis.screen._application import build_application
 from thermaxis.screen._guard import Guard
@@ -257,27 +256,12 @@ def plain_terminal():
                 logger.removeFilter(one)
 
 
-@contextlib.asynccontextmanager
-async def served() -> AsyncIterator[tuple[int, ServerState]]:
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        port = int(listener.getsockname()[1])
-        guard = with_mistakes(hosts=(f"127.0.0.1:{port}",))
-        given = cast("Starlette", guard._app).state.parts
-        await cast("People", given.persons).log_in("engineer", PASSWORD, "127.0.0.1")
-        config = uvicorn.Config(
-            guard, log_config=None, lifespan="off", ws="websockets-sansio", proxy_headers=False
-        )
-        server = uvicorn.Server(config)
-        server.capture_signals = contextlib.nullcontext
-        task = asyncio.create_task(server.serve(sockets=[listener]))
-        while not server.started:
-            await asyncio.sleep(0.005)
-        try:
-            yield port, server.server_state
-        finally:
-            server.should_exit = True
-            await task
+def with_mistakes_at(port: int) -> Guard:
+    """Return the application for a port, with an engineer who has logged in."""
+    guard = with_mistakes(hosts=(f"127.0.0.1:{port}",))
+    people = cast("People", cast("Starlette", guard._app).state.parts.persons)
+    people.standing["cookie-engineer"] = people.person(Role.ENGINEER, "engineer")
+    return guard
 
 
 async def send(port: int, head: str, body: bytes, *, cut_off: ServerState | None = None) -> bytes:
@@ -320,7 +304,7 @@ def test_a_body_that_is_cut_off_is_answered_nothing_and_told_to_nobody(
     caplog: pytest.LogCaptureFixture, path: str, *, cookie: bool
 ) -> None:
     async def scene() -> None:
-        async with served() as (port, state):
+        async with served(with_mistakes_at) as (port, state):
             head = head_of(port, path, length=500, cookie=cookie)
             assert await send(port, head, b'{"na', cut_off=state) == b""
             await until(lambda: not state.connections and not state.tasks, 20.0)
@@ -334,7 +318,7 @@ def test_a_body_that_is_cut_off_is_answered_nothing_and_told_to_nobody(
 
 def test_strangers_that_speak_no_http_fill_no_terminal(caplog: pytest.LogCaptureFixture) -> None:
     async def scene() -> None:
-        async with served() as (port, _):
+        async with served(with_mistakes_at) as (port, _):
             for _ in range(10):
                 await send(port, "\x16\x03\x01 no HTTP\n", b"\xff" * 40)
 
@@ -350,7 +334,7 @@ def test_a_mistake_behind_the_web_server_is_one_line_and_its_page_names_it(
     answers: list[bytes] = []
 
     async def scene() -> None:
-        async with served() as (port, _):
+        async with served(with_mistakes_at) as (port, _):
             head = f"GET /broken HTTP/1.0\nHost: 127.0.0.1:{port}\nAccept: application/json\n"
             answers.extend([await send(port, head, b"") for _ in range(3)])
 

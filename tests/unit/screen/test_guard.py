@@ -3,12 +3,10 @@
 import asyncio
 import contextlib
 import json
-import socket
 from collections.abc import AsyncIterator, Callable, Iterable
 
 import httpx2 as httpx
 import pytest
-import uvicorn
 from hypothesis import example, given
 from hypothesis import strategies as st
 from starlette.applications import Starlette
@@ -21,6 +19,7 @@ from websockets import Origin
 from websockets.asyncio.client import connect
 
 from tests.unit.runtime.status_server_parts import run
+from tests.unit.screen.web_server import served
 from thermaxis.runtime._virtual_time import run_in_virtual_time
 from thermaxis.screen import _guard
 from thermaxis.screen._guard import BODY_S, LARGEST_BODIES, LARGEST_BODY_BYTES, Guard, place_of
@@ -708,29 +707,8 @@ def test_the_life_of_the_application_is_handed_on() -> None:
 # ---- before the web server that is used ---------------------------------------------------------
 
 
-@contextlib.asynccontextmanager
-async def served() -> AsyncIterator[int]:
-    """Serve the guarded pages on a free port of this computer."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        port = listener.getsockname()[1]
-        config = uvicorn.Config(
-            Guard(pages(), (f"127.0.0.1:{port}",), secure=False),
-            log_config=None,
-            lifespan="off",
-            ws="websockets-sansio",
-            proxy_headers=False,
-        )
-        server = uvicorn.Server(config)
-        server.capture_signals = contextlib.nullcontext
-        task = asyncio.create_task(server.serve(sockets=[listener]))
-        while not server.started:
-            await asyncio.sleep(0.005)
-        try:
-            yield port
-        finally:
-            server.should_exit = True
-            await task
+def guarded_at(port: int) -> Guard:
+    return Guard(pages(), (f"127.0.0.1:{port}",), secure=False)
 
 
 async def raw(port: int, sent: bytes) -> tuple[int, bytes]:
@@ -808,7 +786,7 @@ def test_the_web_server_and_the_guard_refuse_together_what_must_not_be(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     async def scene() -> None:
-        async with served() as port:
+        async with served(guarded_at) as (port, _):
             for name, (sent, wanted) in RAW.items():
                 status, answer = await raw(port, sent)
                 if wanted is None:

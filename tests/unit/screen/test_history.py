@@ -18,20 +18,15 @@ from tests.unit.runtime.history_records import (
     BEGIN,
     CHANNELS,
     OUTPUTS,
-    CountingClock,
     cycle_record,
     url_of,
 )
+from tests.unit.screen.history_parts import write_history
 from thermaxis.compensation._supervisor import SupervisorState
 from thermaxis.errors import ConfigurationError, DataError, ThermaxisError
-from thermaxis.runtime._ports import CycleRecord, EventRecord
+from thermaxis.runtime._ports import EventRecord
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.historian._backlog import Backlog
-from thermaxis.runtime.historian._database import parse_url
 from thermaxis.runtime.historian._reading import HistoryReader, Trend
-from thermaxis.runtime.historian._rows import RowPacker
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._writer import Writer, pack_event
 from thermaxis.screen._history import (
     MARKED,
     History,
@@ -55,20 +50,6 @@ from thermaxis.screen._history import (
 HOUR = timedelta(hours=1)
 
 
-def write(path: Path, records: Sequence[CycleRecord], events: Sequence[EventRecord] = ()) -> None:
-    """Write a history as one run of the program."""
-    packer = RowPacker()
-    packer.outputs, packer.channels = OUTPUTS, CHANNELS
-    backlog = Backlog(10**9)
-    for record in records:
-        backlog.add_cycle(packer.pack(record))
-    for event in events:
-        backlog.add_event(pack_event(event))
-    writer = Writer(parse_url(url_of(path)), HistorianSettings(), CountingClock(), backlog, packer)
-    assert writer.attempt()
-    writer.close()
-
-
 async def closing(history: History, question: Callable[[HistoryReader], Any]) -> Any:
     try:
         return await history.ask(question)
@@ -80,7 +61,7 @@ async def closing(history: History, question: Callable[[HistoryReader], Any]) ->
 
 
 def test_an_answer_comes_from_the_history(tmp_path: Path) -> None:
-    write(tmp_path / "h.db", [cycle_record(k) for k in range(10)])
+    write_history(tmp_path / "h.db", [cycle_record(k) for k in range(10)])
     history = History(url_of(tmp_path / "h.db"))
     found = asyncio.run(closing(history, lambda reader: reader.span()))
     assert found == (BEGIN, BEGIN + timedelta(seconds=9))
@@ -96,7 +77,7 @@ def test_a_history_that_is_not_there_is_said_in_words_and_found_once_it_is(tmp_p
                 await history.ask(lambda reader: reader.span())
             assert refused.value.key == "history.unreadable"
             assert "no such file" in refused.value.values["why"]
-        await asyncio.to_thread(write, path, [cycle_record(k) for k in range(3)])
+        await asyncio.to_thread(write_history, path, [cycle_record(k) for k in range(3)])
         assert await history.ask(lambda reader: reader.starts()) == 1
         await history.close()
 
@@ -105,14 +86,16 @@ def test_a_history_that_is_not_there_is_said_in_words_and_found_once_it_is(tmp_p
 
 def test_another_file_in_its_place_is_read_from_then_on(tmp_path: Path) -> None:
     path, aside = tmp_path / "h.db", tmp_path / "aside.db"
-    write(path, [cycle_record(k) for k in range(3)])
+    write_history(path, [cycle_record(k) for k in range(3)])
 
     async def play() -> None:
         history = History(url_of(path))
         before = await history.ask(lambda reader: reader.span())
         path.rename(aside)
         later = BEGIN + timedelta(days=1)
-        await asyncio.to_thread(write, path, [cycle_record(k, begin=later) for k in range(3)])
+        await asyncio.to_thread(
+            write_history, path, [cycle_record(k, begin=later) for k in range(3)]
+        )
         after = await history.ask(lambda reader: reader.span())
         await history.close()
         assert before is not None
@@ -178,7 +161,7 @@ def test_a_hanging_database_is_bounded_and_the_next_questions_say_so_at_once() -
 
 def test_a_question_that_is_given_up_ends_in_the_database_too(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [cycle_record(k) for k in range(10)])
+    write_history(path, [cycle_record(k) for k in range(10)])
     endless = (
         "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n"
     )
@@ -206,7 +189,7 @@ def test_a_question_that_is_given_up_ends_in_the_database_too(tmp_path: Path) ->
 
 def test_a_question_that_works_between_the_statements_ends_at_the_next(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [cycle_record(k) for k in range(10)])
+    write_history(path, [cycle_record(k) for k in range(10)])
     with HistoryReader(url_of(path)) as reader:
         pieces = reader.pieces()
         reader.interrupt()
@@ -356,7 +339,7 @@ def test_a_fault_of_the_program_ends_one_question_and_not_the_next() -> None:
 
 def test_memory_does_not_grow_with_questions(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [cycle_record(k) for k in range(1000)])
+    write_history(path, [cycle_record(k) for k in range(1000)])
     span = BEGIN, BEGIN + timedelta(seconds=1000)
 
     async def play() -> tuple[int, int]:
@@ -478,7 +461,7 @@ def test_a_step_is_no_shorter_than_two_cycles_unless_each_cycle_has_its_own(
 def test_lines_hold_the_mean_and_the_band_of_what_was_recorded(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     records = [cycle_record(k) for k in range(3600) if not 1200 <= k < 1500]
-    write(path, records)
+    write_history(path, records)
     with HistoryReader(url_of(path)) as reader:
         span = BEGIN, BEGIN + HOUR
         found = lines_of(reader, ["Z_um.correction", "T_spindle_C", "gone"], span, 1.0, 360)
@@ -573,7 +556,7 @@ def test_only_the_newest_events_are_given_and_it_is_said_that_there_are_more(
     events = [
         EventRecord(BEGIN + timedelta(seconds=k), "state", "", f"Active: {k}") for k in range(12)
     ]
-    write(path, [cycle_record(0)], events)
+    write_history(path, [cycle_record(0)], events)
     span = BEGIN, BEGIN + HOUR
     with HistoryReader(url_of(path)) as reader:
         some, more = events_of(reader, span, newest=5)
@@ -594,7 +577,7 @@ def test_the_trend_of_eight_hours_has_corrections_temperatures_and_marks(tmp_pat
         EventRecord(now - HOUR, "connection", "", "the connection is lost"),
         EventRecord(now - HOUR, "alarm", "", "high: broken."),
     ]
-    write(path, records, events)
+    write_history(path, records, events)
     with HistoryReader(url_of(path)) as reader:
         found = trend8(reader, now, 10.0, OUTPUTS, [*CHANNELS, "T_new_C"])
     assert found["last"] - found["first"] == 8 * 3_600_000
@@ -654,7 +637,7 @@ def test_why_a_history_cannot_be_read_says_neither_folder_nor_host_nor_user(
 
 def test_the_server_of_a_database_is_told_to_give_a_question_up(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [cycle_record(k) for k in range(10)])
+    write_history(path, [cycle_record(k) for k in range(10)])
     told: list[str] = []
     with HistoryReader(url_of(path)) as reader:
         reader._bare = SimpleNamespace(cancel=lambda: told.append("cancel"))

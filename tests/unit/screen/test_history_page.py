@@ -21,8 +21,8 @@ from tests.unit.runtime.history_records import (
     CountingClock,
     url_of,
 )
+from tests.unit.screen.history_parts import write_history
 from tests.unit.screen.people import TOKEN, People
-from tests.unit.screen.test_history import write
 from tests.unit.screen.test_probe_page import measured
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._ports import EventRecord
@@ -128,7 +128,9 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
             },
         ),
     ]
-    write(path, [measured(k, 1.0 + k % 2, -3.0 * (k % 2), None) for k in range(1800)], events)
+    write_history(
+        path, [measured(k, 1.0 + k % 2, -3.0 * (k % 2), None) for k in range(1800)], events
+    )
     return path
 
 

@@ -2,13 +2,12 @@
 
 import asyncio
 import inspect
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from types import MethodType
 
 import pytest
 
 from tests.unit.runtime.status_server_parts import PASSWORD as PASSWORD_AT_THE_LOOP
-from tests.unit.runtime.status_server_parts import Pairs
 from tests.unit.screen.people import HERE, PASSWORD, People
 from tests.unit.screen.person_parts import Stage, appoint, shop
 from thermaxis.runtime._ports import SystemClock
@@ -47,23 +46,9 @@ def test_the_stand_in_is_called_as_persons_are() -> None:
 Scene = Callable[[Persons, str, Callable[[Person], Awaitable[None]]], Awaitable[None]]
 
 
-@pytest.fixture(scope="module")
-def runner() -> Iterator[asyncio.Runner]:
-    with asyncio.Runner() as runner:
-        yield runner
-
-
-@pytest.fixture(scope="module")
-def stage(runner: asyncio.Runner, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
-    one = Stage(Pairs(tmp_path_factory.mktemp("people")))
-    runner.run(one.open())
-    yield one
-    runner.run(one.close())
-
-
 @pytest.fixture(params=["the stand-in", "the program's own"])
 def play(
-    request: pytest.FixtureRequest, runner: asyncio.Runner, stage: Stage
+    request: pytest.FixtureRequest, runner: asyncio.Runner, loops_stage: Stage
 ) -> Callable[[Scene], None]:
     async def before_people(scene: Scene) -> None:
         people = People(SystemClock())
@@ -76,7 +61,7 @@ def play(
         await people.close()
 
     async def before_persons(scene: Scene) -> None:
-        async with asyncio.timeout(50.0), shop(stage) as place:
+        async with asyncio.timeout(50.0), shop(loops_stage) as place:
             appoint(place.pairs.users, ROLES)
 
             async def lose(person: Person) -> None:

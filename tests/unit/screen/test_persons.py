@@ -6,7 +6,7 @@ import logging
 import math
 import statistics
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from dataclasses import replace
 
 import pytest
@@ -43,27 +43,13 @@ from thermaxis.screen._persons import (
 )
 
 
-@pytest.fixture(scope="module")
-def runner() -> Iterator[asyncio.Runner]:
-    with asyncio.Runner() as runner:
-        yield runner
-
-
-@pytest.fixture(scope="module")
-def stage(runner: asyncio.Runner, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
-    one = Stage(Pairs(tmp_path_factory.mktemp("persons")))
-    runner.run(one.open())
-    yield one
-    runner.run(one.close())
-
-
 @pytest.fixture
-def at_the_shop(runner: asyncio.Runner, stage: Stage):
+def at_the_shop(runner: asyncio.Runner, loops_stage: Stage):
     """Run an act with persons of its own."""
 
     def play(act: Callable[[Shop], Awaitable[None]], **changes: float) -> None:
         async def scene() -> None:
-            async with asyncio.timeout(50.0), shop(stage, **changes) as place:
+            async with asyncio.timeout(50.0), shop(loops_stage, **changes) as place:
                 await act(place)
 
         runner.run(scene())
@@ -597,10 +583,10 @@ def test_a_user_who_is_struck_off_or_has_another_password_is_logged_out(
 
 
 def test_after_a_restart_of_the_server_everybody_looks_on_and_nobody_acts(
-    runner: asyncio.Runner, stage: Stage
+    runner: asyncio.Runner, loops_stage: Stage
 ) -> None:
     async def scene() -> None:
-        other = Stage(stage.pairs)
+        other = Stage(loops_stage.pairs)
         await other.open()
         async with shop(other) as place:
             found = [await place.log_in(name) for name in ROLES]

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from tests.unit.runtime.history_records import BEGIN, CountingClock, cycle_record, url_of
+from tests.unit.runtime.history_records import BEGIN, cycle_record, url_of
 from tests.unit.runtime.simulated import SimulatedHistorian
+from tests.unit.screen.history_parts import write_history
 from thermaxis.compensation import (
     Compensation,
     Limits,
@@ -24,12 +25,7 @@ from thermaxis.files import read_model
 from thermaxis.runtime._loop import AtStop, Borders, CompensationLoop, LoopSettings
 from thermaxis.runtime._ports import Applied, CycleRecord, SourceSample, probe_name
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.historian._backlog import Backlog
-from thermaxis.runtime.historian._database import parse_url
 from thermaxis.runtime.historian._reading import HistoryReader
-from thermaxis.runtime.historian._rows import RowPacker
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._writer import Writer
 from thermaxis.screen import _probe_page
 from thermaxis.screen._history import to_ms
 from thermaxis.screen._probe_page import by_cycle, by_minute, comparison
@@ -51,17 +47,6 @@ class Morning(NamedTuple):
     uncorrected_um: np.ndarray
     true_um: np.ndarray
     seen: np.ndarray
-
-
-def write(path: Path, records: Sequence[CycleRecord], channels: Sequence[str]) -> None:
-    packer = RowPacker()
-    packer.outputs, packer.channels = ("Z_um",), tuple(channels)
-    backlog = Backlog(10**9)
-    for record in records:
-        backlog.add_cycle(packer.pack(record))
-    writer = Writer(parse_url(url_of(path)), HistorianSettings(), CountingClock(), backlog, packer)
-    assert writer.attempt()
-    writer.close()
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +91,7 @@ def morning(tmp_path_factory: pytest.TempPathFactory) -> Morning:
     run_in_virtual_time(play())
     records = historian.records
     path = tmp_path_factory.mktemp("probe") / "h.db"
-    write(path, records, model.channels)
+    write_history(path, records, outputs=("Z_um",), channels=model.channels)
     uncorrected, true = np.array(truth).T
     seen = np.array([record.samples[probe_name("Z_um")].good for record in records])
     span = records[0].utc, records[-1].utc + timedelta(seconds=CYCLE_S)
@@ -204,7 +189,7 @@ def measured(
 
 
 def compare_by_hand(path: Path, records: Sequence[CycleRecord]) -> dict[str, Any]:
-    write(path, records, ("T_spindle_C", "T_table_C"))
+    write_history(path, records, outputs=("Z_um",), channels=("T_spindle_C", "T_table_C"))
     with HistoryReader(url_of(path)) as reader:
         return comparison(reader, "Z_um", (BEGIN, BEGIN + timedelta(minutes=1)), 1.0, 1000)
 
@@ -239,7 +224,8 @@ def test_without_a_single_value_there_are_no_figures(tmp_path: Path) -> None:
 
 def test_a_history_before_the_probe_is_no_error_in_either_way(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
-    write(path, [measured(k, None, None, None) for k in range(200)], ("T_spindle_C", "T_table_C"))
+    records = [measured(k, None, None, None) for k in range(200)]
+    write_history(path, records, outputs=("Z_um",), channels=("T_spindle_C", "T_table_C"))
     span = BEGIN, BEGIN + timedelta(hours=1)
     with HistoryReader(url_of(path)) as reader:
         found, step_us = by_minute(reader, "Z_um", span, 10)
