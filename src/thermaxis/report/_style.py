@@ -194,7 +194,7 @@ def _settle(figure: Figure) -> None:
     if engine is None:
         return
     engine.execute(figure)
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(None)  # with "none" it would be drawn once more, to nowhere
     for axes in figure.axes:
         x, y, width, height = axes.get_position(original=True).bounds
         place = (round(x, _SETTLED), round(y, _SETTLED))

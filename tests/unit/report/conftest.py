@@ -1,6 +1,7 @@
 """Made-up runs, and reports on them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from datetime import datetime
 from typing import Any
@@ -19,8 +20,11 @@ from thermaxis.positioning import (
 )
 from thermaxis.quantities import AxisKind
 from thermaxis.report import PositioningReport
+from thermaxis.report._figures import Chart
 from thermaxis.report._limits import Limits, check_limits
+from thermaxis.report._thermal_panels import ThermalChart
 
+DrawnOnce = Callable[[], AbstractContextManager[None]]
 MakeRun = Callable[..., PositioningTest]
 MakeReport = Callable[..., PositioningReport]
 
@@ -120,3 +124,27 @@ def make_report() -> MakeReport:
 def hundred_cycles() -> PositioningReport:
     """Return a report on 16 targets and 100 cycles."""
     return report(run(16, 100))
+
+
+@contextmanager
+def remembered_charts() -> Iterator[None]:
+    """Draw every chart once, as long as this lasts; a chart is told by its name."""
+    with pytest.MonkeyPatch.context() as patch:
+        for kind in (Chart, ThermalChart):
+            drawn: dict[str, bytes] = {}
+
+            def svg(
+                chart: Any, *of: Any, draw: Any = kind.svg, drawn: dict[str, bytes] = drawn
+            ) -> bytes:
+                if chart.name not in drawn:
+                    drawn[chart.name] = draw(chart, *of)
+                return drawn[chart.name]
+
+            patch.setattr(kind, "svg", svg)
+        yield
+
+
+@pytest.fixture(scope="session")
+def drawn_once() -> DrawnOnce:
+    """Return what lets the files of one result share its charts: a PDF and a page."""
+    return remembered_charts

@@ -3,7 +3,8 @@
 import csv
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -49,6 +50,8 @@ from thermaxis.thermal import (
     records_of,
     verify,
 )
+
+DrawnOnce = Callable[[], AbstractContextManager[None]]
 
 PARTS = (
     Part("spindle", "T_spindle_C", "T_column_C", 3.0, (Section(26.0, 3000.0),),
@@ -168,6 +171,12 @@ class PageReader(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         self.text += data
+
+
+@pytest.fixture
+def not_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let charts be drawn but neither laid out nor saved, where the words are the subject."""
+    monkeypatch.setattr("thermaxis.report._thermal_panels.svg_bytes", lambda _: b"<svg/>")
 
 
 @pytest.fixture(scope="module")
@@ -310,6 +319,7 @@ def test_the_hash_of_a_log_is_of_its_content(log: ThermalLog) -> None:
     assert log_sha256(ThermalLog.from_columns(values, sample_time_s=60.0)) != log_sha256(log)
 
 
+@pytest.mark.usefixtures("not_laid_out")
 def test_a_static_regression_that_is_better_is_said_in_strong_words(log: ThermalLog) -> None:
     wrong = tuple(replace(part, direct_gain_um_per_k=90.0) for part in PARTS)
     model = CompensationModel(outputs=(Output("Z_um", wrong),))
@@ -320,11 +330,18 @@ def test_a_static_regression_that_is_better_is_said_in_strong_words(log: Thermal
     assert any("No better than a static regression" in text for text in strong)
 
 
-def test_several_logs_have_their_own_figures_and_charts(log: ThermalLog) -> None:
+def test_several_logs_have_their_own_figures_and_charts(
+    log: ThermalLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
     logs = [log, *(make_log(seed, rows=90) for seed in range(2, 6))]
     result = verify(MODEL, logs, MEASURED[:1])
-    names = [chart.name for chart in verification_charts(MODEL, tuple(logs), result)]
+    charts = verification_charts(MODEL, tuple(logs), result)
+    names = [chart.name for chart in charts]
     assert len(set(names)) == len(names)
+    for chart in charts:
+        if chart.name.endswith("_log_2"):
+            assert chart.svg().startswith(b"<?xml")
+    monkeypatch.setattr("thermaxis.report._thermal_panels.svg_bytes", lambda _: b"<svg/>")
     assert sum(name.startswith("figure_13") for name in names) == 4
     document = verification_document(MODEL, logs, result)
     headings = [section.heading for section in document.sections]
@@ -373,6 +390,7 @@ def test_logs_that_were_not_verified_are_refused(
 # ---- identification -----------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("not_laid_out")  # the same charts stand in the files below
 def test_the_report_of_an_identification_prints_its_numbers(
     found: Identification, records: Records, log: ThermalLog
 ) -> None:
@@ -425,6 +443,7 @@ def test_polynomials_are_printed_with_their_poles(
     assert any("plane of z" in caption for caption in captions_of(document))
 
 
+@pytest.mark.usefixtures("not_laid_out")
 def test_faults_of_the_sensors_are_named(found: Identification, records: Records) -> None:
     log = make_log()
     stuck = {**log.columns, "T_table_C": np.round(log.columns["T_table_C"])}
@@ -461,13 +480,16 @@ def test_a_choice_among_candidates_shows_its_curve(log: ThermalLog) -> None:
 # ---- files --------------------------------------------------------------------------------------
 
 
-def test_the_same_result_gives_the_same_bytes(log: ThermalLog, tmp_path: Path) -> None:
+def test_the_same_result_gives_the_same_bytes(
+    log: ThermalLog, drawn_once: DrawnOnce, tmp_path: Path
+) -> None:
     result = verify(MODEL, [log], MEASURED[1:])
+    for k in range(2):
+        with drawn_once():
+            for suffix in (".pdf", ".html"):
+                write_verification_report(MODEL, [log], result, tmp_path / f"{k}{suffix}")
     for suffix in (".pdf", ".html"):
-        paths = [tmp_path / f"{k}{suffix}" for k in range(2)]
-        for path in paths:
-            write_verification_report(MODEL, [log], result, path)
-        assert paths[0].read_bytes() == paths[1].read_bytes()
+        assert (tmp_path / f"0{suffix}").read_bytes() == (tmp_path / f"1{suffix}").read_bytes()
     pdf = pypdfium2.PdfDocument(tmp_path / "0.pdf")
     text = " ".join(page.get_textpage().get_text_range() for page in pdf)
     pdf.close()
@@ -477,14 +499,19 @@ def test_the_same_result_gives_the_same_bytes(log: ThermalLog, tmp_path: Path) -
 
 
 def test_an_identification_is_written_as_pdf_and_html(
-    found: Identification, records: Records, log: ThermalLog, tmp_path: Path
+    found: Identification,
+    records: Records,
+    log: ThermalLog,
+    drawn_once: DrawnOnce,
+    tmp_path: Path,
 ) -> None:
     logs = [log, make_log(2)]
     provenance = replace(MODEL.provenance, date="2026-03-31")
-    for name in ("i.pdf", "i.HTML"):
-        path = tmp_path / name
-        write_identification_report(found, records, logs, provenance, path, reference_s=60.0)
-        assert path.stat().st_size > 20_000
+    with drawn_once():
+        for name in ("i.pdf", "i.HTML"):
+            path = tmp_path / name
+            write_identification_report(found, records, logs, provenance, path, reference_s=60.0)
+            assert path.stat().st_size > 20_000
     assert (tmp_path / "i.pdf").read_bytes().startswith(b"%PDF")
     assert "2026-03-31" in PageReader((tmp_path / "i.HTML").read_text("utf-8")).text
 
@@ -505,7 +532,9 @@ def test_another_suffix_is_refused_before_anything_is_drawn(
     assert not list(tmp_path.iterdir())
 
 
-def test_hostile_names_show_themselves_and_are_never_obeyed(tmp_path: Path) -> None:
+def test_hostile_names_show_themselves_and_are_never_obeyed(
+    drawn_once: DrawnOnce, tmp_path: Path
+) -> None:
     names = {"T_spindle_C": HOSTILE[1].removesuffix("_um") + "_C", "Z_D_um": HOSTILE[3]}
     log = replace(make_log(rows=90, names=names), name=HOSTILE[2])
     columns = {**log.columns, **dict.fromkeys(HOSTILE, log.columns["Z_um"])}
@@ -521,7 +550,9 @@ def test_hostile_names_show_themselves_and_are_never_obeyed(tmp_path: Path) -> N
     )
     measured = [MeasuredOutput(name, HOSTILE[0]) for name in HOSTILE[3:5]]
     result = verify(model, [log], measured)
-    write_verification_report(model, [log], result, tmp_path / "r.html")
+    with drawn_once():
+        for suffix in ("html", "pdf"):
+            write_verification_report(model, [log], result, tmp_path / f"r.{suffix}")
     page = (tmp_path / "r.html").read_text("utf-8")
     reader = PageReader(page)
     assert not reader.tags & {"script", "img", "iframe", "object", "a", "link"}
@@ -529,7 +560,6 @@ def test_hostile_names_show_themselves_and_are_never_obeyed(tmp_path: Path) -> N
     assert "<script>alert(1)</script>" in reader.text
     assert "\u202e" not in page
     assert "\u001b" not in page
-    write_verification_report(model, [log], result, tmp_path / "r.pdf")
     pdf = pypdfium2.PdfDocument(tmp_path / "r.pdf")
     text = "".join(page.get_textpage().get_text_range() for page in pdf)
     pdf.close()
