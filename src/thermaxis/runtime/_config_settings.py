@@ -447,7 +447,8 @@ class MachineConfiguration:
         Returns
         -------
         tuple of str
-            Names of the files ending in .json inside the folder; whether they are models, and fit
+            Names of the files ending in .json inside the folder, without those that are hidden
+            (they begin with a dot) or that nobody could ask for; whether they are models, and fit
             the machine, is found when one is chosen. Empty where there is no folder.
         """
         if self.model_folder is None or not self.model_folder.is_dir():
@@ -457,9 +458,16 @@ class MachineConfiguration:
             sorted(
                 path.name
                 for path in folder.glob("*.json")
-                if path.is_file() and path.resolve().is_relative_to(folder)
+                if _may_be_named(path.name)
+                and path.is_file()
+                and path.resolve().is_relative_to(folder)
             )
         )
+
+
+def _may_be_named(name: str) -> bool:
+    """Whether a file is not hidden, and its name is one that `find_model` takes."""
+    return not name.startswith(".") and name.isprintable() and not set(name) & {"\\", ":"}
 
 
 def _without_folder(error: ThermaxisError, file: Path) -> ConfigurationError:

@@ -4,7 +4,7 @@ import hmac
 import json
 from collections.abc import Awaitable, Callable
 from functools import wraps
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast, final
 from urllib.parse import quote
 
 from starlette.requests import HTTPConnection, Request
@@ -178,13 +178,23 @@ def _single(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return found
 
 
+@final
+class _Json(JSONResponse):
+    """An answer that can be written whatever texts it is made of."""
+
+    def render(self, content: Any) -> bytes:
+        """Return the JSON; half a pair of surrogates, which is no text, as a question mark."""
+        text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        return text.encode("utf-8", "replace")
+
+
 def answer_json(value: object, status: int = 200) -> JSONResponse:
     """Return an answer as JSON.
 
     Parameters
     ----------
     value : object
-        What json can write.
+        What json can write; texts in it may come from anywhere.
     status : int
         Status of HTTP. [1]
 
@@ -193,7 +203,7 @@ def answer_json(value: object, status: int = 200) -> JSONResponse:
     JSONResponse
         The answer.
     """
-    return JSONResponse(value, status)
+    return _Json(value, status)
 
 
 def refuse(connection: HTTPConnection, status: int, key: str, **values: str) -> JSONResponse:
@@ -222,7 +232,7 @@ def refuse(connection: HTTPConnection, status: int, key: str, **values: str) -> 
     english = [value for name, value in values.items() if name in FREE_TEXT and value]
     if english and language != LANGUAGES[0]:
         answer["english"] = english
-    return JSONResponse(answer, status)
+    return _Json(answer, status)
 
 
 def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:

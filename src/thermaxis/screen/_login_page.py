@@ -6,7 +6,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.runtime._users import LONGEST_NAME, LONGEST_PASSWORD, Role
+from thermaxis.runtime._users import Role
 from thermaxis.screen._access import (
     LANGUAGE_COOKIE,
     answer_json,
@@ -96,8 +96,6 @@ async def _log_in(request: Request) -> Response:
     name, password = said.get("name"), said.get("password")
     if not (isinstance(name, str) and isinstance(password, str) and name and password):
         return refuse(request, HTTPStatus.BAD_REQUEST, "login.incomplete")
-    if len(name) > LONGEST_NAME or len(password.encode()) > LONGEST_PASSWORD:
-        return refuse(request, HTTPStatus.UNAUTHORIZED, REFUSED)
     before = parts.persons.of(_cookie(request))
     looks_on = before is not None and bool(before.lost)
     if not looks_on:  # whoever looks on takes no place, and goes on to do so after a mistake

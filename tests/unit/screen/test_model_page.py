@@ -200,3 +200,14 @@ def test_what_cannot_be_shown_is_looked_for_again(machine: MachineConfiguration)
         assert browser.get("/model/values").json()["model"] is None
         machine.model.path.write_bytes(content)
         assert browser.get("/model/values").json()["model"] is not None
+
+
+def test_hidden_files_and_names_that_nobody_could_ask_for_are_not_offered(
+    machine: MachineConfiguration,
+) -> None:
+    assert machine.model_folder is not None
+    for name in (".lathe.json", ".json", "a\nb.json", "C:lathe.json", "a\\b.json", "b lathe.json"):
+        shutil.copy(machine.model.path, machine.model_folder / name)
+    assert machine.models_to_choose() == ("b lathe.json", "lathe.json")
+    for name in machine.models_to_choose():
+        assert machine.other_model(name)[1] == machine.model.sha256

@@ -1,0 +1,94 @@
+"""Half a pair of surrogates is no text: JSON can say it, and nothing can write it."""
+
+import asyncio
+import json
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import cast
+
+import httpx2 as httpx
+import pytest
+from starlette.applications import Starlette
+from starlette.testclient import TestClient
+
+from tests.unit.screen.engineer_bench import EXAMPLE, KnownFeed, application, parts_with
+from tests.unit.screen.frame_parts import client, parts
+from tests.unit.screen.operator_parts import Somebody, sent
+from tests.unit.screen.people import HERE, People
+from tests.unit.screen.test_failed_log_ins import Door, played
+from thermaxis.runtime._config import read_machine
+from thermaxis.runtime._users import LONGEST_NAME, LONGEST_PASSWORD, Role
+from thermaxis.screen import _login_page, _model_page
+from thermaxis.screen._access import answer_json
+from thermaxis.screen._failed_log_ins import FAILURES_BY_ADDRESS
+from thermaxis.screen._persons import REFUSED, TOO_MANY_FROM_HERE
+
+WRONG = {
+    "a password": ("novak{}", "\ud800"),
+    "the end of a password": ("novak{}", "right horse staple\udfff"),
+    "a name": ("novak{}\ud800", "right horse staple"),
+    "a long name": ("{}" + "n" * LONGEST_NAME, "right horse staple"),
+    "a long password": ("novak{}", "x" * (LONGEST_PASSWORD + 1)),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_log_in_that_nobody_can_have_is_refused_and_counted_as_any_wrong_one(what: str) -> None:
+    name, password = WRONG[what]
+    said: list[tuple[int, str]] = []
+
+    async def act(door: Door) -> None:
+        given = parts()
+        app = Starlette(routes=_login_page.routes(given))
+        app.state.parts = given
+        people = cast("People", given.persons)
+        people.log_in = door.persons.log_in  # type: ignore[method-assign] - the program's own
+        way = httpx.ASGITransport(app, client=(HERE, 4000))
+        async with httpx.AsyncClient(transport=way, base_url="http://127.0.0.1:8450") as browser:
+            for i in range(FAILURES_BY_ADDRESS + 1):
+                body = json.dumps({"name": name.format(i), "password": password})
+                answer = await browser.post("/login", content=body)
+                said.append((answer.status_code, answer.json()["error"]))
+
+    played(act)
+    assert said == [(401, REFUSED)] * FAILURES_BY_ADDRESS + [(429, TOO_MANY_FROM_HERE)]
+
+
+@pytest.mark.parametrize("cookie", ["\\355\\240\\200", '"\\377"', "\xff", "%ED%A0%80"])
+def test_a_cookie_of_odd_signs_is_nobody(cookie: str) -> None:
+    browser = client(parts(), _login_page.routes)
+    headers = {b"cookie": f"thermaxis_8450={cookie}; thermaxis_language={cookie}".encode("latin-1")}
+    assert browser.get("/login/state", headers=headers).status_code == 200  # type: ignore[arg-type]
+
+
+def test_no_question_with_half_a_pair_reaches_the_loop() -> None:
+    for question in (
+        {"method": "Trim", "arguments": ["\ud800", 1.0, 60.0]},
+        {"method": "ChooseModel", "arguments": ["\udc80.json"]},
+        {"method": "\ud800", "arguments": []},
+        {"method": "Hold", "arguments": [], "\ud800": "\ud800"},
+    ):
+        somebody = Somebody(Role.ENGINEER)
+        answer = asyncio.run(sent(somebody, "POST", "/ask", content=json.dumps(question)))
+        assert (answer.status_code, somebody.asked) == (400, [])
+        assert answer.json()["text"]
+
+
+def test_an_answer_is_text_whatever_it_is_made_of() -> None:
+    answer = answer_json({"\ud800": ["\udcff", "Mareš"]})
+    assert json.loads(bytes(answer.body)) == {"?": ["?", "Mareš"]}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such file names")
+def test_a_file_whose_name_is_no_text_is_not_offered_as_a_model(tmp_path: Path) -> None:
+    shutil.copy(EXAMPLE, tmp_path / EXAMPLE.name)
+    shutil.copytree(EXAMPLE.parent / "models", tmp_path / "models")
+    (tmp_path / "models" / os.fsdecode(b"odd\xff.json")).write_bytes(b"{}")
+    machine = read_machine(tmp_path / EXAMPLE.name)
+    given = parts_with(machine, KnownFeed(None))
+    browser = TestClient(application(given, _model_page.routes(given)))
+    answer = browser.get("/model/values")
+    assert answer.status_code == 200
+    assert "odd" not in answer.text
