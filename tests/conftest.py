@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from xdist.remote import Producer
+from xdist.scheduler import LoadFileScheduling
 
 settings.register_profile("same", derandomize=True, deadline=None)  # the same cases everywhere
 settings.load_profile("same")
@@ -14,18 +16,22 @@ TOGETHER = {
     "linuxcnc": ("test_linuxcnc", "test_linuxcnc_offset", "test_loop_is_killed"),
     "node-opcua": ("test_foreign_opcua", "test_foreign_opcua_loop", "test_foreign_status_client"),
 }
-"""System tests that would wait for each other: a computer has one LinuxCNC, and packages are
-installed once."""
+"""Files of tests that would wait for each other: a computer has one LinuxCNC, and the packages of
+the foreign server are installed once."""
 
 
-@pytest.hookimpl(tryfirst=True)  # before the names of the groups are read
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep a file of system tests, and what would wait for each other, in one worker."""
-    group_of = {file: group for group, files in TOGETHER.items() for file in files}
-    for item in items:
-        if item.get_closest_marker("system") is not None:
-            group = group_of.get(item.path.stem, item.path.stem)
-            item.add_marker(pytest.mark.xdist_group(group))
+class ByFile(LoadFileScheduling):
+    """Give each worker whole files, and one worker the files that would wait for each other."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = super()._split_scope(nodeid)
+        groups = [group for group, files in TOGETHER.items() if Path(file).stem in files]
+        return groups[0] if groups else file
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> ByFile | None:
+    """Return how tests come to the workers with `--dist loadfile`."""
+    return ByFile(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
 @pytest.fixture(scope="session")

@@ -87,6 +87,7 @@ def test_a_server_killed_twenty_times_is_compensated_within_two_seconds_of_each_
                 machine.listen()
                 outages.append(Outage(killed_s, machine.ready_s))
                 loop.wait_for(SupervisorState.ACTIVE, 20.0)
+                loop.wait_to_stay(SupervisorState.ACTIVE, 0.5, 20.0)
             assert loop.stop(60.0) == 0
         told = machine.record()
     history = read_history(tmp_path)

@@ -253,6 +253,30 @@ class RunningLoop:
             if f"Z {state}" in said.text:
                 return said
 
+    def wait_to_stay(self, state: SupervisorState, still_s: float, limit_s: float) -> None:
+        """Wait until the state told last is the one that is wanted, and none follows for a while.
+
+        A loop on a busy computer may leave a state once more soon after it came to it.
+
+        Raises
+        ------
+        RuntimeError
+            If that does not come in time, or the program ends.
+        """
+        until_s = time.monotonic() + limit_s
+        while time.monotonic() < until_s:
+            try:
+                said = self._lines.get(timeout=still_s)
+            except queue.Empty:
+                states = [line.text for line in self.said if "Z " in line.text]
+                if states and f"Z {state}" in states[-1]:
+                    return
+                continue
+            if said is None:
+                raise RuntimeError(f"the loop has ended: {self._tail()}")
+            self.said.append(said)
+        raise RuntimeError(f"does not stay {state} within {limit_s:g} s: {self._tail()}")
+
     def _tail(self) -> str:
         printed = "\n".join(line.text for line in self.said[-10:])
         return f"{printed}\n{self.errors.read_text(encoding='utf-8', errors='replace')[-3000:]}"
