@@ -45,8 +45,7 @@ test: setup-dev
 	$(BIN)/python -m pytest -m "not system" -n 2 -q
 
 system: setup-dev
-	$(BIN)/python -m pytest -m system -n 2 --dist loadfile -q tests/unit tests/scenarios tests/system/screen
-	$(BIN)/python -m pytest -m system -q tests/system --ignore=tests/system/screen
+	$(BIN)/python -m pytest -m system -n 2 --dist loadfile -q
 
 check: setup-dev
 	$(BIN)/ruff format --check .
