@@ -2,7 +2,7 @@
 
 from typing import final
 
-from thermaxis.compensation import Quality, SupervisorState
+from thermaxis.compensation import SupervisorState
 from thermaxis.compensation._cycle import LARGEST_DIAMETER_MM
 from thermaxis.plc._build_draft import (
     NO,
@@ -18,23 +18,26 @@ from thermaxis.plc._build_draft import (
     minus,
     no,
     note,
-    numbered,
     plus,
     when,
     within,
+)
+from thermaxis.plc._build_interface import (
+    channel_texts,
+    declare_inputs,
+    declare_outputs,
+    identity,
+    output_texts,
 )
 from thermaxis.plc._build_limit import LARGEST_READ_UM, LIMIT, READ_BACK, TRIM, WANTED
 from thermaxis.plc._build_model import BAD, MODEL
 from thermaxis.plc._build_sensor import SENSOR
 from thermaxis.plc._build_supervisor import REQUESTS, SUPERVISOR, state_number
-from thermaxis.plc._names import remark_text
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._tree import Block, Count, Kind, Name, OutputOf, Statement
 
 LAST_HEARTBEAT = 32_767
 """The heartbeat counts so far and begins again. [1]"""
-IDENTITY_DIGITS = 3
-"""Hexadecimal digits of the model's hash in one number. [1]"""
 
 _BOOL, _INT = Kind.BOOL, Kind.INT
 
@@ -55,8 +58,8 @@ def main_block(settings: PlcSettings) -> Block:
         The block.
     """
     main = _Main(settings)
-    main.declare_inputs()
-    main.declare_outputs()
+    declare_inputs(main.draft, settings)
+    declare_outputs(main.draft, settings)
     main.clock()
     main.take_over()
     main.read_back()
@@ -103,77 +106,6 @@ class _Main:
         """Return the correction in force of an output."""
         return Name(f"in_force{k}_um")
 
-    def channel_texts(self) -> list[tuple[str, str]]:
-        """Return stem and text of every channel."""
-        channels = self.compensation.model.channels
-        return [(s, remark_text(c)) for s, c in zip(self.channels, channels, strict=True)]
-
-    def output_texts(self) -> list[tuple[str, str]]:
-        """Return stem and text of every output."""
-        outputs = self.compensation.model.outputs
-        return [(s, remark_text(o.name)) for s, o in zip(self.outputs, outputs, strict=True)]
-
-    # ---- variables ------------------------------------------------------------------------------
-
-    def declare_inputs(self) -> None:
-        """Declare what a caller states."""
-        draft = self.draft
-        draft.input("cycle_time_s", "measured time since the last call [s]")
-        draft.input("enable", "rising: enable, falling: disable", _BOOL)
-        draft.input("hold", "rising: hold, falling: resume", _BOOL)
-        draft.input(
-            "reset",
-            "rising: acknowledge a fault or the jump of a sensor, in Off take over what is read",
-            _BOOL,
-        )
-        draft.input("diameter_mm", "clamping diameter of the workpiece [mm]")
-        draft.input("diameter_known", "whether it is stated, else the tool centre point", _BOOL)
-        for stem, text in self.channel_texts():
-            draft.input(f"t_{stem}", f"{text}: temperature [degC]")
-            draft.input(f"ok_{stem}", f"{text}: whether its status is good", _BOOL)
-        for stem, text in self.output_texts():
-            draft.input(f"trim_{stem}", f"{text}: trim that is asked for [um]")
-        draft.input("interlocks_met", "whether every interlock is met", _BOOL)
-        draft.input("connected", "whether the machine can be written to", _BOOL)
-        draft.input("other_compensation", "whether another compensation is active", _BOOL)
-        for stem, text in self.output_texts():
-            draft.input(f"read_{stem}", f"{text}: correction that the machine reports [um]")
-        draft.input("read_ok", "whether the reported corrections were read", _BOOL)
-
-    def declare_outputs(self) -> None:
-        """Declare what a caller may read."""
-        draft = self.draft
-        for stem, text in self.output_texts():
-            draft.output(f"correction_{stem}", f"{text}: correction to be written [um]")
-            draft.output(f"model_{stem}", f"{text}: displacement by the model [um]")
-            draft.output(f"wanted_{stem}", f"{text}: correction before rate and supervisor [um]")
-            draft.output(f"weight_{stem}", f"{text}: weight of the model [1]", start=1.0)
-            draft.output(f"limit_{stem}", f"{text}: whether the model asks for more", _BOOL)
-        parts = self.compensation.model.layout.parts
-        for stem, part in zip(self.settings.names.parts, parts, strict=True):
-            draft.output(f"part_{stem}", f"what {remark_text(part.name)} contributes [um]")
-        for stem, text in self.channel_texts():
-            draft.output(f"quality_{stem}", f"{text}: what is wrong with it, 0 for nothing", _INT)
-        draft.output("state", numbered(SupervisorState), _INT)
-        draft.output("enabled", "whether somebody has enabled it", _BOOL)
-        draft.output("linked", "whether the corrections may be written, see the head", _BOOL)
-        draft.output("fault_word", "why it is not active, see the head", _INT)
-        draft.output("model_quality", numbered(Quality), _INT, start=BAD.value)
-        draft.output("outcome_word", "what was out of the ordinary, see the head", _INT)
-        draft.output("refused", "whether a request of this call was refused", _BOOL)
-        draft.output("heartbeat", "counts the calls to 32767, then begins at 0 again [1]", _INT)
-        for n, value in enumerate(self._identity(), 1):
-            last = IDENTITY_DIGITS * n
-            text = f"digits {last - IDENTITY_DIGITS + 1} to {last} of the model's hash"
-            draft.output(f"model_id_{n}", text.replace("'", ""), _INT, start=value)
-
-    def _identity(self) -> tuple[int, ...]:
-        digits = self.settings.model_sha256
-        if not digits:
-            return ()
-        n = IDENTITY_DIGITS
-        return int(digits[:n], 16), int(digits[n : 2 * n], 16)
-
     # ---- sections of the body -------------------------------------------------------------------
 
     def clock(self) -> None:
@@ -200,7 +132,9 @@ class _Main:
             ),
             let(Name("heartbeat"), count),
         )
-        self.add(*(let(Name(f"model_id_{n}"), Count(v)) for n, v in enumerate(self._identity(), 1)))
+        self.add(
+            *(let(Name(f"model_id_{n}"), Count(v)) for n, v in enumerate(identity(settings), 1))
+        )
 
     def take_over(self) -> None:
         """Take over an offset that stands in the control, before anything else is written."""
@@ -217,7 +151,7 @@ class _Main:
         connected = Name("connected")
         read_all: list[Statement] = []
         found: list[Statement] = []
-        for k, (stem, text) in enumerate(self.output_texts(), 1):
+        for k, (stem, text) in enumerate(output_texts(self.settings), 1):
             force = self.draft.state(f"in_force{k}_um", f"{text}: correction in force [um]")
             self.draft.state(f"goal{k}_um", f"{text}: where it goes [um]")
             read = Name(f"read_{stem}")
@@ -267,7 +201,7 @@ class _Main:
             let(outside, NO),
             let(at_zero, YES),
         )
-        for k, (stem, text) in enumerate(self.output_texts(), 1):
+        for k, (stem, text) in enumerate(output_texts(self.settings), 1):
             fb = self.draft.instance(f"fb_read_back{k}", READ_BACK)
             bounds = self.compensation.bounds[k - 1]
             total = self.draft.constant(
@@ -350,7 +284,7 @@ class _Main:
             "time after which a trim expires [s]",
             self.compensation.supervisor.longest_trim_s,
         )
-        for k, (stem, text) in enumerate(self.output_texts(), 1):
+        for k, (stem, text) in enumerate(output_texts(self.settings), 1):
             fb = self.draft.instance(f"fb_trim{k}", TRIM)
             largest = self.draft.constant(
                 f"largest_trim{k}_um",
@@ -377,7 +311,7 @@ class _Main:
         """Judge every temperature."""
         everything = self.flag("all_usable", "whether every temperature may be used")
         self.add(note("Sensors: which temperatures are believed."), let(everything, YES))
-        for k, (stem, text) in enumerate(self.channel_texts(), 1):
+        for k, (stem, text) in enumerate(channel_texts(self.settings), 1):
             fb = self.draft.instance(f"fb_sensor{k}", SENSOR)
             flag = self.flag(f"usable{k}", f"{text}: whether it may be used")
             rules = self._sensor_rules(k, text)
@@ -445,7 +379,7 @@ class _Main:
         self.add(
             note("What the corrections should be: minus the model, trimmed."), let(at_limit, NO)
         )
-        for k, (stem, text) in enumerate(self.output_texts(), 1):
+        for k, (stem, text) in enumerate(output_texts(self.settings), 1):
             fb = self.draft.instance(f"fb_wanted{k}", WANTED)
             largest = self.draft.constant(
                 f"largest{k}_um",
@@ -524,7 +458,7 @@ class _Main:
             let(to_zero, both(told, either(fading, fault))),
             let(keep, no(either(follows, to_zero, fault))),
         )
-        for k, (stem, text) in enumerate(self.output_texts(), 1):
+        for k, (stem, text) in enumerate(output_texts(self.settings), 1):
             self._limit(k, stem, text)
 
     def _limit(self, k: int, stem: str, text: str) -> None:
