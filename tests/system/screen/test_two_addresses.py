@@ -1,4 +1,4 @@
-"""Who guesses from one address keeps nobody out at another: the screen, the loop and the sockets."""
+"""Who guesses from one address keeps nobody out at another, through the screen and the loop."""
 
 import http.client
 import json
