@@ -14,13 +14,15 @@ from playwright.sync_api import (
     Page,
     Playwright,
     Request,
+    expect,
     sync_playwright,
 )
 from playwright.sync_api import Error as PlaywrightError
 
-from tests.system.screen.stand import Stand, Visitor, wait_until
+from tests.system.screen.stand import PATIENCE_S, Stand, Visitor, wait_until
 
 WIDTH, HEIGHT = 1366, 768
+expect.set_options(timeout=1e3 * PATIENCE_S)
 EXPECTED_WITHOUT_SERVER = ("WebSocket connection to", "net::ERR_CONNECTION_REFUSED", "net::ERR_")
 
 
@@ -33,7 +35,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if Path(__file__).parent in item.path.parents:
             item.add_marker(pytest.mark.system)
-            item.add_marker(pytest.mark.timeout(150))
+            item.add_marker(pytest.mark.timeout(400))
 
 
 @pytest.fixture(scope="session")
@@ -130,11 +132,11 @@ class Looked:
             self.page.goto(f"{self.address}{path}")
         return self.page
 
-    def wait_live(self, limit_s: float = 15.0) -> None:
+    def wait_live(self, limit_s: float = PATIENCE_S) -> None:
         """Wait for fresh values."""
         self.page.wait_for_selector('body[data-live="yes"]', timeout=1e3 * limit_s)
 
-    def until(self, expression: str, limit_s: float = 20.0) -> None:
+    def until(self, expression: str, limit_s: float = PATIENCE_S) -> None:
         """Wait until an expression is true on the page; the page itself may not evaluate any."""
         wait_until(expression, lambda: self.page.evaluate(expression), limit_s)
 
@@ -157,7 +159,7 @@ def look(
             **options,
         }
         context = browser.new_context(**settings)
-        context.set_default_timeout(20_000)
+        context.set_default_timeout(1e3 * PATIENCE_S)
         opened.append(context)
         if role:
             context.add_cookies(

@@ -12,6 +12,7 @@ from starlette.responses import Response
 from starlette.routing import Route as HttpRoute
 from starlette.testclient import TestClient
 
+from tests.system.screen.stand import wait_until
 from tests.unit.screen.engineer_bench import KnownFeed, application
 from thermaxis.screen import _model_page, _sensors_page
 from thermaxis.screen._assets import Assets
@@ -112,14 +113,15 @@ class Pages:
         for socket in self._sockets:
             socket.send(json.dumps(message))
 
-    def tell_until(self, page: Page, fulfilled: Callable[[], bool], most: int = 100) -> None:
+    def tell_until(self, page: Page, fulfilled: Callable[[], bool]) -> None:
         """Send again and again until something is so, as the server does each second."""
-        for _ in range(most):
+
+        def told() -> bool:
             self.tell()
             page.wait_for_timeout(50)
-            if fulfilled():
-                return
-        raise AssertionError("it did not come about")
+            return fulfilled()
+
+        wait_until("what the page was told is shown", told)
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from websockets.exceptions import InvalidStatus, WebSocketException
 from websockets.sync.client import connect
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, Visitor, wait_until
+from tests.system.screen.stand import Stand, Visitor, in_time, wait_until
 
 Look = Callable[..., Looked]
 WRONG: Final = 6
@@ -237,9 +237,11 @@ def test_a_log_in_ends_by_time_and_the_page_says_so(look: Look, open_stand: Stan
     wait_until(
         "the page knows that the log-in has ended",
         lambda: page.locator("body").get_attribute("data-name") == "",
-        90.0,
+        240.0,
     )
-    assert 58.0 <= time.monotonic() - began_s <= 75.0
+    took_s = time.monotonic() - began_s
+    assert took_s >= 58.0
+    assert in_time(took_s, 75.0)
     page.wait_for_selector("#notice:not([hidden])")
     assert "The log-in has" in page.locator("#notice").inner_text()
     assert visitor.ask("/ask", ENABLE).status == 401

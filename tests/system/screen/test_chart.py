@@ -7,7 +7,9 @@ import pytest
 from playwright.sync_api import Browser, Page, Route
 
 from tests.system.screen.engineer_browser import Pages, opened
+from tests.system.screen.stand import wait_until
 from tests.unit.screen.engineer_bench import CHANNELS, KnownFeed, lathe, parts_with, told_by_a_loop
+from tests.unit.screen.people import TOKEN
 from thermaxis.runtime._users import Role
 
 MACHINE = lathe()
@@ -41,11 +43,7 @@ def texts(page: Page, selector: str) -> list[str]:
 
 def until(page: Page, condition: str) -> None:
     """Wait until an expression is true; the page itself may evaluate no text."""
-    for _ in range(200):
-        if page.evaluate(condition):
-            return
-        page.wait_for_timeout(25)
-    raise AssertionError(condition)
+    wait_until(condition, lambda: page.evaluate(condition))
 
 
 def drawn_texts(page: Page, selector: str) -> list[str]:
@@ -295,7 +293,7 @@ def test_an_engineer_chooses_a_model_after_a_confirmation(browser: Browser) -> N
         assert pages.asked == []
         dialog.get_by_role("button", name="Choose this model").click()
         page.wait_for_selector("[data-requests]")
-        assert pages.asked == [("t", {"method": "ChooseModel", "arguments": ["lathe.json"]})]
+        assert pages.asked == [(TOKEN, {"method": "ChooseModel", "arguments": ["lathe.json"]})]
     assert pages.faults == []
 
 
@@ -424,7 +422,7 @@ def test_what_changes_with_the_loop_is_marked_as_old_without_it(
         assert kept is not None
         page.wait_for_selector("#model-outputs .output" if path == "/model" else ".sensor")
         pages.tell_until(page, lambda: page.locator("[data-good]").count() > 2)
-        page.wait_for_timeout(300)
+        page.wait_for_load_state("networkidle")
         before = page.evaluate(SEEN)
         parts = ("outputs", "inputs", "signals")
         pages.feed.status = {**kept, **{part: otherwise(kept[part]) for part in parts}}

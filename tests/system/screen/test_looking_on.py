@@ -9,7 +9,7 @@ from websockets import Origin
 from websockets.sync.client import connect
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, Visitor, wait_until
+from tests.system.screen.stand import PATIENCE_S, Stand, Visitor, wait_until
 
 Look = Callable[..., Looked]
 PAGES = ("/", "/model", "/sensors", "/history", "/probe", "/positioning")
@@ -45,8 +45,8 @@ def test_whoever_loses_the_loop_looks_on_and_logs_in_again_to_act(
     seen.wait_live()
     assert role_of(seen) == "operator"
     closed.kill("run")
-    wait_until("NO DATA", lambda: page.locator("#no-data").is_visible(), 10.0)
-    wait_until("the role is told", lambda: role_of(seen) == "viewer", 10.0)
+    wait_until("NO DATA", lambda: page.locator("#no-data").is_visible())
+    wait_until("the role is told", lambda: role_of(seen) == "viewer")
     assert page.url.endswith("/sensors"), "the page was thrown away"
     assert "log in again" in page.locator("#notice").inner_text()
     page.wait_for_selector("#log-in-again")
@@ -54,7 +54,7 @@ def test_whoever_loses_the_loop_looks_on_and_logs_in_again_to_act(
     assert "NO DATA since" in page.locator("#no-data").inner_text()
     loads = seen.loads
     closed.start_loop()
-    seen.wait_live(20.0)
+    seen.wait_live()
     assert seen.loads == loads
     assert role_of(seen) == "viewer"
     refused = page.evaluate(
@@ -84,7 +84,7 @@ def test_after_a_restart_of_the_screen_the_log_in_says_why_and_leads_back(
     seen.wait_live()
     closed.kill("screen")
     closed.start_screen()
-    page.wait_for_url("**/login?next=/history", timeout=20_000)
+    page.wait_for_url("**/login?next=/history")
     page.wait_for_selector("#why:not([hidden])")
     assert "started anew" in page.locator("#why").inner_text()
     page.wait_for_selector("#loop[data-live=yes]")
@@ -119,7 +119,7 @@ def test_no_page_and_no_answer_tells_the_folders_of_the_computer(closed: Stand) 
         additional_headers={"Cookie": engineer.cookie},
         proxy=None,
     ) as socket:
-        said["live"] = b"".join(str(socket.recv(10.0)).encode() for _ in range(3))
+        said["live"] = b"".join(str(socket.recv(PATIENCE_S)).encode() for _ in range(3))
     assert b'"kind":"status"' in said["live"]
     history = closed.folder / "history.db"
     for there in (True, False):
@@ -146,7 +146,7 @@ def test_somebody_without_a_session_at_the_loop_asks_for_nothing_and_leaves_no_t
     visitor: Visitor = closed.visitor()
     assert visitor.log_in("engineer").status == 200
     closed.kill("run")
-    wait_until("the role", lambda: b'data-role="viewer"' in visitor.ask("/").body, 15.0)
+    wait_until("the role", lambda: b'data-role="viewer"' in visitor.ask("/").body)
     assert visitor.ask("/ask", ENABLE).status == 401
     closed.start_loop()
     before = [one for one in closed.events() if one["kind"] == "request"]

@@ -76,7 +76,7 @@ def test_every_value_of_the_loop_is_marked_on_every_page_while_there_are_no_data
         looked.open(path)
         looked.wait_live()
     for path, looked in seen.items():
-        looked.page.wait_for_timeout(400)
+        looked.page.wait_for_load_state("networkidle")
         live[path] = texts(looked.page)
     assert not [one for path in PAGES for one in live[path] if one["marked"]]
     lonely.kill("run")
@@ -88,6 +88,7 @@ def test_every_value_of_the_loop_is_marked_on_every_page_while_there_are_no_data
     for path, looked in seen.items():
         looked.open(path)
         looked.page.wait_for_selector('body[data-live="no"]')
+        looked.page.wait_for_load_state("networkidle")  # what it asks for itself has come
         known = {one["text"] for one in texts(looked.page)}
         told = [one for one in live[path] if one["text"] not in known]
         assert len(told) >= LIVE.get(path, 0), f"{path}: {told}"

@@ -32,12 +32,11 @@ from thermaxis.screen._words import LANGUAGES, Words
 
 pytestmark = [
     pytest.mark.system,
-    pytest.mark.timeout(180),
 ]
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SIZES = ((1024, 600), (1366, 768), (1920, 1080))
-LONGEST_MS = 90_000
+LONGEST_MS = 300_000
 
 
 class Server:
@@ -49,7 +48,7 @@ class Server:
             configuration=cast("Any", SimpleNamespace(name="lathe", server=None)),
             settings=cast(
                 "Any",
-                SimpleNamespace(view_without_login=True, language="en", evaluation_s=80.0),
+                SimpleNamespace(view_without_login=True, language="en", evaluation_s=280.0),
             ),
             clock=SystemClock(),
             feed=cast("Any", None),
@@ -238,7 +237,7 @@ def test_every_size_shows_all_of_it_without_scrolling_sideways(
         )
         visit = Visit(context, server)
         page = visit.open()
-        expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv", timeout=20_000)
+        expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv")
         page.screenshot(path=tmp_path / f"positioning-{language}-{width}.png")
         wide = page.evaluate(
             "() => document.documentElement.scrollWidth > innerWidth"
@@ -274,7 +273,7 @@ def test_a_shown_result_is_readable_for_everybody(
     context = browser.new_context(color_scheme=scheme, locale="en-GB")
     visit = Visit(context, server)
     page = visit.open()
-    expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv", timeout=20_000)
+    expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv")
     found = Axe().run(page, options={"runOnly": ["wcag2a", "wcag2aa"]}).response
     assert [one["id"] for one in found["violations"]] == []
     context.close()

@@ -10,7 +10,7 @@ def test_the_page_recovers_by_itself_after_restarts_of_the_loop_and_the_screen(r
         [sys.executable, root / "benchmarks" / "screen_restarts.py", "--times", "2"],
         capture_output=True,
         text=True,
-        timeout=140,
+        timeout=380,
         check=False,
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator
 import pytest
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand
+from tests.system.screen.stand import PATIENCE_S, Stand
 
 Look = Callable[..., Looked]
 
@@ -34,7 +34,7 @@ def test_a_client_that_trusts_the_certificate_is_served(secure: Stand) -> None:
 
 def test_a_client_that_does_not_know_the_certificate_refuses_it(secure: Stand) -> None:
     with (
-        socket.create_connection(("127.0.0.1", secure.screen_port), timeout=10.0) as plain,
+        socket.create_connection(("127.0.0.1", secure.screen_port), timeout=PATIENCE_S) as plain,
         pytest.raises(ssl.SSLCertVerificationError),
     ):
         ssl.create_default_context().wrap_socket(plain, server_hostname="127.0.0.1")

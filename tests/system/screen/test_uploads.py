@@ -10,7 +10,7 @@ from urllib.parse import quote
 import pytest
 
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, Visitor, wait_until
+from tests.system.screen.stand import PATIENCE_S, Stand, Visitor, wait_until
 
 Look = Callable[..., Looked]
 RUN: Final = "x_axis_100_cycles.csv"
@@ -25,7 +25,7 @@ def test_a_run_is_evaluated_and_its_certificate_downloaded(
     run = root / "examples" / RUN
     page.set_input_files("input[name=file]", run)
     page.click("#run-submit")
-    page.wait_for_selector("#run-result:not([hidden])", timeout=90_000)
+    page.wait_for_selector("#run-result:not([hidden])", timeout=300_000)
     wait_until("the figures", lambda: page.locator("#run-shown").inner_text().strip())
     shown = page.locator("#run-shown").inner_text()
     told = json.loads(stand.command("evaluate", str(run), "--json", "-"))
@@ -50,7 +50,7 @@ def test_a_file_that_is_no_run_is_refused_in_words(look: Look, tmp_path: Path) -
     wrong.write_text("<script>alert(1)</script>\n" * 50, encoding="utf-8")
     page.set_input_files("input[name=file]", wrong)
     page.click("#run-submit")
-    page.wait_for_selector("#run-wrong:not([hidden])", timeout=60_000)
+    page.wait_for_selector("#run-wrong:not([hidden])", timeout=300_000)
     assert page.locator("#run-wrong").inner_text().strip()
     assert page.locator("#run-wrong script").count() == 0
 
@@ -73,7 +73,7 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_sent(
     people: Callable[[str], Visitor], stand: Stand
 ) -> None:
     person = people("engineer")
-    connection = HTTPConnection("127.0.0.1", stand.screen_port, timeout=10.0)
+    connection = HTTPConnection("127.0.0.1", stand.screen_port, timeout=PATIENCE_S)
     connection.putrequest("POST", "/positioning/upload?name=x.csv")
     for name, value in {
         "Origin": stand.address,
