@@ -6,7 +6,7 @@ news.
 """
 
 from collections.abc import Mapping, Sequence
-from datetime import timedelta
+from datetime import datetime, timedelta
 from typing import Final, final
 
 from thermaxis.errors import ConfigurationError
@@ -125,19 +125,22 @@ class LatheSource(Source):
             names = [*self._names, *(interlock_name(i) for i in self._interlocks)]
             return dict.fromkeys(names, NOT_READ)
         readings = lathe.readings()
-        samples = {name: self._sample(readings[signal]) for name, signal in self._names.items()}
+        clock = self._time.clock
+        now = None if clock is None else clock.utc()
+        samples = {
+            name: self._sample(readings[signal], now) for name, signal in self._names.items()
+        }
         for interlock in self._interlocks:
             signal, met = INTERLOCKS[interlock]
-            sample = self._sample(readings[signal])
+            sample = self._sample(readings[signal], now)
             if sample.value is not None:
                 sample = sample._replace(value=float(bool(sample.value) == met))
             samples[interlock_name(interlock)] = sample
         return samples
 
-    def _sample(self, reading: LatheReading) -> SourceSample:
+    def _sample(self, reading: LatheReading, now: datetime | None) -> SourceSample:
         age_s = self._time.lathe.time_s - reading.stamp_s
-        clock = self._time.clock
-        stamp = None if clock is None else clock.utc() - timedelta(seconds=age_s)
+        stamp = None if now is None else now - timedelta(seconds=age_s)
         value = None if reading.value is None else float(reading.value)
         return SourceSample(value, reading.good, reading.status, age_s, stamp)
 

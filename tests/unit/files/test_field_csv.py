@@ -125,10 +125,10 @@ def test_an_image_of_more_than_100_megapixel_is_refused_before_it_is_read_whole(
         for _ in range(101):
             stream.write(line)
     assert path.stat().st_size > 100e6
-    since = time.perf_counter()
+    since = time.process_time()
     with pytest.raises(MeasurementFileError, match="50001 columns and 2000 rows or more"):
         read_field_csv(path)
-    assert time.perf_counter() - since < 10.0
+    assert time.process_time() - since < 10.0
 
 
 def test_a_file_larger_than_any_image_is_refused_by_its_size(tmp_path):
@@ -176,6 +176,6 @@ def test_an_output_that_cannot_be_written_is_an_error(tmp_path):
 def test_a_camera_image_is_read_quickly(tmp_path):
     path = tmp_path / "vga.csv"
     write_field_csv(np.random.default_rng(1).normal(25.0, 1.0, (480, 640)), path)
-    since = time.perf_counter()
+    since = time.process_time()
     assert read_field_csv(path).shape == (480, 640)
-    assert time.perf_counter() - since < 2.0
+    assert time.process_time() - since < 2.0

@@ -172,10 +172,10 @@ def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path: Path):
         stream.truncate(TEXT_LIMIT_BYTES + 1)
 
     tracemalloc.start()
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(MeasurementFileError, match="more than the limit of 100 MB"):
         read_text(path)
-    seconds = time.perf_counter() - began
+    seconds = time.process_time() - began
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
 

@@ -45,6 +45,8 @@ from thermaxis.runtime._status_server import NAMESPACE, StatusServer
 from thermaxis.runtime._users import Role, User, hash_password, write_users
 
 NOW = datetime(2030, 5, 1, 6, 0, 0, tzinfo=UTC)
+ANSWER_S = 40.0
+"""How long a client waits for an answer: what a busy machine never needs. [s]"""
 PASSWORD = "correct horse battery"  # noqa: S105 - of users that exist in tests only
 
 
@@ -240,7 +242,7 @@ async def served(
 @contextlib.asynccontextmanager
 async def client(server: StatusServer) -> AsyncIterator[Client]:
     """Connect without security and without a name."""
-    one = Client(server.url, timeout=5)
+    one = Client(server.url, timeout=ANSWER_S)
     await one.connect()
     try:
         yield one
@@ -268,7 +270,7 @@ def run(scene: Callable[[], Awaitable[None]]) -> None:
     """Run a scene in real time, within a bound."""
 
     async def bounded() -> None:
-        async with asyncio.timeout(20.0):
+        async with asyncio.timeout(50.0):  # less than the bound of a test
             await scene()
 
     asyncio.run(bounded())
@@ -350,7 +352,7 @@ class Pairs:
         mode: ua.MessageSecurityMode = ua.MessageSecurityMode.SignAndEncrypt,
     ) -> Client:
         """Return a client that is logged in."""
-        one = Client(server.url, timeout=5)
+        one = Client(server.url, timeout=ANSWER_S)
         one.application_uri = self.client.uri
         await one.set_security(
             policy,

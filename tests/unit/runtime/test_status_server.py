@@ -425,7 +425,7 @@ def test_a_server_that_cannot_tell_ends_with_its_connections_instead_of_deceivin
             reader, writer = await asyncio.open_connection(host, port)
             for _ in range(MOST_FAILURES):
                 await clock.move(0.2)
-            async with asyncio.timeout(2.0):
+            async with asyncio.timeout(30.0):
                 assert await reader.read() == b""
             writer.close()
             assert server.port == 0
