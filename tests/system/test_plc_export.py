@@ -76,12 +76,14 @@ def batches() -> list[list[Task]]:
 
 
 @pytest.fixture(scope="module")
-def pool() -> Iterator[ProcessPoolExecutor]:
+def pool(root: Path) -> Iterator[ProcessPoolExecutor]:
     """Start two programs that share the work; what one has recorded it keeps."""
     spawned = multiprocessing.get_context("spawn")
-    # What was imported lives as long as they do, and need not be looked through again and again.
-    with ProcessPoolExecutor(TOGETHER, mp_context=spawned, initializer=gc.freeze) as started:
-        yield started
+    with pytest.MonkeyPatch.context() as patched:
+        patched.syspath_prepend(root)  # they find the tests as this one does
+        # What was imported lives as long as they do: no need to look through it again and again.
+        with ProcessPoolExecutor(TOGETHER, mp_context=spawned, initializer=gc.freeze) as started:
+            yield started
 
 
 @pytest.fixture(scope="module")
