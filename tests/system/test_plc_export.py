@@ -9,6 +9,7 @@ import gc
 import multiprocessing
 import os
 import platform
+import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
@@ -80,7 +81,7 @@ def pool(root: Path) -> Iterator[ProcessPoolExecutor]:
     """Start two programs that share the work; what one has recorded it keeps."""
     spawned = multiprocessing.get_context("spawn")
     with pytest.MonkeyPatch.context() as patched:
-        patched.syspath_prepend(root)  # they find the tests as this one does
+        patched.setattr(sys, "path", [str(root), *sys.path])  # they find the tests as this one does
         # What was imported lives as long as they do: no need to look through it again and again.
         with ProcessPoolExecutor(TOGETHER, mp_context=spawned, initializer=gc.freeze) as started:
             yield started
