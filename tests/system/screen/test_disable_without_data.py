@@ -64,7 +64,7 @@ def test_without_data_disable_alone_is_offered_and_reaches_the_loop(
     assert page.locator('[data-ask="Disable"]').is_enabled()
     for name in OTHERS:
         assert page.locator(f'[data-ask="{name}"]').is_disabled(), name
-    assert page.inner_text("#asks-why") == "No data: only Disable."
+    assert page.inner_text("#asks-why") == "No data: only Disable can be asked."
     page.click('[data-ask="Disable"]')
     told = page.inner_text("dialog[open]")
     assert "does not see what the compensation does now" in told
@@ -81,7 +81,7 @@ def test_without_data_it_is_not_called_effective_before_a_status_shows_it(
     page = blind(context, stand_in)
     disable(page)
     line = page.locator("[data-requests]")
-    line.get_by_text("effective: not known, no data").wait_for()
+    line.get_by_text("effect not known").wait_for()
     stand_in.status = made_up(state="Fading", enabled=False)
     stand_in.live = True
     line.get_by_text("not yet effective").wait_for()
@@ -131,7 +131,7 @@ def test_a_request_that_does_not_leave_the_page_is_said_so(
     page.wait_for_selector('[data-requests][data-answer="unknown"]')
     said = page.text_content("[data-requests]") or ""
     assert "the request may never have been sent" in said
-    assert "effective: not known, no data" in said
+    assert "effect not known" in said
     assert stand_in.asked == []
 
 
