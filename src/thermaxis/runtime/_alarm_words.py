@@ -129,6 +129,14 @@ ALARM_WORDS: Final[Mapping[str, AlarmWords]] = {
         "It stood there when the program was started, and the machine has not taken it back.",
         "Enable the compensation and go on from it, or enable and disable to fade it out.",
     ),
+    "found_elsewhere": AlarmWords(
+        "The offset of {name} was found at {found_um:+.1f} µm; it had been left at "
+        "{left_um:+.1f} µm.",
+        "This program stood still or the connection was lost, and the machine's watchdog took the "
+        "offset back, or somebody else has written it.",
+        "The correction goes on from there, and a hold holds that. Judge what was cut meanwhile, "
+        "find out why it stood still, then acknowledge.",
+    ),
     "no_effect": AlarmWords(
         "{name} was taken over as {accepted_um:+.1f} µm, but {effective_um:+.1f} µm acts.",
         "The machine's watchdog, its own rate, or a release that is missing.",

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import printable
 from thermaxis.runtime._alarm_words import ALARM_WORDS, FAULT_CODES, SENSOR_CAUSES
+from thermaxis.runtime._left_offsets import FoundElsewhere
 from thermaxis.runtime._ports import NOT_READ
 from thermaxis.runtime._status import Alarm, RuntimeStatus
 
@@ -47,7 +48,10 @@ _FAULT_PRIORITIES = {Reason.DOUBLE_COMPENSATION: "high"}
 
 
 def alarms_of(
-    status: RuntimeStatus, compensation: Compensation, forbidden: Sequence[str] = ()
+    status: RuntimeStatus,
+    compensation: Compensation,
+    forbidden: Sequence[str] = (),
+    elsewhere: Sequence[FoundElsewhere] = (),
 ) -> tuple[Alarm, ...]:
     """Return what a person should know of a status.
 
@@ -59,6 +63,8 @@ def alarms_of(
         Limits, rules and model in force.
     forbidden : sequence of str
         Why the self-test forbids a correction, each a sentence.
+    elsewhere : sequence of FoundElsewhere
+        Offsets that were not where the loop had left them, as long as they are to be told.
 
     Returns
     -------
@@ -66,9 +72,8 @@ def alarms_of(
         The gravest first.
     """
     came = {alarm.key: alarm.since for alarm in status.alarms}
-    found = sorted(
-        _unique(_all(status, compensation, forbidden)), key=lambda f: PRIORITIES.index(f.priority)
-    )
+    every = (*_all(status, compensation, forbidden), *_of_found(elsewhere))
+    found = sorted(_unique(every), key=lambda f: PRIORITIES.index(f.priority))
     return tuple(one.at(came.get(one.key, status.utc)) for one in found)
 
 
@@ -92,6 +97,13 @@ def _all(
     yield from _of_workpiece(status)
     yield from _of_the_loop(status)
     yield from _of_model(status, compensation)
+
+
+def _of_found(elsewhere: Sequence[FoundElsewhere]) -> Iterator[_Found]:
+    for one in elsewhere:
+        values = {"name": one.output, "found_um": one.found_um, "left_um": one.left_um}
+        key = f"found elsewhere {one.output} {one.number}"  # each time is an alarm of its own
+        yield _Found(key, "high", "found_elsewhere", values)
 
 
 def _sentence(text: str) -> str:

@@ -29,6 +29,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime._alarms import alarms_of
+from thermaxis.runtime._left_offsets import LeftOffsets
 from thermaxis.runtime._ports import (
     DIAMETER,
     NOT_READ,
@@ -179,7 +180,8 @@ class CompensationLoop:
     Not protected: the loop is one program on one computer. When it is frozen or killed the last
     offset stands until the machine's own watchdog takes it back; a machine without a watchdog
     keeps it. When it goes on it looks where the machine stands before it writes; only a freeze
-    between that look and the write, a few milliseconds, is not noticed.
+    between that look and the write, a few milliseconds, is not noticed. It goes on from there, and
+    tells by an alarm where that is not where it had left the offset: a hold holds what was found.
     """
 
     def __init__(
@@ -203,6 +205,7 @@ class CompensationLoop:
         self._waiting: list[_Waiting] = []
         self._own_requests: list[Request] = []
         self._applied: Mapping[str, Applied] = {}
+        self._left = LeftOffsets()
         self._found_known = False
         self._doubtful = False
         self._refused = False
@@ -382,7 +385,10 @@ class CompensationLoop:
             self._touch()
             self._refused = not await self.sink.write(correction_um, wait_s)
             self._applied = await self.sink.read_back(wait_s)
+            self._left.leave(correction_um, self._applied, refused=self._refused)
         else:
+            if output.state is SupervisorState.OFF:
+                self._left.forget()
             self._applied = {}
             self._refused = False
             self._doubtful = self._found_known  # without a heartbeat nothing stays where it is
@@ -439,8 +445,15 @@ class CompensationLoop:
                 )
             self._doubtful = self._doubtful and not self._found_known
             self._touched = before
+            self._compare(found, before[0])
             found = {name: self._snapped(name, found.get(name)) for name in self._names}
         return found
+
+    def _compare(self, found_um: Mapping[str, float | None], now_s: float) -> None:
+        """Note which offsets are not where they were left; what is no offset is told elsewhere."""
+        if self._found_known:
+            tolerance_um = self.compensation.supervisor.read_back_tolerance_um
+            self._left.compare(found_um, tolerance_um, number=self._number, now_s=now_s)
 
     def _snapped(self, name: str, found_um: float | None) -> float | None:
         """Return an offset that is beyond its total by a rounding of the machine as the total."""
@@ -566,6 +579,8 @@ class CompensationLoop:
         by_identity = {answer.request.identity: answer for answer in answers}
         for answer in answers:
             self._tell(answer.request, accepted=answer.accepted, reason=answer.reason)
+            if answer.accepted and answer.request.kind is RequestKind.ACKNOWLEDGE:
+                self._left.acknowledge()
         for one in waiting:
             if one.change is not None:
                 outcome = RequestOutcome(
@@ -659,7 +674,8 @@ class CompensationLoop:
             self._tell_connections(last, status)
         if now_s - self._alarms_s >= ALARMS_EVERY_S or memory.state is not before.state:
             self._alarms_s = now_s
-            self._alarms = alarms_of(status, compensation, self._forbidden or ())
+            elsewhere = self._left.elsewhere(now_s)
+            self._alarms = alarms_of(status, compensation, self._forbidden or (), elsewhere)
             self._tell_alarms(status.alarms)
             status = replace(status, alarms=self._alarms)
         self.status = status
@@ -782,6 +798,9 @@ class CompensationLoop:
             saved, self.compensation, self.settings, now_s=now_s, age_s=age_s
         )
         self._diameter = self._state.diameter_mm
+        if self._state.memory.held:  # the hold goes on, and should hold what it held
+            held_um = dict(zip(self._names, self._state.correction_um, strict=True))
+            self._left.leave(held_um, {})
         self._event("start", "", f"a state saved {age_s:.0f} s ago: {said}")
 
 

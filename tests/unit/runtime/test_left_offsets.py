@@ -1,0 +1,219 @@
+"""An offset that the machine has moved while nobody looked is told until somebody says so."""
+
+import asyncio
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.runtime.linuxcnc_hal import freeze
+from tests.unit.runtime.test_loop_more import TOLERANCE_UM, Bench, ask, state_of
+from thermaxis.compensation import RequestKind, SupervisorState
+from thermaxis.runtime._left_offsets import TOLD_S, LeftOffsets
+from thermaxis.runtime._loop import CompensationLoop
+from thermaxis.runtime._ports import Applied
+from thermaxis.runtime._status import Alarm
+from thermaxis.runtime._virtual_time import run_in_virtual_time
+
+FROZEN_S = 12.0
+
+
+def told(loop: CompensationLoop) -> list[Alarm]:
+    assert loop.status is not None
+    return [alarm for alarm in loop.status.alarms if alarm.code == "found_elsewhere"]
+
+
+async def held(bench: Bench, loop: CompensationLoop) -> float:
+    """Compensate for a while, hold, and return where."""
+    await ask(loop, RequestKind.ENABLE)
+    await asyncio.sleep(60.0)
+    await ask(loop, RequestKind.HOLD)
+    await asyncio.sleep(5.0)
+    assert state_of(loop) is SupervisorState.HOLDING
+    assert told(loop) == []
+    return bench.machine.effective_um
+
+
+def test_a_hold_that_lost_its_value_while_the_loop_stood_still_is_told_and_goes_on() -> None:
+    bench = Bench()
+    bench.machine.watched = True
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        held_um = await held(bench, loop)
+        assert held_um < -20.0
+        freeze(FROZEN_S)
+        await asyncio.sleep(5.0)
+        assert state_of(loop) is SupervisorState.HOLDING
+        assert bench.machine.effective_um == pytest.approx(0.0, abs=0.01)
+        (alarm,) = told(loop)
+        assert alarm.priority == "high"
+        assert alarm.values == {
+            "name": "Z_um",
+            "found_um": pytest.approx(0.0, abs=0.01),
+            "left_um": pytest.approx(held_um, abs=0.01),
+        }
+        await asyncio.sleep(600.0)
+        assert told(loop) == [alarm], "it stays, and says since when"
+
+    bench.play(script)
+    bench.assert_law()
+    assert sum("had been left at" in event.text for event in bench.said("alarm")) == 1
+
+
+def test_it_is_told_until_somebody_acknowledges_it_and_once_more_when_it_happens_again() -> None:
+    bench = Bench()
+    bench.machine.watched = True
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await held(bench, loop)
+        freeze(FROZEN_S)
+        await asyncio.sleep(5.0)
+        assert len(told(loop)) == 1
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        await asyncio.sleep(2.0)
+        assert told(loop) == []
+        freeze(FROZEN_S)
+        await asyncio.sleep(5.0)
+        assert told(loop) == [], "it was held at zero, where the watchdog leaves it"
+        await ask(loop, RequestKind.RESUME)
+        await asyncio.sleep(30.0)
+        for times in (1, 2):
+            freeze(FROZEN_S)
+            await asyncio.sleep(30.0)
+            assert len(told(loop)) == 1, "the last one"
+            found = [event for event in bench.said("alarm") if "had been left" in event.text]
+            assert sum(not event.text.startswith("gone") for event in found) == 1 + times
+
+    bench.play(script)
+
+
+def test_it_goes_by_itself_after_an_hour() -> None:
+    bench = Bench(hold_operator_s=7200.0)
+    bench.machine.watched = True
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await held(bench, loop)
+        freeze(FROZEN_S)
+        await asyncio.sleep(TOLD_S - 30.0)
+        assert len(told(loop)) == 1
+        await asyncio.sleep(60.0)
+        assert told(loop) == []
+
+    bench.play(script)
+
+
+@pytest.mark.parametrize(
+    ("moved_um", "says"), [(0.0, False), (0.9, False), (-0.9, False), (1.1, True)]
+)
+def test_after_a_lost_connection_only_an_offset_that_moved_by_more_than_the_tolerance_is_told(
+    moved_um: float, says: bool
+) -> None:
+    bench = Bench()
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        held_um = await held(bench, loop)
+        bench.machine.lose()
+        await asyncio.sleep(8.0)
+        bench.machine.come_back(held_um + moved_um * TOLERANCE_UM)
+        await asyncio.sleep(4.0)
+        assert bool(told(loop)) is says
+
+    bench.play(script)
+
+
+def test_an_offset_that_somebody_moves_while_the_compensation_is_off_is_no_loss() -> None:
+    bench = Bench()
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(60.0)
+        await ask(loop, RequestKind.DISABLE)
+        await asyncio.sleep(120.0)
+        assert state_of(loop) is SupervisorState.OFF
+        bench.machine.lose()
+        await asyncio.sleep(8.0)
+        bench.machine.come_back(15.0)
+        await asyncio.sleep(8.0)
+        assert told(loop) == []
+
+    bench.play(script)
+
+
+@pytest.mark.parametrize("frozen_s", [1.6, 1.9])
+def test_a_silence_that_the_watchdog_bears_is_not_told(frozen_s: float) -> None:
+    bench = Bench()
+    bench.machine.watched = True
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(20.0)  # it moves by half a micrometre in each cycle
+        freeze(frozen_s)
+        await asyncio.sleep(5.0)
+        assert told(loop) == []
+
+    bench.play(script)
+
+
+@pytest.mark.parametrize("stood_um", [0.0, None])
+def test_a_hold_that_a_killed_loop_takes_up_again_is_told_where_it_lost_its_value(
+    stood_um: float | None,
+) -> None:
+    bench = Bench()
+
+    async def life() -> None:
+        first = bench.loop()
+        running = asyncio.create_task(first.run(asyncio.Event()))
+        held_um = await held(bench, first)
+        await asyncio.sleep(2.0)
+        bench.file.save = lambda *_: True  # type: ignore[method-assign] - a killed one saves nothing
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+        bench.machine.come_back(stood_um)
+        second, stop = bench.loop(), asyncio.Event()
+        async with asyncio.TaskGroup() as group:
+            group.create_task(second.run(stop))
+            await asyncio.sleep(20.0)
+            assert second._state.memory.held
+            lefts = [alarm.values["left_um"] for alarm in told(second)]
+            assert lefts == ([] if stood_um is None else [pytest.approx(held_um, abs=0.01)])
+            stop.set()
+
+    run_in_virtual_time(life())
+
+
+# ---- the comparison itself ----------------------------------------------------------------------
+
+_UM = st.floats(-300.0, 300.0)
+
+
+@given(_UM, _UM, _UM, st.floats(0.05, 5.0))
+def test_an_offset_is_elsewhere_when_it_is_outside_of_all_that_was_known_by_the_tolerance(
+    written_um: float, effective_um: float, found_um: float, tolerance_um: float
+) -> None:
+    offsets = LeftOffsets()
+    offsets.leave({"Z_um": written_um}, {"Z_um": Applied(written_um, None, effective_um)})
+    offsets.compare({"Z_um": found_um}, tolerance_um, number=3, now_s=7.0)
+    low_um, high_um = sorted((written_um, effective_um))
+    beyond = found_um < low_um and low_um - found_um > tolerance_um
+    beyond = beyond or (found_um > high_um and found_um - high_um > tolerance_um)
+    assert offsets.elsewhere(7.0) == ((("Z_um", found_um, written_um, 3, 7.0),) if beyond else ())
+    assert offsets.elsewhere(7.0 + TOLD_S) == ()
+
+
+def test_a_write_without_an_answer_may_have_arrived_or_not() -> None:
+    for found_um, says in ((10.0, False), (12.0, False), (10.9, False), (13.0, True), (9.0, True)):
+        offsets = LeftOffsets()
+        offsets.leave({"Z_um": 10.0}, {"Z_um": Applied(10.0, 10.0, 10.0)})
+        offsets.leave({"Z_um": 12.0}, {}, refused=True)
+        offsets.compare({"Z_um": found_um}, 0.5, number=1, now_s=0.0)
+        assert [one.left_um for one in offsets.elsewhere(0.0)] == ([10.0] if says else [])
+
+
+def test_what_is_not_known_or_was_never_left_is_compared_with_nothing() -> None:
+    offsets = LeftOffsets()
+    offsets.compare({"Z_um": 50.0}, 0.5, number=1, now_s=0.0)
+    offsets.leave({"Z_um": 10.0}, {})
+    offsets.compare({"Z_um": None, "X_um": 3.0}, 0.5, number=2, now_s=1.0)
+    offsets.forget()
+    offsets.compare({"Z_um": 90.0}, 0.5, number=3, now_s=2.0)
+    assert offsets.elsewhere(2.0) == ()
