@@ -10,6 +10,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
 from thermaxis.thermal import (
     Baseline,
+    ModalOptions,
     ThermalLog,
     fit_baseline,
     identify_joint,
@@ -119,7 +120,14 @@ def test_a_transfer_function_model_of_the_calibration_tests_takes_most_of_the_tr
         for text in ("spindle=T_spindle_C-T_column_C", "table=T_table_C-T_column_C")
     ]
     records = records_of(tests, inputs, PROBES)
-    joint = identify_joint(records, "Z_um", "table", dict(zip(PROBES, DIAMETERS, strict=True)))
+    # with four lags, as by default, the compensated lathe of the scenarios is identified
+    joint = identify_joint(
+        records,
+        "Z_um",
+        "table",
+        dict(zip(PROBES, DIAMETERS, strict=True)),
+        modal_options=ModalOptions(most_lags=3),
+    )
     model = joint.to_compensation_model(records, Provenance())
     simulated = [
         simulate_log(model, truth, diameter_mm=d).outputs["Z_um"].displacement_um for d in DIAMETERS
