@@ -307,7 +307,7 @@ def test_the_end_does_not_wait_for_somebody_who_keeps_silent() -> None:
             async with asyncio.timeout(10.0):
                 while not server._serving:
                     await asyncio.sleep(0)
-            async with asyncio.timeout(0.5):
+            async with asyncio.timeout(_metrics.REQUEST_S / 2.0):
                 await server.close()
             assert server.port == 0
             writer.close()
