@@ -12,6 +12,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._config_settings import MachineConfiguration, ModelFile, read_model_file
 from thermaxis.runtime._users import Role
 from thermaxis.screen._access import answer_json, needs, parts_of, visitor_of
+from thermaxis.screen._model_choices import Choice, ModelChoices
 from thermaxis.screen._model_facts import Json, facts_of_model
 
 if TYPE_CHECKING:
@@ -139,10 +140,24 @@ async def _values(request: Request) -> Response:
             "model": facts,
             "text": text,
             "detail": found.detail,
-            "choices": choices,
+            "choices": [_told(parts, language, choice) for choice in choices],
             "outputs": tuple(status.get("outputs", {})),
         }
     )
+
+
+def _told(parts: "ScreenParts", language: str, choice: Choice) -> Json:
+    """Return a file of the folder with why it cannot be chosen, in the language of who asks."""
+    words = parts.words
+    reason = words.phrase(language, "answer", choice.reason)
+    if choice.key:
+        reason = words.say(language, choice.key)
+    return {
+        "name": choice.name,
+        "model": not choice.reason,
+        "reason": reason,
+        "english": words.left_in_english(language, "answer", choice.reason),
+    }
 
 
 @needs(Role.VIEWER)
@@ -164,8 +179,8 @@ class Read(NamedTuple):
     """The model in force, or why there is none."""
     facts: Json | None
     """What is shown of it."""
-    choices: tuple[str, ...]
-    """Names of files that may be chosen."""
+    choices: tuple[Choice, ...]
+    """Files of the folder, those that cannot be chosen with the reason."""
 
 
 @final
@@ -183,6 +198,7 @@ class ReadModels:
 
     def __init__(self, configuration: MachineConfiguration) -> None:
         self._configuration = configuration
+        self._choices = ModelChoices(configuration)
         self._known: dict[tuple[str, str, float | None], tuple[Found, Json]] = {}
         self._turn = asyncio.Lock()
 
@@ -205,7 +221,7 @@ class ReadModels:
         """
         key = (name, sha256, diameter_mm)
         async with self._turn:
-            choices = await asyncio.to_thread(self._configuration.models_to_choose)
+            choices = await asyncio.to_thread(self._choices.look)
             known = self._known.get(key)
             if known is not None:
                 return Read(*known, choices)

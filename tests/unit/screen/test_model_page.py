@@ -18,11 +18,19 @@ from tests.unit.screen.engineer_bench import (
     parts_with,
     told_by_a_loop,
 )
+from thermaxis.errors import ThermaxisError
 from thermaxis.files.model_json import read_model, write_model
 from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._config_settings import MachineConfiguration
 from thermaxis.runtime._users import Role
 from thermaxis.screen import _model_page
+from thermaxis.screen._model_choices import (
+    LARGEST_JUDGED_BYTES,
+    MOST_JUDGED,
+    NOT_READ,
+    Choice,
+    ModelChoices,
+)
 from thermaxis.screen._model_page import model_in_force
 
 STATUS = told_by_a_loop(lathe(), dict.fromkeys(CHANNELS, 21.0), seconds=20)
@@ -61,7 +69,7 @@ def test_the_model_in_force_is_shown_when_its_hash_is_the_loops(
     assert [output["name"] for output in found["model"]["outputs"]] == ["Z_um"]
     assert found["model"]["diameter_mm"] == STATUS["diameter_mm"] == 1200.0
     assert (found["text"], found["detail"]) == ("", "")
-    assert found["choices"] == ["lathe.json"]
+    assert [choice["name"] for choice in found["choices"] if choice["model"]] == ["lathe.json"]
 
 
 def test_nothing_is_shown_of_a_file_that_is_another_one_than_the_model_in_force(
@@ -211,3 +219,70 @@ def test_hidden_files_and_names_that_nobody_could_ask_for_are_not_offered(
     assert machine.models_to_choose() == ("b lathe.json", "lathe.json")
     for name in machine.models_to_choose():
         assert machine.other_model(name)[1] == machine.model.sha256
+
+
+def test_a_file_that_is_no_model_or_does_not_fit_is_listed_with_why_before_it_is_chosen(
+    machine: MachineConfiguration,
+) -> None:
+    folder = machine.model.path.parent
+    (folder / "notes.json").write_text("{}", "utf-8")
+    foreign = json.loads(machine.model.path.read_text("utf-8").replace("Z_um", "X_um"))
+    del foreign["sha256"]
+    (folder / "foreign.json").write_text(json.dumps(foreign), "utf-8")
+    (folder / "large.json").write_bytes(b" " * (LARGEST_JUDGED_BYTES + 1))
+    for language, not_read in (
+        ("en", "not checked"),
+        ("de", "nicht vorab"),
+        ("cs", "nebyl předem"),
+    ):
+        asked = client(machine).get("/model/values", headers={"accept-language": language}).json()
+        found = {choice["name"]: choice for choice in asked["choices"]}
+        assert list(found) == ["foreign.json", "large.json", "lathe.json", "notes.json"]
+        assert [name for name, one in found.items() if one["model"]] == ["large.json", "lathe.json"]
+        assert found["lathe.json"]["reason"] == ""
+        assert not_read in found["large.json"]["reason"]
+        for name, why in (("foreign.json", "X_um"), ("notes.json", "this is no model")):
+            assert name not in found[name]["reason"], "it stands before it"
+            assert why in found[name]["reason"]
+            assert bool(found[name]["english"]) is (language != "en")
+            with pytest.raises(ThermaxisError) as refused:  # the loop would say the same
+                machine.other_model(name)
+            assert str(refused.value).endswith(found[name]["reason"])
+        assert str(folder) not in json.dumps(asked)
+
+
+def test_a_file_is_read_for_the_list_once_for_each_content_and_little_at_once(
+    machine: MachineConfiguration, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[str] = []
+    other_model = MachineConfiguration.other_model
+
+    def counted(configuration: MachineConfiguration, name: str) -> object:
+        read.append(name)
+        return other_model(configuration, name)
+
+    monkeypatch.setattr(MachineConfiguration, "other_model", counted)
+    folder = machine.model.path.parent
+    for k in range(7):
+        (folder / f"padded{k}.json").write_text("{}" + " " * 900_000, "utf-8")
+    choices = ModelChoices(machine)
+    looks = [choices.look() for _ in range(4)]
+    assert looks[0][5:] == tuple(Choice(f"padded{k}.json", key=NOT_READ) for k in (4, 5, 6))
+    assert not any(choice.key for choice in looks[1])
+    assert looks[1] == looks[2] == looks[3]
+    assert sorted(read) == sorted(choice.name for choice in looks[1]), "each once"
+    shutil.copy(machine.model.path, folder / "padded3.json")
+    assert Choice("padded3.json") in choices.look()
+    (folder / "padded0.json").unlink()
+    assert "padded0.json" not in [choice.name for choice in choices.look()]
+    assert len(read) == len(looks[1]) + 1
+
+
+def test_only_so_many_files_of_a_folder_are_judged(machine: MachineConfiguration) -> None:
+    folder = machine.model.path.parent
+    for k in range(MOST_JUDGED + 5):
+        (folder / f"{k:03d}.json").write_text("{}", "utf-8")
+    found = ModelChoices(machine).look()
+    assert len(found) == MOST_JUDGED + 6
+    assert sum(bool(choice.reason) for choice in found) == MOST_JUDGED
+    assert sum(choice.key == NOT_READ for choice in found) == 6

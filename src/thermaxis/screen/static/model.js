@@ -2,7 +2,7 @@
 /** The model in force: its numbers once, where its inputs stand in their ranges every second. */
 import { ask } from "./ask.js";
 import { fillTable, made, part, say, whole } from "./engineer.js";
-import { inEnglish, sayWithEnglish } from "./english.js";
+import { inEnglish, sayWithEnglish, withEnglish } from "./english.js";
 import { onNoData, onStatus } from "./live.js";
 import { contributionsPanel, limitsPanel, rangePanel } from "./model_now.js";
 import { drawGains, drawStep, gainPanel, partsPanel, stepPanel } from "./model_parts.js";
@@ -128,16 +128,30 @@ function showChoices(values) {
   const may = part("model").dataset.mayChoose === "yes";
   form.hidden = values.choices.length === 0;
   select.replaceChildren(
-    ...values.choices.map((/** @type {string} */ name) => {
-      const option = /** @type {HTMLOptionElement} */ (made("option", name));
-      option.value = name;
-      option.selected = name === values.file;
-      return option;
-    }),
+    ...values.choices.filter((/** @type {Data} */ one) => one.model).map(
+      (/** @type {Data} */ { name }) => {
+        const option = /** @type {HTMLOptionElement} */ (made("option", name));
+        option.value = name;
+        option.selected = name === values.file;
+        return option;
+      }),
   );
-  select.disabled = !may;
-  /** @type {HTMLButtonElement} */ (part("choose-ask")).disabled = !may;
+  const none = select.options.length === 0;
+  select.disabled = !may || none;
+  /** @type {HTMLButtonElement} */ (part("choose-ask")).disabled = !may || none;
+  showRefused(values.choices.filter((/** @type {Data} */ one) => one.reason));
   part("choose-why").hidden = may;
+}
+
+/** Files that cannot be chosen, or were not read, each with why. @param {Data[]} files */
+function showRefused(files) {
+  part("choose-refused").hidden = files.length === 0;
+  const lines = files.map((one) => {
+    const line = made("li", "");
+    line.append(made("b", one.name), ": ", ...withEnglish(one.reason, one.english));
+    return line;
+  });
+  part("choose-refused-list").replaceChildren(...lines);
 }
 
 async function choose() {
