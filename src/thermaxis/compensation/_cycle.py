@@ -65,9 +65,10 @@ class CycleReading(NamedTuple):
     None where nothing could be read. While it differs nothing moves on; once that is a fault,
     the correction goes to zero no further than the machine follows. [µm]"""
     found_um: tuple[float | None, ...] | None = None
-    """Offsets found in the machine at the start and after a lost connection: the correction goes
-    on from there. None where the last one written still stands; an output whose offset was not
-    found counts as one that is not read back. [µm]"""
+    """Offsets found in the machine at the start, after a lost connection, and by the caller in
+    every cycle in which it was Off before, because nothing was written then and anybody may have
+    changed them: the correction goes on from there. None where the last one written still stands;
+    an output whose offset was not found counts as one that is not read back. [µm]"""
     other_compensation: bool | None = False
     """Whether another compensation is active on an axis; None where that could not be read, which
     counts as a lost input."""

@@ -19,9 +19,9 @@ def build_program(settings: PlcSettings) -> Program:
     number cannot hold, such as 0.1 s, a time limit may be met a cycle earlier or later than there.
     With REAL such cycles are refused, and times are counted exactly.
 
-    In every call before the offset that stands in the control was read and taken over, after the
-    start and after every loss of the connection, it is `cycle` without a connection. Levels that
-    stand in the first call ask for nothing.
+    In every call in Off the offset that stands in the control is read and taken over, as it is
+    after a loss of the connection; in every call before that was done it is `cycle` without a
+    connection. Levels that stand in the first call ask for nothing.
 
     Not protected: the block knows neither whether its inputs are wired to the sensors that the
     model means, nor whether the sign is right on this machine, nor whether the control adds what

@@ -27,8 +27,6 @@ MOST_FIGURES = 40
 
 _REST = 3.0
 _NEVER = " (never in a PLC)"
-NEVER_REASONS = frozenset({Reason.OFFSET_OUTSIDE})
-"""Reasons that the block knows and never says: found in Off, and nobody can enable."""
 NEVER_OUTCOMES = frozenset(
     {
         Outcome.CLOCK_BACKWARD,
@@ -225,8 +223,7 @@ def _numbers() -> Iterator[str]:
     yield "enabled: whether somebody has enabled it"
     yield "fault_word: sum of"
     for k, reason in enumerate(Reason):
-        never = " (not in this word: enabling is refused)" if reason in NEVER_REASONS else ""
-        yield f"  {2**k} {_plain(reason)}{never}"
+        yield f"  {2**k} {_plain(reason)}"
     yield "outcome_word: sum of"
     for k, outcome in enumerate(Outcome):
         yield f"  {2**k} {_plain(outcome)}{_NEVER if outcome in NEVER_OUTCOMES else ''}"
@@ -245,17 +242,17 @@ def _not_protected(settings: PlcSettings) -> Iterator[str]:
         " commissioning, with the test vectors first and small corrections then."
     )
     yield (
-        "Write the correction only while linked is TRUE: then the machine is connected, and the"
-        " offset that stood there was read and taken over. That is done in the first call with"
-        " connected and read_ok TRUE and every read_ a number, after the start and after every loss"
-        " of the connection, and until then the block counts as not connected. It is done again by"
-        " a rising edge of reset while the state is 0 (Off), in no other state."
+        "Write the correction only while linked is TRUE and state is not 0 (Off): then the machine"
+        " is connected, and the offset that stood there was read and taken over. In Off nobody"
+        " writes, so that is done in every call, before its requests are answered. After a loss of"
+        " the connection it is done in the first call with connected and read_ok TRUE and every"
+        " read_ a number. Until then linked is FALSE and the block counts as not connected, so that"
+        " enable cannot write anything before a read."
     )
     yield (
         "An offset that was found beyond the limits stays as it is while it is Off, and enabling"
-        " is refused: stop writing the correction, bring the offset back in the control, give"
-        " reset, then enable. Found so after a lost connection in another state it is a fault, and"
-        " the correction comes back at the rate."
+        " is refused: bring the offset back in the control, then enable. Found so after a lost"
+        " connection in another state it is a fault, and the correction comes back at the rate."
     )
     yield (
         "Levels of enable, hold, reset and trims that stand in the first call ask for nothing"

@@ -80,11 +80,7 @@ def declare_inputs(draft: Draft, settings: PlcSettings) -> None:
     draft.input("cycle_time_s", "measured time since the last call [s]")
     draft.input("enable", "rising: enable, falling: disable", _BOOL)
     draft.input("hold", "rising: hold, falling: resume", _BOOL)
-    draft.input(
-        "reset",
-        "rising: acknowledge a fault or the jump of a sensor, in Off take over what is read",
-        _BOOL,
-    )
+    draft.input("reset", "rising: acknowledge a fault or the jump of a sensor", _BOOL)
     draft.input("diameter_mm", "clamping diameter of the workpiece [mm]")
     draft.input("diameter_known", "whether it is stated, else the tool centre point", _BOOL)
     for stem, text in channel_texts(settings):

@@ -140,7 +140,6 @@ class _Main:
         """Take over an offset that stands in the control, before anything else is written."""
         largest = self.draft.constant("largest_read_um", "more is no offset [um]", LARGEST_READ_UM)
         called = self.draft.state("called", "whether it was called before", _BOOL)
-        reset = self.draft.state("reset_before", "reset in the last call", _BOOL)
         waiting = self.draft.state(
             "waiting", "whether the offset in the control is still to be read", _BOOL, start=True
         )
@@ -151,38 +150,27 @@ class _Main:
         connected = Name("connected")
         read_all: list[Statement] = []
         found: list[Statement] = []
+        off = equals(Name("state_now"), state_number(SupervisorState.OFF))
         for k, (stem, text) in enumerate(output_texts(self.settings), 1):
             force = self.draft.state(f"in_force{k}_um", f"{text}: correction in force [um]")
             self.draft.state(f"goal{k}_um", f"{text}: where it goes [um]")
             read = Name(f"read_{stem}")
             is_offset = within(read, minus(largest), largest)
             read_all.append(when(no(is_offset), let(was_read, NO)))
-            found.append(when(is_offset, let(force, read)))
+            found.append(let(force, read))
         self.add(
             let(first, no(called)),
             let(called, YES),
-            when(first, let(reset, Name("reset"))),
-            note("An offset that stands in the control is taken over after the start and after"),
-            note("every loss of the connection, as soon as it is read. Until then it counts as"),
-            note("not connected. And by reset while the state is Off."),
+            note("The offset that stands in the control is taken over in every call in Off, and"),
+            note("after a loss of the connection, as soon as it is read. Until then it counts as"),
+            note("not connected: in Off nobody writes, so anybody may change it."),
             let(was_read, Name("read_ok")),
             *read_all,
-            when(no(connected), let(waiting, YES)),
-            let(
-                take_over,
-                either(
-                    both(waiting, connected, was_read),
-                    both(
-                        Name("reset"),
-                        no(reset),
-                        equals(Name("state_now"), state_number(SupervisorState.OFF)),
-                    ),
-                ),
-            ),
-            when(both(Name("read_ok"), take_over), *found),
+            when(either(no(connected), off), let(waiting, YES)),
+            let(take_over, both(waiting, connected, was_read)),
+            when(take_over, *found),
             let(linked, both(connected, either(no(waiting), was_read))),
             when(linked, let(waiting, NO)),
-            let(reset, Name("reset")),
         )
 
     def read_back(self) -> None:

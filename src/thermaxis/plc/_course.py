@@ -6,7 +6,7 @@ gives reset, which lets a sensor be believed anew, and the control reports its o
 that a row stands for many calls. The rest is as in `_world`.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import final
 
@@ -18,6 +18,7 @@ from thermaxis.plc._world import (
     CourseBlock,
     PlcStep,
     World,
+    changed_in_off,
     odd_start,
     odd_values,
     other_offsets,
@@ -219,14 +220,18 @@ class CourseWorld(World):
         self.alive, self._stood = False, 0
         self.back()
         self.now_c = list(self.base_c)
-        standing = list(offset_um) if offset_um is not None else [0.0] * len(self.bounds)
-        self.offset_um, self._reported_um = standing, list(standing)
+        self.stand(offset_um if offset_um is not None else [0.0] * len(self.bounds))
 
     def jump(self, **different: object) -> Iterator[PlcStep]:
         """Let every temperature be at its goal at once, and let a person say that it is right."""
         yield self.step(**different)
         self.now_c = list(self.goal_c)
         yield self.step(**{**different, "reset": True})
+
+    def stand(self, offset_um: Sequence[float]) -> None:
+        """Let another offset stand in the control, and be reported as it is."""
+        super().stand(offset_um)
+        self._reported_um = list(offset_um)
 
     def fits(self, seconds: float) -> bool:
         """Return whether a time fits into what is left of the phase's calls."""
@@ -424,7 +429,7 @@ def _cycle_times(world: CourseWorld) -> Iterator[PlcStep]:
 
 
 def _found(world: CourseWorld) -> Iterator[PlcStep]:
-    """Find an offset that is too large, and none that can be read; then one that is right."""
+    """Find an offset that is too large, none that can be read, and another in every call of Off."""
     large = tuple([2.0 * b.total_um for b in world.bounds])
     zero = (0.0,) * len(world.bounds)
     world.again(large)
@@ -435,10 +440,16 @@ def _found(world: CourseWorld) -> Iterator[PlcStep]:
     yield world.step(read_um=zero, read_ok=False)
     yield world.step(read_um=zero, read_ok=False, reset=True)
     yield from world.stay(2 * world.cycle_s, read_um=zero)
-    yield from world.stay(2 * world.cycle_s, read_um=zero, reset=True)
+    world.again()
+    yield from changed_in_off(world)
     world.again()
     yield from world.stay(2 * world.cycle_s, read_um=(ODD[0],) * len(world.bounds))
     yield from world.stay(2 * world.cycle_s)
+    world.again()
+    yield from world.stay(2 * world.cycle_s, read_ok=False)
+    yield from world.stay(2 * world.cycle_s, read_ok=False, enable=True)
+    yield from world.stay(3 * world.cycle_s, read_um=large, enable=True)
+    yield world.step(read_um=large, enable=True, reset=True)
     world.again(tuple([-0.125 * b.total_um for b in world.bounds]))
     yield world.step()
     yield from _enabled(world)

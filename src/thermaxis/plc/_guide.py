@@ -40,10 +40,10 @@ _MEASURED = {
     ("c", ""): "the difference of two `clock_gettime(CLOCK_MONOTONIC)` [trade]",
 }
 _TAKEN_OVER = (
-    "What stands in the control is taken over in the first call in which `connected` and `read_ok`"
-    " are TRUE, after the start and after every loss of the connection; until then `linked` is"
-    " FALSE and nothing moves on. It is taken over as well by a rising edge of `reset` while the"
-    " state is 0 (Off). A difference that lasts is a fault."
+    "While the state is 0 (Off) what stands in the control is taken over in **every** call in which"
+    " `connected` and `read_ok` are TRUE, because somebody may have changed it; after a loss of the"
+    " connection in the first such call. Without it `linked` is FALSE, and after `enable` the block"
+    " stays in Warming and nothing moves on. In any other state a difference that lasts is a fault."
 )
 _IMPORTS: dict[tuple[str, str], tuple[str, ...]] = {
     ("scl", "s7-1500"): (
@@ -424,14 +424,14 @@ def _off(settings: PlcSettings) -> Iterator[str]:
         " from the largest one, then `state` is 0. Do not cut the writing while it fades: the"
         " offset would stay where it is. After a fault (`state` 5) the correction fades too;"
         " `reset` acknowledges it once its cause is gone, and it stays off until it is enabled."
-        " Where an offset beyond the limits was found at the start, enabling is refused: stop"
-        " writing, bring the offset back in the control, give `reset`, then enable."
+        " Where an offset beyond the limits is found in Off, enabling is refused: bring the offset"
+        " back in the control, then enable."
     )
     yield (
         "After a loss of power the block starts anew: its sections are at steady state, or at rest"
         " where the model refers to its start, and it takes over the offset that the axis reports"
-        " as soon as it is connected and read. It stays off until `enable` goes to FALSE and to"
-        " TRUE."
+        " in every call in which it is connected and read. It stays off until `enable` goes to"
+        " FALSE and to TRUE."
     )
     warning = restart_warning(settings)
     if warning:

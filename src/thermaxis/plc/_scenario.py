@@ -15,6 +15,7 @@ from thermaxis.plc._world import (
     CourseBlock,
     PlcStep,
     World,
+    changed_in_off,
     odd_start,
     odd_values,
     other_offsets,
@@ -249,13 +250,15 @@ def _restart(world: World) -> Iterator[PlcStep]:
 
 
 def _brought_back(world: World, large: tuple[float, ...] | None) -> Iterator[PlcStep]:
-    """Bring back an offset that was too large: in vain, then with reset."""
+    """Bring back an offset that was too large: in vain while nothing is read."""
     zero = {"enable": False, "read_um": (0.0,) * len(world.bounds)}
     yield world.step(enable=False, read_um=large, reset=True)
     yield world.step(**zero, read_ok=False)
     yield world.step(**zero, read_ok=False, reset=True)
     yield from world.stay(2 * world.cycle_s, **zero)
-    yield from world.stay(2 * world.cycle_s, **zero, reset=True)
+    world.offset_um = [0.0] * len(world.bounds)
+    world.usual = world.usual._replace(enable=False)
+    yield from changed_in_off(world)
 
 
 def _long(world: World) -> Iterator[PlcStep]:

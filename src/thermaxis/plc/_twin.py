@@ -47,7 +47,7 @@ class PlcInputs(NamedTuple):
     hold: bool
     """Level: a rising edge holds, a falling one resumes."""
     reset: bool
-    """A rising edge acknowledges; in the state Off it takes over the offset that is read."""
+    """A rising edge acknowledges."""
     diameter_mm: float
     """Clamping diameter of the workpiece. [mm]"""
     diameter_known: bool
@@ -322,17 +322,11 @@ class Twin:
         Returns
         -------
         bool
-            Whether all of it is read for the first time since the start or since the connection
-            was lost, or somebody presses reset in the state Off.
+            Whether all of it is read, and it is Off or this is the first time since the
+            connection was lost.
         """
-        if not inputs.read_ok:
-            return False
-        begins = inputs.restart or not self._called
-        waits = inputs.restart or self._waiting
-        if waits and inputs.connected and None not in self._read(inputs):
-            return True
-        pressed = inputs.reset and not self._reset and not begins
-        return pressed and self._supervisor.state is SupervisorState.OFF
+        waits = inputs.restart or self._waiting or self._supervisor.state is SupervisorState.OFF
+        return waits and inputs.connected and None not in self._read(inputs)
 
     def _read(self, inputs: PlcInputs) -> list[float | None]:
         """Return what the machine reports, None where that is no offset."""
@@ -340,9 +334,9 @@ class Twin:
 
     def _link(self, connected: bool, read_um: list[float | None]) -> bool:  # noqa: FBT001
         """Return whether the machine can be reached and what stood there is known."""
-        if not connected:
+        if not connected or self._supervisor.state is SupervisorState.OFF:
             self._waiting = True
-        elif None not in read_um:
+        if connected and None not in read_um:
             self._waiting = False
         return not self._waiting
 

@@ -12,7 +12,7 @@ from typing import NamedTuple, final
 
 from thermaxis.compensation import Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._build_head import NEVER_OUTCOMES, NEVER_QUALITIES, NEVER_REASONS
+from thermaxis.plc._build_head import NEVER_OUTCOMES, NEVER_QUALITIES
 from thermaxis.plc._course import (
     LONG_ROW_CALLS,
     MOST_CALLS,
@@ -374,9 +374,8 @@ class _Seen:
         parts = compensation.model.layout.parts
         for k, state in enumerate(SupervisorState):
             yield f"state {state}", k in self._states
-        for k, reason in enumerate(Reason):
-            if reason not in NEVER_REASONS:
-                yield f"fault_word {2**k}", bool(self._faults & 2**k)
+        for k in range(len(Reason)):
+            yield f"fault_word {2**k}", bool(self._faults & 2**k)
         ranged = any(part.lowest_k is not None for part in parts)
         absent = set(NEVER_OUTCOMES)
         absent |= set() if self._diameters else {Outcome.DIAMETER_HELD}

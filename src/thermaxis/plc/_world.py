@@ -5,7 +5,7 @@ written in the call before, rounded as a control displays it. Seeded, and made o
 and a small generator of its own alone: the same settings give the same inputs on every computer.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol, TypeVar, final
 
 from thermaxis.plc._settings import PlcSettings
@@ -15,6 +15,7 @@ ODD = (float("nan"), float("inf"), float("-inf"), 1e300, -1e300, 1e7, 0.0, -40.0
 """What is no temperature, or none that is plausible. [degC]"""
 _STEP_C = 0.01
 _NEAR_UM = 0.25
+_OFF = 0
 _MASK = 2**64 - 1
 _MARGIN_CALLS = 3
 _T = TypeVar("_T")
@@ -114,13 +115,17 @@ class World:
         self.restart = False
         inputs = inputs._replace(**different)  # pyright: ignore[reportArgumentType] - by name
         outputs = self.block.step(inputs)
-        if outputs.linked:
+        if outputs.linked and outputs.state != _OFF:
             self.offset_um = list(outputs.correction_um)
         return PlcStep(inputs, outputs)
 
     def reported_um(self) -> tuple[float, ...]:
         """Return what the machine reports as its offset, by output. [µm]"""
         return tuple([round(c / _NEAR_UM) * _NEAR_UM for c in self.offset_um])
+
+    def stand(self, offset_um: Sequence[float]) -> None:
+        """Let another offset stand in the control, as somebody sets it."""
+        self.offset_um = list(offset_um)
 
     def _seen(self, true_c: float) -> float:
         noise_c = self.chance.uniform(-self.noise_c, self.noise_c) if self.noise_c else 0.0
@@ -181,6 +186,20 @@ def odd_start(world: World) -> Iterator[PlcStep]:
     yield world.step(ok=(*(True,) * (channels - 1), False))
     yield world.step(hold=True)
     yield from world.stay(4 * world.cycle_s)
+
+
+def changed_in_off(world: World) -> Iterator[PlcStep]:
+    """Let somebody change the offset while it is Off, and enable it unread, then read."""
+    yield world.step()
+    for share in (0.25, -0.125):
+        world.stand([share * bounds.total_um for bounds in world.bounds])
+        yield world.step()
+    world.stand([0.5 * bounds.total_um for bounds in world.bounds])
+    yield from world.stay(2 * world.cycle_s, read_ok=False)
+    yield from world.stay(3 * world.cycle_s, read_ok=False, enable=True)
+    yield from world.stay(world.ready_s(), enable=True)
+    yield from world.stay(5 * world.cycle_s, enable=True)
+    yield from world.stay(2 * world.cycle_s, enable=False)
 
 
 def trims_and_hold(world: World) -> Iterator[PlcStep]:

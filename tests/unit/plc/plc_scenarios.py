@@ -157,11 +157,9 @@ class CycleDriver:
         if self.calls == 0:
             self.levels = inputs.reset, inputs.enable, inputs.hold
         off = self.state.memory.state is SupervisorState.OFF
-        found = off and inputs.reset and not self.levels[0]
-        if not inputs.connected:
-            self.waiting = True
-        elif inputs.read_ok and all(abs(u) <= 1e6 for u in inputs.read_um):
-            found, self.waiting = found or self.waiting, False
+        there = inputs.connected and inputs.read_ok and all(abs(u) <= 1e6 for u in inputs.read_um)
+        self.waiting = self.waiting or off or not inputs.connected
+        found, self.waiting = self.waiting and there, self.waiting and not there
         self.linked = inputs.connected and not self.waiting
         reading = CycleReading(
             time_s,

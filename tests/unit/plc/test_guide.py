@@ -134,8 +134,10 @@ def test_the_guide_says_when_the_offset_is_taken_over_and_that_levels_ask_for_no
     target: Target,
 ) -> None:
     text = guide(exported(double=target.variant != "s7-300"), target)
-    assert "first call in which `connected` and `read_ok` are TRUE" in text
-    assert "after every loss of the connection" in text
+    assert "taken over in **every** call in which `connected` and `read_ok` are TRUE" in text
+    assert "after a loss of the connection in the first such call" in text
+    assert "bring the offset back in the control, then enable" in text
+    assert "`reset`, then enable" not in text
     assert "what stands at the first call asks for nothing" in text
     assert "only while `linked` is TRUE and `heartbeat` changes" in text
 

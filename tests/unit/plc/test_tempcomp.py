@@ -165,7 +165,7 @@ def test_a_line_that_stands_in_the_control_is_taken_over_and_not_jumped() -> Non
     assert block.correction_at_500 == pytest.approx(-1000.0 * there_mm[1], abs=1e-9)
 
 
-def test_reset_while_it_is_off_takes_the_line_over_once_more_in_program_and_twin() -> None:
+def test_a_line_that_is_changed_while_it_is_off_is_taken_over_in_program_and_twin() -> None:
     positions = (0.0, 1000.0)
     exported = settings_at(positions)
     line = LineSettings(positions_mm=positions, away=True)
@@ -189,9 +189,10 @@ def test_reset_while_it_is_off_takes_the_line_over_once_more_in_program_and_twin
     )
     driven(block, **{**WELL, "enable": False}, read_slope=0.0, read_reference_mm=500.0)
     outputs = twin.step(LineInputs(plain, 0.0, 0.0, 500.0))
-    for k0_mm, reset, limited in ((5.0, True, False), (5.0, False, False), (0.0, True, False)):
-        driven(block, read_k0_mm=k0_mm, reset=reset)
-        outputs = twin.step(LineInputs(plain._replace(reset=reset), k0_mm, 0.0, 500.0))
+    for k0_mm, limited in ((5.0, False), (5.0, False), (0.25, False), (0.0, False)):
+        driven(block, read_k0_mm=k0_mm)
+        outputs = twin.step(LineInputs(plain, k0_mm, 0.0, 500.0))
+        assert block.k0_mm == pytest.approx(k0_mm, abs=1e-12)
         assert (block.k0_mm, block.slope, block.line_limited) == (
             outputs.k0_mm,
             outputs.slope,

@@ -127,10 +127,9 @@ def require_promised(settings: PlcSettings, *, reaches: bool) -> None:
         assert {row[name] for row in rows} == {"0", "1"}, name
     longest = max(int(row["calls"]) for row in rows)
     assert longest >= 1000
-    # An offset outside its total never becomes a fault: nobody can enable.
     at_limit = 2 ** list(Reason).index(Reason.LONG_AT_LIMIT)
     faults = bits_of(rows, "fault_word")
-    assert faults | at_limit == 2**11 - 1
+    assert faults | at_limit == 2 ** len(Reason) - 1
     # After a fault somebody acknowledges, and the block leaves it.
     assert any(a["state"] == "5" and b["state"] != "5" and b["reset"] == "1"
                for a, b in pairwise(rows))  # fmt: skip

@@ -15,6 +15,7 @@ from thermaxis.plc._world import (
     ODD,
     PlcStep,
     World,
+    changed_in_off,
     odd_start,
     odd_values,
     other_offsets,
@@ -24,6 +25,7 @@ from thermaxis.plc._world import (
 )
 
 SHARED = (
+    changed_in_off,
     odd_start,
     odd_values,
     other_offsets,
