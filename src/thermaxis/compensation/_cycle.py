@@ -674,16 +674,16 @@ class _Asked:
         names = [output.name for output in self.compensation.model.outputs]
         if request.output not in names:
             return False, f"outputs are {', '.join(names)}"
-        if self.memory.state is SupervisorState.FAULT:
-            return False, "it is in the state Fault"
         k = names.index(request.output)
         value, duration_s = _usable(request.value), _usable(request.duration_s)
         largest_um = self.compensation.bounds[k].largest_trim_um
         longest_s = self.compensation.supervisor.longest_trim_s
-        if value is None or abs(value) > largest_um:
-            return False, f"a trim is a number from {-largest_um:g} to {largest_um:g} um"
-        if value == 0.0:
+        if value == 0.0:  # to take back is always allowed
             trim, said = NO_TRIM, "the trim is taken back"
+        elif self.memory.state is SupervisorState.FAULT:
+            return False, "it is in the state Fault"
+        elif value is None or abs(value) > largest_um:
+            return False, f"a trim is a number from {-largest_um:g} to {largest_um:g} um"
         elif duration_s is None or not 0.0 < duration_s <= longest_s:
             return False, f"a trim expires within {longest_s:g} s: state when"
         else:

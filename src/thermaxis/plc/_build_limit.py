@@ -53,6 +53,7 @@ def trim_block(*, double: bool) -> Block:
         TRIM,
         "A person adds a bounded amount to one output: every new value of the input is a request,",
         "that of the first call is none. It expires. What is refused leaves the trim as it is.",
+        "Zero takes it back, in every state.",
         double=double,
     )
     asked = draft.input("trim_um", "what is asked for [um]")
@@ -83,9 +84,9 @@ def trim_block(*, double: bool) -> Block:
         when(
             both(no(first), either(no(number), odd, no(equals(asked, before)))),
             choose(
+                (within(asked, zero, zero), (let(force, zero), let(left, zero))),
                 (in_fault, (let(refused, YES),)),
                 (no(within(asked, minus(largest), largest)), (let(refused, YES),)),
-                (within(asked, zero, zero), (let(force, zero), let(left, zero))),
                 (above(longest, zero), (let(force, asked), let(left, longest))),
                 otherwise=(let(refused, YES),),
             ),

@@ -141,14 +141,12 @@ class _OutputTwin:
         else:
             self.trim_um = self._left_s = 0.0
 
-    def set_trim(self, trim_um: float) -> bool:
+    def set_trim(self, trim_um: float, *, faulty: bool) -> bool:
         """Answer a request for a trim; return whether it takes effect."""
-        if not abs(trim_um) <= self._largest_trim_um:
-            return False
         if trim_um == 0.0:
             self.trim_um = self._left_s = 0.0
             return True
-        if not self._longest_s > 0.0:
+        if faulty or not (abs(trim_um) <= self._largest_trim_um and self._longest_s > 0.0):
             return False
         self.trim_um, self._left_s = trim_um, self._longest_s
         return True
@@ -379,7 +377,7 @@ class Twin:
         for output, trim_um in zip(self._outputs, inputs.trims_um, strict=True):
             asked_um = self._r(trim_um)
             if self._called and asked_um != output.asked_um:
-                answers.append(not faulty and output.set_trim(asked_um))
+                answers.append(output.set_trim(asked_um, faulty=faulty))
             output.asked_um = asked_um
         self._called = True
         return not all(answers)

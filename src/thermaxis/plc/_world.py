@@ -268,5 +268,8 @@ def second_compensation(world: World) -> Iterator[PlcStep]:
     yield world.step(enable=False, **other)
     yield world.step(hold=True, **other)
     yield world.step()
+    trims = tuple([0.5 * bounds.largest_trim_um for bounds in world.bounds])
+    yield world.step(trims_um=trims, enable=False)
+    yield world.step(enable=False)
     yield world.step(reset=True, enable=False)
     yield world.step(enable=True, **other)

@@ -167,17 +167,17 @@ class World:
         names = [output.name for output in self.compensation.model.outputs]
         if request.output not in names:
             return False, f"outputs are {', '.join(names)}"
-        if self.memory.state is FAULT:
-            return False, "it is in the state Fault"
         k = names.index(request.output)
         value, duration_s = number(request.value), number(request.duration_s)
         largest_um = self.compensation.bounds[k].largest_trim_um
         longest_s = self.compensation.supervisor.longest_trim_s
-        if value is None or abs(value) > largest_um:
-            return False, f"a trim is a number from {-largest_um:g} to {largest_um:g} um"
         if value == 0.0:
             self.trims[k] = Trim()
             return True, "the trim is taken back"
+        if self.memory.state is FAULT:
+            return False, "it is in the state Fault"
+        if value is None or abs(value) > largest_um:
+            return False, f"a trim is a number from {-largest_um:g} to {largest_um:g} um"
         if duration_s is None or duration_s <= 0.0 or duration_s > longest_s:
             return False, f"a trim expires within {longest_s:g} s: state when"
         self.trims[k] = Trim(value, str(request.who), duration_s)

@@ -429,6 +429,22 @@ def test_a_trim_is_added_at_the_rate_expires_and_is_taken_back() -> None:
     assert bench.steps(5).um == 5.0
 
 
+@pytest.mark.parametrize("state", list(SupervisorState))
+def test_a_trim_is_taken_back_in_every_state_and_given_in_every_one_but_fault(
+    state: SupervisorState,
+) -> None:
+    bench = Bench().to(state)
+    bench.state = bench.state._replace(trims=(Trim(3.0, "Jana", 99.0),))
+    calm = {"other_compensation": state is SupervisorState.FAULT}
+    accepted = state is not SupervisorState.FAULT
+    assert bench.answer(trim(2.0), **calm)[0] is accepted
+    assert bench.output is not None
+    assert bench.output.trim_um == ((2.0,) if accepted else (3.0,))
+    assert bench.answer(trim(0.0, None), **calm) == (True, "the trim is taken back")
+    assert bench.output.trim_um == (0.0,)
+    assert bench.state.trims == (Trim(),)
+
+
 def test_a_trim_that_expires_while_held_is_gone_after_it() -> None:
     bench = Bench().to(ACTIVE)
     bench.step(trim(3.0, 2.5))

@@ -1112,6 +1112,40 @@ def test_an_offset_beyond_the_total_after_a_lost_connection_is_a_fault_until_it_
     assert said[14].state is SupervisorState.FADING
 
 
+# ---- a trim in the state Fault ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_a_trim_is_taken_back_in_the_state_fault_and_none_is_given_there(double: bool) -> None:
+    settings = one_section(double=double)
+    block, twin = compiled(build_program(settings))(), Twin(settings)
+    sent: tuple[float, ...] = (0.0,)
+    rows: list[dict[str, Any]] = [{"enable": False}, {"trim_z_um": 4.0}]
+    other = {"other_compensation": True}
+    rows += [other | {"trim_z_um": um} for um in (4.0, 3.0, 0.0, 2.0, 0.0)]
+    trimmed: list[tuple[int, float, bool]] = []
+    for row in rows:
+        told = quiet_inputs(settings, [20.0], sent) | row
+        tell(block, told)
+        block.step()
+        said = twin.step(twin_inputs(settings, told))
+        wanted = twin_outputs(settings, said)
+        assert {name: getattr(block, name) for name in wanted} == wanted
+        trimmed.append((block.state, block.wanted_z_um, block.refused))
+        sent = said.correction_um
+    off, warming, fault = (STATES.index(s) for s in (SupervisorState.OFF, SupervisorState.WARMING,
+                                                     SupervisorState.FAULT))  # fmt: skip
+    assert trimmed == [
+        (off, 0.0, False),
+        (warming, 4.0, False),
+        (fault, 4.0, False),
+        (fault, 4.0, True),
+        (fault, 0.0, False),
+        (fault, 0.0, True),
+        (fault, 0.0, False),
+    ]
+
+
 # ---- the axis -----------------------------------------------------------------------------------
 
 
