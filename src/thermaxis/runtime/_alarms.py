@@ -1,5 +1,6 @@
 """Alarms: what a person should know, why, and what to do. States are not alarms."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, date, datetime
 from typing import Final, NamedTuple
@@ -27,6 +28,11 @@ _LONGEST_STATUS = 200
 
 FOLLOWS_S: Final = 10.0
 """What acts may be behind what was accepted by so long at the allowed rate. [s]"""
+
+
+_FIRST_WORD: Final = re.compile(r"[\s:;,]")
+_NAMED: Final = re.compile(r"[._/\\]\S|\d")
+"""What makes a word the name of a file, a node or a value."""
 
 
 class _Found(NamedTuple):
@@ -107,9 +113,11 @@ def _of_found(elsewhere: Sequence[FoundElsewhere]) -> Iterator[_Found]:
 
 
 def _sentence(text: str) -> str:
-    """Return a text with a capital letter and a full stop."""
+    """Return a text with a capital letter and a full stop; a name at its begin stays as it is."""
     text = text.strip()
-    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+    named = _NAMED.search(_FIRST_WORD.split(text, maxsplit=1)[0])
+    begin = text[:1] if named else text[:1].upper()
+    return begin + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
 def _duration(name: str, time_s: float) -> dict[str, float | str]:

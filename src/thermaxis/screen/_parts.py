@@ -16,7 +16,7 @@ from thermaxis.runtime._users import Role
 from thermaxis.screen._access import visitor_of
 from thermaxis.screen._persons import Persons
 from thermaxis.screen._status_feed import StatusFeed
-from thermaxis.screen._words import LANGUAGES, Words
+from thermaxis.screen._words import LANGUAGES, Words, short_names
 
 NAVIGATION = ("operator", "model", "sensors", "history", "probe", "positioning")
 """Pages in the order of their buttons."""
@@ -95,6 +95,7 @@ class ScreenParts:
             configuration_sha256=self.configuration_sha256,
             program=self.program,
             word=word,
+            short_names=short_names,
             static=static_address,
             words_json=for_script(
                 {

@@ -27,6 +27,15 @@ _ALARM_TEXT: Final = re.compile(r"alarms\.\w+\.text")
 _LONGEST_PHRASE = 2000
 _LONGEST_HEADER = 400
 _NUMBER_ENDS = ("_um", "_mm", "_s", "_c", "_k")
+_UNIT_OF_NAME = re.compile(r"_(?:um|C)$")
+_NAMES: Final = frozenset({"acts_on", "names", "needed", "output"})
+"""Gaps that hold names of outputs or inputs; of an alarm its ``name`` as well."""
+_SECONDS = re.compile(r"\{(\w+_s)\} s\b")
+_LONG_S = 60.0
+"""Times from here on are not told in seconds alone. [s]"""
+_LONGEST_S = 1e12
+_SPACE = "\N{NO-BREAK SPACE}"
+_ALARM_GROUP: Final = "alarm_text"
 
 
 class SaidAlarm(NamedTuple):
@@ -115,8 +124,8 @@ class Words:
         texts = (one for key, one in sentences.items() if _ALARM_TEXT.fullmatch(key))
         alarms = {one["en"]: one for one in texts}
         exact = {english: one for english, one in alarms.items() if "{" not in english}
-        patterns["alarm_text"] = tuple(one for one in _patterns_of(alarms) if any(one.texts))
-        return cls(sentences, said, {**said, "alarm_text": exact}, patterns)
+        patterns[_ALARM_GROUP] = tuple(one for one in _patterns_of(alarms) if any(one.texts))
+        return cls(sentences, said, {**said, _ALARM_GROUP: exact}, patterns)
 
     def say(self, language: str, key: str, /, **values: str) -> str:
         """Return the words of a key.
@@ -205,7 +214,9 @@ class Words:
         for pattern in self._patterns.get(group, ()):
             values = pattern.found_in(english)
             if values is not None:
-                return self._filled(language, pattern.said[language], values)
+                template, filling = _with_times(pattern.said[language], values)
+                of_alarm = group == _ALARM_GROUP
+                return self._filled(language, template, filling, of_alarm=of_alarm)
         return english
 
     def left_in_english(self, language: str, group: str, english: str) -> tuple[str, ...]:
@@ -290,22 +301,24 @@ class Words:
             template = self.sentences.get(f"alarms.{code}.{part}")
             if template is None or not gaps_of(template[language]) <= set(values):
                 return None
-            said.append(self._filled(language, template[language], values))
+            said.append(self._filled(language, template[language], values, of_alarm=True))
         return SaidAlarm(*said)
 
-    def _filled(self, language: str, template: str, values: Mapping[str, object]) -> str:
+    def _filled(
+        self, language: str, template: str, values: Mapping[str, object], *, of_alarm: bool = False
+    ) -> str:
         """Return a template with its gaps filled, numbers by their format and the language."""
         shown: list[str] = []
         for literal, name, spec, _ in Formatter().parse(template):
             shown.append(literal)
             if name is not None:
                 value = values[name]
-                text = isinstance(value, str)
-                shown.append(
-                    self._value(language, name, str(value))
-                    if text
-                    else number_text(value, spec or "", language)
-                )
+                if not isinstance(value, str):
+                    shown.append(number_text(value, spec or "", language))
+                elif name in _NAMES or (of_alarm and name == "name"):
+                    shown.append(short_names(value))
+                else:
+                    shown.append(self._value(language, name, value))
         return "".join(shown)
 
     def _value(self, language: str, name: str, value: str) -> str:
@@ -313,6 +326,66 @@ class Words:
         if name in self._groups or name[:-1] in self._groups:
             return self.phrase(language, name, value)
         return local_number(value, language) if name.endswith(_NUMBER_ENDS) else value
+
+
+def short_names(names: str) -> str:
+    """Return outputs and inputs as pages name them: the unit stands beside the value.
+
+    Parameters
+    ----------
+    names : str
+        A name, or several of them with ``", "`` between.
+
+    Returns
+    -------
+    str
+        ``Z`` of ``Z_um``, ``T_spindle`` of ``T_spindle_C``.
+    """
+    return ", ".join(_UNIT_OF_NAME.sub("", name) for name in names.split(", "))
+
+
+def time_text(time_s: float) -> str:
+    """Return a time in the two largest units that it has, as the scripts of the pages do.
+
+    Parameters
+    ----------
+    time_s : float
+        The time. [s]
+
+    Returns
+    -------
+    str
+        Such as ``1 h``, ``1 h 30 min`` or ``45 s``, the same in every language.
+    """
+    whole = max(0, math.floor(time_s + 0.5))
+    if whole < 60:
+        return f"{whole}{_SPACE}s"
+    if whole < 3600:
+        return _two_units(whole, 60, "min", "s", rough=whole >= 600)
+    if whole < 86_400:
+        return _two_units(whole // 60, 60, "h", "min")
+    return _two_units(whole // 3600, 24, "d", "h")
+
+
+def _two_units(count: int, base: int, large: str, small: str, *, rough: bool = False) -> str:
+    first, rest = divmod(count, base)
+    said = f"{first}{_SPACE}{large}"
+    return said if rough or rest == 0 else f"{said} {rest}{_SPACE}{small}"
+
+
+def _with_times(template: str, values: Mapping[str, str]) -> tuple[str, Mapping[str, str]]:
+    """Return a template and values with times of a minute and more in larger units."""
+    filling = dict(values)
+    for found in tuple(_SECONDS.finditer(template)):
+        name = found[1]
+        try:
+            time_s = float(values[name])
+        except ValueError:
+            continue
+        if _LONG_S <= time_s < _LONGEST_S:
+            template = template.replace(found[0], f"{{{name}}}")
+            filling[name] = time_text(time_s)
+    return template, filling
 
 
 def number_text(value: object, spec: str, language: str) -> str:

@@ -42,6 +42,7 @@ from thermaxis.screen._words import (
     language_of,
     local_number,
     number_text,
+    short_names,
 )
 
 PAGES = ("operator", "model", "sensors", "history", "probe", "positioning")
@@ -451,13 +452,10 @@ def test_what_is_not_known_stays_as_the_loop_said_it() -> None:
         ("alarm", "high: Something new.", "hoch: Something new."),
         (
             "alarm",
-            (
-                "medium: the history cannot be written (OperationalError disk I/O error); 8 records"
-                " wait in memory"
-            ),
+            ("medium: the history cannot be written (disk I/O error); 8 records wait in memory"),
             (
                 "mittel: der Verlauf kann nicht gespeichert werden; im Speicher warten 8 Datensätze"
-                " (Einzelheit: OperationalError disk I/O error)"
+                " (Einzelheit: disk I/O error)"
             ),
         ),
         (
@@ -582,6 +580,8 @@ def test_no_text_of_the_loop_breaks_a_translation(text: str, group: str, languag
 
 # ---- alarms -------------------------------------------------------------------------------------
 
+SHORT = ("name", "acts_on")
+"""Values of an alarm that are names of outputs or inputs."""
 ALARM_VALUES: dict[str, float | str] = {
     "name": "Z_um",
     "acts_on": "Z_um",
@@ -608,7 +608,8 @@ def test_an_alarm_filled_here_in_english_is_the_one_that_the_loop_says(
     values = {name: ALARM_VALUES.get(name, number) for name in names}
     said = WORDS.alarm("en", code, json.loads(json.dumps(values)))
     assert said is not None
-    loop = ALARM_WORDS[code].filled(values)
+    short = {name: short_names(value) if name in SHORT else value for name, value in values.items()}
+    loop = ALARM_WORDS[code].filled(short)
     assert [one.replace("−", "-") for one in said] == [
         re.sub(r"[+-](0(?:\.0)?)(?![\d.])", r"\1", one) for one in loop
     ]
@@ -690,7 +691,7 @@ def test_an_alarm_has_decimal_sign_and_minus_of_the_language() -> None:
 def test_a_number_that_is_not_known_is_a_dash() -> None:
     said = WORDS.alarm("cs", "standing_offset", {"name": "Z_um", "correction_um": None})
     assert said is not None
-    assert said.text == "V Z_um zůstává posun – µm a kompenzace je vypnuta."
+    assert said.text == "V Z zůstává posun – µm a kompenzace je vypnuta."
 
 
 def test_an_alarm_of_a_newer_loop_is_left_in_its_english() -> None:

@@ -47,6 +47,7 @@ _NONE: float = struct.unpack("<d", struct.pack("<Q", NONE_BITS))[0]
 _NONE_BYTES = struct.pack("<Q", NONE_BITS)
 _MICROSECOND = timedelta(microseconds=1)
 _SEPARATOR = "|"
+_UNSTATED = "no reason is stated"
 _LEVEL = 6
 _scalars_of = cast("Callable[[CycleOutput], tuple[float, ...]]", attrgetter(*SCALARS))
 _vectors_of = cast("Callable[[CycleOutput], tuple[Sequence[float], ...]]", attrgetter(*BY_OUTPUT))
@@ -279,7 +280,7 @@ def record_of(
 
 
 def printable_cause(error: BaseException) -> str:
-    """Return the kind of an error with its first line, for a message.
+    """Return why something failed, for a message that people read.
 
     Parameters
     ----------
@@ -289,10 +290,12 @@ def printable_cause(error: BaseException) -> str:
     Returns
     -------
     str
-        Such as ``KeyError 'FURTHER'``.
+        The first line of what the error says, without the name of its kind, which says nothing to
+        people.
     """
-    first = str(error).strip().partition("\n")[0]
-    return f"{type(error).__name__} {first}".strip()[:300]
+    if isinstance(error, KeyError):  # it says no more than the key
+        return f"{error.args[0]!r} is missing"[:300] if error.args else _UNSTATED
+    return str(error).strip().partition("\n")[0][:300] or _UNSTATED
 
 
 def _record_of(

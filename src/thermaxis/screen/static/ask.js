@@ -6,7 +6,7 @@
 import { withEnglish } from "./english.js";
 import { post } from "./frame.js";
 import { latest, onNoData, onStatus } from "./live.js";
-import { clock, duration, word } from "./words.js";
+import { asSentence, clock, duration, word } from "./words.js";
 
 const LATE_MS = 15 * 60 * 1000;
 const LONGEST_MS = 60 * 1000;
@@ -182,7 +182,7 @@ function linesOf(course) {
 /** @param {Course} course @param {string} [name] name of its class */
 function reasonOf(course, name = "") {
   const line = made("span", "", name);
-  line.append(...withEnglish(sentence(course.reason), course.english));
+  line.append(...withEnglish(asSentence(course.reason), course.english));
   return line;
 }
 
@@ -191,7 +191,7 @@ function shortOf(course) {
   const time = clock(course.answered);
   const stands = {
     waits: () => word("operator.answer_waits"),
-    refused: () => `✕ ${word("operator.refused_at", { time })}. ${sentence(course.reason)}`,
+    refused: () => `✕ ${word("operator.refused_at", { time })}. ${asSentence(course.reason)}`,
     unknown: () => course.came ? effectOf(course)
       : `? ${word("operator.answer_none")}, ${effectOf(course)}`,
     accepted: () => effectOf(course),
@@ -211,12 +211,6 @@ function effectOf(course) {
     return word("operator.effective_late", { time: duration(passed / 1000) });
   }
   return word("operator.effective_waits");
-}
-
-/** @param {string} text */
-function sentence(text) {
-  const end = /[.!?]$/.test(text) || text === "" ? "" : ".";
-  return text.charAt(0).toUpperCase() + text.slice(1) + end;
 }
 
 function ownPlace() {

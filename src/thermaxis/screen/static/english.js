@@ -2,7 +2,7 @@
 // What stays English on a page of another language: sentences of free text, of the self-test, of a
 // model that is refused. It is marked, so that a screen reader speaks it as English.
 
-import { alarmWords, word } from "./words.js";
+import { alarmWords, large, word } from "./words.js";
 
 const FREE_TEXT = ["detail", "failure", "finding", "problem", "why"];
 const foreign = document.documentElement.lang !== "en";
@@ -38,8 +38,7 @@ export function withEnglish(text, english) {
 
 /** @param {string} text @param {string} part @returns {(string | HTMLElement)[]} */
 function split(text, part) {
-  const large = part.charAt(0).toUpperCase() + part.slice(1);
-  const found = [part, large].find((one) => one !== "" && text.includes(one));
+  const found = [part, large(part)].find((one) => one !== "" && text.includes(one));
   if (found === undefined) return [text];
   const at = text.indexOf(found);
   const nodes = [text.slice(0, at), inEnglish("span", found), text.slice(at + found.length)];

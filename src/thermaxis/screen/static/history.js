@@ -8,7 +8,7 @@ import {
   asked, clearField, element, fieldTime, newQuestion, pointsFor, query, saved, setField, spanOf,
   stateSpan, tellWrong, wireSpan,
 } from "./past.js";
-import { duration, moment, word } from "./words.js";
+import { duration, moment, shortNames, word } from "./words.js";
 
 /** @typedef {import("./past.js").Span} Span */
 /** @typedef {import("./past.js").Past} Past */
@@ -168,7 +168,7 @@ function listSeries() {
   place.replaceChildren();
   for (const [group, names] of bySeries(units)) {
     const title = document.createElement("h3");
-    title.textContent = group;
+    title.textContent = shortNames(group);
     place.append(title, ...names.map(seriesButton));
   }
 }

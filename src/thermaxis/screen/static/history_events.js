@@ -1,7 +1,7 @@
 // @ts-check
 // Events in words: in the table and as marks of a chart.
 
-import { duration, moment, number, phrase, signed, word } from "./words.js";
+import { duration, moment, number, phrase, shortNames, signed, word } from "./words.js";
 import { englishNote, withEnglish } from "./english.js";
 import { eventMark } from "./event_marks.js";
 import { element } from "./past.js";
@@ -12,7 +12,9 @@ import { element } from "./past.js";
 const ASKED = {
   model: (event) => word("history.ask_model", { file: event.file }),
   trim: (event) => word("history.ask_trim", {
-    output: event.output, value: signed(event.value, 1), length: duration(event.duration_s),
+    output: shortNames(event.output),
+    value: signed(event.value, 1),
+    length: duration(event.duration_s),
   }),
   diameter: (event) => event.value === null
     ? word("history.ask_no_diameter")

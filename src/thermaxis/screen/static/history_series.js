@@ -1,7 +1,7 @@
 // @ts-check
 // Names of series in words, and in groups.
 
-import { word } from "./words.js";
+import { shortNames, word } from "./words.js";
 
 /** @type {Record<string, string>} */
 const QUANTITIES = {
@@ -26,7 +26,7 @@ const OF_THE_LOOP = {
 const INTERLOCK = "interlock.";
 
 /**
- * A series' name in words; names of the machine stay as they are.
+ * A series' name in words, outputs and inputs by the names that every page shows.
  * @param {string} name
  */
 export function labelOf(name) {
@@ -35,14 +35,17 @@ export function labelOf(name) {
   if (name.startsWith(INTERLOCK)) {
     return word("history.interlock", { name: name.slice(INTERLOCK.length) });
   }
-  const [head, quantity, ...rest] = name.split(".");
-  if (quantity === undefined) return name;
-  if (head === "probe") return `${[quantity, ...rest].join(".")} ${word("history.probe")}`;
+  const [whole, quantity, ...rest] = name.split(".");
+  const head = shortNames(whole);
+  if (quantity === undefined) return head;
+  if (head === "probe") {
+    return `${shortNames([quantity, ...rest].join("."))} ${word("history.probe")}`;
+  }
   const part = rest.join(".");
   if (quantity === "part" && part) return `${head} ${word("history.part", { name: part })}`;
   if (quantity === "gain" && part) return `${head} ${word("history.gain", { name: part })}`;
   const known = QUANTITIES[quantity];
-  return known && !part ? `${head} ${known}` : name;
+  return known && !part ? `${head} ${known}` : [head, quantity, ...rest].join(".");
 }
 
 /**

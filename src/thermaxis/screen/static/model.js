@@ -6,7 +6,7 @@ import { inEnglish, sayWithEnglish, withEnglish } from "./english.js";
 import { onNoData, onStatus } from "./live.js";
 import { contributionsPanel, limitsPanel, rangePanel } from "./model_now.js";
 import { drawGains, drawStep, gainPanel, partsPanel, stepPanel } from "./model_parts.js";
-import { duration, number, word } from "./words.js";
+import { duration, number, shortNames, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 
@@ -225,7 +225,8 @@ function showReferences(model) {
   const rows = [...channels].map((name) => {
     const now = made("span", "–", "live");
     follow((status) => say(now, number(status.inputs[name]?.reference_c ?? null, 2)));
-    return [String(name), { number: number(model.reference_c[name] ?? null, 2) }, { number: now }];
+    const trained = number(model.reference_c[name] ?? null, 2);
+    return [shortNames(String(name)), { number: trained }, { number: now }];
   });
   const table = part("reference-table");
   const trained = stated ? word("model.reference_of_model") : word("model.reference_of_training");
@@ -266,5 +267,5 @@ function showProvenance(provenance) {
 function figureName(name) {
   const at = name.lastIndexOf(".");
   const [of, figure] = [name.slice(0, Math.max(0, at)), name.slice(at + 1)];
-  return figure === "fit_percent" ? word("model.fit_percent", { output: of }) : name;
+  return figure === "fit_percent" ? word("model.fit_percent", { output: shortNames(of) }) : name;
 }

@@ -4,7 +4,7 @@ import {
   fillTable, made, panel, rangeBar, say, showRange, showVerdict, verdict, wide,
 } from "./engineer.js";
 import { inputOf } from "./model_parts.js";
-import { number, signed, word } from "./words.js";
+import { number, shortNames, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 /** @typedef {(show: (status: Data) => void) => void} Follow takes what is shown with every status */
@@ -32,7 +32,7 @@ export function contributionsPanel(name, follow) {
     const found = output?.weight ?? null;
     showVerdict(weight, found === null ? null : found >= 1, weightWords(found));
   });
-  return panel(word("model.contributions_title", { output: name }), wide(table), weight);
+  return panel(word("model.contributions_title", { output: shortNames(name) }), wide(table), weight);
 }
 
 // ---- where it may be believed ----------------------------------------------------------------
@@ -71,7 +71,7 @@ export function rangePanel(output, model, follow) {
     margin: number(model.margin_k, 1),
     lowest: `${number(100 * model.lowest_weight, 0)} %`,
   });
-  const title = word("model.validity_title", { output: output.name });
+  const title = word("model.validity_title", { output: shortNames(output.name) });
   return panel(title, wide(table), weight, made("p", rule, "note"));
 }
 
@@ -140,5 +140,5 @@ export function limitsPanel(output, follow) {
     return [String(name), { number: value }, String(unit)];
   });
   fillTable(table, [word("model.limit"), word("model.value"), word("model.unit")], cells);
-  return panel(word("model.limits_title", { output: output.name }), wide(table));
+  return panel(word("model.limits_title", { output: shortNames(output.name) }), wide(table));
 }

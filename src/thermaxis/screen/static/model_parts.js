@@ -2,7 +2,7 @@
 /** What one output of a model is made of: its parts with their steps, and gains by diameter. */
 import { drawChart } from "./chart.js";
 import { fillTable, made, panel, wide } from "./engineer.js";
-import { duration, number, signed, word } from "./words.js";
+import { duration, number, shortNames, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 
@@ -17,7 +17,7 @@ export function stepPanel(output, model) {
     ? word("model.step_record_unknown")
     : word("model.step_record", { record: duration(model.record_s) });
   return panel(
-    word("model.step_title", { output: output.name }),
+    word("model.step_title", { output: shortNames(output.name) }),
     made("div", "", "step-chart"),
     made("p", note, "note"),
   );
@@ -53,7 +53,7 @@ export function drawStep(element, output, model) {
     })),
     xTitle: word("model.step_time", { unit: unit.name }),
     yTitle: word("model.step_axis"),
-    label: word("model.step_title", { output: output.name }),
+    label: word("model.step_title", { output: shortNames(output.name) }),
   });
 }
 
@@ -114,7 +114,7 @@ export function partsPanel(output) {
     ]),
   );
   return panel(
-    word("model.parts_title", { output: output.name }),
+    word("model.parts_title", { output: shortNames(output.name) }),
     wide(table),
     made("p", word("model.offset", { offset: signed(output.offset_um, 1) }), "note"),
   );
@@ -122,7 +122,8 @@ export function partsPanel(output) {
 
 /** @param {Data} one */
 export function inputOf(one) {
-  return one.minus ? `${one.plus} − ${one.minus}` : one.plus;
+  const plus = shortNames(one.plus);
+  return one.minus ? `${plus} − ${shortNames(one.minus)}` : plus;
 }
 
 /** @param {Data} one */
@@ -158,7 +159,7 @@ export function gainPanel(output) {
   split.append(made("div", "", "gain-chart"), wide(table));
   const held = gained.some((/** @type {Data} */ one) => one.gain_held);
   const note = made("p", word(held ? "model.gain_held" : "model.gain_note"), "note");
-  return [panel(word("model.gain_title", { output: output.name }), split, note)];
+  return [panel(word("model.gain_title", { output: shortNames(output.name) }), split, note)];
 }
 
 /** @param {HTMLElement} element @param {Data} output @param {Data} model */
@@ -184,7 +185,7 @@ export function drawGains(element, output, model) {
     xTitle: word("model.diameter"),
     yTitle: word("model.gain"),
     still: true,
-    label: word("model.gain_title", { output: output.name }),
+    label: word("model.gain_title", { output: shortNames(output.name) }),
   });
 }
 

@@ -6,7 +6,7 @@ import {
 } from "./engineer.js";
 import { onStatus } from "./live.js";
 import { addPoint, withGaps } from "./live_points.js";
-import { duration, number, phrase, word } from "./words.js";
+import { duration, number, phrase, shortNames, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 /** @typedef {import("./live_points.js").Points} Past */
@@ -110,7 +110,7 @@ function card(channel) {
   section.dataset.channel = channel.name;
   const heading = made("h2");
   const value = made("b", "–", "live");
-  heading.append(made("span", channel.name), value);
+  heading.append(made("span", shortNames(channel.name)), value);
   const [said, bar, chart] = [verdict(), rangeBar(), made("div", "", "sensor-chart")];
   bar.classList.add("wide-range");
   section.append(heading, said, readings(channel), bar, chart, rules(channel.rules, channel.spare));
@@ -155,7 +155,7 @@ function draw(element, channel) {
     leastSpan: 1,
     still: true,
     yTitle: "°C",
-    label: word("sensors.chart_label", { channel: channel.name }),
+    label: word("sensors.chart_label", { channel: shortNames(channel.name) }),
   });
 }
 
@@ -305,7 +305,7 @@ function showOthers(status) {
       [word("sensors.name"), word("sensors.raw_any"), word("sensors.status"), word("sensors.age")],
       names.map((name) => {
         const [value, state, age] = [0, 1, 2].map(() => made("span", "–", "live"));
-        return [name, { number: value ?? "" }, state ?? "", { number: age ?? "" }];
+        return [shortNames(name), { number: value ?? "" }, state ?? "", { number: age ?? "" }];
       }),
     );
   }

@@ -11,6 +11,10 @@ const MINUS = "\u2212";
 const ABSENT = "\u2013";
 const NUMBER_ENDS = /_(um|mm|s|c|k)$/;
 const LONGEST_PHRASE = 2000;
+const NAMES = ["acts_on", "names", "needed", "output"];
+const SECONDS = /\{(\w+_s)\} s\b/g;
+const LONG_S = 60;
+const LONGEST_S = 1e12;
 const PLACE = /\{(\w+)(?::(\+?)\.(\d)([f%]))?\}/g;
 
 /** @type {Map<string, Intl.NumberFormat>} */
@@ -109,7 +113,7 @@ export function phrase(group, english) {
   if ([...english].length > LONGEST_PHRASE) return english;
   for (const [pattern, translated] of Object.entries(known)) {
     const values = matched(pattern, english);
-    if (values) return fill(translated, translatedValues(values));
+    if (values) return fill(...inTimes(translated, translatedValues(values), values));
   }
   return english;
 }
@@ -141,6 +145,48 @@ function matched(pattern, text) {
   return values;
 }
 
+/**
+ * A text and its values with times of a minute and more in larger units.
+ * @param {string} text
+ * @param {Record<string, unknown>} values
+ * @param {Record<string, string>} english
+ * @returns {[string, Record<string, unknown>]}
+ */
+function inTimes(text, values, english) {
+  const filling = { ...values };
+  const said = text.replace(SECONDS, (whole, name) => {
+    const seconds = /\S/.test(english[name] ?? "") ? Number(english[name]) : NaN;
+    if (!(seconds >= LONG_S && seconds < LONGEST_S)) return whole;
+    filling[name] = duration(seconds);
+    return `{${name}}`;
+  });
+  return [said, filling];
+}
+
+/**
+ * Outputs and inputs as they are shown: the unit stands beside the value.
+ * @param {string} names one, or several with ", " between
+ */
+export function shortNames(names) {
+  return names.split(", ").map((name) => name.replace(/_(um|C)$/, "")).join(", ");
+}
+
+/**
+ * A text as a sentence. One that begins with the name of a file or of a value keeps its first
+ * letter: with another one it would be another name.
+ * @param {string} text
+ */
+export function asSentence(text) {
+  const end = /[.!?]$/.test(text) || text === "" ? "" : ".";
+  return large(text) + end;
+}
+
+/** A text with a large first letter, unless it begins with a name. @param {string} text */
+export function large(text) {
+  const [first] = text.split(/[\s:;,]/, 1);
+  return /[._/\\]\S|\d/.test(first) ? text : text.charAt(0).toUpperCase() + text.slice(1);
+}
+
 /** @param {Record<string, unknown>} values */
 function translatedValues(values) {
   return Object.fromEntries(
@@ -155,6 +201,7 @@ function translatedValues(values) {
  */
 function translatedValue(name, value) {
   if (typeof value !== "string") return value;
+  if (NAMES.includes(name)) return shortNames(value);
   if (Object.hasOwn(phrases, name)) return phrase(name, value);
   const several = name.slice(0, -1);
   if (Object.hasOwn(phrases, several)) {
@@ -175,6 +222,7 @@ export function alarmWords(alarm) {
   const keys = ["text", "cause", "remedy"].map((part) => `alarms.${alarm.code}.${part}`);
   if (!alarm.values || !keys.every((key) => Object.hasOwn(words, key))) return alarm;
   const values = translatedValues(alarm.values);
+  if (typeof values.name === "string") values.name = shortNames(values.name);
   const gaps = keys.flatMap((key) => [...words[key].matchAll(PLACE)].map((found) => found[1]));
   if (!gaps.every((name) => Object.hasOwn(values, name))) return alarm;
   const [text, cause, remedy] = keys.map((key) => fill(words[key], values));

@@ -1,0 +1,151 @@
+"""One name for one thing, times in hours, names as written: in the program and on pages."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from tests.unit.screen.engineer_bench import KnownFeed, application, lathe, parts_with
+from tests.unit.screen.page_script import said_by
+from thermaxis.runtime._alarms import _sentence
+from thermaxis.runtime.historian._rows import printable_cause
+from thermaxis.screen import _probe_page, _words
+from thermaxis.screen._words import LANGUAGES, Words, short_names, time_text
+
+STATIC = Path(_words.__file__).parent / "static"
+WORDS = Words.read()
+SECONDS = (0.0, 0.4, 44.5, 59.4, 60.0, 61.0, 599.0, 600.0, 3599.0, 3600.0, 5400.0, 28_800.0, 9e5)
+NAMES = ("Z_um", "T_spindle_C", "Z_um, X_um", "um", "Z_umf", "", "probe.Z_um")
+SENTENCES = {
+    "lathe.json: this is no model": "lathe.json: this is no model.",
+    "models/lathe: gone": "models/lathe: gone.",
+    "2 of 3 are there": "2 of 3 are there.",
+    "node_9 is read only!": "node_9 is read only!",
+    "the trim is added": "The trim is added.",
+    "žádná porucha": "Žádná porucha.",
+    "": "",
+}
+ENGLISH = (
+    ("answer", "it is held, for at most 3600 s"),
+    ("answer", "it is held, for at most 45 s"),
+    ("answer", "a trim expires within 28800 s: state when"),
+    ("answer", "outputs are Z_um, X_um"),
+    ("answer", "the model gives X_um; the machine needs Z_um, X_um"),
+    ("answer", "it is held, for at most many s"),
+    ("answer", "it is held, for at most 1e+300 s"),
+)
+SCRIPT = """
+import { readFileSync } from "node:fs";
+const given = JSON.parse(readFileSync(0, "utf8"));
+const texts = { words: { textContent: JSON.stringify(given.texts) } };
+globalThis.document = {
+  documentElement: { lang: given.language },
+  getElementById: (id) => texts[id] ?? null,
+  addEventListener: () => {},
+};
+const { asSentence, duration, phrase, shortNames } = await import(given.words);
+const { labelOf } = await import(given.series);
+console.log(JSON.stringify([
+  given.seconds.map(duration),
+  given.names.map(shortNames),
+  given.sentences.map(asSentence),
+  given.english.map(([group, text]) => phrase(group, text)),
+  given.labels.map(labelOf),
+]));
+"""
+LABELS = {
+    "T_spindle_C": "T_spindle",
+    "T_spindle_C.spare": "T_spindle.spare",
+    "Z_um.correction": f"Z {WORDS.say('en', 'history.correction')}",
+    "probe.Z_um": f"Z {WORDS.say('en', 'history.probe')}",
+    "Z_um.part.a_um": f"Z {WORDS.say('en', 'history.part', name='a_um')}",
+    "Z_um.of_the_future": "Z.of_the_future",
+}
+
+
+def by_script(language: str) -> list[list[str]]:
+    given: dict[str, Any] = {
+        "language": language,
+        "texts": {"words": WORDS.catalog(language), "phrases": WORDS.phrases(language)},
+        "words": (STATIC / "words.js").as_uri(),
+        "series": (STATIC / "history_series.js").as_uri(),
+        "seconds": SECONDS,
+        "names": NAMES,
+        "sentences": list(SENTENCES),
+        "english": ENGLISH,
+        "labels": list(LABELS),
+    }
+    return said_by(SCRIPT, given)
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_pages_and_program_say_times_and_names_alike(language: str) -> None:
+    times, names, sentences, phrases, labels = by_script(language)
+    assert times == [time_text(time_s) for time_s in SECONDS]
+    assert names == [short_names(name) for name in NAMES]
+    assert sentences == list(SENTENCES.values())
+    assert phrases == [WORDS.phrase(language, group, text) for group, text in ENGLISH]
+    if language == "en":
+        assert labels == list(LABELS.values())
+
+
+def test_a_time_is_told_in_the_units_that_people_read() -> None:
+    said = [time_text(time_s).replace("\N{NO-BREAK SPACE}", " ") for time_s in SECONDS]
+    assert said == [
+        *("0 s", "0 s", "45 s", "59 s", "1 min", "1 min 1 s", "9 min 59 s", "10 min"),
+        *("59 min", "1 h", "1 h 30 min", "8 h", "10 d 10 h"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [
+        ("en", "it is held, for at most 1 h"),
+        ("de", "sie wird gehalten, höchstens 1 h"),
+        ("cs", "je podržena, nejvýše 1 h"),
+    ],
+)
+def test_an_answer_says_an_hour_where_the_confirmation_said_an_hour(
+    language: str, said: str
+) -> None:
+    found = WORDS.phrase(language, "answer", "it is held, for at most 3600 s")
+    assert found.replace("\N{NO-BREAK SPACE}", " ") == said
+    short = WORDS.phrase(language, "answer", "it is held, for at most 45 s")
+    assert short.endswith("45 s")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_an_output_has_one_name_in_alarms_answers_and_events(language: str) -> None:
+    texts = [WORDS.phrase(language, "answer", "outputs are Z_um, X_um")]
+    alarm = WORDS.alarm(language, "standing_offset", {"name": "Z_um", "correction_um": 3.0})
+    assert alarm is not None
+    event = "medium: An offset of +3.0 µm stands in Z_um, and the compensation is off."
+    texts += [alarm.text, WORDS.event(language, "alarm", event)]
+    texts.append(WORDS.event(language, "alarm", f"gone: {event.partition(': ')[2]}"))
+    for text in texts:
+        assert "Z" in text
+        assert "_um" not in text
+    person = WORDS.event(language, "connection", "jan_um logged in to the status server")
+    assert "jan_um" in person, "a person's name is no output's"
+
+
+def test_the_probes_of_a_page_are_named_as_everywhere_and_asked_for_by_their_own_name() -> None:
+    parts = parts_with(lathe(), KnownFeed(None))
+    page = TestClient(application(parts, _probe_page.routes(parts))).get("/probe").text
+    assert '<option value="Z_um">Z</option>' in page
+
+
+@pytest.mark.parametrize(("text", "said"), [(a, b) for a, b in SENTENCES.items() if a])
+def test_a_finding_of_the_self_test_keeps_the_name_that_it_begins_with(
+    text: str, said: str
+) -> None:
+    assert _sentence(text) == said
+
+
+def test_no_kind_of_an_error_reaches_people_with_what_the_history_says() -> None:
+    assert printable_cause(OSError("disk I/O error\nat row 3")) == "disk I/O error"
+    assert printable_cause(KeyError("FURTHER")) == "'FURTHER' is missing"
+    assert printable_cause(ValueError()) == "no reason is stated"
+    assert len(printable_cause(ValueError("x" * 5000))) == 300
