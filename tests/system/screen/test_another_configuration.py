@@ -78,7 +78,7 @@ def test_the_page_says_it_in_its_language_and_does_not_scroll(
         with browser.new_context(viewport=size, locale=LOCALES[language]) as context:
             page = context.new_page()
             live(page, stand_in)
-            page.wait_for_selector("#trend svg text")
+            page.wait_for_selector("#differs")
             assert page.inner_text("#differs") == Words.read().say(language, "common.differs")
             assert max(page.evaluate(SCROLLS)) <= 0, (width, height)
 

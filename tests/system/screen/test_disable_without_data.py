@@ -21,10 +21,9 @@ SCROLLS = """() => {
 # Whether a line of the requests stands above what covers the rest of them.
 IN_SIGHT = """(place, text) => {
   const line = [...place.children].find((one) => one.textContent.endsWith(text));
-  const room = place.dataset.more === "yes"
-    ? parseFloat(place.style.getPropertyValue("--cover")) : place.clientHeight;
   const top = place.getBoundingClientRect().top;
-  return line.getBoundingClientRect().bottom - top <= room + 1;
+  return line.clientHeight > 0
+    && line.getBoundingClientRect().bottom - top <= place.clientHeight + 1;
 }"""
 
 

@@ -3,6 +3,8 @@
 // requested, accepted or refused with the reason, and effective when the loop's status shows it.
 // A question without an answer is neither: it may still take effect, and is watched like the others.
 
+import { acts, stageOf } from "./ask_effects.js";
+import { keep, kept } from "./ask_kept.js";
 import { withEnglish } from "./english.js";
 import { post } from "./frame.js";
 import { latest, onNoData, onStatus } from "./live.js";
@@ -17,16 +19,21 @@ const MOST_COURSES = 3;
 /** @typedef {{kind: Kind, reason: string, english?: string[]}} Answer */
 
 /**
+ * A request and how far it came; times in milliseconds, all of it kept from page to page.
  * @typedef {object} Course
+ * @property {string} method
+ * @property {(string | number)[]} args
+ * @property {string | null} sha256 hash of a model's file
  * @property {string} title what is asked, in words
- * @property {Date} requested
+ * @property {number} requested
  * @property {"waits" | Kind} answer
- * @property {Date | null} answered
+ * @property {number | null} answered
  * @property {string} reason in words; may be empty
  * @property {string[]} english what of the reason is English on a page of another language
+ * @property {string} started when the loop was started that was asked
  * @property {number} number the loop's number when it was asked
- * @property {(status: Status) => boolean} effective
- * @property {Date | null} came when it was effective
+ * @property {string} stage how far it came before it is effective, in words; may be empty
+ * @property {number | null} came when it was effective
  * @property {boolean} blind whether there are no data now
  */
 
@@ -35,7 +42,7 @@ const MOST_COURSES = 3;
  * @property {string} title what is asked, also the text of the button that asks it
  * @property {string | string[] | ((status: Status) => string[])} text what will happen; as a
  *   function it is said anew with every status
- * @property {(status: Status) => boolean} effective whether a status shows that it is in effect
+ * @property {string | null} [sha256] hash of the model's file that is asked for
  * @property {(status: Status) => string} [blocked] why a status leaves nothing to ask for, such as
  *   after somebody else has asked for it; empty where it can be asked
  * @property {string[]} [blind] what is said in place of the text while there are no data; without
@@ -43,12 +50,14 @@ const MOST_COURSES = 3;
  */
 
 /** @type {Course[]} the newest first */
-let courses = [];
+let courses = kept();
+let loud = false; // what another page has asked was read aloud there
 const saidAloud = made("p", "", "unseen");
 saidAloud.setAttribute("aria-live", "polite");
 
 style();
 document.body.append(saidAloud);
+tell();
 onStatus(look);
 onNoData(() => {
   for (const course of courses) course.blind = true;
@@ -64,7 +73,7 @@ onNoData(() => {
  */
 export async function ask(method, args, wording) {
   if (!(await confirmed(wording))) return null;
-  const course = begin(wording);
+  const course = begin(method, args, wording);
   const late = { kind: /** @type {Kind} */ ("unknown"), reason: "" };
   const answers = answerOf(method, args);
   const answer = await Promise.race([
@@ -76,29 +85,35 @@ export async function ask(method, args, wording) {
   return { accepted: answer.kind === "accepted", reason: answer.reason };
 }
 
-/** @param {Wording} wording @returns {Course} */
-function begin(wording) {
+/** @param {string} method @param {(string | number)[]} args @param {Wording} wording
+ * @returns {Course} */
+function begin(method, args, wording) {
   /** @type {Course} */
   const course = {
+    method,
+    args,
+    sha256: wording.sha256 ?? null,
     title: wording.title,
-    requested: new Date(),
+    requested: Date.now(),
     answer: "waits",
     answered: null,
     reason: "",
     english: [],
+    started: latest()?.started ?? "",
     number: latest()?.number ?? -1,
-    effective: wording.effective,
+    stage: "",
     came: null,
     blind: latest() === null,
   };
   courses = [course, ...courses].slice(0, MOST_COURSES);
+  loud = true;
   tell();
   return course;
 }
 
 /** @param {Course} course @param {Answer} answer */
 function take(course, answer) {
-  course.answered = new Date();
+  course.answered = Date.now();
   course.answer = answer.kind;
   course.reason = answer.reason;
   course.english = answer.english ?? [];
@@ -136,14 +151,24 @@ function look(status) {
   for (const course of courses) {
     course.blind = false;
     const may = ["accepted", "unknown"].includes(course.answer) && course.came === null;
-    if (may && status.number > course.number && course.effective(status)) course.came = new Date();
+    if (!may || !isLater(status, course)) continue;
+    if (acts(status, course)) course.came = Date.now();
+    course.stage = stageOf(status, course);
   }
   tell();
+}
+
+/** Whether a status was said after a request: a loop that was started again counts anew.
+ * @param {Status} status @param {Course} course */
+function isLater(status, course) {
+  return status.started === course.started || course.started === ""
+    ? status.number > course.number : true;
 }
 
 // ---- the line that shows its course ----------------------------------------------------------
 
 function tell() {
+  keep(courses);
   const [newest, ...older] = courses;
   if (!newest) return;
   const place = document.querySelector("[data-requests]") ?? ownPlace();
@@ -154,39 +179,40 @@ function tell() {
   place.setAttribute("data-answer", newest.answer);
   place.replaceChildren(...lines);
   const aloud = lines.slice(0, lines.length - older.length).map((line) => line.textContent);
-  if (saidAloud.textContent !== aloud.join(" ")) saidAloud.textContent = aloud.join(" ");
+  if (loud && saidAloud.textContent !== aloud.join(" ")) saidAloud.textContent = aloud.join(" ");
 }
 
 /** @param {Course} course */
 function linesOf(course) {
-  const lines = [made("span", word("operator.requested_at", { time: clock(course.requested) }))];
+  const requested = word("operator.requested_at", { time: clock(course.requested) });
+  const lines = [made("span", requested, "ask-began")];
   const time = clock(course.answered);
   if (course.answer === "waits") lines.push(made("span", "→ " + word("operator.answer_waits")));
   if (course.answer === "refused") {
     lines.push(made("span", `→ ✕ ${word("operator.refused_at", { time })}`, "ask-wrong"));
-    if (course.reason) lines.push(reasonOf(course));
+    if (course.reason) lines.push(reasonOf(course, "ask-why"));
   }
   if (course.answer === "unknown") {
     lines.push(made("span", `→ ? ${word("operator.answer_none")}`, "ask-wrong"));
-    lines.push(made("span", "→ " + effectOf(course)));
-    if (course.reason) lines.push(reasonOf(course));
+    lines.push(made("span", "→ " + effectOf(course), "ask-stands"));
+    if (course.reason) lines.push(reasonOf(course, "ask-why"));
   }
   if (course.answer === "accepted") {
-    lines.push(made("span", "→ " + word("operator.accepted_at", { time })));
-    lines.push(made("span", "→ " + effectOf(course))); // before the reason: it must be in sight
+    lines.push(made("span", "→ " + word("operator.accepted_at", { time }), "ask-taken"));
+    lines.push(made("span", "→ " + effectOf(course), "ask-stands"));
     if (course.reason) lines.push(reasonOf(course, "ask-reason"));
   }
   return lines;
 }
 
-/** @param {Course} course @param {string} [name] name of its class */
-function reasonOf(course, name = "") {
+/** @param {Course} course @param {string} name name of its class */
+function reasonOf(course, name) {
   const line = made("span", "", name);
   line.append(...withEnglish(asSentence(course.reason), course.english));
   return line;
 }
 
-/** A course before the newest one, in one line with how it stands. @param {Course} course */
+/** A course before the newest one: how it stands, and what was asked when. @param {Course} course */
 function shortOf(course) {
   const time = clock(course.answered);
   const stands = {
@@ -198,7 +224,8 @@ function shortOf(course) {
   };
   const asked = `${clock(course.requested)} ${course.title}`;
   const line = made("span", "", "ask-older");
-  line.append(...withEnglish(`${asked}: ${stands[course.answer]().trim()}`, course.english));
+  const stood = stands[course.answer]().trim();
+  line.append(...withEnglish(`${stood} – ${asked}`, course.english));
   return line;
 }
 
@@ -206,7 +233,8 @@ function shortOf(course) {
 function effectOf(course) {
   if (course.came) return `✓ ${word("operator.effective_at", { time: clock(course.came) })}`;
   if (course.blind) return word("operator.effective_unknown");
-  const passed = Date.now() - (course.answered?.getTime() ?? Date.now());
+  if (course.stage) return course.stage;
+  const passed = Date.now() - (course.answered ?? Date.now());
   if (passed > LATE_MS) {
     return word("operator.effective_late", { time: duration(passed / 1000) });
   }

@@ -1,7 +1,7 @@
 // @ts-check
 // Events in words: in the table and as marks of a chart.
 
-import { duration, moment, number, phrase, shortNames, signed, word } from "./words.js";
+import { duration, exactly, moment, phrase, shortNames, signed, word } from "./words.js";
 import { englishNote, withEnglish } from "./english.js";
 import { eventMark } from "./event_marks.js";
 import { element } from "./past.js";
@@ -18,7 +18,7 @@ const ASKED = {
   }),
   diameter: (event) => event.value === null
     ? word("history.ask_no_diameter")
-    : word("history.ask_diameter", { value: number(event.value, 1) }),
+    : word("history.ask_diameter", { value: exactly(event.value) }),
 };
 
 /** @param {Happened} event */

@@ -161,8 +161,7 @@ async function choose() {
   await ask("ChooseModel", [file], {
     title: word("model.choose"),
     text: [word("model.choose_text", { file }), word("model.choose_effect")],
-    effective: (status) => status.model_file === file
-      && (sha256 === null || status.model_sha256 === sha256),
+    sha256,
   });
 }
 

@@ -2,7 +2,7 @@
 /** What one output of a model is made of: its parts with their steps, and gains by diameter. */
 import { drawChart } from "./chart.js";
 import { fillTable, made, panel, wide } from "./engineer.js";
-import { duration, number, shortNames, signed, word } from "./words.js";
+import { duration, exactly, number, shortNames, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 
@@ -149,7 +149,7 @@ export function gainPanel(output) {
     gained.flatMap((/** @type {Data} */ one) => [
       ...one.gain_by_diameter.map((/** @type {Data} */ point) => [
         one.name,
-        { number: number(point.diameter_mm, 0) },
+        { number: exactly(point.diameter_mm) },
         { number: number(point.gain, 3) },
       ]),
       [one.name, word("model.tool_point"), { number: number(one.tool_gain, 3) }],
@@ -181,7 +181,7 @@ export function drawGains(element, output, model) {
     })),
     marks: at === null
       ? []
-      : [{ x: at, text: word("model.diameter_now", { diameter: number(at, 0) }), kind: "alarm" }],
+      : [{ x: at, text: word("model.diameter_now", { diameter: exactly(at) }), kind: "alarm" }],
     xTitle: word("model.diameter"),
     yTitle: word("model.gain"),
     still: true,

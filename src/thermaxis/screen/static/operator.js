@@ -17,6 +17,8 @@ import { alarmWords, clock, duration, moment, number, word } from "./words.js";
 /** @typedef {Record<string, any>} Status */
 
 const HISTORY_FAILS = "historian_unstated";
+/** Of the list of requests, where it has no room: what is left out first. */
+const LEFT_OUT = ["ask-began", "ask-reason", "ask-taken", "ask-older", "ask-why"];
 
 /** By this page's own clock, so that the loop's and the panel's may differ. */
 let stateBeganMs = NaN;
@@ -235,12 +237,17 @@ function watchRequest() {
     });
   };
   const look = () => {
+    const lines = /** @type {HTMLElement[]} */ ([...place.children]);
+    for (const line of lines) line.hidden = false;
     place.dataset.more = "no"; // it is judged as it is whole
-    place.dataset.more = overflows(place) ? "yes" : "no";
-    const style = getComputedStyle(place);
-    const [line, top] = [parseFloat(style.lineHeight), parseFloat(style.paddingTop)];
-    const whole = Math.max(1, Math.floor((place.clientHeight - top) / line) - 1);
-    place.style.setProperty("--cover", `${top + whole * line}px`);
+    if (!overflows(place)) return;
+    place.dataset.more = "yes";
+    for (const name of LEFT_OUT) {
+      for (const line of lines.filter((one) => one.classList.contains(name)).reverse()) {
+        if (!overflows(place)) return;
+        line.hidden = true;
+      }
+    }
   };
   place.addEventListener("click", open);
   new MutationObserver(look).observe(place, { childList: true });
@@ -288,6 +295,10 @@ onNoData((none) => {
   showAsks(null);
   redraw?.();
 });
+for (const id of ["differs", "notice"]) {
+  const bar = document.getElementById(id);
+  if (bar) byId("trend").after(bar);
+}
 byId("alarm").addEventListener("click", openAlarms);
 byId("inputs-open").addEventListener("click", openInputs);
 onCard(openAxes);

@@ -2,25 +2,19 @@
 // What a person may ask here: which buttons are offered and why not, and what each will do.
 
 import { ask, made, openDialog } from "./ask.js";
+import { isHeld, isZero, JUMPED } from "./ask_effects.js";
 import { latest } from "./live.js";
-import { byId, diameterWord, facts, reasonsSaid, shortName, show } from "./operator_parts.js";
+import {
+  byId, diameterWord, facts, gainAt, isTrimmed, modelAsksUm, reasonsSaid, shortName, show,
+} from "./operator_parts.js";
 import { clock, duration, number, pageLocale, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
-const HELD = ["an operator holds it", "it was held for as long as it may be"];
-const JUMPED = "the value jumped";
 const STEPS_UM = [-5, -1, 1, 5];
 const DEFAULT_S = 3600;
 const LARGEST_MM = 100_000;
 const KEYS = ["7", "8", "9", "4", "5", "6", "1", "2", "3", "0", ".", "⌫"];
-const NEAR_ZERO_UM = 0.05;
-const HALF_A_STEP_UM = 0.5; // of a control that keeps its offset in whole micrometres
-
-/** @param {Status} status */
-function isHeld(status) {
-  return status.reasons.some((/** @type {string} */ one) => HELD.includes(one));
-}
 
 /** @param {Status} status @returns {[string, any][]} */
 function axesOf(status) {
@@ -103,19 +97,35 @@ function enable() {
     blocked: (status) => blocked(status).Enable,
     title: word("operator.enable_title"),
     text: (status) => [word("operator.enable_text"), ...followed(status)],
-    effective: (status) => status.state === "Active",
   });
 }
 
 /** Where each correction goes when it follows the model. @param {Status} status */
 function followed(status) {
-  return axesOf(status).map(([name, axis]) => word("operator.enable_axis", {
-    axis: shortName(name),
-    now: signed(axis.correction_um, 1),
-    wanted: signed(axis.wanted_um, 1),
-    rate: rate(axis),
-    time: takes(axis, axis.wanted_um - axis.correction_um),
-  }));
+  return axesOf(status).map(([name, axis]) => [
+    word("operator.enable_axis", {
+      axis: shortName(name),
+      now: signed(axis.correction_um, 1),
+      wanted: signed(axis.wanted_um, 1),
+      rate: rate(axis),
+      time: takes(axis, axis.wanted_um - axis.correction_um),
+    }),
+    ...askedFor(axis),
+  ].join(" "));
+}
+
+/** Who asks for what of it: the model, and whoever has trimmed. @param {any} axis */
+function askedFor(axis) {
+  const model = signed(modelAsksUm(axis), 1);
+  const said = axis.at_limit
+    ? word("operator.asks_over", { model, largest: number(axis.limits?.largest_um, 1) })
+    : word("operator.asks_model", { model });
+  return isTrimmed(axis) ? [said, word("operator.asks_trim", trimValues(axis))] : [said];
+}
+
+/** @param {any} axis */
+function trimValues(axis) {
+  return { owner: axis.trim_owner || "–", trim: signed(axis.trim_um, 1) };
 }
 
 function disable() {
@@ -125,21 +135,7 @@ function disable() {
     text: (status) => [...fades(status), word("operator.disable_text")],
     blind: [word("operator.disable_blind"), word("operator.disable_text"),
       word("operator.disable_unseen")],
-    effective: (status) => status.state === "Off"
-      && axesOf(status).every(([, axis]) => arrived(axis, 0)),
   });
-}
-
-/**
- * Whether a correction, and what acts of it in the machine where that is told, is at a value.
- * @param {any} axis
- * @param {number} um
- */
-function arrived(axis, um) {
-  const deadband = axis.limits?.deadband_um ?? 0;
-  const acts = axis.effective_um ?? axis.accepted_um ?? axis.correction_um ?? 0;
-  return Math.abs((axis.correction_um ?? 0) - um) <= deadband + NEAR_ZERO_UM
-    && Math.abs(acts - um) <= Math.max(deadband, HALF_A_STEP_UM) + NEAR_ZERO_UM;
 }
 
 /** @param {Status} status */
@@ -147,8 +143,8 @@ function fades(status) {
   return axesOf(status).map(([name, axis]) => {
     const values = { axis: shortName(name), now: signed(axis.correction_um, 1),
       rate: rate(axis), time: takes(axis, axis.correction_um) };
-    const zero = Math.abs(axis.correction_um ?? 0) < NEAR_ZERO_UM;
-    return zero ? word("operator.disable_zero", values) : word("operator.disable_axis", values);
+    return isZero(axis.correction_um)
+      ? word("operator.disable_zero", values) : word("operator.disable_axis", values);
   });
 }
 
@@ -162,7 +158,6 @@ function hold() {
       })),
       word("operator.hold_text", { time: duration(facts.hold_operator_s) }),
     ],
-    effective: isHeld,
   });
 }
 
@@ -171,7 +166,6 @@ function resume() {
     blocked: (status) => blocked(status).Resume,
     title: word("operator.resume_title"),
     text: (status) => [word("operator.resume_text"), ...followed(status)],
-    effective: (status) => !isHeld(status),
   });
 }
 
@@ -190,8 +184,6 @@ function acknowledge() {
         .map(([name, input]) => `${shortName(name)} (${number(input.read, 1)}\u00a0°C)`);
       return [word("operator.acknowledge_sensors", { names: names.join(", ") || "–" })];
     },
-    effective: (status) => status.state !== "Fault"
-      && Object.values(status.inputs).every((input) => input.quality !== JUMPED),
   });
 }
 
@@ -237,7 +229,9 @@ function trim(status) {
   }
   function draw() {
     const axis = latest()?.outputs[output];
-    show(now, word("operator.trim_now", { value: signed(axis?.trim_um, 1) }));
+    show(now, isTrimmed(axis)
+      ? word("operator.trim_now_by", { ...trimValues(axis), left: duration(axis.trim_left_s) })
+      : word("operator.trim_now"));
     show(shown, `${signed(value, 1)}\u00a0µm`);
     const [low, high] = [number(-largest(), 1), signed(largest(), 1)];
     show(bound, word("operator.trim_bound", { low, high }));
@@ -262,23 +256,18 @@ function askTrim(output, value, seconds) {
     title: `${word("operator.trim_title")}: ${axisName} ${signed(value, 1)}\u00a0µm`,
     text: (status) => {
       const axis = status.outputs[output];
-      const before = signed(axis?.trim_um, 1);
       const until = clock(Date.now() + 1000 * seconds).slice(0, 5);
       const moves = value - (axis?.trim_um ?? 0);
-      const after = signed(value, 1);
+      const values = { ...trimValues(axis ?? {}), axis: axisName, after: signed(value, 1), until };
       return [
-        value === 0 ? word("operator.trim_back", { axis: axisName, before })
-          : word("operator.trim_text", { axis: axisName, before, after, until }),
+        value === 0 ? word("operator.trim_back", values)
+          : isTrimmed(axis) ? word("operator.trim_replaces", values)
+            : word("operator.trim_text", values),
         status.state === "Active"
           ? word("operator.trim_moves", { change: signed(moves, 1), rate: rate(axis) })
           : word("operator.trim_waits"),
         word("operator.sign"),
       ];
-    },
-    effective: (status) => {
-      const axis = status.outputs[output];
-      if (!axis || Math.abs(axis.trim_um - value) > 1e-6) return false;
-      return status.state === "Active" && arrived(axis, axis.wanted_um);
     },
   });
 }
@@ -362,11 +351,29 @@ function askDiameter(value) {
   const method = value === null ? "NoDiameter" : "Diameter";
   void ask(method, value === null ? [] : [value], {
     title: word("operator.diameter_is", { diameter: diameterWord(value) }),
-    text: (status) => [word("operator.diameter_text", {
-      diameter: diameterWord(value), before: diameterWord(status.diameter_mm),
-    })],
-    effective: (status) => status.diameter_mm === value,
+    text: (status) => [
+      word("operator.diameter_text", {
+        diameter: diameterWord(value), before: diameterWord(status.diameter_mm),
+      }),
+      ...counts(status, value),
+    ],
   });
+}
+
+/** Which gain counts for a diameter, for each part that has some. @param {Status} status
+ * @param {number | null} mm */
+function counts(status, mm) {
+  if (status.model_sha256 !== facts.model_sha256) return [word("operator.gain_not_known")];
+  const found = Object.entries(facts.gains).flatMap(([output, parts]) =>
+    Object.entries(parts).map(([part, gains]) => {
+      const [first, last] = [gains.points[0]?.[0] ?? 0, gains.points.at(-1)?.[0] ?? 0];
+      const end = mm === null ? null : Math.min(Math.max(mm, first), last);
+      const values = { axis: shortName(output), part, gain: number(gainAt(gains, mm), 2),
+        diameter: diameterWord(mm), end: diameterWord(end) };
+      return end === mm ? word("operator.gain_counts", values)
+        : word("operator.gain_end_counts", values);
+    }));
+  return found.length ? found : [word("operator.gain_none")];
 }
 
 // ---- pieces ----------------------------------------------------------------------------------

@@ -3,15 +3,30 @@
 // a dialog.
 
 import { made } from "./ask.js";
-import { byId, gainNow, overflows, shortName, show, diameterWord } from "./operator_parts.js";
+import {
+  byId, diameterWord, gainNow, isTrimmed, modelAsksUm, overflows, shortName, show,
+} from "./operator_parts.js";
 import { duration, number, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
-/** @typedef {{key: string, label: string, value: string, weight: number, marked: boolean}} Row */
+/**
+ * @typedef {object} Row
+ * @property {string} key
+ * @property {string} label
+ * @property {string} value
+ * @property {number} weight what weighs most stays longest
+ * @property {boolean} marked
+ * @property {string} owner who set it and for how long, beside the value where there is room
+ */
 
 const MOST_CARDS = 4;
-const NEAR_ZERO = 1e-9;
 const NARROW_PX = 280;
+const WEIGHT_OFFSET = 8; // so much or more is never left out: the three offsets, and a trim
+const WEIGHT_TRIM = 9;
+const LIMIT_ALARMS = ["limit", "soft_limit"];
+const NEAR_LIMIT_UM = 1e-6;
+/** All; without the trim's owner; without the numbers of the bar; without the bar. */
+const TIGHT = ["0", "1", "2", "3"];
 
 /** @type {(() => void)[]} */
 const openers = [];
@@ -34,23 +49,36 @@ function rowsOf(status, name, unit) {
   const rateLimit = limits ? ` ${word("operator.rate_of", {
     limit: `±${number(limits.largest_rate_um_per_s, 2)}`,
   })}` : "";
-  const trimmed = Math.abs(axis.trim_um ?? 0) > NEAR_ZERO;
+  const trimmed = isTrimmed(axis);
   const inside = (axis.weight ?? 0) >= 1;
   return [
-    row("commanded", word("operator.commanded"), signed(axis.requested_um, 1) + unit, 8),
-    row("accepted", word("operator.accepted"), signed(axis.accepted_um, 1) + unit, 8),
-    row("effective", word("operator.effective"), signed(axis.effective_um, 1) + unit, 8),
-    row("trim", word("operator.trim"), trimmed ? word("operator.trim_set", {
-      value: signed(axis.trim_um, 1), owner: axis.trim_owner || "–",
-      left: duration(axis.trim_left_s),
-    }) : word("operator.trim_none"), trimmed ? 9 : 3, trimmed),
+    offset("commanded", word("operator.commanded"), signed(axis.requested_um, 1) + unit),
+    offset("accepted", word("operator.accepted"), signed(axis.accepted_um, 1) + unit),
+    offset("effective", word("operator.effective"), signed(axis.effective_um, 1) + unit),
+    trimmed ? trimRow(axis) : row("trim", word("operator.trim"), word("operator.trim_none"), 3),
     row("rate", word("operator.rate"),
       `${signed(axis.rate_um_per_s, 2)}${rateLimit}\u00a0µm/s`, 6),
     row("weight", word("operator.weight"), weightSaid(axis.weight),
       inside ? 4 : 7, axis.weight !== null && !inside),
     row("parts", word("operator.parts"), partsOf(status, name), 5),
-    row("wanted", word("operator.wanted"), signed(axis.wanted_um, 1) + unit, 2),
+    row("model", word("operator.model_asks"), signed(modelAsksUm(axis), 1) + unit, 2),
+    row("wanted", word("operator.wanted"), signed(axis.wanted_um, 1) + unit, 1),
   ];
+}
+
+/** @param {string} key @param {string} label @param {string} value */
+function offset(key, label, value) {
+  return row(key, label, value, WEIGHT_OFFSET);
+}
+
+/** @param {any} axis @returns {Row} */
+function trimRow(axis) {
+  const value = word("operator.trim_set", { value: signed(axis.trim_um, 1) });
+  const owner = word("operator.trim_by", {
+    owner: axis.trim_owner || "–", left: duration(axis.trim_left_s),
+  });
+  const found = row("trim", word("operator.trim"), value, WEIGHT_TRIM, true);
+  return { ...found, owner: `, ${owner}` };
 }
 
 /** @param {number | null} weight */
@@ -70,7 +98,7 @@ function weightSaid(weight) {
  * @returns {Row}
  */
 function row(key, label, value, weight, marked = false) {
-  return { key, label, value, weight, marked };
+  return { key, label, value, weight, marked, owner: "" };
 }
 
 /** @param {Status} status @param {string} name */
@@ -85,16 +113,36 @@ function partsOf(status, name) {
   }).join(" · ");
 }
 
-/** @param {Status["outputs"][string]} axis @returns {"at_limit" | "at_soft_limit" | "within"} */
+/**
+ * Where the correction itself stands.
+ * @param {Status["outputs"][string]} axis
+ * @returns {"at_limit" | "at_soft_limit" | "within"}
+ */
 function judged(axis) {
-  if (axis.at_limit) return "at_limit";
+  const um = Math.abs(axis.correction_um ?? 0);
+  if (axis.limits && um >= axis.limits.largest_um - NEAR_LIMIT_UM) return "at_limit";
   return axis.at_soft_limit ? "at_soft_limit" : "within";
 }
 
-/** @param {string} judgement */
-function judgedWord(judgement) {
-  if (judgement === "at_limit") return word("operator.at_limit");
-  return judgement === "at_soft_limit" ? word("operator.at_soft_limit") : word("operator.within");
+/**
+ * What is said of it, long and short: first that the model asks for more than is allowed, which
+ * may be long before the correction comes there.
+ * @param {Status["outputs"][string]} axis
+ * @returns {[string, string]}
+ */
+function judgedWords(axis) {
+  if (axis.at_limit) return [word("operator.over_limit"), word("operator.over_limit_short")];
+  const said = { at_limit: word("operator.at_limit"), at_soft_limit: word("operator.at_soft_limit"),
+    within: word("operator.within") }[judged(axis)];
+  return [said, said];
+}
+
+/** Priority of the alarm that says of an output what its card says; empty without one.
+ * @param {Status} status @param {string} name */
+function priorityOf(status, name) {
+  const alarm = status.alarms.find((/** @type {Record<string, any>} */ one) =>
+    LIMIT_ALARMS.includes(one.code) && one.values?.name === name);
+  return alarm?.priority ?? "";
 }
 
 /** @param {Status} status */
@@ -109,10 +157,20 @@ export function showAxes(status) {
   }
   const more = byId("cards-more");
   more.hidden = names.length <= MOST_CARDS;
-  show(more, word("operator.more_axes", { count: names.length - shown.length }));
+  show(more, moreSaid(status, names.slice(shown.length)));
   shown.forEach((name, k) => {
     fillCard(/** @type {HTMLElement} */ (box.children[k]), status, name);
   });
+  fitCards(box);
+}
+
+/** What is said of the axes that have no card; their trims are never out of sight.
+ * @param {Status} status @param {string[]} names */
+function moreSaid(status, names) {
+  const trims = names.filter((name) => isTrimmed(status.outputs[name]))
+    .map((name) => `${shortName(name)} ${signed(status.outputs[name].trim_um, 1)}`);
+  const values = { count: names.length, trims: trims.join(", ") };
+  return trims.length ? word("operator.more_trimmed", values) : word("operator.more_axes", values);
 }
 
 /** @param {string} name */
@@ -135,14 +193,16 @@ function card(name) {
 /** @param {HTMLElement} element @param {Status} status @param {string} name */
 function fillCard(element, status, name) {
   const axis = status.outputs[name];
-  const judgement = judged(axis);
-  element.dataset.judged = judgement;
+  const [long, short] = judgedWords(axis);
+  element.dataset.judged = judged(axis);
+  element.dataset.priority = priorityOf(status, name);
   show(element.querySelector(".op-value b"), signed(axis.correction_um, 1));
-  show(element.querySelector(".op-judged"), judgement === "within" ? "" : judgedWord(judgement));
+  const quiet = judged(axis) === "within" && !axis.at_limit;
+  const alone = element.parentElement?.childElementCount === 1;
+  show(element.querySelector(".op-judged"), quiet ? "" : alone ? long : short);
   fillBar(/** @type {HTMLElement} */ (element.querySelector(".op-bar")), axis, name);
   const lines = /** @type {HTMLElement} */ (element.querySelector(".op-lines"));
   fillRows(lines, rowsOf(status, name, ""));
-  fitRows(element, lines);
 }
 
 /** @param {HTMLElement} lines @param {Row[]} rows */
@@ -152,6 +212,7 @@ export function fillRows(lines, rows) {
       const line = made("span", "", "op-line");
       line.dataset.row = key;
       line.append(made("span", label, "op-label"), made("span", "", "op-said"));
+      line.append(made("span", "", "op-owner"));
       return line;
     }));
   }
@@ -159,27 +220,48 @@ export function fillRows(lines, rows) {
     const line = /** @type {HTMLElement} */ (lines.children[k]);
     line.dataset.weight = String(one.weight);
     line.dataset.marked = one.marked ? "yes" : "no";
-    show(line.lastElementChild, one.value);
+    show(line.children[1], one.value);
+    show(line.children[2], one.owner);
   });
 }
 
-/**
- * Show what has room, the most important first; the three values of the read-back stay or go
- * together.
- * @param {HTMLElement} element
- * @param {HTMLElement} lines
- */
-function fitRows(element, lines) {
-  const all = /** @type {HTMLElement[]} */ ([...lines.children]);
-  for (const line of all) line.hidden = false;
-  if (!overflows(element) && !overflows(lines)) return;
-  for (const line of all) line.hidden = true;
-  const weights = [...new Set(all.map((line) => Number(line.dataset.weight)))];
-  for (const weight of weights.sort((a, b) => b - a)) {
-    const group = all.filter((line) => Number(line.dataset.weight) === weight);
-    for (const line of group) line.hidden = false;
-    if (!overflows(element) && !overflows(lines)) continue;
-    for (const line of group) line.hidden = true;
+/** Take from all cards alike what has no room, until offsets and trims have theirs; then each
+ * shows what else it can. @param {HTMLElement} box */
+function fitCards(box) {
+  const cards = /** @type {HTMLElement[]} */ ([...box.children]);
+  for (const tight of TIGHT) {
+    box.dataset.tight = tight;
+    for (const card of cards) showRows(card, (line) => Number(line.dataset.weight) >= WEIGHT_OFFSET);
+    if (!cards.some(isFull)) break;
+  }
+  for (const card of cards) fitRows(card);
+}
+
+/** @param {HTMLElement} card */
+function isFull(card) {
+  return overflows(card) || [...card.querySelectorAll(".op-lines, .op-card-head")]
+    .some((one) => overflows(/** @type {HTMLElement} */ (one)));
+}
+
+/** @param {HTMLElement} card @param {(line: HTMLElement) => boolean} shown */
+function showRows(card, shown) {
+  for (const line of card.querySelectorAll(".op-line")) {
+    const one = /** @type {HTMLElement} */ (line);
+    one.hidden = !shown(one);
+  }
+}
+
+/** Show of the other rows what has room, the most important first. @param {HTMLElement} card */
+function fitRows(card) {
+  const all = /** @type {HTMLElement[]} */ ([...card.querySelectorAll(".op-line")]);
+  const others = all.filter((line) => line.hidden);
+  for (const line of others) line.hidden = false;
+  if (!isFull(card)) return;
+  for (const line of others) line.hidden = true;
+  others.sort((a, b) => Number(b.dataset.weight) - Number(a.dataset.weight));
+  for (const line of others) {
+    line.hidden = false;
+    line.hidden = isFull(card);
   }
 }
 
@@ -225,15 +307,12 @@ export function fillBar(element, axis, name) {
   const [above, below] = [...element.querySelectorAll(".op-scale")];
   const narrow = element.clientWidth > 0 && element.clientWidth < NARROW_PX;
   const softWord = narrow ? "" : `${word("operator.soft")} `;
-  const trimmed = narrow && Math.abs(axis.trim_um ?? 0) > NEAR_ZERO;
-  const hardWord = trimmed ? "" : `${word("operator.hard")} `;
+  const hardWord = `${word("operator.hard")} `;
   label(above?.children[0], at(-soft), `${softWord}${number(-soft, 0)}`);
   label(above?.children[1], at(soft), `${softWord}+${number(soft, 0)}`);
   label(below?.children[0], at(-hard), `${hardWord}${number(-hard, 0)}`);
-  label(below?.children[1], 50, trimmed
-    ? word("operator.trim_short", { value: signed(axis.trim_um, 1) }) : "0");
+  label(below?.children[1], 50, "0");
   label(below?.children[2], at(hard), `${hardWord}+${number(hard, 0)}`);
-  below?.children[1]?.classList.toggle("op-trimmed", trimmed);
   element.setAttribute("aria-label", word("operator.correction_bar", {
     axis: shortName(name), value: signed(now, 1), soft: number(soft, 0), hard: number(hard, 0),
   }));
@@ -268,9 +347,10 @@ export function fillDetails(body, status) {
   names.forEach((name, k) => {
     const part = /** @type {HTMLElement} */ (body.children[k]);
     const axis = status.outputs[name];
-    part.dataset.judged = judged(axis);
+    part.dataset.judged = axis.at_limit && judged(axis) === "within" ? "" : judged(axis);
+    part.dataset.priority = priorityOf(status, name);
     show(part.querySelector(".op-value b"), signed(axis.correction_um, 1));
-    show(part.querySelector(".op-judged"), judgedWord(judged(axis)));
+    show(part.querySelector(".op-judged"), judgedWords(axis)[0]);
     fillBar(/** @type {HTMLElement} */ (part.querySelector(".op-bar")), axis, name);
     const lines = /** @type {HTMLElement} */ (part.querySelector(".op-lines"));
     fillRows(lines, rowsOf(status, name, "\u00a0µm"));

@@ -1,7 +1,7 @@
 // @ts-check
 // What the parts of the operator's page share.
 
-import { number, phrase, word } from "./words.js";
+import { exactly, phrase, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
@@ -35,6 +35,8 @@ const PRIORITIES = {
   low: () => word("operator.low"),
 };
 
+const NEAR_ZERO = 1e-9;
+
 /** @param {string} id @returns {HTMLElement} */
 export function byId(id) {
   const found = document.getElementById(id);
@@ -62,10 +64,25 @@ export function shortName(name) {
   return name.replace(/_(um|C)$/, "");
 }
 
+/** Whether a person has added something to a correction. @param {any} axis */
+export function isTrimmed(axis) {
+  return Math.abs(axis?.trim_um ?? 0) > NEAR_ZERO;
+}
+
+/**
+ * What the model alone asks for, before limits and without a trim.
+ * @param {any} axis
+ * @returns {number | null}
+ */
+export function modelAsksUm(axis) {
+  const { weight, model_um: modelUm } = axis;
+  return typeof weight === "number" && typeof modelUm === "number" ? -weight * modelUm : null;
+}
+
 /** @param {number | null | undefined} diameterMm */
 export function diameterWord(diameterMm) {
   if (diameterMm === null || diameterMm === undefined) return word("operator.tool_centre");
-  return `${number(diameterMm, Number.isInteger(diameterMm) ? 0 : 1)}\u00a0mm`;
+  return `${exactly(diameterMm)}\u00a0mm`;
 }
 
 /** @param {string} text */

@@ -61,7 +61,16 @@ export function number(value, digits) {
 }
 
 /**
- * The same with a sign, also for positive numbers.
+ * A length as it was stated, with as many decimals as it has, three at most.
+ * @param {number | null | undefined} value
+ */
+export function exactly(value) {
+  const digits = [0, 1, 2].find((one) => Number((value ?? 0).toFixed(one)) === value) ?? 3;
+  return number(value, digits);
+}
+
+/**
+ * A number with a sign, also where it is positive.
  * @param {number | null | undefined} value
  * @param {number} digits
  */
