@@ -79,7 +79,7 @@ def declare_inputs(draft: Draft, settings: PlcSettings) -> None:
     """
     draft.input("cycle_time_s", "measured time since the last call [s]")
     draft.input("enable", "rising: enable, falling: disable", _BOOL)
-    draft.input("hold", "rising: hold, falling: resume", _BOOL)
+    draft.input("hold", "while it is TRUE: hold, falling: resume", _BOOL)
     draft.input("reset", "rising: acknowledge a fault or the jump of a sensor", _BOOL)
     draft.input("diameter_mm", "clamping diameter of the workpiece [mm]")
     draft.input("diameter_known", "whether it is stated, else the tool centre point", _BOOL)
@@ -112,6 +112,7 @@ def declare_outputs(draft: Draft, settings: PlcSettings) -> None:
         draft.output(f"wanted_{stem}", f"{text}: correction before rate and supervisor [um]")
         draft.output(f"weight_{stem}", f"{text}: weight of the model [1]", start=1.0)
         draft.output(f"limit_{stem}", f"{text}: whether the model asks for more", _BOOL)
+        draft.output(f"added_{stem}", f"{text}: trim in force, 0 once it has expired [um]")
     parts = settings.compensation.model.layout.parts
     for stem, part in zip(settings.names.parts, parts, strict=True):
         draft.output(f"part_{stem}", f"what {remark_text(part.name)} contributes [um]")
@@ -119,6 +120,7 @@ def declare_outputs(draft: Draft, settings: PlcSettings) -> None:
         draft.output(f"quality_{stem}", f"{text}: what is wrong with it, 0 for nothing", _INT)
     draft.output("state", numbered(SupervisorState), _INT)
     draft.output("enabled", "whether somebody has enabled it", _BOOL)
+    draft.output("held", "whether the hold of an operator is in force, or has expired", _BOOL)
     draft.output("linked", "whether the corrections may be written, see the head", _BOOL)
     draft.output("fault_word", "why it is not active, see the head", _INT)
     draft.output("model_quality", numbered(Quality), _INT, start=BAD.value)

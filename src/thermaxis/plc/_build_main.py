@@ -217,7 +217,7 @@ class _Main:
         in_fault = self.flag("in_fault", "whether it is in the state Fault")
         refused = Name("refused")
         self.add(
-            note("Requests, each an edge of its input."),
+            note("Requests, each an edge of its input, but for hold, which is a level."),
             call(
                 fb,
                 first=Name("first"),
@@ -240,11 +240,11 @@ class _Main:
                 ),
             ),
         )
-        self.add(let(Name("enabled"), OutputOf(fb, "enabled")))
+        for name in ("enabled", "held"):
+            self.add(let(Name(name), OutputOf(fb, name)))
         for flag, text in (
             ("forget", "whether the sensors take their present values"),
             ("acknowledged", "whether a fault was acknowledged"),
-            ("held", "whether an operator holds it"),
             ("enabled_anew", "whether it was enabled in this call"),
         ):
             self.add(let(self.flag(flag, text), OutputOf(fb, flag)))
@@ -279,7 +279,6 @@ class _Main:
                 f"{text}: largest trim [um]",
                 self.compensation.bounds[k - 1].largest_trim_um,
             )
-            added = self.draft.temporary(f"added{k}_um", f"{text}: trim in force [um]")
             self.add(
                 call(
                     fb,
@@ -291,7 +290,7 @@ class _Main:
                     largest_um=largest,
                     longest_s=longest,
                 ),
-                let(added, OutputOf(fb, "added_um")),
+                let(Name(f"added_{stem}"), OutputOf(fb, "added_um")),
                 when(OutputOf(fb, "refused"), let(refused, YES)),
             )
 
@@ -379,7 +378,7 @@ class _Main:
                     fb,
                     model_um=Name(f"model_{stem}"),
                     weight=Name(f"weight_{stem}"),
-                    added_um=Name(f"added{k}_um"),
+                    added_um=Name(f"added_{stem}"),
                     largest_um=largest,
                     total_um=Name(f"total{k}_um"),
                 ),

@@ -85,8 +85,9 @@ def requests_block(*, double: bool) -> Block:
     """
     draft = Draft(
         REQUESTS,
-        "Answers requests: every one is an edge of its input, so there is none in the first call.",
-        "First reset, which acknowledges a fault whose cause is gone, then enable, then hold.",
+        "Answers requests: every one is an edge of its input, so there is none in the first call,",
+        "but for hold: while that is TRUE, whatever is enabled and without a fault is held. First",
+        "reset, which acknowledges a fault whose cause is gone, then enable, then hold.",
         double=double,
     )
 
@@ -99,7 +100,7 @@ def requests_block(*, double: bool) -> Block:
     first = told("first", "whether this is the first call")
     reset = told("reset", "rising: acknowledge")
     enable = told("enable", "rising: enable, falling: disable")
-    hold = told("hold", "rising: hold, falling: resume")
+    hold = told("hold", "while it is TRUE: hold, falling: resume")
     state = told("state", "state before the call", Kind.INT)
     fault = told("fault", "why it is in the state Fault", Kind.INT)
     other = told("other_compensation", "whether another compensation is active")
@@ -164,15 +165,8 @@ def requests_block(*, double: bool) -> Block:
             (both(before["enable"], no(enable)), (let(enabled, NO), let(held, NO))),
         ),
         choose(
-            (
-                both(hold, no(before["hold"])),
-                (
-                    choose(
-                        (either(in_fault, no(enabled)), (let(refused, YES),)),
-                        otherwise=(let(held, YES),),
-                    ),
-                ),
-            ),
+            (both(hold, enabled, no(in_fault)), (let(held, YES),)),
+            (both(hold, no(before["hold"])), (let(refused, YES),)),
             (both(before["hold"], no(hold)), (let(held, NO),)),
         ),
         let(before["reset"], reset),

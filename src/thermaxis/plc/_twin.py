@@ -45,7 +45,8 @@ class PlcInputs(NamedTuple):
     """Level: a rising edge enables, a falling one disables; no level of the first call, nor a
     trim, asks for anything."""
     hold: bool
-    """Level: a rising edge holds, a falling one resumes."""
+    """Level: while it is TRUE a compensation that is enabled and without a fault is held, also one
+    that is enabled meanwhile; a falling edge resumes."""
     reset: bool
     """A rising edge acknowledges."""
     diameter_mm: float
@@ -86,6 +87,8 @@ class PlcOutputs(NamedTuple):
     """Weight of the model by output. [1]"""
     at_limit: tuple[bool, ...]
     """Whether the model asks for more than the magnitude, by output."""
+    added_um: _Floats
+    """Trim in force, by output; 0 once it has expired. [µm]"""
     parts_um: _Floats
     """What every part contributes, in the order of the outputs. [µm]"""
     qualities: tuple[int, ...]
@@ -94,6 +97,8 @@ class PlcOutputs(NamedTuple):
     """Place in `SupervisorState`. [1]"""
     enabled: bool
     """Whether somebody has enabled it."""
+    held: bool
+    """Whether the hold of an operator is in force, or has expired."""
     linked: bool
     """Whether the corrections may be written: the machine can be reached, and the offset that
     stood there was taken over."""
@@ -297,10 +302,12 @@ class Twin:
             wanted_um,
             weight,
             at_limit,
+            tuple([output.trim_um for output in self._outputs]),
             said.parts_um,
             qualities,
             _STATES[self._supervisor.state],
             self._supervisor.enabled,
+            self._supervisor.held,
             linked,
             sum(_REASON_BITS[reason] for reason in reasons),
             _MODEL_QUALITIES[said.quality],
@@ -367,8 +374,9 @@ class Twin:
             answers.append(supervisor.enable(other=now.other, outside=now.outside))
         elif self._enable and not inputs.enable:
             answers.append(supervisor.disable())
-        if inputs.hold and not self._hold:
-            answers.append(supervisor.hold())
+        if inputs.hold:
+            held = supervisor.hold()
+            answers.append(held or self._hold)  # only a rising edge is refused
         elif self._hold and not inputs.hold:
             answers.append(supervisor.resume())
         self._reset, self._enable, self._hold = inputs.reset, inputs.enable, inputs.hold

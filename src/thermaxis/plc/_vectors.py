@@ -446,12 +446,13 @@ def _output_columns(settings: PlcSettings, line: LineSettings | None) -> Iterato
             ("wanted", "um"),
             ("weight", "1"),
             ("limit", "BOOL"),
+            ("added", "um"),
         ):
             yield _Column(f"{what}_{output}", unit)
     yield from (_Column(f"part_{part}", "um") for part in names.parts)
     yield from (_Column(f"quality_{channel}", "INT") for channel in names.channels)
     yield _Column("state", "INT")
-    yield from (_Column(name, "BOOL") for name in ("enabled", "linked"))
+    yield from (_Column(name, "BOOL") for name in ("enabled", "held", "linked"))
     yield from (_Column(n, "INT") for n in ("fault_word", "model_quality", "outcome_word"))
     yield _Column("refused", "BOOL")
     yield _Column("heartbeat", "INT")
@@ -488,11 +489,13 @@ def _output_cells(call: _Call) -> Iterator[_Cell]:
         outputs.wanted_um,
         outputs.weight,
         outputs.at_limit,
+        outputs.added_um,
         strict=True,
     ):
         yield from of_output
     yield from (*outputs.parts_um, *outputs.qualities)
-    yield from (outputs.state, outputs.enabled, outputs.linked, outputs.fault_word)
+    yield from (outputs.state, outputs.enabled, outputs.held, outputs.linked)
+    yield outputs.fault_word
     yield from (outputs.model_quality, outputs.outcome_word, outputs.refused, outputs.heartbeat)
 
 

@@ -203,7 +203,7 @@ def changed_in_off(world: World) -> Iterator[PlcStep]:
 
 
 def trims_and_hold(world: World) -> Iterator[PlcStep]:
-    """Trim every output, trim by what is refused, hold, and give reset."""
+    """Trim every output, trim by what is refused, hold, enable while held, and give reset."""
     outputs = len(world.bounds)
     for k, bounds in enumerate(world.bounds):
         for trim_um in (0.5 * bounds.largest_trim_um, 2.0 * bounds.largest_trim_um, ODD[0]):
@@ -214,6 +214,9 @@ def trims_and_hold(world: World) -> Iterator[PlcStep]:
         yield from world.stay(3 * world.cycle_s, trims_um=(trim_um,) * outputs)
     yield from world.stay(4 * world.cycle_s, hold=True)
     yield from world.stay(4 * world.cycle_s)
+    yield from world.stay(2 * world.cycle_s, hold=True, enable=False)
+    yield from world.stay(world.ready_s(), hold=True)
+    yield from world.stay(2 * world.cycle_s)
     yield world.step(reset=True)
 
 

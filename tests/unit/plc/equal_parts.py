@@ -177,12 +177,12 @@ def by_name(settings: PlcSettings) -> tuple[list[str], list[str]]:
     inputs += ["read_ok"]
     outputs = [
         f"{what}_{stem}"
-        for what in ("correction", "model", "wanted", "weight", "limit")
+        for what in ("correction", "model", "wanted", "weight", "limit", "added")
         for stem in names.outputs
     ]
     outputs += [f"part_{stem}" for stem in names.parts]
     outputs += [f"quality_{stem}" for stem in names.channels]
-    outputs += ["state", "enabled", "linked", "fault_word", "model_quality", "outcome_word"]
+    outputs += ["state", "enabled", "held", "linked", "fault_word", "model_quality", "outcome_word"]
     outputs += ["refused", "heartbeat"]
     return inputs, outputs
 

@@ -5,6 +5,7 @@ import random
 from collections.abc import Iterator
 
 from thermaxis.compensation import (
+    Answer,
     Compensation,
     CompensationModel,
     CycleOutput,
@@ -129,6 +130,15 @@ def random_settings(
     return export_settings(compensation, cycle_s=cycle_s, name=f"random {seed}", double=double)
 
 
+RISING = "rising"
+
+
+def refuses(answer: Answer) -> bool:
+    """Whether the block says that this is refused: of hold only the rising edge."""
+    level = answer.request.kind is RequestKind.HOLD and answer.request.text != RISING
+    return not (answer.accepted or level)
+
+
 class CycleDriver:
     """Calls `cycle` as the block is called: edges are requests, a wrong cycle time is none."""
 
@@ -189,8 +199,9 @@ class CycleDriver:
             yield Request(RequestKind.ACKNOWLEDGE, "plc")
         if inputs.enable != enable:
             yield Request(RequestKind.ENABLE if inputs.enable else RequestKind.DISABLE, "plc")
-        if inputs.hold != hold:
-            yield Request(RequestKind.HOLD if inputs.hold else RequestKind.RESUME, "plc")
+        if inputs.hold or hold:  # asked for in every call: the cycle itself knows what is held
+            kind = RequestKind.HOLD if inputs.hold else RequestKind.RESUME
+            yield Request(kind, "plc", text=RISING if not hold else "")
         diameter_mm = inputs.diameter_mm if inputs.diameter_known else None
         yield Request(RequestKind.DIAMETER, "plc", value=diameter_mm)
         longest_s = self.settings.compensation.supervisor.longest_trim_s
@@ -220,14 +231,16 @@ def as_block(output: CycleOutput, driver: CycleDriver) -> PlcOutputs:
         output.wanted_um,
         output.weight,
         output.at_limit,
+        output.trim_um,
         tuple(part for parts in output.contribution_um for part in parts),
         tuple(SAMPLE_QUALITIES.index(quality) for quality in output.qualities),
         STATES.index(output.state),
         driver.state.memory.enabled,
+        driver.state.memory.held,
         driver.linked,
         sum(2 ** REASONS.index(reason) for reason in output.reasons),
         QUALITIES.index(output.quality),
         sum(2 ** OUTCOMES.index(outcome) for outcome in output.outcomes),
-        not all(answer.accepted for answer in output.answers),
+        any(map(refuses, output.answers)),
         driver.calls % 32768,
     )

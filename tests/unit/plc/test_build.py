@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.unit.plc.plc_scenarios import CycleDriver, random_settings
+from tests.unit.plc.plc_scenarios import RISING, CycleDriver, random_settings, refuses
 from tests.unit.plc.tree_run import compiled
 from thermaxis.compensation import (
     START,
@@ -294,12 +294,13 @@ class Driver:
         edges = {name: (told[name], before) for name, before in self.before.items()}
         if edges["reset"] == (True, False):
             asked.append(Request(RequestKind.ACKNOWLEDGE))
-        for name, rising, falling in (
-            ("enable", RequestKind.ENABLE, RequestKind.DISABLE),
-            ("hold", RequestKind.HOLD, RequestKind.RESUME),
-        ):
-            if edges[name][0] != edges[name][1]:
-                asked.append(Request(rising if told[name] else falling))
+        if edges["enable"][0] != edges["enable"][1]:
+            asked.append(Request(RequestKind.ENABLE if told["enable"] else RequestKind.DISABLE))
+        hold, held = edges["hold"]
+        if hold:
+            asked.append(Request(RequestKind.HOLD, text="" if held else RISING))
+        elif held:
+            asked.append(Request(RequestKind.RESUME))
         value = told["diameter_mm"] if told["diameter_known"] else None
         asked.append(Request(RequestKind.DIAMETER, value=value))
         longest_s = self.settings.compensation.supervisor.longest_trim_s
@@ -360,6 +361,7 @@ def expected(settings: PlcSettings, said: CycleOutput, driver: Driver) -> dict[s
         "wanted": said.wanted_um,
         "weight": said.weight,
         "limit": said.at_limit,
+        "added": said.trim_um,
     }
     wanted: dict[str, Any] = {
         f"{prefix}_{stem}": value
@@ -376,9 +378,10 @@ def expected(settings: PlcSettings, said: CycleOutput, driver: Driver) -> dict[s
     wanted["fault_word"] = sum(2 ** REASONS.index(r) for r in said.reasons)
     wanted["outcome_word"] = sum(2 ** OUTCOMES.index(o) for o in said.outcomes)
     wanted["model_quality"] = MODEL_QUALITIES.index(said.quality)
-    wanted["refused"] = any(not answer.accepted for answer in said.answers)
+    wanted["refused"] = any(map(refuses, said.answers))
     wanted["heartbeat"] = driver.calls % 32768
     wanted["enabled"], wanted["linked"] = driver.state.memory.enabled, driver.linked
+    wanted["held"] = driver.state.memory.held
     return wanted
 
 
@@ -565,10 +568,11 @@ def twin_outputs(settings: PlcSettings, said: PlcOutputs) -> dict[str, Any]:
         ("wanted", names.outputs, said.wanted_um),
         ("weight", names.outputs, said.weight),
         ("limit", names.outputs, said.at_limit),
+        ("added", names.outputs, said.added_um),
         ("part", names.parts, said.parts_um),
         ("quality", names.channels, said.qualities),
     )
-    whole = ("state", "enabled", "linked", "fault_word", "model_quality", "outcome_word")
+    whole = ("state", "enabled", "held", "linked", "fault_word", "model_quality", "outcome_word")
     whole += ("refused", "heartbeat")
     return {
         f"{prefix}_{stem}": value
@@ -710,8 +714,9 @@ def test_the_block_has_the_inputs_and_outputs_that_the_interface_names() -> None
     ]  # fmt: skip
     assert [v.name for v in main.outputs] == [
         "correction_z_um", "model_z_um", "wanted_z_um", "weight_z_um", "limit_z_um",
-        "part_spindle", "quality_spindle", "state", "enabled", "linked", "fault_word",
-        "model_quality", "outcome_word", "refused", "heartbeat", "model_id_1", "model_id_2",
+        "added_z_um", "part_spindle", "quality_spindle", "state", "enabled", "held", "linked",
+        "fault_word", "model_quality", "outcome_word", "refused", "heartbeat", "model_id_1",
+        "model_id_2",
     ]  # fmt: skip
 
 
@@ -1112,6 +1117,53 @@ def test_an_offset_beyond_the_total_after_a_lost_connection_is_a_fault_until_it_
     assert said[14].state is SupervisorState.FADING
 
 
+# ---- a switch that is wired to hold -------------------------------------------------------------
+
+
+def test_hold_is_a_level_that_holds_whatever_is_enabled_and_is_refused_at_its_rise_alone() -> None:
+    settings = slow_settings()
+    block, driver = compiled(build_program(settings))(), Driver(settings)
+    warm, other = {"t_spindle": 24.0}, {"other_compensation": True}
+    held, off = warm | {"hold": True}, {"enable": False}
+    rows: list[tuple[str, dict[str, Any], int]] = [
+        ("off", warm | off, 2),
+        ("held while off", held | off, 3),
+        ("enabled while held", held, 12),
+        ("let go", warm, 12),
+        ("held", held, 3),
+        ("disabled while held", held | off, 2),
+        ("enabled anew while held", held, 3),
+        ("a fault while held", held | other | off, 3),
+        ("let go in fault", warm | off, 1),
+        ("held in fault", held | off, 3),
+        ("acknowledged and enabled in one call", held | {"reset": True}, 1),
+        ("held after that", held, 3),
+    ]
+    seen: dict[str, list[tuple[int, bool, bool, bool]]] = {}
+    sent: tuple[float, ...] = (0.0,)
+    for words, row, calls in rows:
+        for _ in range(calls):
+            told = quiet_inputs(settings, [20.0], sent) | row
+            tell(block, told)
+            block.step()
+            output = driver.step(told)
+            wanted = expected(settings, output, driver)
+            assert {name: getattr(block, name) for name in wanted} == wanted, words
+            moved = output.correction_um != output.before_um
+            seen.setdefault(words, []).append((block.state, block.held, block.refused, moved))
+            sent = output.correction_um
+    assert [one[1:3] for one in seen["held while off"]] == [(False, True), *[(False, False)] * 2]
+    assert {one[1:] for one in seen["enabled while held"]} == {(True, False, False)}
+    assert {one[0] for one in seen["enabled while held"]} == {1}  # Warming: nothing moves
+    assert seen["let go"][-1] == (2, False, False, True)
+    assert seen["held"] == [(3, True, False, False)] * 3
+    assert {one[1] for one in seen["disabled while held"]} == {False}
+    assert {one[1:3] for one in seen["enabled anew while held"]} == {(True, False)}
+    assert [one[2] for one in seen["held in fault"]] == [True, False, False]
+    assert seen["acknowledged and enabled in one call"][0][1:3] == (True, False)
+    assert {one[1] for one in seen["held after that"]} == {True}
+
+
 # ---- a trim in the state Fault ------------------------------------------------------------------
 
 
@@ -1497,6 +1549,7 @@ REPEATS = {
         "after_um = total_um",  # what is wanted lies within the total already
         "after_um = total_um with the other sign",
     },
+    "tx_requests": {"in_fault = False"},  # by name in test_hold_is_a_level
     "tx_trim": {"left_s = zero"},  # without a trim in force nothing reads it
 }
 

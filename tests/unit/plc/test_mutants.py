@@ -28,7 +28,7 @@ from tests.unit.plc.equal_parts import (
     st_is_noticed,
 )
 from tests.unit.plc.st_interpreter import Machine, Value
-from tests.unit.plc.test_build import Driver, World, expected, quiet_inputs
+from tests.unit.plc.test_build import STATES, Driver, World, expected, quiet_inputs
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -127,7 +127,7 @@ def world_record(settings: PlcSettings, calls: int, seed: int) -> Record:
         told = world.inputs()
         said = driver.step(told)
         if driver.linked:
-            world.sent = list(said.correction_um)
+            world.write(STATES.index(said.state), said.correction_um)
         by_name = expected(settings, said, driver)
         rows.append(tuple(told[name] for name in names))
         wanted.append(tuple(by_name[name] for name in outputs))

@@ -114,14 +114,16 @@ def test_the_program_says_what_the_twin_says_through_the_whole_course(
             *(block.k0_mm, block.slope, block.reference_mm, block.residual_um),
             *(getattr(block, f"correction_{stem}") for stem in stems),
             *(block.line_limited, block.state, block.fault_word, block.refused, block.heartbeat),
-            *(block.enabled, block.linked),
+            *(block.enabled, block.held, block.linked),
+            *(getattr(block, f"added_{stem}") for stem in stems),
         )
         wanted = (
             *outputs[1:5],
             *outputs.plain.correction_um,
             *(outputs.limited, outputs.plain.state, outputs.plain.fault_word),
             *(outputs.plain.refused, outputs.plain.heartbeat),
-            *(outputs.plain.enabled, outputs.plain.linked),
+            *(outputs.plain.enabled, outputs.plain.held, outputs.plain.linked),
+            *outputs.plain.added_um,
         )
         assert said == wanted
         states.add(block.state)

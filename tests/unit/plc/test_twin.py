@@ -296,7 +296,7 @@ def largest_difference_um(model: CompensationModel, *, compensated: bool) -> tup
     active = 0
     for inputs, wanted in steps:
         said = single.step(inputs)
-        assert said[6:] == wanted[6:]
+        assert said[7:] == wanted[7:]
         active += wanted.state == 2
         largest_um = max(largest_um, abs(said.correction_um[0] - wanted.correction_um[0]))
         highest_um = max(highest_um, wanted.correction_um[0])
