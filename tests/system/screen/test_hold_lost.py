@@ -55,5 +55,18 @@ def test_a_hold_that_lost_its_value_is_an_alarm_in_every_language_until_acknowle
     assert [event for event in stopped.events() if "had been left at" in event["text"]]
     operator = stopped.visitor()  # the session at the loop did not outlive its standstill
     assert operator.log_in("operator").status == 200
-    assert operator.request("Acknowledge")["accepted"]
+    cookies = [
+        {"name": c.name, "value": c.value or "", "url": seen.address} for c in operator.cookies
+    ]
+    seen.context.add_cookies(cookies)
+    seen.open("/")
+    seen.wait_live()
+    button = seen.page.locator('[data-ask="Acknowledge"]')
+    wait_until("it can be acknowledged", button.is_enabled)
+    button.click()
+    dialog = seen.page.locator("dialog.ask")
+    assert said in dialog.inner_text()
+    dialog.locator("button.main").click()
     wait_until("no alarm", lambda: said not in text.inner_text())
+    wait_until("nothing to acknowledge", button.is_disabled)
+    wait_until("effective", lambda: "✓" in seen.page.locator("[data-requests]").inner_text())

@@ -21,6 +21,15 @@ const SAME = 1e-6;
 /** What a sensor's quality is called whose value waits for a person's word. */
 export const JUMPED = "the value jumped";
 
+/**
+ * Alarms of offsets that were not where the compensation had left them: they wait for a person.
+ * @param {Status} status
+ * @returns {any[]}
+ */
+export function foundElsewhere(status) {
+  return status.alarms.filter((/** @type {any} */ one) => one.code === "found_elsewhere");
+}
+
 /** @param {Status} status */
 export function isHeld(status) {
   return status.reasons.some((/** @type {string} */ one) => HELD.includes(one));
@@ -38,7 +47,7 @@ const EFFECTS = {
     && Object.values(status.outputs).every((axis) => arrived(axis, 0)),
   Hold: isHeld,
   Resume: (status) => !isHeld(status),
-  Acknowledge: (status) => status.state !== "Fault"
+  Acknowledge: (status) => status.state !== "Fault" && foundElsewhere(status).length === 0
     && Object.values(status.inputs).every((input) => input.quality !== JUMPED),
   Trim: (status, { args: [output, value] }) => {
     const axis = status.outputs[String(output)];

@@ -2,12 +2,12 @@
 // What a person may ask here: which buttons are offered and why not, and what each will do.
 
 import { ask, made, openDialog } from "./ask.js";
-import { isHeld, isZero, JUMPED } from "./ask_effects.js";
+import { foundElsewhere, isHeld, isZero, JUMPED } from "./ask_effects.js";
 import { latest } from "./live.js";
 import {
   byId, diameterWord, facts, gainAt, isTrimmed, modelAsksUm, reasonsSaid, shortName, show,
 } from "./operator_parts.js";
-import { clock, duration, number, pageLocale, signed, word } from "./words.js";
+import { alarmWords, clock, duration, number, pageLocale, signed, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
@@ -39,7 +39,8 @@ function blocked(status) {
   const held = isHeld(status);
   const jumped = Object.values(status.inputs).some((input) => input.quality === JUMPED);
   const off = status.enabled ? "" : word("operator.why_disabled");
-  const acknowledge = fault || jumped ? "" : word("operator.why_calm");
+  const waits = fault || jumped || foundElsewhere(status).length > 0;
+  const acknowledge = waits ? "" : word("operator.why_calm");
   return {
     Enable: fault ? word("operator.why_fault") : status.enabled ? word("operator.why_enabled") : "",
     Disable: off && status.state !== "Fault" ? off : "",
@@ -182,7 +183,11 @@ function acknowledge() {
       const names = Object.entries(status.inputs)
         .filter(([, input]) => input.quality === JUMPED)
         .map(([name, input]) => `${shortName(name)} (${number(input.read, 1)}\u00a0°C)`);
-      return [word("operator.acknowledge_sensors", { names: names.join(", ") || "–" })];
+      const offsets = foundElsewhere(status)
+        .map((alarm) => word("operator.acknowledge_found", { found: alarmWords(alarm).text }));
+      if (names.length === 0 && offsets.length > 0) return offsets;
+      const sensors = word("operator.acknowledge_sensors", { names: names.join(", ") || "–" });
+      return [...offsets, sensors];
     },
   });
 }
