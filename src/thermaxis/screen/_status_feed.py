@@ -9,6 +9,7 @@ import json
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from typing import Any, Final, NamedTuple, NoReturn, Protocol, cast, final
 
@@ -34,6 +35,10 @@ STANDSTILL_CYCLES: Final = 3.0
 """... and so many cycles. [1]"""
 ANSWER_FRACTION: Final = 0.8
 """Part of the time between two looks within which the loop must answer. [1]"""
+PATIENCE_S: Final = 4.0
+"""An answer may take so long before it costs the connection: a loop that checks a password on a
+busy computer would otherwise be asked to check it again and again. What is shown is no older for
+that, since a look has its own time. [s]"""
 REQUESTS: Final = f"nsu={NAMESPACE};s=Requests"
 """The object that every method belongs to."""
 WHO_AM_I: Final = f"{REQUESTS}/WhoAmI"
@@ -328,7 +333,8 @@ class StatusFeed:
         every_s: float = 1.0,
         session: StatusSession | None = None,
     ) -> None:
-        self._session = OpcUaSession(connection, clock) if session is None else session
+        patient = replace(connection, timeout_s=max(connection.timeout_s, PATIENCE_S))
+        self._session = OpcUaSession(patient, clock) if session is None else session
         self._clock = clock
         self._every_s = every_s
         self._latest = Told(

@@ -7,6 +7,7 @@ import json
 import math
 import tracemalloc
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -30,6 +31,7 @@ from thermaxis.runtime._status_nodes import Snapshot, as_json, facts_of
 from thermaxis.runtime._status_server import StatusServer
 from thermaxis.runtime._users import Role, User, hash_password, write_users
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.screen import _status_feed
 from thermaxis.screen._status_feed import (
     LARGEST_STATUS_BYTES,
     REMEMBERED_LOOKS,
@@ -107,6 +109,24 @@ def test_without_a_connection_a_look_comes_every_second_and_says_why() -> None:
         assert told.received_utc is None
 
     look(loop, act)
+
+
+@pytest.mark.parametrize(("stated_s", "taken_s"), [(1.0, 4.0), (9.0, 9.0)])
+def test_a_loop_that_is_slow_to_check_a_password_is_not_asked_again_and_again(
+    monkeypatch: pytest.MonkeyPatch, stated_s: float, taken_s: float
+) -> None:
+    taken: list[float] = []
+
+    def session(settings: ConnectionSettings, _: object) -> Loop:
+        taken.append(settings.timeout_s)
+        return Loop()
+
+    async def life() -> None:
+        StatusFeed(replace(ANYWHERE, timeout_s=stated_s), VirtualClock())
+
+    monkeypatch.setattr(_status_feed, "OpcUaSession", session)
+    run_in_virtual_time(life())
+    assert taken == [taken_s]
 
 
 async def _time_of(feed: StatusFeed, clock: VirtualClock) -> float:
