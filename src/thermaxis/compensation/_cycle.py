@@ -688,6 +688,9 @@ class _Asked:
             return False, f"a trim expires within {longest_s:g} s: state when"
         else:
             trim, said = Trim(value, str(request.who), duration_s), "the trim is added"
+            replaced = self.trims[k]
+            if replaced.value_um:
+                said = f"the trim of {replaced.who or 'nobody'} is replaced"
         trims = (*self.trims[:k], trim, *self.trims[k + 1 :])
         some = any(one is not NO_TRIM for one in trims)
         self.trims = trims if some else self.compensation.no_trims

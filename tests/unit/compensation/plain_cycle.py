@@ -180,8 +180,9 @@ class World:
             return False, f"a trim is a number from {-largest_um:g} to {largest_um:g} um"
         if duration_s is None or duration_s <= 0.0 or duration_s > longest_s:
             return False, f"a trim expires within {longest_s:g} s: state when"
-        self.trims[k] = Trim(value, str(request.who), duration_s)
-        return True, "the trim is added"
+        old, self.trims[k] = self.trims[k], Trim(value, str(request.who), duration_s)
+        replaced = f"the trim of {old.who or 'nobody'} is replaced"
+        return True, replaced if old.value_um else "the trim is added"
 
     def measured(self, request: Request) -> tuple[bool, str]:
         value = number(request.value)

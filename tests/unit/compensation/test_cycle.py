@@ -329,6 +329,7 @@ def test_every_answer_in_words() -> None:
     )
     assert bench.answer(trim(0.0, None)) == (True, "the trim is taken back")
     assert bench.answer(trim(-5.0, 28_800.0)) == (True, "the trim is added")
+    assert bench.answer(trim(2.0, 28_800.0)) == (True, "the trim of Jana is replaced")
     assert bench.answer(Request(DIAMETER, value=-1.0)) == (
         False,
         "a diameter is a number from 0 to 100000 mm",

@@ -335,6 +335,7 @@ def answers_of_the_cycle() -> set[str]:
     ask(RequestKind.TRIM, output="Z_um", value=1e9, duration_s=60.0)
     ask(RequestKind.TRIM, output="Z_um", value=1.0)
     ask(RequestKind.TRIM, output="Z_um", value=1.0, duration_s=60.0)
+    ask(RequestKind.TRIM, output="Z_um", value=2.0, duration_s=60.0)
     ask(RequestKind.TRIM, output="Z_um", value=0.0)
     ask(RequestKind.DIAMETER, value=-1.0)
     ask(RequestKind.DIAMETER, value=500.0)
@@ -384,6 +385,12 @@ def test_answers_of_the_loop_and_its_server_are_translated(language: str) -> Non
     said.add("the model gives X_um; the machine needs Z_um, X_um")
     assert len(said) >= 9
     assert {one for one in said if WORDS.phrase(language, "answer", one) == one} == set()
+
+
+def test_whose_trim_is_replaced_is_among_the_answers_and_named_in_every_language() -> None:
+    assert "the trim of novak is replaced" in ANSWERS
+    for language in FOREIGN:
+        assert "novak" in WORDS.phrase(language, "answer", "the trim of novak is replaced")
 
 
 def test_a_gap_in_an_answer_is_said_in_the_language_too() -> None:

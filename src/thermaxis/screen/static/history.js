@@ -5,8 +5,8 @@ import { drawChart } from "./chart.js";
 import { startEvents } from "./history_events.js";
 import { bySeries, labelOf } from "./history_series.js";
 import {
-  asked, clearField, element, fieldTime, newQuestion, pointsFor, query, saved, setField, spanOf,
-  stateSpan, tellWrong, wireSpan,
+  asked, clearField, element, fieldTime, markFormer, newQuestion, pointsFor, query, saved, setField,
+  spanOf, stateSpan, tellWrong, wireSpan,
 } from "./past.js";
 import { duration, moment, shortNames, word } from "./words.js";
 
@@ -23,6 +23,8 @@ let units = {};
 let chosen = [];
 /** @type {Span | null} */
 let span = null;
+/** @type {Span | null} what chart and events are of */
+let drawn = null;
 /** @type {Span | null} */
 let before = null;
 /** @type {number | null} */
@@ -46,11 +48,21 @@ async function show(wanted, hours = null) {
     tellWrong("");
     events.show(happened);
     draw(shown, lines, second);
+    drawn = shown;
+    markFormer(null);
   } catch (error) {
     if (signal.aborted) return;
-    element("told").textContent = "";
-    tellWrong(/** @type {Error} */ (error).message);
+    refused(/** @type {Error} */ (error).message, shown);
   }
+}
+
+/** What is shown stays, marked where it is of another span. @param {string} text
+ * @param {Span | null} wanted null: the fields state none */
+function refused(text, wanted) {
+  element("told").textContent = "";
+  tellWrong(text);
+  const same = drawn?.first === wanted?.first && drawn?.last === wanted?.last;
+  markFormer(same ? null : drawn);
 }
 
 /** @param {Span} wanted @param {AbortSignal} signal @returns {Promise<Record<string, Past>>} */
@@ -301,7 +313,7 @@ async function start() {
   wireSpan((hours) => void showLength(hours), (wanted) => {
     before = null;
     void show(wanted);
-  });
+  }, () => refused(word("history.no_span"), null));
   wireSecond();
   wireExport();
   const last = kept();

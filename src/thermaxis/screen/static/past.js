@@ -153,6 +153,19 @@ export function tellWrong(text) {
 }
 
 /**
+ * Mark what is shown as that of another span than the fields state, or that it is of this one.
+ * @param {Span | null} span what is shown; null: the span that the fields state
+ */
+export function markFormer(span) {
+  element("content").dataset.former = span === null ? "no" : "yes";
+  const place = element("former");
+  place.hidden = span === null;
+  if (span === null) return;
+  const values = { first: moment(span.first), last: moment(span.last) };
+  place.textContent = word("history.former", values);
+}
+
+/**
  * Points that a chart has room for.
  * @param {HTMLElement} chart
  */
@@ -164,8 +177,9 @@ export function pointsFor(chart) {
  * Wire the buttons of lengths and the fields of a span.
  * @param {(hours: number) => void} onLength 0: everything
  * @param {(span: Span) => void} onSpan
+ * @param {() => void} onNoSpan what the fields state is none
  */
-export function wireSpan(onLength, onSpan) {
+export function wireSpan(onLength, onSpan, onNoSpan) {
   for (const field of document.querySelectorAll("input[type=datetime-local]")) {
     field.addEventListener("input", () => sayField(field.id));
   }
@@ -177,7 +191,7 @@ export function wireSpan(onLength, onSpan) {
     event.preventDefault();
     const span = { first: fieldTime("from"), last: fieldTime("to") };
     if (span.last > span.first) onSpan(span);
-    else tellWrong(word("history.no_span"));
+    else onNoSpan();
   });
 }
 

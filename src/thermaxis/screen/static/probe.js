@@ -4,7 +4,7 @@
 import { drawChart } from "./chart.js";
 import { onNoData, onStatus } from "./live.js";
 import {
-  asked, element, newQuestion, pointsFor, query, spanOf, stateSpan, tellWrong, wireSpan,
+  asked, element, markFormer, newQuestion, pointsFor, query, spanOf, stateSpan, tellWrong, wireSpan,
 } from "./past.js";
 import { duration, moment, number, word } from "./words.js";
 
@@ -13,6 +13,8 @@ import { duration, moment, number, word } from "./words.js";
 
 /** @type {Span | null} */
 let span = null;
+/** @type {Span | null} what chart and figures are of */
+let drawn = null;
 /** @type {Span | null} */
 let before = null;
 const chart = element("chart");
@@ -37,11 +39,21 @@ async function show(wanted, hours = null) {
     tellWrong("");
     draw(shown, found.series);
     tell(found.figures, found.means_s);
+    drawn = shown;
+    markFormer(null);
   } catch (error) {
     if (signal.aborted) return;
-    element("told").textContent = "";
-    tellWrong(/** @type {Error} */ (error).message);
+    refused(/** @type {Error} */ (error).message, shown);
   }
+}
+
+/** What is shown stays, marked where it is of another span. @param {string} text
+ * @param {Span | null} wanted null: the fields state none */
+function refused(text, wanted) {
+  element("told").textContent = "";
+  tellWrong(text);
+  const same = drawn?.first === wanted?.first && drawn?.last === wanted?.last;
+  markFormer(same ? null : drawn);
 }
 
 /** @param {Span} shown @param {Record<string, Past>} series */
@@ -129,5 +141,5 @@ which.addEventListener("change", () => {
 wireSpan((hours) => void showLength(hours), (wanted) => {
   before = null;
   void show(wanted);
-});
+}, () => refused(word("history.no_span"), null));
 void showLength(8);
