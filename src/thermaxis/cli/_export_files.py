@@ -10,6 +10,7 @@ from thermaxis.cli._export_errors import as_typed
 from thermaxis.cli._export_settings import Exported, exported_of
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._build import build_program
+from thermaxis.plc._build_head import wrapped
 from thermaxis.plc._guide import GuideFacts, guide_text
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._own_names import with_own_names
@@ -33,6 +34,7 @@ from thermaxis.plc._tempcomp import LineSettings, build_line_program
 from thermaxis.plc._tree import Program
 from thermaxis.plc._twin import Twin
 from thermaxis.plc._vectors import vectors_of
+from thermaxis.plc._warnings import setting_warnings
 
 _COMPARED_CALLS = 2000
 _SCENARIO_SEED = 8
@@ -104,6 +106,7 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     told = [""]
     if exported.machine:
         told.append(f"Rules and limits of the machine {remark_text(exported.machine)}")
+    told += [line for text in exported.warnings for line in wrapped(f"Warning: {text}.")]
     told += [
         f"Test vectors: {stem}.vectors.csv, SHA-256",
         f"  {sha256(tested.text.encode('utf-8')).hexdigest()}",
@@ -111,13 +114,29 @@ def _export_of(arguments: argparse.Namespace) -> Export:
     program = replace(program, head=(*program.head, *told))
     files = program_files(program, target)
     vectors, guide = f"{stem}.vectors.csv", f"{stem}.guide.md"
-    facts = GuideFacts(target, tuple(files), vectors, exported.compensation.interlocks, line)
+    facts = GuideFacts(
+        target,
+        tuple(files),
+        vectors,
+        exported.compensation.interlocks,
+        line,
+        exported.warnings,
+    )
     files[vectors] = tested.text
     files[guide] = guide_text(settings, program, facts)
     difference = None if double else measured_difference(settings)
     sources = tuple((source.name, source.sha256) for source in exported.sources)
     size = instance_bytes(program)
-    facts_of = ReportFacts(target, sources, difference, line, tested, size, exported.machine)
+    facts_of = ReportFacts(
+        target,
+        sources,
+        difference,
+        line,
+        tested,
+        size,
+        exported.machine,
+        exported.warnings,
+    )
     report = report_of(settings, facts_of, files)
     files[stem + REPORT_ENDING] = report_text(report)
     return Export(
@@ -127,7 +146,7 @@ def _export_of(arguments: argparse.Namespace) -> Export:
         files,
         report,
         tuple(cast("list[str]", report["not_checked"])),
-        _remarks(exported, target, size),
+        (*setting_warnings(settings), *exported.warnings, *_remarks(exported, target, size)),
     )
 
 

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from thermaxis.compensation import (
     Compensation,
@@ -16,6 +16,9 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.errors import ConfigurationError, printable
+
+if TYPE_CHECKING:
+    from thermaxis.runtime._config_settings import MachineConfiguration
 
 _Value = TypeVar("_Value")
 _Named = tuple[str, _Value]
@@ -47,6 +50,9 @@ class Exported(NamedTuple):
     """Name of the machine whose rules these are; empty where they were stated."""
     changed: tuple[str, ...] = ()
     """What was changed in the models, in words."""
+    warnings: tuple[str, ...] = ()
+    """What in the machine's configuration does not fit the export, in words that may stand in a
+    remark."""
 
 
 # ---- words of the command line ------------------------------------------------------------------
@@ -299,14 +305,16 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
         _require_one(sources, arguments)
         model = sources[0].model
         origins = tuple(output.name for output in model.outputs)
-    machine = ""
+    machine, warnings = "", ()
     if arguments.machine is not None:
         _require_nothing_stated(arguments)
-        compensation, machine = _of_machine(arguments.machine, model, origins)
+        compensation, configuration = _of_machine(arguments.machine, model, origins)
+        machine = configuration.name
+        warnings = _machine_warnings(configuration, read, arguments.cycle_s)
     else:
         compensation = _stated(model, origins, arguments)
     digest = read[0].sha256 if model == read[0].model else model_sha256(model)
-    return Exported(sources, compensation, digest, positions, machine, changed)
+    return Exported(sources, compensation, digest, positions, machine, changed, warnings)
 
 
 def _require_one(sources: tuple[ModelSource, ...], arguments: argparse.Namespace) -> None:
@@ -340,14 +348,14 @@ def _require_nothing_stated(arguments: argparse.Namespace) -> None:
 
 def _of_machine(
     path: Path, model: CompensationModel, origins: tuple[str, ...]
-) -> tuple[Compensation, str]:
+) -> tuple[Compensation, "MachineConfiguration"]:
     from thermaxis.runtime._config import read_machine  # noqa: PLC0415  pydantic comes with it
 
     configuration = read_machine(path)
     rules = configuration.rules
     outputs = tuple(output.name for output in model.outputs)
     if outputs == origins:
-        return rules.applied_to(model), configuration.name
+        return rules.applied_to(model), configuration
     lacking = sorted(set(origins) - set(rules.limits))
     if lacking:
         raise ConfigurationError(
@@ -356,7 +364,30 @@ def _of_machine(
             remedy=f"The machine has {', '.join(rules.limits)}",
         )
     limits = {name: rules.limits[origin] for name, origin in zip(outputs, origins, strict=True)}
-    return replace(rules, limits=limits).applied_to(model), configuration.name
+    return replace(rules, limits=limits).applied_to(model), configuration
+
+
+def _machine_warnings(
+    configuration: "MachineConfiguration", sources: tuple[ModelSource, ...], cycle_s: float
+) -> tuple[str, ...]:
+    """Return what was set up for another model or another cycle than the exported ones."""
+    from thermaxis.plc._names import remark_text  # noqa: PLC0415  --help needs none
+
+    said: list[str] = []
+    own_s = configuration.rules.cycle_s
+    if own_s != cycle_s:
+        said.append(
+            f"the cycle is {cycle_s:g} s here and {own_s:g} s in the configuration of the machine:"
+            f" with its rate a call may move the correction {cycle_s / own_s:.3g} times as far"
+        )
+    model = configuration.model
+    if any(source.sha256 != model.sha256 for source in sources):
+        exported = ", ".join(f"{remark_text(s.name)} ({s.sha256[:12]})" for s in sources)
+        said.append(
+            f"the configuration of the machine is for the model {remark_text(model.path.name)}"
+            f" ({model.sha256[:12]}), exported is {exported}: its limits and rules may not suit it"
+        )
+    return tuple(said)
 
 
 def _stated(

@@ -150,10 +150,11 @@ def _summary(export: "Export", folder: Path) -> str:
             f" every {settings.cycle_s:g} s in {numbers}"
         )
     ]
-    for output, bounds in zip(model.outputs, settings.compensation.bounds, strict=True):
+    all_bounds = settings.compensation.bounds
+    for output, bounds, step_um in zip(model.outputs, all_bounds, settings.steps_um, strict=True):
         lines.append(
             f"  {printable(output.name, 40)}: at most {bounds.total_um:g} µm and"
-            f" {bounds.largest_rate_um_per_s:g} µm/s"
+            f" {bounds.largest_rate_um_per_s:g} µm/s, at most {step_um:.6g} µm in one call"
         )
     if export.line is not None:
         k0_mm, slope = export.line.bounds(tuple(b.total_um for b in settings.compensation.bounds))

@@ -18,6 +18,7 @@ from thermaxis.compensation import (
 from thermaxis.plc._build_draft import numbered
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
+from thermaxis.plc._warnings import never_corrects, setting_warnings
 
 WIDTH = 88
 """Longest line of the head. Origin: a line of 100 signs with the signs of a remark. [1]"""
@@ -70,7 +71,7 @@ def head_of(settings: PlcSettings) -> tuple[str, ...]:
         *_numbers(),
         *_not_protected(settings),
     )
-    return tuple(line for paragraph in paragraphs for line in _wrapped(paragraph))
+    return tuple(line for paragraph in paragraphs for line in wrapped(paragraph))
 
 
 def restart_warning(settings: PlcSettings) -> str:
@@ -84,22 +85,45 @@ def restart_warning(settings: PlcSettings) -> str:
     Returns
     -------
     str
-        Sentences of the signs of a head; empty where the model has stated references.
+        Sentences of the signs of a head; empty where the model has stated references, or never
+        corrects.
     """
     model = settings.compensation.model
     if model.reference == STATED:
         return ""
-    slowest_s = max([0.0, *model.layout.taus_s]) + model.input_filter_s
-    lasts = f"{_number(float(f'{_REST * slowest_s / 3600.0:.2g}'))} h"
+    if all(map(never_corrects, model.outputs)):
+        return ""
+    parts = [part for output in model.outputs for part in output.parts]
+    slowest_s = model.input_filter_s + max(
+        [0.0, *(s.time_constant_s for part in parts for s in part.sections if s.gain_um_per_k)]
+    )
+    lasts = ""
+    if slowest_s > 0.0:
+        hours = _number(float(f"{_REST * slowest_s / 3600.0:.2g}"))
+        lasts = (
+            f" the correction is wrong for about three of its slowest time constants, {hours} h,"
+            " and"
+        )
     return (
         "This model counts from its start. After a restart of a machine that is warm it begins at"
-        " zero and at rest: the correction is wrong for about three of its slowest time constants,"
-        f" {lasts}, and what had grown before is not corrected. Let it run through, let the machine"
-        " cool before a restart, or export with --reference stated."
+        f" zero and at rest:{lasts} what had grown before is not corrected. Let it run through, let"
+        " the machine cool before a restart, or export with --reference stated."
     )
 
 
-def _wrapped(paragraph: str) -> list[str]:
+def wrapped(paragraph: str) -> list[str]:
+    """Return a paragraph as lines of a head.
+
+    Parameters
+    ----------
+    paragraph : str
+        Text of the signs of a head, indented or not.
+
+    Returns
+    -------
+    list of str
+        Lines of at most `WIDTH` signs, those behind the first indented by two more.
+    """
     indent = " " * (len(paragraph) - len(paragraph.lstrip()))
     return textwrap.wrap(paragraph.strip(), WIDTH, initial_indent=indent,
                          subsequent_indent=indent + "  ") or [""]  # fmt: skip
@@ -130,6 +154,8 @@ def _identity(settings: PlcSettings) -> Iterator[str]:
         yield f"Figures that are not listed here: {len(provenance.figures) - MOST_FIGURES}"
     for warning in settings.compensation.model.warnings:
         yield f"Warning: {remark_text(warning, 300)}"
+    for warning in setting_warnings(settings):
+        yield f"Warning: {warning}."
     for text in settings.notes:
         yield f"Changed by the export: {text}"
 
@@ -159,7 +185,12 @@ def _conventions(settings: PlcSettings) -> Iterator[str]:
             yield f"Reference of {remark_text(channel)}: {_number(model.reference_c[channel])} degC"
     else:
         yield "Reference: the first good temperatures after the start, sections start at rest."
-        yield f"Warning: {restart_warning(settings)}"
+        if warning := restart_warning(settings):
+            yield f"Warning: {warning}"
+        yield (
+            "The reference of a temperature is that one reading: what it was off by, such as one"
+            " count of the sensor, is carried until the next restart."
+        )
     yield "Start: nothing is kept over a loss of power."
 
 
@@ -171,7 +202,6 @@ def _model(settings: PlcSettings) -> Iterator[str]:
         yield from _parts(settings, output)
     if model.input_filter_s > 0.0:
         yield f"Filter of the inputs: {_number(model.input_filter_s)} s"
-    yield f"An input that fails is held for {_number(model.longest_hold_s)} s."
 
 
 def _parts(settings: PlcSettings, output: Output) -> Iterator[str]:
@@ -201,19 +231,58 @@ def _input(part: Part) -> str:
 
 def _limits(settings: PlcSettings) -> Iterator[str]:
     compensation = settings.compensation
-    rules = compensation.supervisor
     yield ""
-    for output, b in zip(compensation.model.outputs, compensation.bounds, strict=True):
+    for output, b, step_um in zip(
+        compensation.model.outputs, compensation.bounds, settings.steps_um, strict=True
+    ):
         yield (
             f"Limits of {remark_text(output.name)}: {_number(b.largest_um)} um, with the trim"
-            f" {_number(b.total_um)} um, {_number(b.largest_rate_um_per_s)} um/s, trim"
-            f" {_number(b.largest_trim_um)} um, deadband {_number(b.deadband_um)} um"
+            f" {_number(b.total_um)} um, {_number(b.largest_rate_um_per_s)} um/s, at most"
+            f" {_number(step_um)} um in one call, trim {_number(b.largest_trim_um)} um, deadband"
+            f" {_number(b.deadband_um)} um"
         )
+    for channel, rule in zip(compensation.model.channels, compensation.rules, strict=True):
+        frozen = f"frozen after {_number(rule.frozen_s)} s" if rule.frozen_s else "never frozen"
+        yield (
+            f"Believed of {remark_text(channel)}: {_number(rule.lowest_c)} to"
+            f" {_number(rule.highest_c)} degC, a jump of {_number(rule.step_k)} K and"
+            f" {_number(rule.largest_rate_k_per_s)} K/s, {frozen}"
+        )
+    yield from _supervisor(settings)
+
+
+def _supervisor(settings: PlcSettings) -> Iterator[str]:
+    """Yield how long what is tolerated, each number with what it follows on."""
+    rules = settings.compensation.supervisor
+    hold_s = settings.compensation.model.longest_hold_s
     yield (
-        f"Supervisor: settles {_number(rules.settle_s)} s, heals {_number(rules.heal_s)} s, bridges"
-        f" a lost input {_number(rules.grace_s)} s, holds {_number(rules.hold_input_s)} s (input),"
-        f" {_number(rules.hold_connection_s)} s (connection), {_number(rules.hold_interlock_s)} s"
-        f" (interlock), {_number(rules.hold_operator_s)} s (operator)."
+        f"Before the first correction the model settles for {_number(rules.settle_s)} s. After a"
+        f" loss everything must be there for {_number(rules.heal_s)} s."
+    )
+    yield (
+        f"A lost input: its last value counts on, for {_number(rules.grace_s)} s in Active, then"
+        f" for {_number(rules.hold_input_s)} s in Holding, then Fading. The model computes on with"
+        f" it meanwhile, model_quality is 2 (bad) after {_number(hold_s)} s."
+    )
+    yield (
+        f"Held, then Fading: without a connection {_number(rules.hold_connection_s)} s, with an"
+        f" interlock open {_number(rules.hold_interlock_s)} s, by an operator"
+        f" {_number(rules.hold_operator_s)} s although hold stands, whatever comes and goes"
+        f" {_number(rules.patience_s)} s."
+    )
+    yield (
+        f"Fault: a read-back that differs by more than {_number(rules.read_back_tolerance_um)} um"
+        f" or is missing, after {_number(rules.read_back_s)} s, the model at the limit after"
+        f" {_number(rules.at_limit_s)} s, another compensation at once."
+    )
+    yield (
+        f"A trim expires {_number(rules.longest_trim_s)} s after it was given, and is lost at a"
+        " restart, while its input keeps the value: added_ says what is in force. To give it again"
+        " change the input to 0.0 and back. held says whether the hold of an operator is in force."
+    )
+    yield (
+        "hold is a level: while it is TRUE, whatever is enabled and without a fault is held, also"
+        " what is enabled meanwhile. refused tells of its rising edge only."
     )
 
 
@@ -255,8 +324,8 @@ def _not_protected(settings: PlcSettings) -> Iterator[str]:
         " connection in another state it is a fault, and the correction comes back at the rate."
     )
     yield (
-        "Levels of enable, hold, reset and trims that stand in the first call ask for nothing"
-        " until they change."
+        "Levels of enable, reset and trims that stand in the first call ask for nothing until they"
+        " change. hold acts as soon as it is enabled."
     )
     if settings.double:
         yield (

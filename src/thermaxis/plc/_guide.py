@@ -5,11 +5,13 @@ from typing import NamedTuple, final
 
 from thermaxis.compensation import STATED, Part, SupervisorState
 from thermaxis.plc._build_head import restart_warning
+from thermaxis.plc._guide_losses import losses_text
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 from thermaxis.plc._tempcomp import LineSettings
 from thermaxis.plc._tree import Kind, Program, Variable
+from thermaxis.plc._warnings import setting_warnings
 
 _MARKS = (
     "Marks: [run] seen in this project's tests; [V] read in a manual; [src] read in a source;"
@@ -131,6 +133,8 @@ class GuideFacts(NamedTuple):
     """Interlocks of the machine, which are one input here."""
     line: LineSettings | None = None
     """The line; None where there is none."""
+    warnings: tuple[str, ...] = ()
+    """What else is to be warned of, in sentences without their full stops, as remarks."""
 
 
 def guide_text(settings: PlcSettings, program: Program, facts: GuideFacts) -> str:
@@ -162,7 +166,7 @@ def guide_text(settings: PlcSettings, program: Program, facts: GuideFacts) -> st
         (f"# {program.name}: {title}", _opening(settings, facts)),
         ("## 1. Import", _import(program, facts, key)),
         ("## 2. Call", _call(settings, key)),
-        ("## 3. Wire the inputs", _inputs(program, facts)),
+        ("## 3. Wire the inputs", _inputs(settings, program, facts)),
         ("## 4. Use the outputs", _outputs(settings, program, facts)),
         ("## 5. Check the numbers without the machine", _vectors(settings, facts)),
         ("## 6. First correction", _first(settings, program, facts)),
@@ -170,6 +174,7 @@ def guide_text(settings: PlcSettings, program: Program, facts: GuideFacts) -> st
     ]
     if facts.line is not None:
         sections.append(("## 8. The side of the control", _control(settings, facts.line)))
+    sections.append(("## What is lost, and what follows", losses_text(settings)))
     sections.append(("## Not protected", _not_protected(facts)))
     parts = [f"{heading}\n\n" + "\n".join(lines) for heading, lines in sections]
     return "\n\n".join(parts) + "\n"
@@ -198,6 +203,8 @@ def _opening(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
     yield _stopped(f"Model date: {remark_text(provenance.date) or 'not stated'}")
     for warning in settings.compensation.model.warnings:
         yield _stopped(f"Warning of the model: {remark_text(warning, 300)}")
+    for text in (*setting_warnings(settings), *facts.warnings):
+        yield _stopped(f"**Warning:** {text}")
     for changed in settings.notes:
         yield _stopped(f"Changed by the export: {changed}")
     warning = restart_warning(settings)
@@ -246,7 +253,8 @@ def _call(settings: PlcSettings, key: tuple[str, str]) -> Iterator[str]:
     )
 
 
-def _inputs(program: Program, facts: GuideFacts) -> Iterator[str]:
+def _inputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterator[str]:
+    rules = settings.compensation.supervisor
     yield from _table(program.blocks[-1].inputs, program)
     yield ""
     if facts.conditions:
@@ -259,7 +267,8 @@ def _inputs(program: Program, facts: GuideFacts) -> Iterator[str]:
         )
     yield (
         "* `ok_...`: FALSE on wire break, overflow, or a module that does not answer. A temperature"
-        " of an open input often reads 0.0: the plausible range must not contain it."
+        " of an open input often reads 0.0, or what the lowest or highest count of its module means"
+        " [trade]: the plausible range must contain none of them."
     )
     yield (
         "* Temperatures are degrees Celsius. Many input modules count in tenths: divide by 10.0"
@@ -282,12 +291,21 @@ def _inputs(program: Program, facts: GuideFacts) -> Iterator[str]:
         " on; FALSE only where you know that there is none."
     )
     yield (
-        "* `enable`, `hold`, `reset` and `trim_...` ask by a **change**: what stands at the first"
+        "* `enable`, `reset` and `trim_...` ask by a **change**: what stands at the first"
         " call asks for nothing. After a restart `enable` must go to FALSE and to TRUE again."
     )
     yield (
-        "* `trim_...`: an addition by a person; a new value is a request, and expires. 0.0 where"
-        " nobody trims. `diameter_known` FALSE where the workpiece is not known."
+        "* `hold`: a maintained switch. While it is TRUE, whatever is enabled and without a fault"
+        " is held, also what is enabled meanwhile; when it falls, the hold ends. `refused` tells of"
+        f" its rising edge only. A hold ends by itself after {_number(rules.hold_operator_s)} s"
+        " (`held` stays TRUE, the correction fades), whatever the switch says."
+    )
+    yield (
+        "* `trim_...`: an addition by a person; a new value is a request. **It expires after"
+        f" {_number(rules.longest_trim_s)} s and is lost at a restart, while the input keeps its"
+        " value**: `added_...` says what is in force, and the input must go to 0.0 and back to give"
+        " it again. 0.0 takes it back in every state; 0.0 where nobody trims. `diameter_known`"
+        " FALSE where the workpiece is not known."
     )
 
 
@@ -323,10 +341,13 @@ def _outputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iter
         " While `state` is 0 (Off) write nothing: the offset is then left as it is."
     )
     names = (remark_text(output.name) for output in settings.compensation.model.outputs)
-    for name, bounds in zip(names, settings.compensation.bounds, strict=True):
+    bounds_of = zip(names, settings.compensation.bounds, settings.steps_um, strict=True)
+    for name, bounds, step_um in bounds_of:
         yield (
             f"* {name}: never more than {_number(bounds.total_um)} um, never faster than"
-            f" {_number(bounds.largest_rate_um_per_s)} um/s. Check both again behind the block."
+            f" {_number(bounds.largest_rate_um_per_s)} um/s, at most {_number(step_um)} um in one"
+            f" call. Check both again behind the block: the magnitude, and from call to call a step"
+            f" of at most {_number(step_um)} um."
         )
 
 

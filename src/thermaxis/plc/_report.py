@@ -13,6 +13,7 @@ from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_st
 from thermaxis.plc._tempcomp import LineSettings
 from thermaxis.plc._tree import Block, Kind, Program
 from thermaxis.plc._vectors import Vectors
+from thermaxis.plc._warnings import setting_warnings
 
 REPORT_FORMAT = "thermaxis-plc-export"
 """What the report calls itself."""
@@ -73,6 +74,8 @@ class ReportFacts(NamedTuple):
     """Size of the instance data, about; None where nobody counted. [byte]"""
     machine: str = ""
     """Name of the machine whose rules these are; empty where they were stated."""
+    warnings: tuple[str, ...] = ()
+    """What else is to be warned of."""
 
 
 def instance_bytes(program: Program) -> int:
@@ -139,7 +142,12 @@ def report_of(
         "model_sha256": settings.model_sha256,
         "changed": list(settings.notes),
         "reference": model.reference,
-        "warnings": [*filter(None, (restart_warning(settings),)), *model.warnings],
+        "warnings": [
+            *filter(None, (restart_warning(settings),)),
+            *setting_warnings(settings),
+            *facts.warnings,
+            *model.warnings,
+        ],
         "names": {
             "channels": dict(zip(model.channels, settings.names.channels, strict=True)),
             "outputs": dict(

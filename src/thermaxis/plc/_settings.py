@@ -121,6 +121,12 @@ class PlcSettings:
         """Longest measured cycle in which the block advances. [s]"""
         return self.cycle_s * (1.0 + CYCLE_TOLERANCE)
 
+    @property
+    def steps_um(self) -> tuple[float, ...]:
+        """Largest change of the correction in one call, by output: rate times cycle. [µm]"""
+        bounds = self.compensation.bounds
+        return tuple([b.largest_rate_um_per_s * self.cycle_s for b in bounds])
+
     def delay_cycles(self, part: Part) -> int:
         """Return the delay of a part.
 

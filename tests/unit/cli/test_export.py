@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 import subprocess
+from dataclasses import replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -96,11 +97,73 @@ def test_a_dialect_gets_its_program_vectors_guide_and_report(
     assert vectors_hash in head
     assert report["machine"]
     assert f"machine {report['machine']}" in head
-    assert "Z_um: at most 280 µm and 0.5 µm/s" in said
+    assert "Z_um: at most 280 µm and 0.5 µm/s, at most 0.5 µm in one call" in said
+    assert "configuration of the machine" not in said
     assert "interlocks_met is one input for referenced, machine_on" in said
     for name in (*found, "tx_lathe.report.json"):
         assert f"written: {folder / name}" in said
     assert ("acceptance by STEP 7 or TIA Portal not checked" in said) == (dialect == "scl")
+
+
+def warned_everywhere(folder: Path, said: str) -> str:
+    """Return what is warned of in the summary, and look for it in head, guide and report."""
+    (program,) = folder.glob("*.st")
+    head = program.read_text(encoding="ascii").partition("FUNCTION_BLOCK")[0]
+    plain = " ".join(re.sub(r"[(*)]+", " ", head).split())
+    guide = next(folder.glob("*.guide.md")).read_text(encoding="ascii")
+    report = json.loads(next(folder.glob("*.report.json")).read_text(encoding="ascii"))
+    lines = [line.removeprefix("warning: ") for line in said.splitlines() if "warning: " in line]
+    for line in lines:
+        if "interlocks_met" not in line and "second sensors" not in line:
+            assert line in guide
+            assert re.sub(r"[()]+", "", line) in re.sub(r" (?=[,:])", "", plain)
+            assert any(line in text for text in report["warnings"])
+    return "\n".join(lines)
+
+
+def test_a_machine_with_another_cycle_or_for_another_model_is_warned_of_everywhere(
+    lathe: Path, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    machine = root / "examples" / "machine" / "lathe.toml"
+    other = tmp_path / "other.json"
+    model = read_model(lathe)
+    output = model.outputs[0]
+    write_model(replace(model, outputs=(replace(output, offset_um=1.0),)), other)
+    warned: dict[tuple[str, str], str] = {}
+    for path in (lathe, other):
+        for cycle_s in ("1.0", "10"):
+            folder = tmp_path / f"{path.stem} {cycle_s}"
+            order = ("--dialect", "st", "--reference", "stated", "--cycle-s", cycle_s)
+            run(path, *order, "--machine", machine, "-o", folder)
+            said = warned_everywhere(folder, capsys.readouterr().out)
+            warned[path.name, cycle_s] = said
+            assert ("the cycle is 10 s here and 1 s in the configuration" in said) == (
+                cycle_s == "10"
+            )
+            assert ("a call may move the correction 10 times as far" in said) == (cycle_s == "10")
+            assert ("is for the model lathe.json" in said) == (path is other)
+    both = [f"{p.name} ({model_sha256(read_model(p))[:12]})" for p in (lathe, other)]
+    assert all(name in warned["other.json", "1.0"] for name in both)
+
+
+def test_a_large_step_an_open_input_and_a_model_without_gains_are_warned_of_everywhere(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.json"
+    write_model(CompensationModel(outputs=(Output("X_um", (Part("p", "T", "", 0.0),)),)), path)
+    words = ("--dialect", "st", "--limit", "50", "--rate", "1.25", "-o")
+    for cycle_s, lowest, count in (("8", "0.5", 1), ("8", "-10", 2), ("10", "-10", 3)):
+        folder = tmp_path / f"{cycle_s} {lowest}"
+        run(path, *words, folder, "--cycle-s", cycle_s, f"--plausible={lowest}:50")
+        said = capsys.readouterr().out
+        warned = warned_everywhere(folder, said)
+        assert len(warned.splitlines()) == count, warned
+        assert "X_um never corrects: all its gains are zero" in warned
+        assert ("may move by 12.5 um in one call" in warned) == (cycle_s == "10")
+        assert ("0.0 degC lies in the plausible range of T" in warned) == (lowest == "-10")
+        assert " 0 h" not in said
+        step = {"8": "10", "10": "12.5"}[cycle_s]
+        assert f"X_um: at most 50 µm and 1.25 µm/s, at most {step} µm in one call" in said
 
 
 def test_the_same_words_give_the_same_bytes_wherever_they_are_written(

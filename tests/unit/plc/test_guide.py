@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 from hashlib import sha256
 
 import pytest
@@ -16,6 +17,7 @@ from thermaxis.compensation import (
     Provenance,
     Section,
     SensorRules,
+    SupervisorRules,
 )
 from thermaxis.plc._build import build_program
 from thermaxis.plc._guide import GuideFacts, guide_text
@@ -140,6 +142,112 @@ def test_the_guide_says_when_the_offset_is_taken_over_and_that_levels_ask_for_no
     assert "`reset`, then enable" not in text
     assert "what stands at the first call asks for nothing" in text
     assert "only while `linked` is TRUE and `heartbeat` changes" in text
+
+
+def test_the_table_of_losses_has_the_numbers_of_the_export_and_the_head_has_them_too() -> None:
+    settings = exported()
+    rules = SupervisorRules(
+        settle_s=61.0,
+        heal_s=3.5,
+        grace_s=2.5,
+        hold_input_s=310.0,
+        hold_connection_s=320.0,
+        hold_interlock_s=7.0,
+        hold_operator_s=3700.0,
+        at_limit_s=640.0,
+        read_back_tolerance_um=0.75,
+        read_back_s=11.0,
+        longest_trim_s=28_888.0,
+    )
+    sensor = SensorRules(
+        lowest_c=1.5, highest_c=91.0, largest_rate_k_per_s=0.12, step_k=1.25, frozen_s=14_404.0
+    )
+    compensation = replace(
+        settings.compensation,
+        supervisor=rules,
+        sensors=dict.fromkeys(settings.compensation.model.channels, sensor),
+        model=replace(settings.compensation.model, longest_hold_s=177.0),
+    )
+    changed = replace(settings, compensation=compensation)
+    text = guide(changed, Target("c"))
+    table = text.partition("## What is lost, and what follows")[2].partition("## Not protected")[0]
+    head = " ".join(build_program(changed).head)
+    for number in ("3.5 s", "2.5 s", "177 s", "320 s", "7 s", "3700 s", "640 s", "0.75 um", "11 s",
+                   "28888 s", "61 s", "0.25 um/s", "0.25 um in one call"):  # fmt: skip
+        assert number in table, number
+        assert number in " ".join(head.split()), number
+    assert "Fading after 312.5 s in all" in table  # bridged and held
+    assert "for 2.5 s in Active, then for 310 s in Holding, then Fading" in " ".join(head.split())
+    assert "| 1.5 to 91 | 1.25 | 0.12 | 14404 |" in table
+    assert "1.5 to 91 degC, a jump of 1.25 K and 0.12 K/s, frozen after 14404 s" in " ".join(
+        head.split()
+    )
+    assert "at most 200 s to zero" in table  # 50 um at 0.25 um/s
+    assert "one count of that sensor, is carried until the next restart" in table
+    assert "count of the sensor, is carried until the next restart" in " ".join(head.split())
+    assert len({row.count("|") for row in table.splitlines() if row.startswith("| a ")}) == 1
+    assert "are over in its first call" not in table
+    slow = export_settings(compensation, cycle_s=10.0, name="z")
+    assert "the 2.5 s that bridge a lost temperature are over in its first call" in guide(
+        slow, Target("c")
+    )
+
+
+def test_what_a_call_may_move_is_in_guide_and_head_and_a_large_step_is_warned_of() -> None:
+    for cycle_s, step_um in ((1.0, "0.25"), (40.0, "10"), (48.0, "12")):
+        settings = export_settings(exported().compensation, cycle_s=cycle_s, name="z")
+        program = build_program(settings)
+        said, head = guide(settings, Target("c")), " ".join(program.head)
+        for text in (said, " ".join(head.split())):
+            assert f"at most {step_um} um in one call" in text
+            assert ("may move by 12 um in one call" in text) == (cycle_s == 48.0)
+        assert f"from call to call a step of at most {step_um} um" in said
+
+
+def test_a_model_without_a_gain_is_said_never_to_correct_and_no_hours_of_zero_are_named() -> None:
+    settings = exported()
+    model = settings.compensation.model
+    parts = model.outputs[0].parts
+    none = (replace(parts[0], direct_gain_um_per_k=0.0, sections=(Section(0.0, 900.0),)),)
+    direct = (replace(parts[0], sections=()),)
+    for changed, warned, hours in (
+        (none, True, False),
+        (direct, False, False),
+        (parts, False, True),
+    ):
+        outputs = (replace(model.outputs[0], parts=changed),)
+        compensation = replace(settings.compensation, model=replace(model, outputs=outputs))
+        other = replace(settings, compensation=compensation)
+        head = " ".join(" ".join(build_program(other).head).split())
+        report = report_of(other, ReportFacts(Target("c"), (), None), {})
+        for text in (head, guide(other, Target("c")), str(report["warnings"])):
+            assert ("never corrects: all its gains are zero" in text) == warned
+            assert ("wrong for about three of its slowest time constants" in text) == hours
+            assert " 0 h" not in text
+        assert ("This model counts from its start" in head) == (not warned)
+
+
+@pytest.mark.parametrize(("lowest_c", "warned"), [(-10.0, True), (0.0, True), (0.5, False)])
+def test_a_range_that_an_open_input_lies_in_is_warned_of(lowest_c: float, warned: bool) -> None:
+    settings = exported()
+    rules = dict(settings.compensation.sensors)
+    rules["T2"] = SensorRules(lowest_c=lowest_c, highest_c=90.0)
+    changed = replace(settings, compensation=replace(settings.compensation, sensors=rules))
+    text = guide(changed, Target("c"))
+    assert ("0.0 degC lies in the plausible range of T2: an open input" in text) == warned
+    assert "what the lowest or highest count of its module means" in text
+
+
+def test_trims_and_holds_are_said_to_end_by_themselves() -> None:
+    settings = exported()
+    text, head = (
+        guide(settings, Target("c")),
+        " ".join(" ".join(build_program(settings).head).split()),
+    )
+    assert "**It expires after 28800 s and is lost at a restart, while the input keeps" in text
+    assert "A trim expires 28800 s after it was given, and is lost at a restart" in head
+    assert "A hold ends by itself after 3600 s" in text
+    assert "refused tells of its rising edge only" in head
 
 
 def test_the_report_states_the_law_of_the_stall_of_every_section() -> None:
