@@ -285,6 +285,7 @@ def test_an_engineer_chooses_another_model_and_the_operator_may_not(
 ) -> None:
     refused = people("operator").ask("/ask", {"method": "ChooseModel", "arguments": [OTHER_MODEL]})
     assert refused.status == 403
+    people("operator").request("Enable")  # a model is effective only while it is followed
     seen = look("engineer")
     page = seen.open("/model")
     seen.wait_live()
