@@ -169,9 +169,10 @@ def _at_positions(
     sources: tuple[ModelSource, ...], stated: Sequence[_Named[float]]
 ) -> _AtPositions:
     """Return one model with an output for every position."""
-    from thermaxis.plc._tempcomp import at_position  # noqa: PLC0415  of this dialect only
+    from thermaxis.plc._tempcomp import at_position, require_apart  # noqa: PLC0415  of this dialect only
 
     outputs = _placed_outputs(sources, stated)
+    require_apart([position_mm for _, position_mm in outputs])
     named = tuple(replace(output, name=at_position(position_mm)) for output, position_mm in outputs)
     first = sources[0].model
     for source in sources:

@@ -58,7 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--cpu", choices=_CPUS, help="of SCL (default: s7-1500; s7-300 with --real 32)")
     add("--flavour", choices=_FLAVOURS, help="of ST (default: iec)")
-    add("--name", metavar="NAME", help="of the block, behind tx_ (default: that of the model)")
+    add(
+        "--name",
+        metavar="NAME",
+        help="of the block, behind tx_ (default: that of the model's file; with several models that"
+        " of the first one's output, without _um)",
+    )
     add(
         "--reference",
         choices=("stated",),
@@ -138,6 +143,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _summary(export: "Export", folder: Path) -> str:
     from thermaxis.errors import printable  # noqa: PLC0415  --help needs none
     from thermaxis.plc._build_head import restart_warning  # noqa: PLC0415
+    from thermaxis.plc._tempcomp import bound_texts  # noqa: PLC0415
 
     settings = export.settings
     model = settings.compensation.model
@@ -157,10 +163,10 @@ def _summary(export: "Export", folder: Path) -> str:
             f" {bounds.largest_rate_um_per_s:g} µm/s, at most {step_um:.6g} µm in one call"
         )
     if export.line is not None:
-        k0_mm, slope = export.line.bounds(tuple(b.total_um for b in settings.compensation.bounds))
+        k0_mm, slope = bound_texts(settings, export.line)
         lines.append(
-            f"  line: K0 at {export.line.origin_mm:g} mm at most {k0_mm:.4g} mm,"
-            f" slope at most {slope:.3g} mm/mm"
+            f"  line: K0 at {export.line.origin_mm:g} mm at most {k0_mm} mm,"
+            f" slope at most {slope} mm/mm"
         )
     if export.difference is not None:
         lines.append(

@@ -129,5 +129,6 @@ def declare_outputs(draft: Draft, settings: PlcSettings) -> None:
     draft.output("heartbeat", "counts the calls to 32767, then begins at 0 again [1]", _INT)
     for n, value in enumerate(identity(settings), 1):
         last = IDENTITY_DIGITS * n
-        text = f"digits {last - IDENTITY_DIGITS + 1} to {last} of the model's hash"
-        draft.output(f"model_id_{n}", text.replace("'", ""), _INT, start=value)
+        first = last - IDENTITY_DIGITS + 1
+        text = f"hexadecimal digits {first} to {last} of the hash of the model, as a number"
+        draft.output(f"model_id_{n}", text, _INT, start=value)

@@ -9,7 +9,7 @@ from thermaxis.plc._guide_losses import losses_text
 from thermaxis.plc._names import remark_text
 from thermaxis.plc._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
-from thermaxis.plc._tempcomp import LineSettings
+from thermaxis.plc._tempcomp import LineSettings, bound_texts
 from thermaxis.plc._tree import Kind, Program, Variable
 from thermaxis.plc._warnings import setting_warnings
 
@@ -461,8 +461,7 @@ def _off(settings: PlcSettings) -> Iterator[str]:
 
 
 def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
-    totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
-    k0_mm, slope = line.bounds(totals_um)
+    k0_mm, slope = bound_texts(settings, line)
     travel = "away from" if line.away else "towards"
     k_mm = 1.0 / line.um_per_mm
     trim_um = min(bounds.largest_trim_um for bounds in settings.compensation.bounds)
@@ -476,8 +475,8 @@ def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
     yield ""
     yield "| output | setting data | unit | largest here | data type |"
     yield "|---|---|---|---|---|"
-    yield f"| `k0_mm` | SD43900 `$SA_TEMP_COMP_ABS_VALUE` [V] | mm | {k0_mm:.6g} | DOUBLE [M] |"
-    yield f"| `slope` | SD43910 `$SA_TEMP_COMP_SLOPE` [V] | mm/mm | {slope:.6g} | DOUBLE [M] |"
+    yield f"| `k0_mm` | SD43900 `$SA_TEMP_COMP_ABS_VALUE` [V] | mm | {k0_mm} | DOUBLE [M] |"
+    yield f"| `slope` | SD43910 `$SA_TEMP_COMP_SLOPE` [V] | mm/mm | {slope} | DOUBLE [M] |"
     yield (
         f"| `reference_mm` | SD43920 `$SA_TEMP_COMP_REF_POSITION` [V] | mm |"
         f" {line.origin_mm:.9g}, constant | DOUBLE [M] |"
@@ -511,7 +510,7 @@ def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
             ),
             (
                 "**Range.** That block refuses to write what is no number or larger than"
-                f" {k0_mm:.6g} mm and {slope:.6g} mm/mm: both follow from the limits of the"
+                f" {k0_mm} mm and {slope} mm/mm: both follow from the limits of the"
                 " corrections. It writes only while `heartbeat` changes, and takes K0 and slope to"
                 " zero in small steps otherwise."
             ),

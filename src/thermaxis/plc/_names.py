@@ -127,13 +127,17 @@ def _block_name(name: str) -> str:
 
 
 def _stems(texts: Iterable[str], what: str, longest: int, taken: Iterable[str]) -> tuple[str, ...]:
+    """Return a stem for every text; a text that needs no change keeps its own."""
     used = set(taken)
-    stems: list[str] = []
-    for text in texts:
-        stem = unique(legal_stem(text, longest, where=f"{what} {text}"), used, longest)
-        used.add(stem)
-        stems.append(stem)
-    return tuple(stems)
+    wanted = [(text, legal_stem(text, longest, where=f"{what} {text}")) for text in texts]
+    stems: dict[int, str] = {}
+    for changed in (False, True):
+        for place, (text, stem) in enumerate(wanted):
+            if place in stems or (not changed and (text != stem or stem in used)):
+                continue
+            stems[place] = unique(stem, used, longest)
+            used.add(stems[place])
+    return tuple([stems[place] for place in range(len(wanted))])
 
 
 def unique(stem: str, used: Iterable[str], longest: int) -> str:

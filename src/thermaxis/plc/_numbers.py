@@ -3,6 +3,7 @@
 import math
 import struct
 import sys
+from decimal import ROUND_CEILING, Context, Decimal
 
 from thermaxis.errors import ConfigurationError
 
@@ -86,6 +87,30 @@ def number_text(value: float, *, double: bool, where: str = "") -> str:
     if power < 0:
         return f"{sign}0.{_fraction('0' * (-power - 1) + digits)}"
     return f"{sign}{digits[: power + 1]}.{_fraction(digits[power + 1 :])}"
+
+
+def outward_text(bound: float, digits: int = 6) -> str:
+    """Return a bound as people read it: rounded up, so that nothing that it allows passes it.
+
+    Parameters
+    ----------
+    bound : float
+        A bound, not negative.
+    digits : int
+        Significant digits. Default: six.
+
+    Returns
+    -------
+    str
+        A plain decimal number that is the bound or a little more.
+    """
+    exact = Decimal(bound)
+    if not exact:
+        return "0"
+    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
+    up = exact.quantize(unit, rounding=ROUND_CEILING, context=Context(prec=60))
+    text = f"{up:f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def _fraction(digits: str) -> str:

@@ -7,6 +7,7 @@ control reports of its setting data is compared, and taken over once it is read,
 the positions.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -35,7 +36,7 @@ from thermaxis.plc._build_draft import (
     within,
 )
 from thermaxis.plc._names import remark_text
-from thermaxis.plc._numbers import stored
+from thermaxis.plc._numbers import outward_text, stored
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._tree import Block, Kind, Name, OutputOf, Program, Statement
 
@@ -101,13 +102,7 @@ class LineSettings:
                 raise ConfigurationError(
                     f"a position is no number of at most {LARGEST_POSITION_MM:g} mm", where=where
                 )
-        ordered = sorted(positions)
-        if any(b - a < CLOSEST_MM for a, b in pairwise(ordered)):
-            raise ConfigurationError(
-                f"two positions are closer together than {CLOSEST_MM:g} mm",
-                where="--at",
-                remedy="Identify the models further apart",
-            )
+        require_apart(positions)
         if not 0.0 < self.velocity_factor <= 1.0:
             raise ConfigurationError("not a number above 0 up to 1", where="--velocity-factor")
         mean = sum(map(Fraction, positions)) / len(positions)
@@ -181,6 +176,49 @@ class LineSettings:
         return k0_mm, slope
 
 
+def require_apart(positions_mm: Sequence[float]) -> None:
+    """Refuse positions that are too close together for a line.
+
+    Parameters
+    ----------
+    positions_mm : sequence of float
+        Positions. [mm]
+
+    Raises
+    ------
+    ConfigurationError
+        If two are closer together than `CLOSEST_MM`.
+    """
+    if any(b - a < CLOSEST_MM for a, b in pairwise(sorted(positions_mm))):
+        raise ConfigurationError(
+            f"two positions are closer together than {CLOSEST_MM:g} mm",
+            where="--at",
+            remedy="Identify the models further apart",
+        )
+
+
+def bound_texts(settings: PlcSettings, line: LineSettings) -> tuple[str, str]:
+    """Return the bounds of K0 and slope as head, guide and summary say them.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported; an output for every position.
+    line : LineSettings
+        Positions and direction.
+
+    Returns
+    -------
+    k0_mm : str
+        Largest magnitude of K0, rounded outward from the number that the block has. [mm]
+    slope : str
+        Largest magnitude of the slope, likewise. [1]
+    """
+    exact = line.bounds(tuple(bounds.total_um for bounds in settings.compensation.bounds))
+    k0_mm, slope = (outward_text(stored(bound, double=settings.double)) for bound in exact)
+    return k0_mm, slope
+
+
 def at_position(position_mm: float) -> str:
     """Return the name of the output at a position.
 
@@ -252,7 +290,7 @@ def _number(value: float) -> str:
 
 def _head(settings: PlcSettings, line: LineSettings) -> tuple[str, ...]:
     model = settings.compensation.model
-    k0_mm, slope = line.bounds(tuple(b.total_um for b in settings.compensation.bounds))
+    k0_mm, slope = bound_texts(settings, line)
     direction = "away from" if line.away else "towards"
     return (
         "",
@@ -264,7 +302,7 @@ def _head(settings: PlcSettings, line: LineSettings) -> tuple[str, ...]:
             f"  {remark_text(output.name)}: at {_number(position)} mm"
             for output, position in zip(model.outputs, line.positions_mm, strict=True)
         ),
-        f"  Largest K0 {_number(k0_mm)} mm, largest slope {_number(slope)} mm/mm: they follow",
+        f"  Largest K0 {k0_mm} mm, largest slope {slope} mm/mm, rounded outward: they follow",
         "  from the limits of the corrections at the positions. Outside the positions the line",
         "  goes on straight.",
     )

@@ -30,6 +30,8 @@ from thermaxis.plc._world import PlcStep
 
 DEFAULT_SEED = 1
 """Seed of the noise in the vectors. [1]"""
+LINE_LIMITED = "line_limited 1 - the limits of the corrections keep the line within its bounds"
+"""What the rows of a block with a line have not: its bounds stand behind those limits."""
 _LARGEST_ROWS = 1_000_000
 _DIGITS = {True: 17, False: 9}
 # Least squares through several positions may enlarge what a control rounds.
@@ -312,6 +314,7 @@ class _Seen:
         self._longest = 0
         self._trims: tuple[float, ...] = ()
         self._trimmed_calls, self._accepted = 0, False
+        self._has_line, self._line_limited = False, False
         parts = settings.compensation.model.layout.parts
         gains = [point for part in parts for point in part.gain_by_diameter]
         self._diameters = (
@@ -323,6 +326,8 @@ class _Seen:
     def note(self, run: _Run) -> None:
         """Note what occurs in a row."""
         inputs, outputs = run.first.inputs, run.last.outputs
+        self._has_line = bool(run.last.line_outputs)
+        self._line_limited = self._line_limited or any(run.last.line_outputs[4:])
         self._states.add(outputs.state)
         self._faults |= outputs.fault_word
         self._outcomes |= outputs.outcome_word
@@ -399,6 +404,8 @@ class _Seen:
             told += ["no diameter", "a diameter within the gains", "a diameter outside the gains"]
         for name in told:
             yield name, name in self._told
+        if self._has_line:
+            yield LINE_LIMITED, self._line_limited
         yield f"{LONG_ROW_CALLS} calls without a change", self._longest >= LONG_ROW_CALLS
 
 

@@ -518,7 +518,14 @@ def test_models_at_positions_become_one_block_with_a_line(
     text = (folder / "tx_z.scl").read_text(encoding="ascii")
     assert re.search(r'FUNCTION_BLOCK "tx_z_[0-9a-f]{4}_line"', text)
     assert "read_k0_mm" in text
-    assert "line: K0 at 400.25 mm at most" in capsys.readouterr().out
+    head = text.partition("FUNCTION_BLOCK")[0]
+    k0_mm, slope = re.findall(r"Largest K0 ([0-9.]+) mm, largest slope ([0-9.]+) mm/mm", head)[0]
+    assert 0.0 < report["line"]["largest_slope"] <= float(slope)
+    assert 0.0 < report["line"]["largest_k0_mm"] <= float(k0_mm)
+    guide = (folder / "tx_z.guide.md").read_text(encoding="ascii")
+    for said in (guide, capsys.readouterr().out):
+        assert f" {k0_mm} mm" in said
+        assert f" {slope} mm/mm" in said
 
 
 def test_outputs_of_one_model_may_be_the_positions(tmp_path: Path) -> None:
@@ -542,6 +549,10 @@ def test_outputs_of_one_model_may_be_the_positions(tmp_path: Path) -> None:
         (("--at", "100", "--positive", "away"), "2 models and 1 positions"),
         (("--at", "X_um=1", "--at", "900", "--positive", "away"), "2 models and 2 positions"),
         (("--at", "1", "--at", "1.5", "--positive", "away"), "closer together"),
+        (
+            ("--at", "100", "--at", "100", "--positive", "away"),
+            "--at: two positions are closer together than 1 mm. Identify the models further apart",
+        ),
         (("--at", "1", "--at", "2.5", "--positive", "away"), "more than the 0.01 of its"),
     ],
 )

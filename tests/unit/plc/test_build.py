@@ -724,6 +724,9 @@ def test_the_block_says_the_first_digits_of_the_hash_of_its_model() -> None:
     block = compiled(build_program(one_section(double=True)))()
     block.step()
     assert (block.model_id_1, block.model_id_2) == (0xABC, 0xDEF)
+    texts = {v.name: v.text for v in build_program(one_section(double=True)).blocks[-1].outputs}
+    assert texts["model_id_1"] == "hexadecimal digits 1 to 3 of the hash of the model, as a number"
+    assert texts["model_id_2"] == "hexadecimal digits 4 to 6 of the hash of the model, as a number"
 
 
 def test_the_head_says_where_the_model_comes_from_and_how_its_numbers_are_meant() -> None:

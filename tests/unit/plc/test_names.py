@@ -11,7 +11,7 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.plc._names import RESERVED, is_legal, legal_stem, names_of, remark_text, unique
 from thermaxis.plc._tree import LONGEST_NAME
 
-PREFIXES = ("correction_", "model_", "wanted_", "weight_", "limit_", "trim_", "read_")
+PREFIXES = ("correction_", "model_", "wanted_", "weight_", "limit_", "added_", "trim_", "read_")
 
 
 def a_model(*parts: tuple[str, str], outputs: tuple[str, ...] = ("Z_um",)) -> CompensationModel:
@@ -60,6 +60,18 @@ def test_names_that_are_cut_to_the_same_beginning_get_a_number() -> None:
     names = names_of(a_model((f"{long} 1", f"{long} 1"), (f"{long} 2", f"{long} 2")), "axis")
     assert names.channels == ("temperature_of", "temperature_2")
     assert unique("a", {"a", "a_2"}, 5) == "a_3"
+
+
+@pytest.mark.parametrize(
+    "texts", [("A", "a"), ("a", "A"), ("A", "a_2", "a"), ("a b", "A", "a_b", "a")]
+)
+def test_a_name_that_needs_no_change_keeps_it_wherever_it_stands(texts: tuple[str, ...]) -> None:
+    names = names_of(a_model(*((text, text) for text in texts)), "axis")
+    for stems in (names.channels, names.parts):
+        kept = dict(zip(texts, stems, strict=True))
+        for text in texts:
+            assert (kept[text] == text) == (re.fullmatch("[a-z0-9_]+", text) is not None)
+        assert len(set(stems)) == len(texts)
 
 
 def test_an_output_never_takes_the_name_of_another_variable() -> None:

@@ -2,19 +2,38 @@
 
 import re
 import struct
+from fractions import Fraction
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._numbers import number_text, stored
+from thermaxis.plc._numbers import number_text, outward_text, stored
 
 FORM = re.compile(r"-?[0-9]+\.[0-9]+(E[+-][0-9]{2,3})?")
 
 
 def bits(value: float, *, double: bool) -> bytes:
     return struct.pack("<d" if double else "<f", value)
+
+
+@given(st.floats(1e-9, 1e9))
+def test_a_bound_is_said_rounded_outward_in_six_digits(bound: float) -> None:
+    text = outward_text(bound)
+    assert bound <= Fraction(text) <= bound * (1.0 + 1.1e-5)
+    digits = text.replace(".", "").strip("0")
+    assert len(digits) <= 6
+    assert "E" not in text.upper()
+
+
+def test_a_bound_that_is_short_keeps_its_digits() -> None:
+    assert [outward_text(b) for b in (0.25, 280.0, 0.0, 1.50000151e-4)] == [
+        "0.25",
+        "280",
+        "0",
+        "0.000150001",
+    ]
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False, allow_subnormal=False))

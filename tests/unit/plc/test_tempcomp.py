@@ -26,14 +26,17 @@ from thermaxis.compensation import (
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._check import check_program, unused
+from thermaxis.plc._guide import GuideFacts, guide_text
+from thermaxis.plc._numbers import stored
 from thermaxis.plc._print_c import print_c
 from thermaxis.plc._print_scl import print_scl
 from thermaxis.plc._print_st import print_st
+from thermaxis.plc._report import Target
 from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._tempcomp import LineSettings, at_position, build_line_program
+from thermaxis.plc._tempcomp import LineSettings, at_position, bound_texts, build_line_program
 from thermaxis.plc._tempcomp_twin import LineInputs, LineTwin
 from thermaxis.plc._twin import PlcInputs
-from thermaxis.plc._vectors import line_steps, line_vectors_csv
+from thermaxis.plc._vectors import LINE_LIMITED, line_steps, line_vectors_csv, vectors_of
 
 TOTAL_UM = 40.0
 
@@ -269,6 +272,37 @@ def test_the_bounds_are_what_the_limits_of_the_corrections_allow_and_no_more() -
     assert k0_mm == pytest.approx(np.max(np.abs(fits[:, 1])), rel=2e-6)
     assert slope == pytest.approx(np.max(np.abs(fits[:, 0])), rel=2e-6)
     assert k0_mm > np.max(np.abs(fits[:, 1]))
+
+
+@pytest.mark.parametrize("double", [True, False])
+def test_the_bounds_are_said_outward_with_the_same_digits_wherever_they_stand(double: bool) -> None:
+    positions = (0.0, 533.0)
+    exported = settings_at(positions, double=double)
+    line = LineSettings(positions_mm=positions, away=True)
+    program = build_line_program(exported, line)
+    said = bound_texts(exported, line)
+    (block,) = [b for b in program.blocks if b.name == "tx_line"]
+    held = {v.name: stored(float(v.start), double=double) for v in block.constants}
+    for text, name in zip(said, ("largest_k0_mm", "largest_slope"), strict=True):
+        assert held[name] <= float(text) <= held[name] * (1.0 + 1.1e-5)
+        assert len(text.strip("0.").replace(".", "")) <= 6
+    target = Target("sinumerik-tempcomp", "s7-1500" if double else "s7-300")
+    guide = guide_text(exported, program, GuideFacts(target, ("x",), "v", (), line))
+    k0_mm, slope = said
+    assert f"Largest K0 {k0_mm} mm, largest slope {slope} mm/mm" in "\n".join(program.head)
+    assert f"larger than {k0_mm} mm and {slope} mm/mm" in guide
+    assert f"| mm/mm | {slope} | DOUBLE" in guide
+    assert f"| mm | {k0_mm} | DOUBLE" in guide
+
+
+def test_a_bound_that_never_acts_is_named_among_what_is_not_in_the_rows() -> None:
+    exported = settings_at((0.0, 500.0), cycle_s=8.0)
+    line = LineSettings(positions_mm=(0.0, 500.0), away=True)
+    found = vectors_of(exported, line)
+    assert LINE_LIMITED in found.missing
+    assert f"# not in the rows: {LINE_LIMITED}" in found.text
+    assert not any("line_limited" in text for text in vectors_of(exported, most_rows=20).missing)
+    assert not any(step.outputs.limited for step in line_steps(exported, line, seed=3))
 
 
 def test_the_residual_is_the_largest_distance_from_the_line() -> None:
