@@ -92,6 +92,8 @@ def test_offsets_trims_and_buttons_stay_with_notice_alarm_and_three_requests(
                 shown(page, stand_in, with_trims(count))
                 at = f"{width}, {count} outputs"
                 assert page.locator("#notice").is_visible()
+                bars = page.locator(".op-bar:visible").count()
+                assert bars == count or width == SIZES[0][0], at  # room is not given away
                 for rows in page.evaluate(ROWS):
                     assert {"commanded", "accepted", "effective", "trim"} <= set(rows), at
                 found += [f"{at}: {e}" for script in (CUT, OVERLAPS) for e in page.evaluate(script)]

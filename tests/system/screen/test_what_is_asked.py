@@ -228,3 +228,26 @@ def test_another_person_in_the_same_window_finds_no_requests_of_somebody_else(
         drawn(page)
         assert page.text_content("#request") == ""
         assert page.evaluate("sessionStorage.length") <= 1  # the empty list of who looks now
+
+
+def test_the_model_page_shows_a_diameter_as_it_was_stated(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    points = [{"diameter_mm": d, "gain": g} for d, g in ((0.0, 1.0), (1200.25, 1.5), (3e3, 2.0))]
+    part = {"name": "table", "gain_by_diameter": points, "tool_gain": 1.0}
+    script = """async (part) => {
+      const { drawGains, gainPanel } = await import("/static/model_parts.js");
+      const output = { name: "Z_um", parts: [part] };
+      const [panel] = gainPanel(output);
+      const chart = panel.querySelector(".gain-chart");
+      chart.style.cssText = "width: 600px; height: 300px";
+      document.body.append(panel);
+      await drawGains(chart, output, { diameter_mm: 1500.5 });
+      return panel.querySelector("table").textContent;
+    }"""
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        assert "1200.25" in page.evaluate(script, part)
+        page.wait_for_function(
+            "document.querySelector('.gain-chart')?.textContent.includes('1500.5')"
+        )

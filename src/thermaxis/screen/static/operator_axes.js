@@ -239,8 +239,9 @@ function fitCards(box) {
 
 /** @param {HTMLElement} card */
 function isFull(card) {
-  return overflows(card) || [...card.querySelectorAll(".op-lines, .op-card-head")]
-    .some((one) => overflows(/** @type {HTMLElement} */ (one)));
+  const head = card.querySelector(".op-card-head");
+  const lines = /** @type {HTMLElement} */ (card.querySelector(".op-lines"));
+  return overflows(card) || overflows(lines) || (head?.scrollWidth ?? 0) > card.clientWidth;
 }
 
 /** @param {HTMLElement} card @param {(line: HTMLElement) => boolean} shown */
