@@ -93,7 +93,7 @@ def declare_inputs(draft: Draft, settings: PlcSettings) -> None:
     draft.input("other_compensation", "whether another compensation is active", _BOOL)
     for stem, text in output_texts(settings):
         draft.input(f"read_{stem}", f"{text}: correction that the machine reports [um]")
-    draft.input("read_ok", "whether the reported corrections were read", _BOOL)
+    draft.input("read_ok", "whether that was read: in Off it is taken over in every call", _BOOL)
 
 
 def declare_outputs(draft: Draft, settings: PlcSettings) -> None:
