@@ -7,6 +7,7 @@ from thermaxis.compensation import STATED, Part, SupervisorState
 from thermaxis.plc._build_head import restart_warning
 from thermaxis.plc._guide_losses import losses_text
 from thermaxis.plc._names import remark_text
+from thermaxis.plc._numbers import outward_text
 from thermaxis.plc._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 from thermaxis.plc._tempcomp import LineSettings, bound_texts
@@ -462,6 +463,7 @@ def _off(settings: PlcSettings) -> Iterator[str]:
 
 def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
     k0_mm, slope = bound_texts(settings, line)
+    k0_step, slope_step = map(outward_text, line.reach(settings.steps_um))
     travel = "away from" if line.away else "towards"
     k_mm = 1.0 / line.um_per_mm
     trim_um = min(bounds.largest_trim_um for bounds in settings.compensation.bounds)
@@ -511,7 +513,10 @@ def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
             (
                 "**Range.** That block refuses to write what is no number or larger than"
                 f" {k0_mm} mm and {slope} mm/mm: both follow from the limits of the"
-                " corrections. It writes only while `heartbeat` changes, and takes K0 and slope to"
+                " corrections. In one call the line moves away from the one in the control by at"
+                f" most {k0_step} mm of K0 and {slope_step} mm/mm of slope: it refuses a larger"
+                " step too."
+                " It writes only while `heartbeat` changes, and takes K0 and slope to"
                 " zero in small steps otherwise."
             ),
             (

@@ -131,6 +131,28 @@ class LineSettings:
         k0, slope = self._exact_weights()
         return tuple(map(float, k0)), tuple(map(float, slope))
 
+    def reach(self, largest_um: tuple[float, ...]) -> tuple[float, float]:
+        """Return how large K0 and slope become, or change, while every correction does no more.
+
+        Parameters
+        ----------
+        largest_um : tuple of float
+            Largest magnitude, or change, of the correction by output. [µm]
+
+        Returns
+        -------
+        k0_mm : float
+            That of K0, rounded outward. [mm]
+        slope : float
+            That of the slope, in mm/mm, rounded outward. [1]
+        """
+        largest = [
+            sum(abs(w) * Fraction(t) for w, t in zip(weights, largest_um, strict=True)) * _ROOM
+            for weights in self._exact_weights()
+        ]
+        k0_mm, slope = (nextafter(float(value), float("inf")) for value in largest)
+        return k0_mm, slope
+
     def _exact_weights(self) -> tuple[list[Fraction], list[Fraction]]:
         positions = [Fraction(p) for p in self.positions_mm]
         mean = sum(positions, Fraction()) / len(positions)
@@ -161,11 +183,7 @@ class LineSettings:
         ConfigurationError
             If the slope may become larger than the control follows.
         """
-        largest = [
-            sum(abs(w) * Fraction(t) for w, t in zip(weights, totals_um, strict=True)) * _ROOM
-            for weights in self._exact_weights()
-        ]
-        k0_mm, slope = (nextafter(float(value), float("inf")) for value in largest)
+        k0_mm, slope = self.reach(totals_um)
         if slope > self.velocity_factor:
             raise ConfigurationError(
                 f"the limits allow a slope of {slope:.3g} mm/mm, more than the"

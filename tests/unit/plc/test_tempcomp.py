@@ -5,6 +5,8 @@ against K, are the second ways.
 """
 
 import math
+import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -293,6 +295,33 @@ def test_the_bounds_are_said_outward_with_the_same_digits_wherever_they_stand(do
     assert f"larger than {k0_mm} mm and {slope} mm/mm" in guide
     assert f"| mm/mm | {slope} | DOUBLE" in guide
     assert f"| mm | {k0_mm} | DOUBLE" in guide
+
+
+def test_the_guide_names_how_far_the_line_moves_in_one_call_and_it_moves_no_further() -> None:
+    positions = (0.0, 250.0, 1000.0)
+    exported = settings_at(positions, cycle_s=8.0)
+    line = LineSettings(positions_mm=positions, away=True, reference_mm=0.0)
+    program = build_line_program(exported, line)
+    target = Target("sinumerik-tempcomp", "s7-1500")
+    guide = guide_text(exported, program, GuideFacts(target, ("x",), "v", (), line))
+    (said,) = re.findall(
+        r"K0 moves by at most ([0-9.]+) mm and the slope by at most ([0-9.]+)", guide
+    )
+    k0_step_mm, slope_step = map(float, said)
+    corners = np.array(np.meshgrid(*[[-8.0, 8.0]] * 3)).reshape(3, -1).T
+    fits = np.abs([np.polyfit(positions, c, 1) for c in corners]) / 1000.0
+    assert k0_step_mm == pytest.approx(np.max(fits[:, 1]), rel=2e-5)
+    assert slope_step == pytest.approx(np.max(fits[:, 0]), rel=2e-5)
+    steps = list(line_steps(exported, line, seed=3))
+    moved = [
+        (abs(now.k0_mm - before.k0_mm), abs(now.slope - before.slope))
+        for (_, before), (told, now) in pairwise(steps)
+        if before.plain.linked and now.plain.linked and not told.plain.restart
+        if before.plain.state and now.plain.state
+    ]
+    largest = np.max(np.array(moved), axis=0)
+    assert 0.1 * k0_step_mm < largest[0] <= k0_step_mm
+    assert 0.1 * slope_step < largest[1] <= slope_step
 
 
 def test_a_bound_that_never_acts_is_named_among_what_is_not_in_the_rows() -> None:
