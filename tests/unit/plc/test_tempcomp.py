@@ -304,9 +304,7 @@ def test_the_guide_names_how_far_the_line_moves_in_one_call_and_it_moves_no_furt
     program = build_line_program(exported, line)
     target = Target("sinumerik-tempcomp", "s7-1500")
     guide = guide_text(exported, program, GuideFacts(target, ("x",), "v", (), line))
-    (said,) = re.findall(
-        r"K0 moves by at most ([0-9.]+) mm and the slope by at most ([0-9.]+)", guide
-    )
+    (said,) = re.findall(r"at most ([0-9.]+) mm of K0 and ([0-9.]+) mm/mm of slope", guide)
     k0_step_mm, slope_step = map(float, said)
     corners = np.array(np.meshgrid(*[[-8.0, 8.0]] * 3)).reshape(3, -1).T
     fits = np.abs([np.polyfit(positions, c, 1) for c in corners]) / 1000.0
