@@ -175,6 +175,10 @@ def borders() -> Record:
     """Meet what chance does not: values between a threshold and the same by one percent more."""
     stand = Stand(settings_with_everything())
     stand.calls(1, read_z_um=7e5)
+    # Found in Off a little beyond a total: nobody can enable.
+    for name, total_um in (("read_z_um", 11.0), ("read_x_um", 4.9)):
+        stand.switch_on()
+        assert stand.calls(3, **{name: 1.005 * total_um}) is SupervisorState.OFF
     stand.switch_on()
     assert stand.calls(20) is SupervisorState.ACTIVE
     # Trims a little too large, a diameter a little beyond the last point.
