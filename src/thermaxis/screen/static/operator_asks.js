@@ -37,6 +37,7 @@ function rate(axis) {
 function blocked(status) {
   const fault = status.state === "Fault";
   const held = isHeld(status);
+  const trimmed = Object.values(status.outputs).some(isTrimmed);
   const jumped = Object.values(status.inputs).some((input) => input.quality === JUMPED);
   const off = status.enabled ? "" : word("operator.why_disabled");
   const waits = fault || jumped || foundElsewhere(status).length > 0;
@@ -46,7 +47,7 @@ function blocked(status) {
     Disable: off && status.state !== "Fault" ? off : "",
     Hold: fault ? word("operator.why_fault") : held ? word("operator.why_held") : off,
     Resume: held ? "" : word("operator.why_not_held"),
-    Trim: fault ? word("operator.why_fault") : "",
+    Trim: fault && !trimmed ? word("operator.why_fault") : "", // to take back is always allowed
     Diameter: "",
     Acknowledge: acknowledge,
   };
@@ -233,7 +234,11 @@ function trim(status) {
     draw();
   }
   function draw() {
-    const axis = latest()?.outputs[output];
+    const status = latest();
+    const axis = status?.outputs[output];
+    const backAlone = status?.state === "Fault";
+    if (backAlone) value = 0;
+    for (const step of steps.querySelectorAll("button")) step.disabled = backAlone;
     show(now, isTrimmed(axis)
       ? word("operator.trim_now_by", { ...trimValues(axis), left: duration(axis.trim_left_s) })
       : word("operator.trim_now"));
@@ -245,7 +250,7 @@ function trim(status) {
       const mine = one.getAttribute("data-choice");
       one.setAttribute("aria-pressed", String(mine === output || mine === String(seconds)));
     }
-    go.disabled = !axis || (value === 0 && !axis.trim_um);
+    go.disabled = status === null || whyNoTrim(status, output, value) !== "";
   }
   whileOpen(dialog, draw);
   dialog.addEventListener("close", () => {
@@ -254,10 +259,24 @@ function trim(status) {
   });
 }
 
+/**
+ * Why a trim cannot be set, or not taken back; empty where it can.
+ * @param {Status} status
+ * @param {string} output
+ * @param {number} value 0: it is taken back, which is allowed in every state
+ */
+function whyNoTrim(status, output, value) {
+  const axis = status.outputs[output];
+  if (!axis) return word("operator.why_no_output");
+  if (value === 0) return isTrimmed(axis) ? "" : word("operator.why_no_trim");
+  return status.state === "Fault" ? word("operator.why_fault") : "";
+}
+
 /** @param {string} output @param {number} value @param {number} seconds */
 function askTrim(output, value, seconds) {
   const axisName = shortName(output);
   void ask("Trim", [output, value, seconds], {
+    blocked: (status) => whyNoTrim(status, output, value),
     title: `${word("operator.trim_title")}: ${axisName} ${signed(value, 1)}\u00a0µm`,
     text: (status) => {
       const axis = status.outputs[output];
@@ -268,9 +287,9 @@ function askTrim(output, value, seconds) {
         value === 0 ? word("operator.trim_back", values)
           : isTrimmed(axis) ? word("operator.trim_replaces", values)
             : word("operator.trim_text", values),
-        status.state === "Active"
-          ? word("operator.trim_moves", { change: signed(moves, 1), rate: rate(axis) })
-          : word("operator.trim_waits"),
+        ...status.state === "Active"
+          ? [word("operator.trim_moves", { change: signed(moves, 1), rate: rate(axis) })]
+          : value === 0 ? [] : [word("operator.trim_waits")],
         word("operator.sign"),
       ];
     },

@@ -1,0 +1,84 @@
+"""A trim can be taken back in every state, and nothing is asked of an output that is no more."""
+
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from tests.system.screen.operator_stand_in import StandIn, made_up
+from tests.system.screen.test_operator_layout import context_of, opened, shown, stand_in
+
+pytestmark = pytest.mark.system
+__all__ = ["stand_in"]
+
+FAULT = {"state": "Fault", "reasons": ["another compensation is active on the axis"]}
+TRIM = {"trim_um": 5.0, "trim_owner": "svoboda", "trim_left_s": 2400.0}
+
+
+def trimmed(**changed: Any) -> dict[str, Any]:
+    """Return a status of an output that a person has trimmed."""
+    told = made_up(**changed)
+    told["outputs"]["Z_um"] |= TRIM
+    return told
+
+
+def ready(page: Page) -> bool:
+    """Return whether the dialog can be confirmed."""
+    return page.locator("dialog[open] .main").is_enabled()
+
+
+def test_in_fault_a_trim_can_be_taken_back_and_none_can_be_set(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, wrong = opened(context, stand_in)
+        button = page.locator('[data-ask="Trim"]')
+        shown(page, stand_in, made_up(**FAULT))
+        assert button.is_disabled()
+        assert "acknowledge first" in button.inner_text()
+        shown(page, stand_in, trimmed(**FAULT))
+        assert button.is_enabled()
+        button.click()
+        assert page.inner_text("dialog output") == "0.0\xa0µm"
+        steps = page.locator("dialog .op-steps button")
+        assert [steps.nth(k).is_enabled() for k in range(steps.count())] == [False] * 4
+        page.click("dialog .main")
+        text = page.inner_text("dialog[open]")
+        assert "the trim of svoboda, +5.0 µm, is taken back" in text
+        assert "as soon as the compensation is active" not in text
+        page.click("dialog .main")
+        page.wait_for_selector('#request[data-answer="accepted"]')
+        assert stand_in.asked == [("Trim", ("Z_um", 0.0, 3600.0))]
+        assert wrong == []
+
+
+def test_a_trim_that_was_chosen_before_a_fault_cannot_be_asked_in_it(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        shown(page, stand_in, trimmed())
+        page.click('[data-ask="Trim"]')
+        page.click("dialog .op-steps button:has-text('−1')")
+        page.click("dialog .main")
+        assert ready(page)
+        shown(page, stand_in, trimmed(**FAULT))
+        page.get_by_text("nothing to ask for any more: acknowledge first").wait_for()
+        assert not ready(page)
+        shown(page, stand_in, trimmed())
+        page.wait_for_function("!document.querySelector('dialog[open] .main').disabled")
+
+
+def test_what_somebody_else_has_taken_back_is_not_asked_for_again(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        shown(page, stand_in, trimmed())
+        page.click('[data-ask="Trim"]')
+        page.click("dialog .op-steps + button")
+        page.click("dialog .main")
+        assert ready(page)
+        shown(page, stand_in, made_up())
+        page.get_by_text("nothing to ask for any more: no trim is set").wait_for()
+        assert not ready(page)
