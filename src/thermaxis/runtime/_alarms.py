@@ -22,6 +22,8 @@ TRIM_ENDS_S = 300.0
 MODEL_AGE_DAYS = 365.0
 """A model older than this should be measured again. Default: the year after which instruments are
 calibrated. [d]"""
+FOUND_ELSEWHERE: Final = "found_elsewhere"
+"""Code of the alarm for an offset that was not where the loop had left it."""
 _LONGEST_TEXT = 300
 _LONGEST_STATUS = 200
 
@@ -83,6 +85,40 @@ def alarms_of(
     return tuple(one.at(came.get(one.key, status.utc)) for one in found)
 
 
+def alarms_of_found(elsewhere: Sequence[FoundElsewhere], utc: datetime) -> tuple[Alarm, ...]:
+    """Return the alarms for offsets that have just been found elsewhere.
+
+    Parameters
+    ----------
+    elsewhere : sequence of FoundElsewhere
+        What was found.
+    utc : datetime
+        When.
+
+    Returns
+    -------
+    tuple of Alarm
+        One for each.
+    """
+    return tuple(one.at(utc) for one in _of_found(elsewhere))
+
+
+def sensor_key(name: str) -> str:
+    """Return the key of the alarm of a sensor.
+
+    Parameters
+    ----------
+    name : str
+        Name of the channel.
+
+    Returns
+    -------
+    str
+        The key, as it is in `Alarm.key`.
+    """
+    return f"sensor {name}"
+
+
 def _unique(found: Iterable[_Found]) -> list[_Found]:
     return list({one.key: one for one in found}.values())
 
@@ -108,8 +144,7 @@ def _all(
 def _of_found(elsewhere: Sequence[FoundElsewhere]) -> Iterator[_Found]:
     for one in elsewhere:
         values = {"name": one.output, "found_um": one.found_um, "left_um": one.left_um}
-        key = f"found elsewhere {one.output} {one.number}"  # each time is an alarm of its own
-        yield _Found(key, "high", "found_elsewhere", values)
+        yield _Found(one.key, "high", FOUND_ELSEWHERE, values)
 
 
 def _sentence(text: str) -> str:
@@ -157,7 +192,7 @@ def _of_sensor(
     )
     values: dict[str, float | str] = {"name": name, "acts_on": acts_on}
     if quality is SampleQuality.SPARE:
-        yield _Found(f"sensor {name}", "medium", "sensor_spare", values)
+        yield _Found(sensor_key(name), "medium", "sensor_spare", values)
         return
     sample = status.samples.get(name, NOT_READ)
     values |= {"quality": quality.value, "sensor_cause": SENSOR_CAUSES[quality]}
@@ -166,7 +201,7 @@ def _of_sensor(
     if sample.value is not None:
         code = "sensor_bad"
         values |= {"read_c": sample.value, "status": printable(sample.status, _LONGEST_STATUS)}
-    yield _Found(f"sensor {name}", "high", code, values)
+    yield _Found(sensor_key(name), "high", code, values)
 
 
 def _of_output(

@@ -5,14 +5,10 @@ may have taken the offset back meanwhile. That is right, and the tool point has 
 so that somebody has to be told.
 """
 
-from collections.abc import Mapping
-from typing import Final, NamedTuple, final
+from collections.abc import Collection, Mapping
+from typing import NamedTuple, final
 
 from thermaxis.runtime._ports import Applied
-
-TOLD_S: Final = 3600.0
-"""An offset that was found elsewhere is told for so long, unless somebody acknowledges it before.
-Default: an hour, in which somebody passes by. [s]"""
 
 
 class FoundElsewhere(NamedTuple):
@@ -26,8 +22,11 @@ class FoundElsewhere(NamedTuple):
     """Where it was left. [µm]"""
     number: int
     """Number of the cycle that found it. [1]"""
-    at_s: float
-    """When, monotonic. [s]"""
+
+    @property
+    def key(self) -> str:
+        """What tells it from others; each time is an alarm of its own."""
+        return f"found elsewhere {self.output} {self.number}"
 
 
 class _Left(NamedTuple):
@@ -47,7 +46,8 @@ class LeftOffsets:
 
     Not protected: only what is found at a connection or after a silence is compared. Somebody who
     writes the offset and puts it back before the loop looks is not noticed, and neither is a
-    movement smaller than the tolerance of the read-back.
+    movement smaller than the tolerance of the read-back. What was found is not saved: a restart
+    tells of it no more, and only the history has it.
     """
 
     def __init__(self) -> None:
@@ -93,8 +93,7 @@ class LeftOffsets:
         tolerance_um: float,
         *,
         number: int,
-        now_s: float,
-    ) -> None:
+    ) -> tuple[FoundElsewhere, ...]:
         """Compare what is found with what was left.
 
         Parameters
@@ -105,36 +104,43 @@ class LeftOffsets:
             Tolerance of the read-back. [µm]
         number : int
             Number of the cycle. [1]
-        now_s : float
-            Time, monotonic. [s]
+
+        Returns
+        -------
+        tuple of FoundElsewhere
+            What is elsewhere; the last one of every output is told until it is acknowledged.
         """
+        new: list[FoundElsewhere] = []
         for name, value_um in found_um.items():
             left = self._left.get(name)
             if left is None or value_um is None:
                 continue
             beyond_um = max(left.lowest_um - value_um, value_um - left.highest_um)
             if beyond_um > tolerance_um:
-                self._elsewhere[name] = FoundElsewhere(
-                    name, value_um, left.written_um, number, now_s
-                )
+                self._elsewhere[name] = FoundElsewhere(name, value_um, left.written_um, number)
+                new.append(self._elsewhere[name])
             # what is found is told once, and is where it stands from now on
             self._left[name] = _Left(value_um, value_um, value_um)
+        return tuple(new)
 
-    def acknowledge(self) -> None:
-        """Tell no more of what was found so far."""
-        self._elsewhere.clear()
-
-    def elsewhere(self, now_s: float) -> tuple[FoundElsewhere, ...]:
-        """Return what was found elsewhere and is still to be told.
+    def acknowledge(self, shown: Collection[str]) -> None:
+        """Tell no more of what somebody has seen.
 
         Parameters
         ----------
-        now_s : float
-            Time, monotonic. [s]
+        shown : collection of str
+            Keys of the alarms that were shown when it was asked for; what is not among them stays.
+        """
+        for name, one in tuple(self._elsewhere.items()):
+            if one.key in shown:
+                del self._elsewhere[name]
+
+    def elsewhere(self) -> tuple[FoundElsewhere, ...]:
+        """Return what was found elsewhere and is still to be told.
 
         Returns
         -------
         tuple of FoundElsewhere
-            The last one of every output that is younger than `TOLD_S`.
+            The last one of every output that nobody has acknowledged.
         """
-        return tuple(one for one in self._elsewhere.values() if now_s - one.at_s < TOLD_S)
+        return tuple(self._elsewhere.values())

@@ -20,6 +20,7 @@ from thermaxis.compensation import (
     Request,
     RequestKind,
     Sample,
+    SampleQuality,
     SupervisorState,
     cycle,
     cycle_state,
@@ -28,7 +29,7 @@ from thermaxis.compensation import (
     with_compensation,
 )
 from thermaxis.errors import ConfigurationError, ThermaxisError
-from thermaxis.runtime._alarms import alarms_of
+from thermaxis.runtime._alarms import FOUND_ELSEWHERE, alarms_of, alarms_of_found, sensor_key
 from thermaxis.runtime._left_offsets import LeftOffsets
 from thermaxis.runtime._ports import (
     DIAMETER,
@@ -77,6 +78,16 @@ LARGEST_FOUND_UM = 1e5
 """A found offset of a hundred millimetres and more is a wrong unit: nothing is written. [µm]"""
 _UNKNOWN = Applied(None, None)
 _ENDING = "the loop is being ended"
+_UNSEEN = "an alarm of a sensor came meanwhile: look at it, then acknowledge"
+_ACCEPTED_ANEW = frozenset(
+    {
+        SampleQuality.SPARE,
+        SampleQuality.TOO_FAST,
+        SampleQuality.FROZEN,
+        SampleQuality.DISAGREES,
+    }
+)
+"""What is wrong with a sensor whose present value would be accepted by an Acknowledge."""
 
 
 class AtStop(StrEnum):
@@ -149,8 +160,9 @@ class Models(Protocol):
 class _Waiting:
     """A request whose answer somebody waits for."""
 
-    def __init__(self, request: Request) -> None:
+    def __init__(self, request: Request, shown: frozenset[str]) -> None:
         self.request = request
+        self.shown = shown  # keys of the alarms that whoever asks can have seen
         self.change: tuple[Compensation, str] | None = None
         self.answer: asyncio.Future[RequestOutcome] = asyncio.get_running_loop().create_future()
 
@@ -251,7 +263,9 @@ class CompensationLoop:
         if self._stopping or self._ended:
             return RequestOutcome(accepted=False, reason=_ENDING)
         self._identity += 1
-        waiting = _Waiting(replace(request, identity=self._identity))
+        alarms = () if self.status is None else self.status.alarms
+        shown = frozenset(alarm.key for alarm in alarms)
+        waiting = _Waiting(replace(request, identity=self._identity), shown)
         if request.kind is RequestKind.MODEL:
             refused = await self._load(waiting)
             if refused:
@@ -378,6 +392,7 @@ class CompensationLoop:
         connected = self.sink.connected and self._found_known and self._forbidden is not None
         waiting, self._waiting = self._waiting, []
         reading = self._reading(now_s, samples, found, waiting, connected=connected)
+        reading, waiting = self._without_unseen(reading, waiting)
         before = self._state.memory
         self._state, output = cycle(self.compensation, self._state, reading)
         if connected and not self._silent() and output.state is not SupervisorState.OFF:
@@ -445,15 +460,20 @@ class CompensationLoop:
                 )
             self._doubtful = self._doubtful and not self._found_known
             self._touched = before
-            self._compare(found, before[0])
+            self._compare(found)
             found = {name: self._snapped(name, found.get(name)) for name in self._names}
         return found
 
-    def _compare(self, found_um: Mapping[str, float | None], now_s: float) -> None:
-        """Note which offsets are not where they were left; what is no offset is told elsewhere."""
+    def _compare(self, found_um: Mapping[str, float | None]) -> None:
+        """Note which offsets are not where they were left; what is no offset is told elsewhere.
+
+        The history has it at once: what is found again before the alarms are made is not lost.
+        """
         if self._found_known:
             tolerance_um = self.compensation.supervisor.read_back_tolerance_um
-            self._left.compare(found_um, tolerance_um, number=self._number, now_s=now_s)
+            new = self._left.compare(found_um, tolerance_um, number=self._number)
+            for alarm in alarms_of_found(new, self.clock.utc()):
+                self._event("alarm", "", f"{alarm.priority}: {alarm.text}")
 
     def _snapped(self, name: str, found_um: float | None) -> float | None:
         """Return an offset that is beyond its total by a rounding of the machine as the total."""
@@ -575,12 +595,40 @@ class CompensationLoop:
         self._gain = (math.nan, ())
         self.settings = replace(self.settings, model_file=waiting.request.text, model_sha256=sha256)
 
+    def _without_unseen(
+        self, reading: CycleReading, waiting: list[_Waiting]
+    ) -> tuple[CycleReading, list[_Waiting]]:
+        """Refuse what would accept a value of a sensor whose alarm nobody can have seen.
+
+        Who asks has seen the alarms of before. A request that waited while the loop stood still
+        would else take away what came meanwhile, before it is told.
+        """
+        asked = [one for one in waiting if one.request.kind is RequestKind.ACKNOWLEDGE]
+        if not asked:
+            return reading, waiting
+        others = tuple(r for r in reading.requests if r.kind is not RequestKind.ACKNOWLEDGE)
+        _, output = cycle(self.compensation, self._state, reading._replace(requests=others))
+        doubted = {
+            sensor_key(name)
+            for name, quality in zip(self._channels(), output.qualities, strict=True)
+            if quality in _ACCEPTED_ANEW
+        }
+        refused = [one for one in asked if not doubted <= one.shown]
+        for one in refused:
+            self._tell(one.request, accepted=False, reason=_UNSEEN)
+            if not one.answer.done():
+                one.answer.set_result(RequestOutcome(accepted=False, reason=_UNSEEN))
+        identities = {one.request.identity for one in refused}
+        left = tuple(r for r in reading.requests if r.identity not in identities)
+        return reading._replace(requests=left), [one for one in waiting if one not in refused]
+
     def _answer(self, waiting: Sequence[_Waiting], answers: Sequence[Answer]) -> None:
         by_identity = {answer.request.identity: answer for answer in answers}
+        shown = {one.request.identity: one.shown for one in waiting}
         for answer in answers:
             self._tell(answer.request, accepted=answer.accepted, reason=answer.reason)
             if answer.accepted and answer.request.kind is RequestKind.ACKNOWLEDGE:
-                self._left.acknowledge()
+                self._left.acknowledge(shown.get(answer.request.identity, frozenset()))
         for one in waiting:
             if one.change is not None:
                 outcome = RequestOutcome(
@@ -674,7 +722,7 @@ class CompensationLoop:
             self._tell_connections(last, status)
         if now_s - self._alarms_s >= ALARMS_EVERY_S or memory.state is not before.state:
             self._alarms_s = now_s
-            elsewhere = self._left.elsewhere(now_s)
+            elsewhere = self._left.elsewhere()
             self._alarms = alarms_of(status, compensation, self._forbidden or (), elsewhere)
             self._tell_alarms(status.alarms)
             status = replace(status, alarms=self._alarms)
@@ -694,7 +742,7 @@ class CompensationLoop:
     def _tell_alarms(self, before: Sequence[Alarm]) -> None:
         known = {alarm.key for alarm in before}
         for alarm in self._alarms:
-            if alarm.key not in known:
+            if alarm.key not in known and alarm.code != FOUND_ELSEWHERE:  # told when it was found
                 self._event("alarm", "", f"{alarm.priority}: {alarm.text}")
         standing = {alarm.key for alarm in self._alarms}
         for alarm in before:

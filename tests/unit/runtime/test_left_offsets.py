@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from tests.unit.runtime.linuxcnc_hal import freeze
 from tests.unit.runtime.test_loop_more import TOLERANCE_UM, Bench, ask, state_of
-from thermaxis.compensation import RequestKind, SupervisorState
-from thermaxis.runtime._left_offsets import TOLD_S, LeftOffsets
+from thermaxis.compensation import Request, RequestKind, SupervisorState
+from thermaxis.runtime._left_offsets import LeftOffsets
 from thermaxis.runtime._loop import CompensationLoop
 from thermaxis.runtime._ports import Applied
 from thermaxis.runtime._status import Alarm
@@ -87,19 +87,84 @@ def test_it_is_told_until_somebody_acknowledges_it_and_once_more_when_it_happens
     bench.play(script)
 
 
-def test_it_goes_by_itself_after_an_hour() -> None:
+def test_it_stays_through_a_night_until_somebody_acknowledges_it() -> None:
     bench = Bench(hold_operator_s=7200.0)
     bench.machine.watched = True
 
     async def script(bench: Bench, loop: CompensationLoop) -> None:
         await held(bench, loop)
         freeze(FROZEN_S)
-        await asyncio.sleep(TOLD_S - 30.0)
-        assert len(told(loop)) == 1
-        await asyncio.sleep(60.0)
+        await asyncio.sleep(10.0)
+        (alarm,) = told(loop)
+        await asyncio.sleep(5 * 3600.0)
+        assert told(loop) == [alarm]
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        await asyncio.sleep(2.0)
         assert told(loop) == []
 
     bench.play(script)
+
+
+def test_an_acknowledge_that_waited_while_the_loop_stood_still_takes_nothing_away_unseen() -> None:
+    bench = Bench()
+    bench.machine.watched = True
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await held(bench, loop)
+        asked = asyncio.ensure_future(ask(loop, RequestKind.ACKNOWLEDGE))
+        await asyncio.sleep(0.0)
+        freeze(FROZEN_S)
+        assert await asked, "there is no fault, and nothing that was shown"
+        await asyncio.sleep(3.0)
+        assert len(told(loop)) == 1
+        assert sum("had been left at" in event.text for event in bench.said("alarm")) == 1
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        await asyncio.sleep(2.0)
+        assert told(loop) == []
+
+    bench.play(script)
+
+
+def test_what_is_found_is_in_the_history_even_where_no_alarm_was_made_before_the_next_one() -> None:
+    bench = Bench(cycle_s=0.2)
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        held_um = await held(bench, loop)
+        for times in range(1, 6):  # faster than alarms are looked for
+            bench.machine.come_back(held_um + 5.0 * times)
+            await asyncio.sleep(0.25)
+        await asyncio.sleep(3.0)
+        assert len(told(loop)) == 1
+        said = [e.text for e in bench.said("alarm") if "had been left at" in e.text]
+        assert sum(text.startswith("high: ") for text in said) == 5
+
+    bench.play(script)
+
+
+def test_an_acknowledge_accepts_no_sensor_that_jumped_while_the_loop_stood_still() -> None:
+    bench = Bench()
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(60.0)
+        request = Request(RequestKind.ACKNOWLEDGE, "Jana")
+        asked = asyncio.ensure_future(loop.submit(request))
+        await asyncio.sleep(0.0)
+        freeze(FROZEN_S)
+        bench.machine.values["s"] = 60.0
+        outcome = await asked
+        assert not outcome.accepted
+        assert "came meanwhile" in outcome.reason
+        await asyncio.sleep(3.0)
+        assert loop.status is not None
+        assert "sensor s" in {alarm.key for alarm in loop.status.alarms}
+        assert await ask(loop, RequestKind.ACKNOWLEDGE), "now it was shown"
+        await asyncio.sleep(3.0)
+        assert "sensor s" not in {alarm.key for alarm in loop.status.alarms}
+
+    bench.play(script)
+    said = [event.text for event in bench.said("request") if "came meanwhile" in event.text]
+    assert len(said) == 1
 
 
 @pytest.mark.parametrize(
@@ -192,12 +257,16 @@ def test_an_offset_is_elsewhere_when_it_is_outside_of_all_that_was_known_by_the_
 ) -> None:
     offsets = LeftOffsets()
     offsets.leave({"Z_um": written_um}, {"Z_um": Applied(written_um, None, effective_um)})
-    offsets.compare({"Z_um": found_um}, tolerance_um, number=3, now_s=7.0)
+    new = offsets.compare({"Z_um": found_um}, tolerance_um, number=3)
     low_um, high_um = sorted((written_um, effective_um))
     beyond = found_um < low_um and low_um - found_um > tolerance_um
     beyond = beyond or (found_um > high_um and found_um - high_um > tolerance_um)
-    assert offsets.elsewhere(7.0) == ((("Z_um", found_um, written_um, 3, 7.0),) if beyond else ())
-    assert offsets.elsewhere(7.0 + TOLD_S) == ()
+    assert new == ((("Z_um", found_um, written_um, 3),) if beyond else ())
+    assert offsets.elsewhere() == new
+    offsets.acknowledge({"found elsewhere Z_um 2", "found elsewhere X_um 3"})
+    assert offsets.elsewhere() == new
+    offsets.acknowledge({"found elsewhere Z_um 3"})
+    assert offsets.elsewhere() == ()
 
 
 def test_a_write_without_an_answer_may_have_arrived_or_not() -> None:
@@ -205,15 +274,15 @@ def test_a_write_without_an_answer_may_have_arrived_or_not() -> None:
         offsets = LeftOffsets()
         offsets.leave({"Z_um": 10.0}, {"Z_um": Applied(10.0, 10.0, 10.0)})
         offsets.leave({"Z_um": 12.0}, {}, refused=True)
-        offsets.compare({"Z_um": found_um}, 0.5, number=1, now_s=0.0)
-        assert [one.left_um for one in offsets.elsewhere(0.0)] == ([10.0] if says else [])
+        offsets.compare({"Z_um": found_um}, 0.5, number=1)
+        assert [one.left_um for one in offsets.elsewhere()] == ([10.0] if says else [])
 
 
 def test_what_is_not_known_or_was_never_left_is_compared_with_nothing() -> None:
     offsets = LeftOffsets()
-    offsets.compare({"Z_um": 50.0}, 0.5, number=1, now_s=0.0)
+    offsets.compare({"Z_um": 50.0}, 0.5, number=1)
     offsets.leave({"Z_um": 10.0}, {})
-    offsets.compare({"Z_um": None, "X_um": 3.0}, 0.5, number=2, now_s=1.0)
+    offsets.compare({"Z_um": None, "X_um": 3.0}, 0.5, number=2)
     offsets.forget()
-    offsets.compare({"Z_um": 90.0}, 0.5, number=3, now_s=2.0)
-    assert offsets.elsewhere(2.0) == ()
+    offsets.compare({"Z_um": 90.0}, 0.5, number=3)
+    assert offsets.elsewhere() == ()
