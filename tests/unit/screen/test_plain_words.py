@@ -1,5 +1,7 @@
 """One name for one thing, times in hours, names as written: in the program and on pages."""
 
+import errno
+import os
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +10,7 @@ from starlette.testclient import TestClient
 
 from tests.unit.screen.engineer_bench import KnownFeed, application, lathe, parts_with
 from tests.unit.screen.page_script import said_by
+from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._alarms import _sentence
 from thermaxis.runtime.historian._rows import printable_cause
 from thermaxis.screen import _probe_page, _words
@@ -147,5 +150,30 @@ def test_a_finding_of_the_self_test_keeps_the_name_that_it_begins_with(
 def test_no_kind_of_an_error_reaches_people_with_what_the_history_says() -> None:
     assert printable_cause(OSError("disk I/O error\nat row 3")) == "disk I/O error"
     assert printable_cause(KeyError("FURTHER")) == "'FURTHER' is missing"
-    assert printable_cause(ValueError()) == "no reason is stated"
     assert len(printable_cause(ValueError("x" * 5000))) == 300
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (TimeoutError(), "it took too long"),
+        (ConnectionResetError(), "the connection was cut by the other side"),
+        (ConnectionRefusedError(), "the connection was refused"),
+        (BrokenPipeError(" \n"), "the other side has closed the connection"),
+        (MemoryError(), "there is not enough memory"),
+        (ValueError(), "ValueError without a text"),
+        (KeyError(), "KeyError without a text"),
+    ],
+)
+def test_an_error_without_a_text_is_told_by_its_kind(error: BaseException, said: str) -> None:
+    assert printable_cause(error) == said
+
+
+def test_the_place_of_a_file_is_not_told_to_whoever_looks(tmp_path: Path) -> None:
+    place = tmp_path / "secret-folder" / "history.sqlite"
+    with pytest.raises(OSError, match="secret-folder") as raised:
+        place.open()
+    assert printable_cause(raised.value) == os.strerror(errno.ENOENT)
+    denied = PermissionError(errno.EACCES, "Permission denied", str(place), None, "/elsewhere")
+    assert printable_cause(denied) == "Permission denied"
+    assert printable_cause(ThermaxisError("it is torn", where=str(place))) == "it is torn"

@@ -16,13 +16,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from itertools import chain, starmap
 from operator import attrgetter
-from typing import Any, Generic, NamedTuple, TypeVar, cast, final
+from typing import Any, Final, Generic, NamedTuple, TypeVar, cast, final
 
 from thermaxis.compensation._cycle import CycleOutput
 from thermaxis.compensation._quality import Outcome, Quality, SampleQuality
 from thermaxis.compensation._requests import Answer, Request, RequestKind
 from thermaxis.compensation._supervisor import Reason, SupervisorState
-from thermaxis.errors import DataError
+from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.runtime._ports import Applied, CycleRecord, SourceSample
 from thermaxis.runtime.historian._layout import BY_OUTPUT, FLAGS, OF_RECORD, SCALARS, Layout
 
@@ -47,7 +47,23 @@ _NONE: float = struct.unpack("<d", struct.pack("<Q", NONE_BITS))[0]
 _NONE_BYTES = struct.pack("<Q", NONE_BITS)
 _MICROSECOND = timedelta(microseconds=1)
 _SEPARATOR = "|"
-_UNSTATED = "no reason is stated"
+_BY_KIND: Final[tuple[tuple[type[BaseException], str], ...]] = (
+    (TimeoutError, "it took too long"),
+    (ConnectionResetError, "the connection was cut by the other side"),
+    (ConnectionRefusedError, "the connection was refused"),
+    (ConnectionAbortedError, "the connection was given up"),
+    (BrokenPipeError, "the other side has closed the connection"),
+    (ConnectionError, "the connection failed"),
+    (FileNotFoundError, "a file or folder is not there"),
+    (PermissionError, "it is not permitted"),
+    (InterruptedError, "it was interrupted"),
+    (MemoryError, "there is not enough memory"),
+    (RecursionError, "it is nested too deeply"),
+    (EOFError, "it ends too early"),
+    (OverflowError, "a number is too large"),
+)
+"""What is said of an error that says nothing itself; the first kind that fits."""
+_LONGEST_CAUSE: Final = 300
 _LEVEL = 6
 _scalars_of = cast("Callable[[CycleOutput], tuple[float, ...]]", attrgetter(*SCALARS))
 _vectors_of = cast("Callable[[CycleOutput], tuple[Sequence[float], ...]]", attrgetter(*BY_OUTPUT))
@@ -291,11 +307,22 @@ def printable_cause(error: BaseException) -> str:
     -------
     str
         The first line of what the error says, without the name of its kind, which says nothing to
-        people.
+        people, and without the file that it names, which is nobody's business who only looks. An
+        error without a text is told by its kind: in words where there are some, else by its name.
     """
-    if isinstance(error, KeyError):  # it says no more than the key
-        return f"{error.args[0]!r} is missing"[:300] if error.args else _UNSTATED
-    return str(error).strip().partition("\n")[0][:300] or _UNSTATED
+    if isinstance(error, KeyError) and error.args:  # it says no more than the key
+        text = f"{error.args[0]!r} is missing"
+    elif isinstance(error, OSError) and error.strerror:
+        text = str(error.strerror)
+    elif isinstance(error, ThermaxisError):
+        text = error.what
+    else:
+        text = str(error)
+    first = text.strip().partition("\n")[0][:_LONGEST_CAUSE]
+    if first:
+        return first
+    words = next((words for kind, words in _BY_KIND if isinstance(error, kind)), "")
+    return words or f"{type(error).__name__} without a text"
 
 
 def _record_of(
