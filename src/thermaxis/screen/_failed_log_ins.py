@@ -1,7 +1,9 @@
 """Failed log-ins at the screen, counted by the address that they came from."""
 
 import ipaddress
-from collections import deque
+from collections import Counter, deque
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import Final, final
 
 from thermaxis.runtime._users import FAILURES_IN_ALL, REFUSED_S
@@ -53,6 +55,8 @@ class FailuresByAddress:
     whole shop may stand behind one address (a proxy, a terminal server, the panel itself), and it
     is no more than that shop's: who is logged in is not touched, and neither are other addresses.
     A log-in that succeeds takes nothing back, or whoever has an account could guess on and on.
+    An attempt whose password is being looked at counts as a failure until it is known, or several
+    at once would pass the share.
 
     Only failures of the last minute are kept, each once, and no more than the limit for all with
     what is looked at meanwhile: whatever the number of addresses, the memory is bounded.
@@ -63,6 +67,7 @@ class FailuresByAddress:
 
     def __init__(self) -> None:
         self._failures: deque[tuple[float, str]] = deque(maxlen=2 * FAILURES_IN_ALL)
+        self._under_way: Counter[str] = Counter()
 
     def left_s(self, address: str, now_s: float) -> float | None:
         """Return for how long an address is refused.
@@ -79,13 +84,53 @@ class FailuresByAddress:
         float or None
             None where a password is looked at. [s]
         """
-        while self._failures and self._failures[0][0] <= now_s - REFUSED_S:
-            self._failures.popleft()
-        counted = counted_as(address)
-        times = [time_s for time_s, one in self._failures if one == counted]
+        times = self._times(counted_as(address), now_s)
         if len(times) < FAILURES_BY_ADDRESS:
             return None
         return times[-FAILURES_BY_ADDRESS] + REFUSED_S - now_s
+
+    def taken(self, address: str, now_s: float) -> bool:
+        """Return whether what an address may still fail is being tried at this moment.
+
+        Parameters
+        ----------
+        address : str
+            Address from which a log-in comes.
+        now_s : float
+            Time, monotonic. [s]
+
+        Returns
+        -------
+        bool
+            True where failures and attempts under way together make up the share.
+        """
+        counted = counted_as(address)
+        failed = len(self._times(counted, now_s))
+        return failed + self._under_way[counted] >= FAILURES_BY_ADDRESS
+
+    @contextmanager
+    def under_way(self, address: str) -> Generator[None]:
+        """Count an attempt while its password is looked at.
+
+        Parameters
+        ----------
+        address : str
+            Address from which the log-in comes.
+        """
+        counted = counted_as(address)
+        self._under_way[counted] += 1
+        try:
+            yield
+        finally:
+            self._under_way[counted] -= 1
+            if not self._under_way[counted]:
+                del self._under_way[counted]
+
+    def _times(self, counted: str, now_s: float) -> list[float]:
+        """Return when an address has failed in the last minute; forget what is older. [s]"""
+        while self._failures and self._failures[0][0] <= now_s - REFUSED_S:
+            self._failures.popleft()
+        return [time_s for time_s, one in self._failures if one == counted]
 
     def failed(self, address: str, now_s: float) -> None:
         """Count a failure.

@@ -378,18 +378,21 @@ class Persons:
 
     async def _log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
         name = name[: LONGEST_NAME + 1]
-        now_s = self._clock.monotonic_s()
         refused = self._too_many(name, address)
         if refused is not None:
             return refused
+        if self._by_address.taken(address, self._clock.monotonic_s()):
+            return Refusal(BUSY)
         self._sweep()
         if self._acting >= self._most:
             return Refusal(FULL)
-        found = await self._session_of(name, password)
+        with self._by_address.under_way(address):
+            found = await self._session_of(name, password)
+        now_s = self._clock.monotonic_s()  # a failure counts from when it is known
         if isinstance(found, Refusal):
             if found.key == REFUSED:
                 self._failures.failed(name, now_s)
-                self._by_address.failed(address, self._clock.monotonic_s())
+                self._by_address.failed(address, now_s)
             return found
         self._failures.succeeded(name, now_s)
         return await self._admit(found, name, address)

@@ -1,7 +1,7 @@
 """One address has a share of the failed log-ins that are allowed to all, and no more."""
 
 import asyncio
-from collections import defaultdict
+from collections import Counter, defaultdict
 from typing import NoReturn
 
 import pytest
@@ -12,6 +12,7 @@ from tests.unit.runtime.status_server_parts import HandClock
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S
+from thermaxis.screen import _persons
 from thermaxis.screen._failed_log_ins import (
     FAILURES_BY_ADDRESS,
     FailuresByAddress,
@@ -19,7 +20,9 @@ from thermaxis.screen._failed_log_ins import (
 )
 from thermaxis.screen._login_page import _STATUS
 from thermaxis.screen._persons import (
+    BUSY,
     IMPOSSIBLE,
+    MOST_AT_ONCE,
     REFUSED,
     TOO_MANY,
     TOO_MANY_FROM_HERE,
@@ -108,6 +111,69 @@ def test_whoever_is_refused_takes_no_place_among_those_who_wait() -> None:
         assert {one.key for one in many} == {TOO_MANY_FROM_HERE}
 
     played(act)
+
+
+class SlowServer:
+    """Refuses whoever comes, once it is told to, as the loop's server does after argon2."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.looked_at, self.known = 0, asyncio.Event()
+        monkeypatch.setattr(_persons.PersonSession, "log_in", self.log_in)
+        monkeypatch.setattr(_persons, "is_refusal", lambda error: isinstance(error, TimeoutError))
+
+    async def log_in(self, *_: object) -> NoReturn:
+        self.looked_at += 1
+        await self.known.wait()
+        raise TimeoutError
+
+
+def slow_door(clock: HandClock) -> Persons:
+    return Persons(lambda *_: None, clock, idle_s=900.0, longest_s=28_800.0)  # type: ignore[arg-type, return-value] - never looked at
+
+
+def test_passwords_that_are_checked_at_once_do_not_pass_the_share(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def scene() -> None:
+        server, clock = SlowServer(monkeypatch), HandClock()
+        persons = slow_door(clock)
+        await persons.open()
+        for i in range(FAILURES_BY_ADDRESS - 1):
+            await persons.log_in(f"<{i}>", "a password", GUESSER)
+        knocks = [
+            asyncio.ensure_future(persons.log_in(f"user{i}", "a password", GUESSER))
+            for i in range(MOST_AT_ONCE)
+        ]
+        for _ in range(5):
+            await asyncio.sleep(0.0)
+        assert server.looked_at == 1, "the ninth has failed, the tenth is being looked at"
+        server.known.set()
+        keys = Counter([one.key for one in await asyncio.gather(*knocks)])
+        assert keys == {REFUSED: 1, BUSY: MOST_AT_ONCE - 1}
+        assert (await persons.log_in("user9", "a password", GUESSER)).key == TOO_MANY_FROM_HERE
+        await persons.close()
+
+    asyncio.run(scene())
+
+
+def test_a_failure_has_one_time_for_its_name_and_its_address_that_at_which_it_is_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def scene() -> None:
+        server, clock = SlowServer(monkeypatch), HandClock()
+        persons = slow_door(clock)
+        await persons.open()
+        knock = asyncio.ensure_future(persons.log_in("novak", "a password", GUESSER))
+        for _ in range(5):
+            await asyncio.sleep(0.0)
+        clock.now_s += 20.0
+        server.known.set()
+        assert (await knock).key == REFUSED
+        assert list(persons._failures._in_all) == [clock.now_s]
+        assert persons._by_address._times(GUESSER, clock.now_s) == [clock.now_s]
+        await persons.close()
+
+    asyncio.run(scene())
 
 
 def test_a_log_in_that_is_not_refused_for_its_password_counts_for_nobody() -> None:
