@@ -45,3 +45,35 @@ def test_what_stays_after_a_refused_span_is_marked_as_that_of_the_former_one(
     page.click("button[data-hours='1']")
     former.wait_for(state="hidden")
     assert page.get_attribute("main", "data-former") == "no"
+
+
+def test_what_stays_after_a_refused_choice_is_marked_as_that_of_the_former_one(
+    look: Callable[..., Looked],
+) -> None:
+    page = look("engineer").open("/probe")
+    page.wait_for_selector("#chart[data-drawn]")
+    former = page.locator("#former")
+    page.evaluate("document.getElementById('which').add(new Option('X', 'X_um'))")
+    page.select_option("#which", "X_um")  # no probe of this machine
+    former.wait_for()
+    assert former.inner_text().endswith("of Z.")
+    assert page.get_attribute("main", "data-former") == "yes"
+    page.select_option("#which", "Z_um")
+    former.wait_for(state="hidden")
+
+    page = look("engineer").open("/history")
+    page.wait_for_selector("#chart[data-drawn]")
+    former = page.locator("#former")
+    name = page.locator("#series button[aria-pressed=true]").first.inner_text()
+    drawn = page.locator("#series button").filter(has_text=name).first
+    page.route("**/history/trend*", refuse)
+    drawn.click()
+    former.wait_for()
+    assert f" of {name.partition(' [')[0]}, " in former.inner_text()
+    drawn.click()  # as before: what stands there is of it
+    former.wait_for(state="hidden")
+    page.click("#second-day")
+    former.wait_for()
+    page.unroute("**/history/trend*")
+    page.click("#second-off")
+    former.wait_for(state="hidden")

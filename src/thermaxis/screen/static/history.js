@@ -2,11 +2,12 @@
 // The history: any span, its series and events, a second span over it, exports.
 
 import { drawChart } from "./chart.js";
-import { startEvents } from "./history_events.js";
+import { eventMark } from "./event_marks.js";
+import { showEvents } from "./history_events.js";
 import { bySeries, labelOf } from "./history_series.js";
 import {
-  asked, clearField, element, fieldTime, markFormer, newQuestion, pointsFor, query, saved, setField,
-  spanOf, stateSpan, tellWrong, wireSpan,
+  asked, clearField, element, fieldTime, newQuestion, pointsFor, query, Refused, refused, saved,
+  setField, shows, spanOf, stateSpan, tellWrong, told, wireSpan,
 } from "./past.js";
 import { duration, moment, shortNames, word } from "./words.js";
 
@@ -23,51 +24,48 @@ let units = {};
 let chosen = [];
 /** @type {Span | null} */
 let span = null;
-/** @type {Span | null} what chart and events are of */
-let drawn = null;
 /** @type {Span | null} */
 let before = null;
 /** @type {number | null} */
 let secondFirst = null;
 const chart = element("chart");
-const events = startEvents();
 
 /** @param {Span} wanted @param {number | null} hours */
 async function show(wanted, hours = null) {
   const shown = stateSpan(wanted, hours);
   span = shown;
   keep();
+  const question = questionOf(shown);
   const signal = newQuestion();
   element("told").textContent = word("history.loading");
+  let found;
   try {
-    const [lines, second, happened] = await Promise.all([
+    found = await Promise.all([
       linesOf(shown, signal),
       secondLines(shown, signal),
       asked(`/history/events?${query(shown, {})}`, signal),
     ]);
-    tellWrong("");
-    events.show(happened);
-    draw(shown, lines, second);
-    drawn = shown;
-    markFormer(null);
   } catch (error) {
-    if (signal.aborted) return;
-    refused(/** @type {Error} */ (error).message, shown);
+    if (!signal.aborted) refused(error, question);
+    return;
   }
+  const [lines, second, happened] = found;
+  tellWrong("");
+  draw(shown, lines, second, happened.events.map(eventMark));
+  showEvents(happened);
+  shows(question);
 }
 
-/** What is shown stays, marked where it is of another span. @param {string} text
- * @param {Span | null} wanted null: the fields state none */
-function refused(text, wanted) {
-  element("told").textContent = "";
-  tellWrong(text);
-  const same = drawn?.first === wanted?.first && drawn?.last === wanted?.last;
-  markFormer(same ? null : drawn);
+/** @param {Span | null} stated null: the fields state none @returns {import("./past.js").Question} */
+function questionOf(stated) {
+  const second = secondFirst === null ? [] : [moment(secondFirst)];
+  const said = [...chosen.map(labelOf), ...second].join(", ");
+  return { span: stated, of: [...[...chosen].sort(), String(secondFirst)], said: said || "–" };
 }
 
 /** @param {Span} wanted @param {AbortSignal} signal @returns {Promise<Record<string, Past>>} */
 async function linesOf(wanted, signal) {
-  if (!chosen.length) throw new Error(word("history.no_series"));
+  if (!chosen.length) throw new Refused(word("history.no_series"));
   const more = { names: chosen, points: pointsFor(chart) };
   return (await asked(`/history/trend?${query(wanted, more)}`, signal)).series;
 }
@@ -83,8 +81,9 @@ async function secondLines(wanted, signal) {
  * @param {Span} shown
  * @param {Record<string, Past>} lines
  * @param {Record<string, Past>} second
+ * @param {import("./event_marks.js").EventMark[]} marks
  */
-function draw(shown, lines, second) {
+function draw(shown, lines, second, marks) {
   const [left, right] = unitsOf();
   const shift = secondFirst === null ? 0 : shown.first - secondFirst;
   drawChart(chart, {
@@ -92,7 +91,7 @@ function draw(shown, lines, second) {
       ...Object.entries(lines).map(([name, line], k) => lineOf(name, line, k, 0, left)),
       ...Object.entries(second).map(([name, line], k) => lineOf(name, line, k, shift, left)),
     ],
-    marks: events.marks(),
+    marks,
     marksListed: 10,
     time: true,
     first: shown.first,
@@ -224,15 +223,12 @@ function firstChoice(names) {
 /** @param {number} hours */
 async function showLength(hours) {
   const signal = newQuestion();
-  try {
-    const found = spanOf(hours, await recorded(signal));
-    if (signal.aborted) return; // another length was pressed meanwhile
-    before = null;
-    if (found) await show(found, hours);
-    else tellWrong(word("history.nothing_recorded"));
-  } catch (error) {
-    if (!signal.aborted) tellWrong(/** @type {Error} */ (error).message);
-  }
+  const all = await told(() => recorded(signal), signal);
+  if (!all || signal.aborted) return; // another length was pressed meanwhile
+  const found = spanOf(hours, all);
+  before = null;
+  if (found) await show(found, hours);
+  else tellWrong(word("history.nothing_recorded"));
 }
 
 /** @param {AbortSignal} [signal] */
@@ -288,23 +284,25 @@ function wireSecond() {
 }
 
 function wireExport() {
-  const told = document.getElementById("export-told");
+  const place = document.getElementById("export-told");
   /** @type {NodeListOf<HTMLButtonElement>} */
   const buttons = document.querySelectorAll("button[data-format]");
   const turn = (/** @type {boolean} */ off) => buttons.forEach((one) => { one.disabled = off; });
   for (const button of buttons) {
     button.addEventListener("click", async () => {
-      if (!span || !told) return;
-      told.textContent = word("history.export_works");
+      if (!span || !place) return;
+      place.textContent = word("history.export_works");
       turn(true);
       try {
         const format = button.dataset.format ?? "";
         const name = await saved(`/history/export?${query(span, { format })}`);
-        told.textContent = word("history.export_done", { name });
+        place.textContent = word("history.export_done", { name });
       } catch (error) {
-        told.textContent = /** @type {Error} */ (error).message;
+        if (!(error instanceof Refused)) throw error;
+        place.textContent = error.message;
+      } finally {
+        turn(false);
       }
-      turn(false);
     });
   }
 }
@@ -313,7 +311,7 @@ async function start() {
   wireSpan((hours) => void showLength(hours), (wanted) => {
     before = null;
     void show(wanted);
-  }, () => refused(word("history.no_span"), null));
+  }, () => refused(new Refused(word("history.no_span")), questionOf(null)));
   wireSecond();
   wireExport();
   const last = kept();
@@ -324,12 +322,7 @@ async function start() {
     await showLength(8);
     return;
   }
-  try {
-    await recorded();
-    await show(last.span);
-  } catch (error) {
-    tellWrong(/** @type {Error} */ (error).message);
-  }
+  if (await told(() => recorded())) await show(last.span);
 }
 
 void start();

@@ -1,9 +1,8 @@
 // @ts-check
-// Events in words: in the table and as marks of a chart.
+// Events in words, in the table.
 
 import { duration, exactly, moment, phrase, shortNames, signed, word } from "./words.js";
 import { englishNote, withEnglish } from "./english.js";
-import { eventMark } from "./event_marks.js";
 import { element } from "./past.js";
 
 /** @typedef {Record<string, any>} Happened */
@@ -39,26 +38,15 @@ function eventText(event) {
     : word("history.asked_refused", values);
 }
 
-/** The events of the page: `show` what the server told, and `marks` for its chart. */
-export function startEvents() {
-  /** @type {Happened[]} */
-  let shown = [];
-  return {
-    /** @param {{events: Happened[], more: boolean}} told */
-    show({ events, more }) {
-      shown = events;
-      const place = element("events");
-      place.replaceChildren(...[...events].reverse().map(rowOf));
-      const told = !events.length
-        ? word("history.events_none")
-        : more ? word("history.events_more", { count: events.length }) : "";
-      const note = events.some((one) => one.english) ? englishNote() : "";
-      element("events-told").textContent = [told, note].filter(Boolean).join(" ");
-    },
-    marks() {
-      return shown.map(eventMark);
-    },
-  };
+/** Show in the table what the server told. @param {{events: Happened[], more: boolean}} told */
+export function showEvents({ events, more }) {
+  const place = element("events");
+  place.replaceChildren(...[...events].reverse().map(rowOf));
+  const told = !events.length
+    ? word("history.events_none")
+    : more ? word("history.events_more", { count: events.length }) : "";
+  const note = events.some((one) => one.english) ? englishNote() : "";
+  element("events-told").textContent = [told, note].filter(Boolean).join(" ");
 }
 
 /** @param {Happened} event */

@@ -14,6 +14,19 @@ import { moment, word } from "./words.js";
  * @property {(number | null)[]} highest
  */
 
+/**
+ * What a page has asked for.
+ * @typedef {object} Question
+ * @property {Span | null} span null: the fields state none
+ * @property {string[]} of what else was chosen, to be compared
+ * @property {string} said the same in words
+ */
+
+/** What the server, or the page itself, refuses in words that are told to people. */
+export class Refused extends Error {}
+
+/** @type {Question | null} what chart, numbers and events are of */
+let drawn = null;
 /** @type {AbortController | null} */
 let asking = null;
 
@@ -25,7 +38,7 @@ export function newQuestion() {
 }
 
 /**
- * Ask the server; what it refuses is thrown as an Error in words.
+ * Ask the server; what it refuses is thrown in words.
  * @param {string} path
  * @param {RequestInit} [how]
  */
@@ -35,11 +48,11 @@ async function answered(path, how = {}) {
     answer = await fetch(path, how);
   } catch (error) {
     if (how.signal?.aborted) throw error;
-    throw new Error(word("history.no_answer"));
+    throw new Refused(word("history.no_answer"));
   }
   if (answer.ok) return answer;
   const found = await answer.json().catch(() => ({}));
-  throw new Error(found.text ?? word("history.no_answer"));
+  throw new Refused(found.text ?? word("history.no_answer"));
 }
 
 /**
@@ -48,7 +61,13 @@ async function answered(path, how = {}) {
  * @returns {Promise<any>}
  */
 export async function asked(path, signal) {
-  return (await answered(path, { signal })).json();
+  const answer = await answered(path, { signal });
+  try {
+    return await answer.json();
+  } catch (error) {
+    if (signal?.aborted) throw error;
+    throw new Refused(word("history.no_answer")); // it broke off, or is none of the screen's
+  }
 }
 
 /**
@@ -153,16 +172,67 @@ export function tellWrong(text) {
 }
 
 /**
- * Mark what is shown as that of another span than the fields state, or that it is of this one.
- * @param {Span | null} span what is shown; null: the span that the fields state
+ * What a question brings; a refusal is told to people, and brings nothing.
+ * @template T
+ * @param {() => Promise<T>} ask
+ * @param {AbortSignal} [signal] of a question that may be given up
+ * @returns {Promise<T | null>}
  */
-export function markFormer(span) {
-  element("content").dataset.former = span === null ? "no" : "yes";
+export async function told(ask, signal) {
+  try {
+    return await ask();
+  } catch (error) {
+    if (signal?.aborted) return null;
+    if (!(error instanceof Refused)) throw error;
+    tellWrong(error.message);
+    return null;
+  }
+}
+
+/** What was asked is shown now. @param {Question} question */
+export function shows(question) {
+  drawn = question;
+  markFormer(null);
+}
+
+/**
+ * What is shown stays, marked where it is not of what was asked.
+ * @param {unknown} error anything else than a refusal is a fault of the page, and no word for people
+ * @param {Question} question
+ */
+export function refused(error, question) {
+  if (!(error instanceof Refused)) throw error;
+  element("told").textContent = "";
+  tellWrong(error.message);
+  markFormer(drawn && isSame(drawn, question) ? null : drawn, question);
+}
+
+/** @param {Question} one @param {Question} other */
+function isSame(one, other) {
+  return one.span?.first === other.span?.first && one.span?.last === other.span?.last
+    && isSameChoice(one, other);
+}
+
+/** @param {Question} one @param {Question} other */
+function isSameChoice(one, other) {
+  return JSON.stringify(one.of) === JSON.stringify(other.of);
+}
+
+/**
+ * Say of what is shown that it is of something else than what is stated and chosen.
+ * @param {Question | null} former what is shown; null: it is of what is stated
+ * @param {Question | null} [question] what is stated
+ */
+function markFormer(former, question = null) {
+  element("content").dataset.former = former === null ? "no" : "yes";
   const place = element("former");
-  place.hidden = span === null;
-  if (span === null) return;
-  const values = { first: moment(span.first), last: moment(span.last) };
-  place.textContent = word("history.former", values);
+  place.hidden = former === null;
+  if (former === null || former.span === null) return;
+  const values = {
+    first: moment(former.span.first), last: moment(former.span.last), what: former.said,
+  };
+  place.textContent = question === null || isSameChoice(former, question)
+    ? word("history.former", values) : word("history.former_choice", values);
 }
 
 /**

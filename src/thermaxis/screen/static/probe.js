@@ -4,17 +4,16 @@
 import { drawChart } from "./chart.js";
 import { onNoData, onStatus } from "./live.js";
 import {
-  asked, element, markFormer, newQuestion, pointsFor, query, spanOf, stateSpan, tellWrong, wireSpan,
+  asked, element, newQuestion, pointsFor, query, Refused, refused, shows, spanOf, stateSpan,
+  tellWrong, told, wireSpan,
 } from "./past.js";
-import { duration, moment, number, word } from "./words.js";
+import { duration, moment, number, shortNames, word } from "./words.js";
 
 /** @typedef {import("./past.js").Span} Span */
 /** @typedef {import("./past.js").Past} Past */
 
 /** @type {Span | null} */
 let span = null;
-/** @type {Span | null} what chart and figures are of */
-let drawn = null;
 /** @type {Span | null} */
 let before = null;
 const chart = element("chart");
@@ -31,29 +30,26 @@ const DASHES = { uncompensated: "solid", compensated: "solid", model: "dash" };
 async function show(wanted, hours = null) {
   const shown = stateSpan(wanted, hours);
   span = shown;
+  const question = questionOf(shown);
   const signal = newQuestion();
   element("told").textContent = word("history.loading");
+  let found;
   try {
     const more = { name: which.value, points: pointsFor(chart) };
-    const found = await asked(`/probe/values?${query(shown, more)}`, signal);
-    tellWrong("");
-    draw(shown, found.series);
-    tell(found.figures, found.means_s);
-    drawn = shown;
-    markFormer(null);
+    found = await asked(`/probe/values?${query(shown, more)}`, signal);
   } catch (error) {
-    if (signal.aborted) return;
-    refused(/** @type {Error} */ (error).message, shown);
+    if (!signal.aborted) refused(error, question);
+    return;
   }
+  tellWrong("");
+  draw(shown, found.series);
+  tell(found.figures, found.means_s);
+  shows(question);
 }
 
-/** What is shown stays, marked where it is of another span. @param {string} text
- * @param {Span | null} wanted null: the fields state none */
-function refused(text, wanted) {
-  element("told").textContent = "";
-  tellWrong(text);
-  const same = drawn?.first === wanted?.first && drawn?.last === wanted?.last;
-  markFormer(same ? null : drawn);
+/** @param {Span | null} asked null: the fields state none @returns {import("./past.js").Question} */
+function questionOf(asked) {
+  return { span: asked, of: [which.value], said: shortNames(which.value) };
 }
 
 /** @param {Span} shown @param {Record<string, Past>} series */
@@ -107,15 +103,12 @@ function tell(figures, meansS) {
 /** @param {number} hours */
 async function showLength(hours) {
   const signal = newQuestion();
-  try {
-    const found = spanOf(hours, await asked("/history/series", signal));
-    if (signal.aborted) return; // another length was pressed meanwhile
-    before = null;
-    if (found) await show(found, hours);
-    else tellWrong(word("history.nothing_recorded"));
-  } catch (error) {
-    if (!signal.aborted) tellWrong(/** @type {Error} */ (error).message);
-  }
+  const recorded = await told(() => asked("/history/series", signal), signal);
+  if (!recorded || signal.aborted) return; // another length was pressed meanwhile
+  const found = spanOf(hours, recorded);
+  before = null;
+  if (found) await show(found, hours);
+  else tellWrong(word("history.nothing_recorded"));
 }
 
 /** @param {number | null} value @param {string} id */
@@ -141,5 +134,5 @@ which.addEventListener("change", () => {
 wireSpan((hours) => void showLength(hours), (wanted) => {
   before = null;
   void show(wanted);
-}, () => refused(word("history.no_span"), null));
+}, () => refused(new Refused(word("history.no_span")), questionOf(null)));
 void showLength(8);

@@ -1,0 +1,80 @@
+"""What stays on a page after a question that failed, by the script that history and probe share."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.unit.screen.page_script import said_by
+from thermaxis.screen import _words
+
+SCRIPT = Path(_words.__file__).parent / "static" / "past.js"
+BENCH = """
+const places = {};
+globalThis.document = {
+  body: { dataset: {} },
+  documentElement: { lang: "en" },
+  getElementById: (id) => id === "words" ? null : (places[id] ??= { dataset: {} }),
+};
+const past = await import("file://SCRIPT");
+const { asked, Refused, refused, shows, told } = past;
+const span = (first) => ({ first, last: first + 10 });
+const of = (at, ...chosen) => ({ span: at, of: chosen, said: chosen.join() });
+const isFormer = () => places.content.dataset.former === "yes";
+process.stdout.write(JSON.stringify(await (async () => { BODY })()));
+"""
+
+
+def said(body: str) -> Any:
+    """Return what a script says that has the module's functions."""
+    return said_by(BENCH.replace("SCRIPT", str(SCRIPT)).replace("BODY", body))
+
+
+@pytest.mark.parametrize(
+    ("stated", "former"),
+    [
+        ("of(span(0), 'A')", False),
+        ("of(span(1), 'A')", True),
+        ("of(span(0), 'B')", True),
+        ("of(span(0), 'A', 'B')", True),
+        ("of(null, 'A')", True),
+    ],
+)
+def test_what_stands_there_is_marked_unless_it_is_of_just_what_was_asked(
+    stated: str, former: bool
+) -> None:
+    found = said(
+        f"""
+        shows(of(span(0), 'A'));
+        refused(new Refused("no"), {stated});
+        const marked = isFormer();
+        shows({stated});
+        return [marked, isFormer(), places.wrong.textContent];
+        """
+    )
+    assert found == [former, False, "no"]
+
+
+def test_an_error_of_the_page_itself_is_no_word_for_people() -> None:
+    found = said(
+        """
+        const errors = [];
+        try { refused(new TypeError("x is undefined"), of(span(0))); }
+        catch (error) { errors.push(error.name); }
+        try { await told(() => { throw new TypeError("x is undefined"); }); }
+        catch (error) { errors.push(error.name); }
+        const nothing = await told(() => { throw new Refused("too long"); });
+        return [errors, nothing, places.wrong.textContent];
+        """
+    )
+    assert found == [["TypeError", "TypeError"], None, "too long"]
+
+
+def test_an_answer_that_breaks_off_is_a_refusal_in_words() -> None:
+    found = said(
+        """
+        globalThis.fetch = async () => ({ ok: true, json: async () => JSON.parse("{") });
+        try { await asked("/history/series"); } catch (error) { return error instanceof Refused; }
+        """
+    )
+    assert found is True
