@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal, final
@@ -441,8 +442,13 @@ class MachineConfiguration:
         except ThermaxisError as error:
             raise _without_folder(error, file) from error
 
-    def models_to_choose(self) -> tuple[str, ...]:
+    def models_to_choose(self, most: int | None = None) -> tuple[str, ...]:
         """Return the names of the files that an operator may choose from, in order.
+
+        Parameters
+        ----------
+        most : int, optional
+            Only so many, the first by name. Default: all. [1]
 
         Returns
         -------
@@ -454,15 +460,11 @@ class MachineConfiguration:
         if self.model_folder is None or not self.model_folder.is_dir():
             return ()
         folder = self.model_folder.resolve()
-        return tuple(
-            sorted(
-                path.name
-                for path in folder.glob("*.json")
-                if _may_be_named(path.name)
-                and path.is_file()
-                and path.resolve().is_relative_to(folder)
-            )
+        paths = sorted(path for path in folder.glob("*.json") if _may_be_named(path.name))
+        found = (
+            path.name for path in paths if path.is_file() and path.resolve().is_relative_to(folder)
         )
+        return tuple(islice(found, most))
 
 
 def _may_be_named(name: str) -> bool:

@@ -15,6 +15,8 @@ MOST_BYTES_AT_ONCE: Final = 4_000_000
 """So much is read for one look at the list; what is left comes with the next one. [byte]"""
 MOST_JUDGED: Final = 64
 """So many files of a folder are judged, the first by name. [1]"""
+MOST_LISTED: Final = 256
+"""So many files of a folder are listed, the first by name. [1]"""
 NOT_READ: Final = "model.choice_not_read"
 """Key of the words for a file that was not judged: it may be chosen all the same."""
 
@@ -61,9 +63,9 @@ class ModelChoices:
         Returns
         -------
         tuple of Choice
-            In order of their names; empty where there is no folder.
+            In order of their names, at most `MOST_LISTED`; empty where there is no folder.
         """
-        names = self._configuration.models_to_choose()
+        names = self._configuration.models_to_choose(MOST_LISTED)
         self._known = {name: known for name, known in self._known.items() if name in names}
         left_bytes = MOST_BYTES_AT_ONCE
         found: list[Choice] = []

@@ -1,6 +1,7 @@
 """The page of the model in force: what it is made of, where it may be believed, and another one."""
 
 import asyncio
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, cast, final
 
@@ -10,14 +11,26 @@ from starlette.routing import BaseRoute, Route
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._config_settings import MachineConfiguration, ModelFile, read_model_file
+from thermaxis.runtime._ports import Clock
 from thermaxis.runtime._users import Role
 from thermaxis.screen._access import answer_json, needs, parts_of, visitor_of
+from thermaxis.screen._aside import Aside
+from thermaxis.screen._history import Kept
 from thermaxis.screen._model_choices import Choice, ModelChoices
 from thermaxis.screen._model_facts import Json, facts_of_model
 
 if TYPE_CHECKING:
     from thermaxis.screen._parts import ScreenParts
 
+LIMIT_S: Final = 4.0
+"""A folder that does not answer for so long is waited for no longer: it may lie in a network. [s]
+"""
+KEPT_S: Final = 2.0
+"""A list of the folder serves all who ask within this time. [s]"""
+MOST_READING: Final = 2
+"""Threads that read models; one that hangs keeps its place. [1]"""
+HANGS: Final = "The folder of the models does not answer."
+"""Why the model in force cannot be shown while the folder hangs."""
 MOST_KNOWN: Final = 8
 """Models whose facts are kept. [1]"""
 NO_STATUS = "model.no_status"
@@ -163,13 +176,12 @@ def _told(parts: "ScreenParts", language: str, choice: Choice) -> Json:
 @needs(Role.VIEWER)
 async def _choice(request: Request) -> Response:
     """Tell the hash of a model that may be chosen, by which a page sees that it is in force."""
-    configuration = parts_of(request).configuration
+    name = request.query_params.get("name", "")
     try:
-        path = configuration.find_model(request.query_params.get("name", ""))
-        found = await asyncio.to_thread(read_model_file, path)
-    except ConfigurationError:  # the loop says what is wrong, when it is asked for it
+        sha256 = await _read_models(request).hash_of(name)
+    except (ConfigurationError, TimeoutError):  # the loop says what is wrong, when it is asked
         return answer_json({"sha256": None})
-    return answer_json({"sha256": found.sha256})
+    return answer_json({"sha256": sha256})
 
 
 class Read(NamedTuple):
@@ -188,17 +200,29 @@ class ReadModels:
     """Models in force that were read, by hash and diameter, so that viewers cost nothing more.
 
     The hash is of the model itself: what it was read from may change or go. One is read at a
-    time, in a thread; what cannot be shown is looked for again.
+    time, in a thread; what cannot be shown is looked for again. While the folder does not answer,
+    the last list of it stands, and what is known of the model in force is shown.
 
     Parameters
     ----------
     configuration : MachineConfiguration
         The machine's configuration.
+    clock : Clock
+        Time.
+    limit_s : float
+        Longest time for which the folder is waited for. [s]
     """
 
-    def __init__(self, configuration: MachineConfiguration) -> None:
+    def __init__(
+        self, configuration: MachineConfiguration, clock: Clock, *, limit_s: float = LIMIT_S
+    ) -> None:
         self._configuration = configuration
+        self._limit_s = limit_s
+        self._looking = Aside(limit_s, 1)  # a look remembers: there is never a second one beside it
+        self._reading = Aside(limit_s, MOST_READING)
         self._choices = ModelChoices(configuration)
+        self._last: tuple[Choice, ...] = ()
+        self._kept = Kept(self._look, clock, KEPT_S)
         self._known: dict[tuple[str, str, float | None], tuple[Found, Json]] = {}
         self._turn = asyncio.Lock()
 
@@ -220,17 +244,51 @@ class ReadModels:
             The model with its facts, or why there is none.
         """
         key = (name, sha256, diameter_mm)
-        async with self._turn:
-            choices = await asyncio.to_thread(self._choices.look)
-            known = self._known.get(key)
-            if known is not None:
-                return Read(*known, choices)
-            found, facts = await asyncio.to_thread(self._read, *key)
+        choices = await self._kept.get()
+        known = self._known.get(key)
+        if known is not None:
+            return Read(*known, choices)
+        try:
+            async with asyncio.timeout(self._limit_s), self._turn:
+                known = self._known.get(key)  # who waited finds what the one before has read
+                if known is not None:
+                    return Read(*known, choices)
+                found, facts = await self._reading.run(lambda: self._read(*key))
+        except TimeoutError:
+            return Read(Found(None, NO_FILE, HANGS), None, choices)
         if facts is not None:
             self._known[key] = found, facts
             for oldest in list(self._known)[:-MOST_KNOWN]:
                 del self._known[oldest]
         return Read(found, facts, choices)
+
+    async def hash_of(self, name: str) -> str:
+        """Return the hash of a model of the folder.
+
+        Parameters
+        ----------
+        name : str
+            Name of its file.
+
+        Returns
+        -------
+        str
+            SHA-256, as the loop tells it once the model is in force.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no such model.
+        TimeoutError
+            If the folder does not answer in time.
+        """
+        find = self._configuration.find_model
+        return await self._reading.run(lambda: read_model_file(find(name)).sha256)
+
+    async def _look(self) -> tuple[Choice, ...]:
+        with contextlib.suppress(OSError):  # such as no answer in time: the list of before stands
+            self._last = await self._looking.run(self._choices.look)
+        return self._last
 
     def _read(self, name: str, sha256: str, diameter_mm: float | None) -> tuple[Found, Json | None]:
         configuration = self._configuration
@@ -244,5 +302,6 @@ def _read_models(connection: HTTPConnection) -> ReadModels:
     """Return what was read, for all viewers; made at the first question."""
     state = connection.app.state
     if not hasattr(state, "read_models"):
-        state.read_models = ReadModels(parts_of(connection).configuration)
+        parts = parts_of(connection)
+        state.read_models = ReadModels(parts.configuration, parts.clock)
     return cast("ReadModels", state.read_models)

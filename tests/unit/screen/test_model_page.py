@@ -1,14 +1,17 @@
 """The model's page: the model in force, or in words why nothing is shown."""
 
+import asyncio
 import json
 import re
 import shutil
+import threading
 from pathlib import Path
 from typing import Any
 
 import pytest
 from starlette.testclient import TestClient
 
+from tests.opcua_server import until
 from tests.unit.screen.engineer_bench import (
     CHANNELS,
     EXAMPLE,
@@ -23,15 +26,24 @@ from thermaxis.files.model_json import read_model, write_model
 from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._config_settings import MachineConfiguration
 from thermaxis.runtime._users import Role
+from thermaxis.runtime._virtual_time import VirtualClock
 from thermaxis.screen import _model_page
 from thermaxis.screen._model_choices import (
     LARGEST_JUDGED_BYTES,
     MOST_JUDGED,
+    MOST_LISTED,
     NOT_READ,
     Choice,
     ModelChoices,
 )
-from thermaxis.screen._model_page import model_in_force
+from thermaxis.screen._model_page import (
+    HANGS,
+    MOST_READING,
+    NO_FILE,
+    Found,
+    ReadModels,
+    model_in_force,
+)
 
 STATUS = told_by_a_loop(lathe(), dict.fromkeys(CHANNELS, 21.0), seconds=20)
 
@@ -276,6 +288,61 @@ def test_a_file_is_read_for_the_list_once_for_each_content_and_little_at_once(
     (folder / "padded0.json").unlink()
     assert "padded0.json" not in [choice.name for choice in choices.look()]
     assert len(read) == len(looks[1]) + 1
+
+
+def test_a_folder_that_hangs_stops_nobody_and_leaves_few_threads_behind(
+    machine: MachineConfiguration, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers, hung = threading.Event(), threading.Event()
+    look, read = ModelChoices.look, _model_page.read_model_file
+
+    def left_behind() -> int:
+        return sum(thread.name == "aside" for thread in threading.enumerate())
+
+    def waits() -> None:
+        if hung.is_set():
+            answers.wait(20.0)
+
+    def slow_look(choices: ModelChoices) -> tuple[Choice, ...]:
+        waits()
+        return look(choices)
+
+    def slow_read(path: Path) -> Any:
+        waits()
+        return read(path)
+
+    monkeypatch.setattr(ModelChoices, "look", slow_look)
+    monkeypatch.setattr(_model_page, "read_model_file", slow_read)
+    monkeypatch.setattr(_model_page, "KEPT_S", 0.0)
+    in_force, other = ("lathe.json", machine.model.sha256), ("lathe.json", "0" * 64)
+
+    async def scene() -> None:
+        models = ReadModels(machine, VirtualClock(), limit_s=0.05)
+        before = await models.of(*in_force, None)
+        assert before.choices
+        hung.set()
+        async with asyncio.timeout(10.0):
+            known = await asyncio.gather(*(models.of(*in_force, None) for _ in range(20)))
+            unknown = await asyncio.gather(*(models.of(*other, None) for _ in range(20)))
+            with pytest.raises(TimeoutError):
+                await models.hash_of("lathe.json")
+        assert all(one == before for one in known)
+        assert {one.found for one in unknown} == {Found(None, NO_FILE, HANGS)}
+        assert all(one.choices == before.choices for one in unknown)
+        assert 0 < left_behind() <= 1 + MOST_READING
+        answers.set()
+        await until(lambda: left_behind() == 0)
+        assert await models.hash_of("lathe.json") == machine.model.sha256
+
+    asyncio.run(scene())
+
+
+def test_only_so_many_files_of_a_folder_are_listed(machine: MachineConfiguration) -> None:
+    for k in range(MOST_LISTED + 5):
+        (machine.model.path.parent / f"{k:03d}.json").write_text("{}", "utf-8")
+    found = [choice.name for choice in ModelChoices(machine).look()]
+    assert found == [f"{k:03d}.json" for k in range(MOST_LISTED)]
+    assert len(machine.models_to_choose()) == MOST_LISTED + 6
 
 
 def test_only_so_many_files_of_a_folder_are_judged(machine: MachineConfiguration) -> None:
