@@ -29,6 +29,8 @@ from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
+STARTED = datetime.now(UTC) - timedelta(hours=2)
+"""When the loop was started: all that is made up is told by one and the same."""
 START = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 
 
@@ -48,7 +50,7 @@ def made_up(
         "format": "thermaxis-status",
         "version": 1,
         "machine": "virtual lathe",
-        "started": since.isoformat(),
+        "started": STARTED.isoformat(),
         "utc": datetime.now(UTC).isoformat(timespec="milliseconds"),
         "number": 51234,
         "cycle_s": 1.0,

@@ -435,6 +435,7 @@ def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
         assert "not yet effective" in line.inner_text()
         told = made_up()
         told["outputs"]["Z_um"] |= {"trim_um": 19.0, "wanted_um": -16.2}
+        told["outputs"]["Z_um"] |= {"trim_owner": "novak", "trim_left_s": 1795.0}
         shown(page, stand_in, told)
         assert "not yet effective" in line.inner_text()  # it is on its way
         told["outputs"]["Z_um"] |= {"correction_um": -16.3}
@@ -522,7 +523,8 @@ def test_a_request_without_an_answer_is_watched_until_it_is_effective(
         assert "✕" not in line.inner_text()
         assert "not yet effective" in line.inner_text()
         shown(page, stand_in, made_up(state="Holding", reasons=["an operator holds it"]))
-        assert "✓ effective" in line.inner_text()
+        assert "the state is as asked" in line.inner_text()
+        assert "✓ effective" not in line.inner_text()  # somebody else may have asked it
 
 
 def test_a_question_that_the_screen_itself_does_not_answer_is_no_refusal(

@@ -82,3 +82,39 @@ def test_what_somebody_else_has_taken_back_is_not_asked_for_again(
         shown(page, stand_in, made_up())
         page.get_by_text("nothing to ask for any more: no trim is set").wait_for()
         assert not ready(page)
+
+
+def test_a_confirmation_whose_output_is_no_more_says_so_and_cannot_be_confirmed(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, wrong = opened(context, stand_in)
+        page.click('[data-ask="Trim"]')
+        page.click("dialog .op-steps button:has-text('+1')")
+        page.click("dialog .main")
+        assert ready(page)
+        shown(page, stand_in, made_up(outputs=("X_um",)))
+        page.get_by_text("nothing to ask for any more: this output is no more").wait_for()
+        assert not ready(page)
+        assert wrong == []
+
+
+def test_a_confirmation_that_cannot_be_drawn_cannot_be_confirmed(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    script = """async () => {
+      const { ask } = await import("/static/ask.js");
+      let known = true;
+      const text = () => { if (known) return ["it is known"]; throw new Error("not any more"); };
+      void ask("Hold", [], { title: "Hold", text });
+      const confirm = document.querySelector("dialog[open] .main");
+      const before = confirm.disabled;
+      known = false;
+      await new Promise((go) => { addEventListener("error", go, { once: true }); });
+      return [before, confirm.disabled];
+    }"""
+    with context_of(browser, "en") as context:
+        page, wrong = opened(context, stand_in)
+        page.wait_for_selector('body[data-live="yes"]')
+        assert page.evaluate(script) == [False, True]
+        assert any("not any more" in one for one in wrong)

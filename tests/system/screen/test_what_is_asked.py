@@ -157,7 +157,7 @@ def test_a_diameter_beyond_the_models_table_says_which_gain_counts(
 def test_another_model_is_effective_only_once_the_compensation_follows_it(
     browser: Browser, stand_in: StandIn
 ) -> None:
-    asked = {"method": "ChooseModel", "args": ["new.json"], "sha256": "ab"}
+    asked = {"method": "ChooseModel", "args": ["new.json"], "sha256": "ab", "model": "old.json cd"}
     mine = {"model_file": "new.json", "sha256": "ab"}
     settles = ["the model has not run for long enough"]
     with context_of(browser, "en") as context:
@@ -228,6 +228,20 @@ def test_another_person_in_the_same_window_finds_no_requests_of_somebody_else(
         drawn(page)
         assert page.text_content("#request") == ""
         assert page.evaluate("sessionStorage.length") <= 1  # the empty list of who looks now
+
+
+def test_after_a_log_out_the_list_of_requests_begins_anew(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        page.click('[data-ask="Hold"]')
+        page.click("dialog .main")
+        page.wait_for_selector('#request[data-answer="accepted"]')
+        with page.expect_navigation():
+            page.click("#logout")
+        page.wait_for_selector(".op-card")  # the stand-in lets the same person in again
+        assert page.text_content("#request") == ""
 
 
 def test_the_model_page_shows_a_diameter_as_it_was_stated(

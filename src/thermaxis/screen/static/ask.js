@@ -3,14 +3,14 @@
 // requested, accepted or refused with the reason, and effective when the loop's status shows it.
 // A question without an answer is neither: it may still take effect, and is watched like the others.
 
-import { acts, stageOf } from "./ask_effects.js";
 import { keep, kept } from "./ask_kept.js";
+import { modelOf } from "./ask_effects.js";
+import { LATE_MS, watch } from "./ask_watch.js";
 import { withEnglish } from "./english.js";
 import { post } from "./frame.js";
 import { latest, onNoData, onStatus } from "./live.js";
 import { asSentence, clock, duration, word } from "./words.js";
 
-const LATE_MS = 15 * 60 * 1000;
 const LONGEST_MS = 60 * 1000;
 const MOST_COURSES = 3;
 
@@ -30,8 +30,11 @@ const MOST_COURSES = 3;
  * @property {number | null} answered
  * @property {string} reason in words; may be empty
  * @property {string[]} english what of the reason is English on a page of another language
- * @property {string} started when the loop was started that was asked
+ * @property {string} started when the loop was started that was asked; empty if that is not known
  * @property {number} number the loop's number when it was asked
+ * @property {string} model file and hash of the model in force when it was asked
+ * @property {string} person name under which it was asked
+ * @property {string} ended why it is watched no more, one of ENDS; empty while it is
  * @property {string} stage how far it came before it is effective, in words; may be empty
  * @property {number | null} came when it was effective
  * @property {boolean} blind whether there are no data now
@@ -101,6 +104,9 @@ function begin(method, args, wording) {
     english: [],
     started: latest()?.started ?? "",
     number: latest()?.number ?? -1,
+    model: modelOf(latest()),
+    person: document.body.dataset.name ?? "",
+    ended: "",
     stage: "",
     came: null,
     blind: latest() === null,
@@ -148,21 +154,8 @@ function kindOf(answer) {
 
 /** @param {Status} status */
 function look(status) {
-  for (const course of courses) {
-    course.blind = false;
-    const may = ["accepted", "unknown"].includes(course.answer) && course.came === null;
-    if (!may || !isLater(status, course)) continue;
-    if (acts(status, course)) course.came = Date.now();
-    course.stage = stageOf(status, course);
-  }
+  watch(courses, status, Date.now());
   tell();
-}
-
-/** Whether a status was said after a request: a loop that was started again counts anew.
- * @param {Status} status @param {Course} course */
-function isLater(status, course) {
-  return status.started === course.started || course.started === ""
-    ? status.number > course.number : true;
 }
 
 // ---- the line that shows its course ----------------------------------------------------------
@@ -229,16 +222,24 @@ function shortOf(course) {
   return line;
 }
 
+/** @type {Record<string, () => string>} */
+const ENDED = {
+  replaced: () => word("operator.effect_replaced"),
+  restarted: () => word("operator.effect_restarted"),
+  late: () => word("operator.effective_late", { time: duration(LATE_MS / 1000) }),
+  unseen: () => word("operator.effective_unknown"),
+};
+
 /** @param {Course} course */
 function effectOf(course) {
-  if (course.came) return `✓ ${word("operator.effective_at", { time: clock(course.came) })}`;
-  if (course.blind) return word("operator.effective_unknown");
-  if (course.stage) return course.stage;
-  const passed = Date.now() - (course.answered ?? Date.now());
-  if (passed > LATE_MS) {
-    return word("operator.effective_late", { time: duration(passed / 1000) });
+  if (course.came) {
+    const time = clock(course.came);
+    return course.answer === "unknown" ? word("operator.as_asked_at", { time })
+      : `✓ ${word("operator.effective_at", { time })}`;
   }
-  return word("operator.effective_waits");
+  if (course.ended) return ENDED[course.ended]?.() ?? "";
+  if (course.blind) return word("operator.effective_unknown");
+  return course.stage || word("operator.effective_waits");
 }
 
 function ownPlace() {
@@ -262,23 +263,32 @@ function confirmed(wording) {
   const why = made("p", word("operator.why_no_data"), "ask-wrong");
   /** @param {Status | null} status */
   const show = (status) => {
-    const blind = status === null && wording.blind;
-    confirm.disabled = status === null && !blind;
-    if (status === null && !blind) {
+    let may = false; // also where this fails
+    try {
+      may = said(status);
+    } finally {
+      confirm.disabled = !may;
+    }
+  };
+  /** Say what will happen, or why nothing can be asked. @param {Status | null} status
+   * @returns {boolean} whether it can be asked */
+  const said = (status) => {
+    if (status === null && !wording.blind) {
       why.textContent = word("operator.why_no_data");
       why.hidden = false;
       delete body.dataset.told;
-      return;
+      return false;
     }
     const blocked = status === null ? "" : wording.blocked?.(status) ?? "";
-    confirm.disabled = blocked !== "";
     const lines = blocked ? [] : textOf(wording, status);
     const told = [blocked, ...lines].join("\n");
-    if (body.dataset.told === told) return;
-    body.dataset.told = told;
-    why.hidden = blocked === "";
-    if (blocked) why.textContent = word("operator.nothing_to_ask", { why: blocked });
-    body.replaceChildren(...lines.map((line) => made("p", line)), why);
+    if (body.dataset.told !== told) {
+      body.dataset.told = told;
+      why.hidden = blocked === "";
+      if (blocked) why.textContent = word("operator.nothing_to_ask", { why: blocked });
+      body.replaceChildren(...lines.map((line) => made("p", line)), why);
+    }
+    return blocked === "";
   };
   body.append(why);
   show(latest());

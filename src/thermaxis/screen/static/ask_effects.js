@@ -10,6 +10,9 @@ import { word } from "./words.js";
  * @property {string} method
  * @property {(string | number)[]} args
  * @property {string | null} [sha256] hash of a model's file; null where the screen cannot read it
+ * @property {string} person name under which it was asked
+ * @property {number} number the loop's number when it was asked
+ * @property {string} model file and hash of the model in force when it was asked
  */
 
 const HELD = ["an operator holds it", "it was held for as long as it may be"];
@@ -17,6 +20,8 @@ const SETTLING = "the model has not run for long enough";
 const NEAR_ZERO_UM = 0.05;
 const HALF_A_STEP_UM = 0.5; // of a control that keeps its offset in whole micrometres
 const SAME = 1e-6;
+const OVERRUN = 0.1; // by such a part cycles may last longer than they should
+const ROUNDED_S = 2; // of the status that the page saw as it was asked, and of the time that is left
 
 /** What a sensor's quality is called whose value waits for a person's word. */
 export const JUMPED = "the value jumped";
@@ -49,10 +54,13 @@ const EFFECTS = {
   Resume: (status) => !isHeld(status),
   Acknowledge: (status) => status.state !== "Fault" && foundElsewhere(status).length === 0
     && Object.values(status.inputs).every((input) => input.quality !== JUMPED),
-  Trim: (status, { args: [output, value] }) => {
+  Trim: (status, asked) => {
+    const [output, value] = asked.args;
     const axis = status.outputs[String(output)];
     if (!axis || Math.abs(axis.trim_um - Number(value)) > SAME) return false;
-    return status.state === "Active" && arrived(axis, axis.wanted_um);
+    const active = status.state === "Active";
+    if (value === 0) return !active || arrived(axis, axis.wanted_um); // elsewhere nothing moves
+    return active && isTrimAsked(status, axis, asked) && arrived(axis, axis.wanted_um);
   },
   Diameter: (status, { args: [value] }) => status.diameter_mm === value,
   NoDiameter: (status) => status.diameter_mm === null,
@@ -76,14 +84,41 @@ export function acts(status, asked) {
  * @param {Asked} asked
  */
 export function stageOf(status, asked) {
-  if (asked.method !== "ChooseModel" || !isLoaded(status, asked)) return "";
+  if (asked.method !== "ChooseModel") return "";
+  if (isNotKnown(status, asked)) return word("operator.effective_unknown");
+  if (!isLoaded(status, asked)) return "";
   return status.reasons.includes(SETTLING)
     ? word("ask.model_settles") : word("ask.model_waits");
 }
 
+/** File and hash of the model in force. @param {Status | null} status */
+export function modelOf(status) {
+  return status ? `${status.model_file} ${status.model_sha256}` : "";
+}
+
 /** @param {Status} status @param {Asked} asked */
-function isLoaded(status, { args: [file], sha256 }) {
-  return status.model_file === file && (!sha256 || status.model_sha256 === sha256);
+function isLoaded(status, asked) {
+  if (status.model_file !== asked.args[0] || isNotKnown(status, asked)) return false;
+  return !asked.sha256 || status.model_sha256 === asked.sha256;
+}
+
+/** Whether a model of the name that is in force already may have been read anew, or not.
+ * @param {Status} status @param {Asked} asked */
+function isNotKnown(status, { args: [file], sha256, model }) {
+  return !sha256 && status.model_file === file && modelOf(status) === model;
+}
+
+/**
+ * Whether a trim is the one that was asked for: that person's, with the time that is left of it.
+ * @param {Status} status
+ * @param {any} axis
+ * @param {Asked} asked
+ */
+function isTrimAsked(status, axis, { args: [, , seconds], person, number }) {
+  const passedS = (status.number - number) * status.cycle_s;
+  const leastS = Number(seconds) - (1 + OVERRUN) * passedS - ROUNDED_S - status.cycle_s;
+  return axis.trim_owner === person
+    && axis.trim_left_s > leastS && axis.trim_left_s <= Number(seconds) + SAME;
 }
 
 /**

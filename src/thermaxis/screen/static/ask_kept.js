@@ -2,44 +2,80 @@
 // The last requests of a person, kept in this window of the browser from page to page until
 // somebody else looks, or nobody: another log-in begins with an empty list.
 
+import { ENDS } from "./ask_watch.js";
+
 /** @typedef {import("./ask.js").Course} Course */
 
-const KEPT = "thermaxis.requests";
+const KEPT = "thermaxis.requests.2"; // with another form of a course another number
 const ANSWERS = ["waits", "accepted", "refused", "unknown"];
+const TEXTS = ["method", "title", "reason", "started", "model", "person", "stage"];
 
-function person() {
-  return document.body.dataset.name ?? "";
+/** Who has logged in when: people may share a name, but not the token of a log-in, which is kept
+ * as a number that it cannot be made of again. */
+function logIn() {
+  const { name = "", token = "" } = document.body.dataset;
+  let hash = 0x811c9dc5; // FNV-1a
+  for (const letter of token) {
+    hash = Math.imul(hash ^ (letter.codePointAt(0) ?? 0), 0x01000193) >>> 0;
+  }
+  return name ? `${hash} ${name}` : "";
 }
 
 /** @param {Course[]} courses */
 export function keep(courses) {
-  if (!person()) return;
+  if (!logIn()) return;
   try {
-    sessionStorage.setItem(KEPT, JSON.stringify({ name: person(), courses }));
+    sessionStorage.setItem(KEPT, JSON.stringify({ logIn: logIn(), courses }));
   } catch {
     // a browser that keeps nothing shows what this page has asked
   }
 }
 
-/** What this person has asked from another page. @returns {Course[]} */
+/** What was asked from another page since this log-in. @returns {Course[]} */
 export function kept() {
   try {
     const found = JSON.parse(sessionStorage.getItem(KEPT) ?? "{}");
-    if (person() && found.name === person() && Array.isArray(found.courses)) {
+    if (logIn() && found.logIn === logIn() && Array.isArray(found.courses)) {
       return found.courses.filter(isCourse).map(unanswered);
     }
-    sessionStorage.removeItem(KEPT);
+    forget();
   } catch {
     // nothing is kept, or nothing of ours
   }
   return [];
 }
 
+/** Whoever comes after a log-out begins with an empty list. */
+export function forget() {
+  try {
+    sessionStorage.removeItem(KEPT);
+  } catch {
+    // a browser that keeps nothing has nothing to forget
+  }
+}
+
 /** @param {any} one */
 function isCourse(one) {
-  return one !== null && typeof one === "object" && typeof one.title === "string"
-    && typeof one.method === "string" && Array.isArray(one.args) && Array.isArray(one.english)
-    && Number.isFinite(one.requested) && ANSWERS.includes(one.answer);
+  return one !== null && typeof one === "object"
+    && TEXTS.every((name) => typeof one[name] === "string")
+    && Array.isArray(one.args) && one.args.every(isArgument)
+    && Array.isArray(one.english)
+    && one.english.every((/** @type {unknown} */ text) => typeof text === "string")
+    && Number.isFinite(one.requested) && Number.isFinite(one.number)
+    && isTime(one.answered) && isTime(one.came)
+    && (one.sha256 === null || typeof one.sha256 === "string")
+    && typeof one.blind === "boolean"
+    && ANSWERS.includes(one.answer) && ENDS.includes(one.ended);
+}
+
+/** @param {unknown} one */
+function isArgument(one) {
+  return typeof one === "string" || Number.isFinite(one);
+}
+
+/** @param {unknown} one */
+function isTime(one) {
+  return one === null || Number.isFinite(one);
 }
 
 /** The page that waited for an answer is gone: it may still take effect. @param {Course} course

@@ -1,6 +1,7 @@
 // @ts-check
 // What every page has: state, alarms, NO DATA, time of day, language, theme, log-out.
 
+import { forget } from "./ask_kept.js";
 import { noDataWords, onLive, onNoData, onStatus, onVisitor, startLive } from "./live.js";
 import { clock, word } from "./words.js";
 
@@ -160,7 +161,9 @@ byId("language")?.addEventListener("change", async (event) => {
   else select.value = document.documentElement.lang;
 });
 byId("logout")?.addEventListener("click", async () => {
-  if (await went("/logout", {})) location.assign("/");
+  if (!(await went("/logout", {}))) return;
+  forget();
+  location.assign("/");
 });
 showNotice();
 tick();
