@@ -16,7 +16,8 @@ def configuration_sha256(configuration: MachineConfiguration) -> str:
     loop runs, has a hash of its own.
 
     Not protected: what is not in it may differ, such as the nodes of sensors and outputs, and
-    where the history lies, which another computer names otherwise.
+    where the history lies, which another computer names otherwise. Two versions of the program may
+    understand one file differently, and then have two hashes: a status names its version too.
 
     Parameters
     ----------

@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from enum import Enum
 from typing import NamedTuple, final
 
+from thermaxis import __version__
 from thermaxis.compensation import Compensation, CycleOutput, Limits, SampleQuality, SupervisorState
 from thermaxis.runtime._ports import NOT_READ, Applied, SourceSample
 from thermaxis.runtime._status import Alarm, RuntimeStatus
@@ -550,6 +551,7 @@ def as_json(now: Snapshot) -> str:
         {
             "format": "thermaxis-status",
             "version": 1,
+            "program_version": __version__,
             "machine": s.machine,
             "started": _iso(s.started),
             "utc": _iso(s.utc),

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from starlette.requests import HTTPConnection
 from starlette.responses import HTMLResponse
 
+from thermaxis import __version__
 from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
 from thermaxis.runtime._ports import Clock
 from thermaxis.runtime._users import Role
@@ -94,6 +95,7 @@ class ScreenParts:
             machine=self.configuration.name,
             configuration_sha256=self.configuration_sha256,
             program=self.program,
+            version=__version__,
             word=word,
             short_names=short_names,
             static=static_address,

@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Page
 from tests.system.screen import operator_stand_in
 from tests.system.screen.conftest import Looked
 from tests.system.screen.operator_stand_in import EXAMPLE, StandIn, served
+from thermaxis import __version__
 from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._config_hash import configuration_sha256
 from thermaxis.screen._parts import ScreenParts
@@ -52,6 +53,30 @@ def test_it_is_said_while_the_hashes_differ_and_only_then(
         page.wait_for_selector("#differs", state="visible")
         stand_in.live = False
         page.wait_for_selector("#differs", state="hidden")  # nobody knows what it runs with now
+
+
+@pytest.mark.parametrize("language", LOCALES)
+def test_where_the_versions_differ_too_they_are_what_is_said(
+    browser: Browser, stand_in: StandIn, language: str
+) -> None:
+    words = Words.read()
+    with browser.new_context(locale=LOCALES[language]) as context:
+        page = context.new_page()
+        stand_in.status |= {"configuration_sha256": "ab" * 32, "program_version": "9.8.7 <b>"}
+        live(page, stand_in)
+        page.wait_for_selector("#differs")
+        said = words.say(language, "common.differs_version", told="9.8.7 <b>", own=__version__)
+        assert page.inner_text("#differs") == said
+        stand_in.status["program_version"] = __version__
+        page.wait_for_function(
+            "said => document.getElementById('differs').innerText === said",
+            arg=words.say(language, "common.differs"),
+        )
+        stand_in.status |= {
+            "configuration_sha256": configuration_sha256(read_machine(EXAMPLE)),
+            "program_version": "9.8.7",
+        }
+        page.wait_for_selector("#differs", state="hidden")  # the rules are the same all the same
 
 
 @pytest.mark.parametrize("told", [None, "", "the same"])

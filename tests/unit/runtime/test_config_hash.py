@@ -15,6 +15,7 @@ from tests.unit.runtime.simulated import (
     SimulatedSource,
 )
 from tests.unit.runtime.status_server_parts import compensation, status
+from thermaxis import __version__
 from thermaxis.cli._machine_parts import loop_settings
 from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._config_hash import configuration_sha256
@@ -103,6 +104,7 @@ def test_the_loop_is_started_with_it_and_tells_it_as_a_node_and_to_the_screen() 
     leaves = {leaf.path: leaf for leaf in leaves_of(Shape(("Z_um",), (), ()))}
     assert leaves["Status/ConfigurationSha256"].read(now).value == found
     assert json.loads(as_json(now))["configuration_sha256"] == found
+    assert json.loads(as_json(now))["program_version"] == __version__, "which may tell another"
 
 
 def test_a_running_loop_tells_with_which_configuration_it_was_started() -> None:

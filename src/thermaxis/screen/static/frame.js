@@ -56,6 +56,11 @@ function watch() {
       const told = status.configuration_sha256 ?? "";
       const own = document.body.dataset.configuration ?? "";
       differs.hidden = told === "" || own === "" || told === own;
+      const version = document.body.dataset.version ?? "";
+      const running = status.program_version ?? version;
+      show(differs, running === version
+        ? word("common.differs")
+        : word("common.differs_version", { told: running, own: version }));
     }
     if (state) {
       state.dataset.state = status.state;
