@@ -60,14 +60,16 @@ import { number, pageLocale, word } from "./words.js";
  *   by a person [ms, or the axis' unit]; null: all of it
  *
  * @typedef {import("./chart_marks.js").Cluster} Cluster
- * @typedef {{chart: Chart, view: [number, number] | null, at: number | null, wired: boolean,
- *   plot: HTMLElement, tools: HTMLElement, legend: HTMLElement, awaited: boolean,
- *   size: string}} Drawn
+ * @typedef {{element: HTMLElement, chart: Chart, view: [number, number] | null,
+ *   at: number | null, wired: boolean, plot: HTMLElement, tools: HTMLElement,
+ *   legend: HTMLElement, awaited: boolean, seen: boolean, size: string,
+ *   watcher?: ResizeObserver}} Drawn
  */
 
 const DRAWN = /** @type {WeakMap<HTMLElement, Drawn>} */ (new WeakMap());
 const SHOWN = /** @type {Set<HTMLElement>} */ (new Set());
 const TEXTS_SHOWN = 3;
+let watched = false; // whether charts follow the page's colours
 const plotly = () => /** @type {any} */ (globalThis).Plotly;
 const language = () => document.documentElement.lang || "en";
 
@@ -97,15 +99,18 @@ function begin(element) {
   element.classList.add("chart");
   element.replaceChildren(tools, plot, legend);
   const chart = { lines: [] };
-  const size = { view: null, at: null, wired: false, awaited: false, size: "" };
-  const drawn = { chart, plot, tools, legend, ...size };
+  const size = { view: null, at: null, wired: false, awaited: false, seen: false, size: "" };
+  /** @type {Drawn} */
+  const drawn = { element, chart, plot, tools, legend, ...size };
   DRAWN.set(element, drawn);
-  if (SHOWN.size === 0) watchTheme();
+  watchTheme();
+  dropDetached();
   SHOWN.add(element);
-  new ResizeObserver(() => {
+  drawn.watcher = new ResizeObserver(() => {
     const now = `${plot.clientWidth} ${plot.clientHeight}`;
     if (now !== drawn.size) later(drawn);
-  }).observe(plot);
+  });
+  drawn.watcher.observe(plot);
   return drawn;
 }
 
@@ -117,13 +122,24 @@ function style() {
   document.head.append(link);
 }
 
+/** Forget charts that left the page; one that comes back to it is begun anew. */
+function dropDetached() {
+  for (const element of SHOWN) {
+    const drawn = DRAWN.get(element);
+    if (element.isConnected || !drawn?.seen) continue; // one that was not seen yet may still come
+    drawn.watcher?.disconnect();
+    if (drawn.wired) plotly().purge(drawn.plot);
+    DRAWN.delete(element);
+    SHOWN.delete(element);
+  }
+}
+
 function watchTheme() {
+  if (watched) return;
+  watched = true;
   const again = () => {
-    for (const element of SHOWN) {
-      const drawn = DRAWN.get(element);
-      if (drawn && element.isConnected) later(drawn);
-      else SHOWN.delete(element);
-    }
+    dropDetached();
+    for (const element of SHOWN) later(/** @type {Drawn} */ (DRAWN.get(element)));
   };
   document.addEventListener("theme", again);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
@@ -135,13 +151,14 @@ function later(drawn) {
   drawn.awaited = true;
   requestAnimationFrame(() => {
     drawn.awaited = false;
-    draw(drawn);
+    if (DRAWN.get(drawn.element) === drawn) draw(drawn);
   });
 }
 
 /** @param {Drawn} drawn */
 function draw(drawn) {
   const { plot, chart } = drawn;
+  drawn.seen ||= drawn.element.isConnected;
   if (!plotly()) {
     plot.textContent = word("chart.missing");
     return;

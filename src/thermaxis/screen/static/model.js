@@ -10,11 +10,15 @@ import { duration, number, shortNames, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Data what the server says, as it comes */
 
+const LONGEST_MS = 5000; // without the hash the effect is judged by the name
+
 /** @type {Data | null} */
 let model = null;
 let wanted = "";
 let shownSha256 = "";
 let loading = false;
+let mayAsk = false;
+let asking = false;
 /** @type {((status: Data) => void)[]} */
 let live = [];
 const follow = (/** @type {(status: Data) => void} */ show) => { live.push(show); };
@@ -30,6 +34,7 @@ onStatus((status) => {
 onNoData(() => {
   if (wanted === "" && !loading) void load("");
 });
+part("choice").addEventListener("change", () => { part("choice").dataset.touched = "yes"; });
 part("choose").addEventListener("submit", (event) => {
   event.preventDefault();
   void choose();
@@ -126,21 +131,40 @@ function showChoices(values) {
   const form = part("choose");
   const select = /** @type {HTMLSelectElement} */ (part("choice"));
   const may = part("model").dataset.mayChoose === "yes";
+  const chosen = fileChosen(select, values);
   form.hidden = values.choices.length === 0;
   select.replaceChildren(
     ...values.choices.filter((/** @type {Data} */ one) => one.model).map(
       (/** @type {Data} */ { name }) => {
         const option = /** @type {HTMLOptionElement} */ (made("option", name));
         option.value = name;
-        option.selected = name === values.file;
+        option.selected = name === chosen;
         return option;
       }),
   );
   const none = select.options.length === 0;
   select.disabled = !may || none;
-  /** @type {HTMLButtonElement} */ (part("choose-ask")).disabled = !may || none;
+  mayAsk = may && !none;
+  turnAsk();
   showRefused(values.choices.filter((/** @type {Data} */ one) => one.reason));
   part("choose-why").hidden = may;
+}
+
+/**
+ * What a person has chosen stays when the values come anew; else it is the model in force.
+ * @param {HTMLSelectElement} select
+ * @param {Data} values
+ * @returns {string}
+ */
+function fileChosen(select, values) {
+  const stays = select.dataset.touched === "yes"
+    && values.choices.some((/** @type {Data} */ one) => one.model && one.name === select.value);
+  if (!stays) delete select.dataset.touched;
+  return stays ? select.value : values.file;
+}
+
+function turnAsk() {
+  /** @type {HTMLButtonElement} */ (part("choose-ask")).disabled = !mayAsk || asking;
 }
 
 /** Files that cannot be chosen, or were not read, each with why. @param {Data[]} files */
@@ -155,14 +179,23 @@ function showRefused(files) {
 }
 
 async function choose() {
-  const file = /** @type {HTMLSelectElement} */ (part("choice")).value;
-  if (!file) return;
-  const sha256 = await hashOf(file);
-  await ask("ChooseModel", [file], {
-    title: word("model.choose"),
-    text: [word("model.choose_text", { file }), word("model.choose_effect")],
-    sha256,
-  });
+  const select = /** @type {HTMLSelectElement} */ (part("choice"));
+  const file = select.value;
+  if (!file || asking) return;
+  asking = true;
+  turnAsk();
+  try {
+    const sha256 = await hashOf(file);
+    const answer = await ask("ChooseModel", [file], {
+      title: word("model.choose"),
+      text: [word("model.choose_text", { file }), word("model.choose_effect")],
+      sha256,
+    });
+    if (answer?.accepted) delete select.dataset.touched; // from now on it shows what is in force
+  } finally {
+    asking = false;
+    turnAsk();
+  }
 }
 
 /**
@@ -172,10 +205,13 @@ async function choose() {
  */
 async function hashOf(file) {
   try {
-    const answer = await fetch(`/model/choice?name=${encodeURIComponent(file)}`);
+    const answer = await fetch(`/model/choice?name=${encodeURIComponent(file)}`, {
+      signal: AbortSignal.timeout(LONGEST_MS),
+    });
     return answer.ok ? (await answer.json()).sha256 : null;
   } catch (error) {
-    if (!(error instanceof TypeError)) throw error;
+    const late = error instanceof DOMException && error.name === "TimeoutError";
+    if (!late && !(error instanceof TypeError)) throw error;
     return null;
   }
 }

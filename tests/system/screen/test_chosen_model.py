@@ -1,0 +1,93 @@
+"""The choice of a model stays with the person, and charts that left a page leave nothing behind."""
+
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, Route
+
+from tests.system.screen.engineer_browser import opened
+from tests.system.screen.stand import wait_until
+from tests.system.screen.test_chart import DRAW, WARM, hours_chart, pages_for
+from thermaxis.runtime._users import Role
+
+pytestmark = pytest.mark.system
+
+REMOVE = "document.getElementById('probe').remove()"
+
+
+def with_another(page: Page) -> dict[str, Any]:
+    """Return what the server tells of the model, with a second one to choose."""
+    found: dict[str, Any] = page.evaluate("fetch('/model/values').then((answer) => answer.json())")
+    (one,) = [choice for choice in found["choices"] if choice["model"]][:1]
+    found["choices"] = [one, one | {"name": "other.json"}]
+    return found
+
+
+def test_what_a_person_has_chosen_stays_as_the_values_come_anew_while_it_is_there(
+    browser: Browser,
+) -> None:
+    pages = pages_for(Role.ENGINEER)
+    with opened(browser, pages, "/model", locale="en-GB") as page:
+        page.locator("#choose-ask").wait_for()
+        values = with_another(page)
+        loads: list[str] = []
+
+        def answer(route: Route) -> None:
+            loads.append("load")
+            route.fulfill(json=values)
+
+        def loaded(diameter_mm: float) -> None:
+            count = len(loads)
+            pages.feed.status = {**WARM, "diameter_mm": diameter_mm}
+            pages.tell_until(page, lambda: len(loads) > count)
+            page.wait_for_timeout(200)
+
+        page.route("**/model/values", answer)
+        choice = page.locator("#choice")
+        loaded(1300.0)
+        assert choice.input_value() == "lathe.json"
+        choice.select_option("other.json")
+        loaded(1400.0)
+        assert choice.input_value() == "other.json"
+        values["choices"] = values["choices"][:1]
+        loaded(1500.0)
+        assert choice.input_value() == "lathe.json"
+    assert pages.faults == []
+
+
+def test_two_quick_clicks_on_a_choice_ask_once(browser: Browser) -> None:
+    pages = pages_for(Role.ENGINEER)
+    with opened(browser, pages, "/model", locale="en-GB") as page:
+        page.locator("#choose-ask").wait_for()
+        waiting: list[Route] = []
+        page.route("**/model/choice*", lambda route: waiting.append(route))  # noqa: PLW0108 - playwright marks it
+        page.wait_for_function("!document.getElementById('choose-ask').disabled")
+        page.evaluate("for (const _ of [1, 2]) document.getElementById('choose').requestSubmit()")
+        wait_until("it is asked", lambda: bool(page.evaluate("1") and waiting))
+        assert page.locator("#choose-ask").is_disabled()
+        assert len(waiting) == 1
+        waiting[0].fulfill(json={"sha256": None})
+        page.wait_for_selector("dialog[open]")
+        page.wait_for_timeout(200)
+        assert page.locator("dialog").count() == 1
+        page.keyboard.press("Escape")
+        page.wait_for_selector("dialog", state="detached")
+        wait_until("it can be asked again", page.locator("#choose-ask").is_enabled)
+    assert pages.faults == []
+
+
+def test_a_chart_that_left_the_page_is_taken_from_plotly_too(browser: Browser) -> None:
+    pages = pages_for()
+    with opened(browser, pages, "/blank", locale="en-GB") as page:
+        page.evaluate(DRAW, hours_chart())
+        page.evaluate("window.former = document.querySelector('#probe .chart-plot')")
+        assert page.evaluate("Array.isArray(window.former.data)")
+        page.evaluate(REMOVE)
+        page.evaluate(DRAW, hours_chart())
+        assert page.evaluate("window.former.data === undefined")
+        assert page.evaluate("Array.isArray(document.querySelector('#probe .chart-plot').data)")
+        page.evaluate("window.former = document.querySelector('#probe .chart-plot')")
+        page.evaluate(REMOVE)
+        page.evaluate("document.dispatchEvent(new CustomEvent('theme'))")
+        assert page.evaluate("window.former.data === undefined")
+    assert pages.faults == []
