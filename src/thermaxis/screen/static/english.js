@@ -4,7 +4,8 @@
 
 import { alarmWords, large, word } from "./words.js";
 
-const FREE_TEXT = ["detail", "failure", "finding", "problem", "why"];
+/** Gaps that hold sentences of free text; the server has the same list, and a test compares them. */
+export const FREE_TEXT = ["detail", "failure", "finding", "problem", "said", "why"];
 const foreign = document.documentElement.lang !== "en";
 
 /**

@@ -1,7 +1,7 @@
 // @ts-check
 // What the parts of the operator's page share.
 
-import { exactly, phrase, word } from "./words.js";
+import { asSentence, exactly, phrase, word } from "./words.js";
 
 /** @typedef {Record<string, any>} Status */
 
@@ -85,15 +85,9 @@ export function diameterWord(diameterMm) {
   return `${exactly(diameterMm)}\u00a0mm`;
 }
 
-/** @param {string} text */
-export function sentence(text) {
-  const end = /[.!?]$/.test(text) || text === "" ? "" : ".";
-  return text.charAt(0).toUpperCase() + text.slice(1) + end;
-}
-
 /** Why the compensation is not active, each a sentence. @param {Status} status */
 export function reasonsSaid(status) {
-  return status.reasons.map((/** @type {string} */ one) => sentence(phrase("reason", one)));
+  return status.reasons.map((/** @type {string} */ one) => asSentence(phrase("reason", one)));
 }
 
 /**
