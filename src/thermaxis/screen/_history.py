@@ -18,43 +18,9 @@ from starlette.requests import HTTPConnection
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import Clock
 from thermaxis.screen._access import parts_of, visitor_of
-from thermaxis.screen._history_events import MARKED, event_json, events_of, names_now, trend8
-from thermaxis.screen._history_series import (
-    line_of,
-    lines_of,
-    moment_of,
-    points_within,
-    shortened,
-    span_of,
-    to_ms,
-    unit_of,
-)
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian._reading import HistoryReader
-
-__all__ = [
-    "MARKED",
-    "History",
-    "Kept",
-    "NoHistoryError",
-    "asker_of",
-    "close_history",
-    "event_json",
-    "events_of",
-    "history_of",
-    "line_of",
-    "lines_of",
-    "moment_of",
-    "names_now",
-    "points_within",
-    "reason_for_people",
-    "shortened",
-    "span_of",
-    "to_ms",
-    "trend8",
-    "unit_of",
-]
 
 T = TypeVar("T")
 _SQLITE: Final = "sqlite:///"

@@ -26,61 +26,16 @@ from thermaxis.runtime._users import (
     check_name,
 )
 from thermaxis.screen._answers import (
-    ARGUMENTS,
     LOST,
     MAY_STILL,
     NO_ANSWER,
-    NOT_ALLOWED,
-    NOT_TAKEN,
     TOO_MANY_ASKED,
-    UNKNOWN,
-    Answer,
     Outcome,
+    outcome_of,
+    variants_of,
 )
-from thermaxis.screen._answers import outcome_of as _outcome_of
-from thermaxis.screen._answers import variants_of as _variants
 from thermaxis.screen._failed_log_ins import FailuresByAddress
 from thermaxis.screen._person_session import LOG_IN_S, PersonSession, is_refusal
-
-__all__ = [
-    "ANSWER_S",
-    "ARGUMENTS",
-    "BUSY",
-    "COOKIE_BYTES",
-    "ELSEWHERE",
-    "FULL",
-    "IDLE",
-    "IMPOSSIBLE",
-    "KEEP_ALIVE_S",
-    "LOOP_GONE",
-    "LOST",
-    "MOST_AT_ONCE",
-    "MOST_LOST",
-    "MOST_OF_ONE",
-    "MOST_WAITING",
-    "NOT_ALLOWED",
-    "NOT_TAKEN",
-    "NO_ANSWER",
-    "NO_CONNECTION",
-    "NO_ROLE",
-    "NO_SIGN_S",
-    "OUT",
-    "REFUSED",
-    "ROLE_GONE",
-    "SCREEN_ENDS",
-    "TOKEN_BYTES",
-    "TOO_LONG",
-    "TOO_MANY",
-    "TOO_MANY_ASKED",
-    "TOO_MANY_FROM_HERE",
-    "TOO_MANY_IN_ALL",
-    "UNKNOWN",
-    "Answer",
-    "Outcome",
-    "Person",
-    "Persons",
-    "Refusal",
-]
 
 COOKIE_BYTES: Final = 32
 """Random bytes of a cookie. Origin: twice what OWASP asks of a session. [byte]"""
@@ -561,7 +516,7 @@ class Persons:
             return Outcome(
                 accepted=False, reason="the session at the loop is gone", key=person.lost
             )
-        variants = _variants(method, arguments)
+        variants = variants_of(method, arguments)
         if isinstance(variants, Outcome):
             return variants
         if person.waiting >= MOST_AT_ONCE:
@@ -577,7 +532,7 @@ class Persons:
             return self._no_answer(person)
         if answer.status == "BadUserAccessDenied":
             await self._ask_role(person)
-        return _outcome_of(answer, method, person)
+        return outcome_of(answer, method, person)
 
     def _over(self, person: Person) -> str:
         """Return why a log-in is over, after ending one that should be; empty if it stands."""

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import uvicorn
 from starlette.applications import Starlette
@@ -22,11 +22,14 @@ from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._ports import SystemClock
 from thermaxis.runtime._users import Role
 from thermaxis.screen import _live_socket, _login_page, _operator_page
+from thermaxis.screen._answers import Outcome
 from thermaxis.screen._assets import Assets
 from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._persons import Outcome, Persons
 from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
+
+if TYPE_CHECKING:
+    from thermaxis.screen._persons import Persons
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 STARTED = datetime.now(UTC) - timedelta(hours=2)

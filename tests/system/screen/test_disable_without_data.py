@@ -7,7 +7,8 @@ from playwright.sync_api import Browser, BrowserContext, Page
 
 from tests.system.screen.operator_stand_in import StandIn, an_output, made_up, served
 from thermaxis.runtime._users import Role
-from thermaxis.screen._persons import LOOP_GONE, NO_ANSWER, Outcome
+from thermaxis.screen._answers import NO_ANSWER, Outcome
+from thermaxis.screen._persons import LOOP_GONE
 from thermaxis.screen._words import Words
 
 LOCALES = {"en": "en-GB", "de": "de-DE", "cs": "cs-CZ"}

@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, BrowserContext, Page
 
 from tests.system.screen.conftest import Looked
 from tests.system.screen.operator_stand_in import StandIn, made_up, served
-from thermaxis.screen._persons import Outcome
+from thermaxis.screen._answers import Outcome
 from thermaxis.screen._words import Words
 
 Look = Callable[..., Looked]

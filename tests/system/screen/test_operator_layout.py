@@ -13,7 +13,7 @@ from thermaxis.compensation import Part, SampleQuality
 from thermaxis.compensation._model_step import gain_of
 from thermaxis.compensation._thermal_model import GainPoint
 from thermaxis.runtime._users import Role
-from thermaxis.screen._persons import LOST, NO_ANSWER, Outcome
+from thermaxis.screen._answers import LOST, NO_ANSWER, Outcome
 from thermaxis.screen._words import Words
 
 pytestmark = pytest.mark.system

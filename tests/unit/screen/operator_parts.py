@@ -1,7 +1,7 @@
 """The operator's routes with people and a feed that tests decide about."""
 
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import httpx2 as httpx
 from starlette.applications import Starlette
@@ -12,10 +12,13 @@ from thermaxis.runtime._config_settings import MachineConfiguration
 from thermaxis.runtime._ports import SystemClock
 from thermaxis.runtime._users import Role
 from thermaxis.screen import _operator_page
+from thermaxis.screen._answers import Outcome
 from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._persons import Outcome, Persons
 from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
+
+if TYPE_CHECKING:
+    from thermaxis.screen._persons import Persons
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 

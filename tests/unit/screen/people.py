@@ -5,16 +5,15 @@ from typing import TYPE_CHECKING, cast
 
 from thermaxis.runtime._ports import Clock, SystemClock
 from thermaxis.runtime._users import Role
+from thermaxis.screen._answers import Outcome, variants_of
 from thermaxis.screen._persons import (
     BUSY,
     NO_ROLE,
     OUT,
     REFUSED,
     SCREEN_ENDS,
-    Outcome,
     Person,
     Refusal,
-    _variants,
 )
 
 if TYPE_CHECKING:
@@ -145,7 +144,7 @@ class People:
         key = person.ended or person.lost
         if key:
             return Outcome(accepted=False, reason="the session is gone", key=key)
-        variants = _variants(method, arguments)
+        variants = variants_of(method, arguments)
         if isinstance(variants, Outcome):
             return variants
         person.seen_s = self._clock.monotonic_s()

@@ -19,10 +19,8 @@ from thermaxis.runtime._opcua_session import MethodAnswer
 from thermaxis.runtime._status_nodes import Kind
 from thermaxis.runtime._status_requests import ASKS
 from thermaxis.runtime._users import Role
-from thermaxis.screen._operator_page import Question, Refused, question_of
-from thermaxis.screen._persons import (
+from thermaxis.screen._answers import (
     ARGUMENTS,
-    LOOP_GONE,
     LOST,
     NO_ANSWER,
     NOT_ALLOWED,
@@ -31,9 +29,10 @@ from thermaxis.screen._persons import (
     UNKNOWN,
     Answer,
     Outcome,
-    Person,
-    _outcome_of,
+    outcome_of,
 )
+from thermaxis.screen._operator_page import Question, Refused, question_of
+from thermaxis.screen._persons import LOOP_GONE, Person
 from thermaxis.screen._words import Words
 
 HOLD: dict[str, object] = {"method": "Hold", "arguments": []}
@@ -97,7 +96,7 @@ def test_an_answer_after_which_the_request_may_have_run_is_no_refusal(
     answer: MethodAnswer, expected: Answer
 ) -> None:
     person = cast("Person", SimpleNamespace(role=Role.OPERATOR))
-    assert _outcome_of(answer, "Hold", person).answer is expected
+    assert outcome_of(answer, "Hold", person).answer is expected
 
 
 def test_the_loops_server_says_so_in_the_words_that_are_looked_for() -> None:

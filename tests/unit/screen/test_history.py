@@ -27,23 +27,16 @@ from thermaxis.errors import ConfigurationError, DataError, ThermaxisError
 from thermaxis.runtime._ports import EventRecord
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
 from thermaxis.runtime.historian._reading import HistoryReader, Trend
-from thermaxis.screen._history import (
-    MARKED,
-    History,
-    Kept,
-    NoHistoryError,
-    event_json,
-    events_of,
+from thermaxis.screen._history import History, Kept, NoHistoryError, reason_for_people
+from thermaxis.screen._history_events import MARKED, event_json, events_of, names_now, trend8
+from thermaxis.screen._history_series import (
     line_of,
     lines_of,
     moment_of,
-    names_now,
     points_within,
-    reason_for_people,
     shortened,
     span_of,
     to_ms,
-    trend8,
     unit_of,
 )
 

@@ -28,7 +28,8 @@ from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._ports import EventRecord
 from thermaxis.runtime._users import Role
 from thermaxis.screen import _history_page, _probe_page
-from thermaxis.screen._history import close_history, history_of, to_ms
+from thermaxis.screen._history import close_history, history_of
+from thermaxis.screen._history_series import to_ms
 from thermaxis.screen._parts import ScreenParts
 from thermaxis.screen._words import LANGUAGES, Words
 from thermaxis.screen._work import Work

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.unit.screen.operator_parts import Somebody, sent
+from thermaxis.screen._answers import LOST, Outcome
 from thermaxis.screen._history_events import said_in
-from thermaxis.screen._persons import LOST, Outcome
 from thermaxis.screen._words import LANGUAGES, Words, gaps_of
 
 WORDS = Words.read()

@@ -12,7 +12,8 @@ from tests.unit.screen.people import HERE, PASSWORD, People
 from tests.unit.screen.person_parts import Stage, appoint, shop
 from thermaxis.runtime._ports import SystemClock
 from thermaxis.runtime._users import Role
-from thermaxis.screen._persons import Answer, Person, Persons, Refusal
+from thermaxis.screen._answers import Answer
+from thermaxis.screen._persons import Person, Persons, Refusal
 
 OWN = {"person", "come", "lose", "end", "end_cookie"}
 """What only the stand-in has: a test moves it so."""

@@ -27,7 +27,7 @@ from thermaxis.runtime._ports import Applied, CycleRecord, SourceSample, probe_n
 from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
 from thermaxis.runtime.historian._reading import HistoryReader
 from thermaxis.screen import _probe_page
-from thermaxis.screen._history import to_ms
+from thermaxis.screen._history_series import to_ms
 from thermaxis.screen._probe_page import by_cycle, by_minute, comparison
 from thermaxis.virtual._lathe_axis import OffsetRules
 from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
