@@ -6,8 +6,11 @@ BIN := $(VENV)/bin
 .DEFAULT_GOAL := help
 .PHONY: help setup setup-dev demo test system check format bench
 
-# Tests run side by side: threads inside each would only get in each other's way.
+# Tests run side by side: threads inside each would only get in each other's way. One program more
+# than two cores have, because some tests wait for others.
 test system check: export OMP_NUM_THREADS = 1
+WORKERS ?= 3
+unexport PYTHONDONTWRITEBYTECODE
 
 help:
 	@echo "make demo    set everything up and evaluate the example run"
@@ -42,17 +45,17 @@ demo: setup
 	@echo "The certificate is demo/certificate.pdf; the same as a page: demo/certificate.html"
 
 test: setup-dev
-	$(BIN)/python -m pytest -m "not system" -n 2 -q
+	$(BIN)/python -m pytest -m "not system" -n $(WORKERS) -q
 
 system: setup-dev
-	$(BIN)/python -m pytest -m system -n 2 --dist loadfile -q
+	$(BIN)/python -m pytest -m system -n $(WORKERS) --dist loadfile -q
 
 check: setup-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest -m "not system" -n 2 -q
+	$(BIN)/python -m pytest -m "not system" -n $(WORKERS) -q
 
 format: setup-dev
 	$(BIN)/ruff format .

@@ -1,5 +1,6 @@
 """Where the real measurements lie; they are read in place and are no part of the project."""
 
+import gc
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,12 @@ class ByFile(LoadFileScheduling):
         file = super()._split_scope(nodeid)
         groups = [group for group, files in TOGETHER.items() if Path(file).stem in files]
         return groups[0] if groups else file
+
+
+def pytest_collection_finish() -> None:
+    """Keep thousands of collected tests out of every later search for garbage."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> ByFile | None:

@@ -23,6 +23,7 @@ def contains(output: str, excerpt: str) -> bool:
     return any(whole[i : i + len(part)] == part for i in range(len(whole)))
 
 
+@pytest.mark.system
 @pytest.mark.timeout(180)  # the longest takes 26 s of a core
 @pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda path: path.stem)
 def test_every_command_runs_and_prints_what_the_page_prints(

@@ -31,7 +31,8 @@ from thermaxis.virtual._lathe_axis import OffsetRules
 from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
 from thermaxis.virtual._lathe_ports import LatheSink, LatheSource
 
-pytestmark = pytest.mark.timeout(240)  # the fixture identifies; two cores may be busy
+# The fixture identifies; two cores may be busy.
+pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
 
 CYCLE_S = 10.0
 POSITIONS = {"TCP": None, "D0": 0.0, "D1500": 1500.0, "D3000": 3000.0}
