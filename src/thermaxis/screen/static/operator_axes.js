@@ -234,7 +234,11 @@ function fitCards(box) {
     for (const card of cards) showRows(card, (line) => Number(line.dataset.weight) >= WEIGHT_OFFSET);
     if (!cards.some(isFull)) break;
   }
-  for (const card of cards) fitRows(card);
+  for (const card of cards) {
+    fitRows(card);
+    const left = box.dataset.tight !== TIGHT[0] || card.querySelector(".op-line[hidden]") !== null;
+    card.dataset.more = left ? "yes" : "no";
+  }
 }
 
 /** @param {HTMLElement} card */
