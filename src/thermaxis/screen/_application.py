@@ -7,7 +7,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, JSONResponse, Response
+from starlette.responses import HTMLResponse, Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp
 
@@ -21,7 +21,7 @@ from thermaxis.screen import (
     _probe_page,
     _sensors_page,
 )
-from thermaxis.screen._access import parts_of, refuse, spoken
+from thermaxis.screen._access import answer_json, parts_of, refuse, spoken
 from thermaxis.screen._assets import Assets
 from thermaxis.screen._guard import Guard
 from thermaxis.screen._history import close_history
@@ -64,7 +64,7 @@ def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
 
     async def alive(request: Request) -> Response:
         del request
-        return JSONResponse({"program": parts.program})
+        return answer_json({"program": parts.program})
 
     found: list[BaseRoute] = [
         Route("/static/{name}", asset, methods=["GET"]),
@@ -119,7 +119,7 @@ async def _mistake(request: Request, error: Exception) -> Response:
     words, language = parts_of(request).words, spoken(request)
     text = words.say(language, "common.mistake", reference=reference_of(error))
     if not wants_page(request.headers.get("accept")):
-        return JSONResponse({"error": "common.mistake", "text": text}, _MISTAKE)
+        return answer_json({"error": "common.mistake", "text": text}, _MISTAKE)
     title = words.say(language, "common.not_shown")
     back = words.say(language, "common.to_the_machine")
     return HTMLResponse(plain_page(language, title, text, back=back), _MISTAKE)

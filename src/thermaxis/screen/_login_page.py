@@ -3,7 +3,7 @@
 from http import HTTPStatus
 
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.runtime._users import Role
@@ -107,7 +107,7 @@ async def _log_in(request: Request) -> Response:
     if looks_on:
         await parts.persons.log_out(_cookie(request))
     secret, person = found
-    answer = JSONResponse({"name": person.name, "role": person.role.value})
+    answer = answer_json({"name": person.name, "role": person.role.value})
     answer.set_cookie(
         cookie_name(parts, request.url.port),
         secret,
@@ -132,7 +132,7 @@ def _refused(request: Request, found: Refusal) -> Response:
 async def _log_out(request: Request) -> Response:
     parts = parts_of(request)
     await parts.persons.log_out(_cookie(request))
-    answer = JSONResponse({})
+    answer = answer_json({})
     answer.delete_cookie(
         cookie_name(parts, request.url.port),
         path="/",
@@ -148,7 +148,7 @@ async def _choose_language(request: Request) -> Response:
     if not isinstance(language, str) or language not in LANGUAGES:
         return refuse(request, HTTPStatus.BAD_REQUEST, "login.no_language")
     visitor_of(request, touch=True)
-    answer = JSONResponse({"language": language})
+    answer = answer_json({"language": language})
     answer.set_cookie(
         LANGUAGE_COOKIE,
         language,

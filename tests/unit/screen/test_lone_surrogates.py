@@ -25,6 +25,7 @@ from thermaxis.screen._access import answer_json
 from thermaxis.screen._failed_log_ins import FAILURES_BY_ADDRESS
 from thermaxis.screen._persons import REFUSED, TOO_MANY_FROM_HERE
 
+SCREEN = Path(_login_page.__file__).parent
 WRONG = {
     "a password": ("novak{}", "\ud800"),
     "the end of a password": ("novak{}", "right horse staple\udfff"),
@@ -92,3 +93,9 @@ def test_a_file_whose_name_is_no_text_is_not_offered_as_a_model(tmp_path: Path) 
     answer = browser.get("/model/values")
     assert answer.status_code == 200
     assert "odd" not in answer.text
+
+
+def test_every_answer_as_json_is_made_in_the_one_way_that_writes_any_text() -> None:
+    modules = {path.name: path.read_text("utf-8") for path in SCREEN.glob("_*.py")}
+    assert len(modules) > 20
+    assert [name for name, text in modules.items() if "JSONResponse(" in text] == ["_access.py"]
