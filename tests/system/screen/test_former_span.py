@@ -77,3 +77,17 @@ def test_what_stays_after_a_refused_choice_is_marked_as_that_of_the_former_one(
     page.unroute("**/history/trend*")
     page.click("#second-off")
     former.wait_for(state="hidden")
+
+
+def test_a_fault_of_the_table_of_events_takes_no_chart_and_is_no_word_for_people(
+    look: Callable[..., Looked],
+) -> None:
+    page = look("engineer").open("/history")
+    page.wait_for_selector("#chart[data-drawn]")
+    before = int(page.get_attribute("#chart", "data-drawn") or "0")
+    page.evaluate("document.getElementById('events').remove()")
+    page.click("button[data-hours='1']")
+    page.wait_for_function(
+        "before => Number(document.getElementById('chart').dataset.drawn) > before", arg=before
+    )
+    assert page.locator("#wrong").is_hidden()
