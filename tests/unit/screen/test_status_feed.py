@@ -123,10 +123,11 @@ def test_a_loop_that_is_slow_to_check_a_password_is_not_asked_again_and_again(
 
     async def life() -> None:
         StatusFeed(replace(ANYWHERE, timeout_s=stated_s), VirtualClock())
+        StatusFeed(replace(ANYWHERE, timeout_s=stated_s), VirtualClock(), patience_s=0.5)
 
     monkeypatch.setattr(_status_feed, "OpcUaSession", session)
     run_in_virtual_time(life())
-    assert taken == [taken_s]
+    assert taken == [taken_s, stated_s]
 
 
 async def _time_of(feed: StatusFeed, clock: VirtualClock) -> float:
