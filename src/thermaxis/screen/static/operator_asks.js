@@ -47,7 +47,8 @@ function blocked(status) {
     Disable: off && status.state !== "Fault" ? off : "",
     Hold: fault ? word("operator.why_fault") : held ? word("operator.why_held") : off,
     Resume: held ? "" : word("operator.why_not_held"),
-    Trim: fault && !trimmed ? word("operator.why_fault") : "", // to take back is always allowed
+    // To take back is always allowed.
+    Trim: fault && !trimmed ? word("operator.why_fault") : "",
     Diameter: "",
     Acknowledge: acknowledge,
   };
