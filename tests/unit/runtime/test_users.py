@@ -403,9 +403,9 @@ def test_a_name_that_does_not_exist_takes_as_long_as_one_that_does(tmp_path: Pat
         for _ in range(7):
             for name, times in spent_s.items():
                 clock.now_s += REFUSED_S
-                before_s = time.perf_counter()
+                before_s = time.process_time()  # of all threads, whatever else computes
                 await users.identify(name, "wrong")
-                times.append(time.perf_counter() - before_s)
+                times.append(time.process_time() - before_s)
         await users.close()
         return min(spent_s["operator"]), min(spent_s["nobody"])
 
