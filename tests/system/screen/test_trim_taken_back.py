@@ -11,7 +11,10 @@ from tests.system.screen.test_operator_layout import context_of, opened, shown, 
 pytestmark = pytest.mark.system
 __all__ = ["stand_in"]
 
-FAULT: dict[str, Any] = {"state": "Fault", "reasons": ["another compensation is active on the axis"]}
+FAULT: dict[str, Any] = {
+    "state": "Fault",
+    "reasons": ["another compensation is active on the axis"],
+}
 TRIM = {"trim_um": 5.0, "trim_owner": "svoboda", "trim_left_s": 2400.0}
 
 
