@@ -48,7 +48,8 @@ test: setup-dev
 	$(BIN)/python -m pytest -m "not system" -n $(WORKERS) -q
 
 system: setup-dev
-	$(BIN)/python -m pytest -m system -n $(WORKERS) --dist loadfile -q
+	$(BIN)/python -m pytest -m "system and not real_time" -n $(WORKERS) --dist loadfile -q
+	$(BIN)/python -m pytest -m "system and real_time" -n 2 --dist loadfile -q tests/system
 
 check: setup-dev
 	$(BIN)/ruff format --check .

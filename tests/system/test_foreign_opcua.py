@@ -40,7 +40,7 @@ from tests.system.opcua.foreign_server import (
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime._ports import SourceSample
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -27,7 +27,7 @@ from tests.system.opcua.foreign_server import WATCH_S, ForeignServer, Line, inst
 from thermaxis.cli import main
 from thermaxis.compensation import SupervisorState
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(600)]
 
 AXES = tuple(axis for axis, _, _ in OUTPUTS.values())
 ROUNDED_UM = {"Z": 1e-9, "X": 1e-5, "Y": 0.1}

@@ -22,7 +22,7 @@ from thermaxis.compensation import RequestKind
 from thermaxis.runtime._ports import SystemClock
 from thermaxis.runtime._status_server import StatusServer
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
 LONGEST_S = 60.0
 
 

@@ -19,7 +19,7 @@ from thermaxis.cli import main
 from thermaxis.controls import check_options, control_by_name
 from thermaxis.quantities import AxisKind
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
 
 FORWARD, BACKWARD = 0, 1
 EXACT_MM = 1e-9

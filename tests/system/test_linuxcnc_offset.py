@@ -39,7 +39,7 @@ from thermaxis.runtime.sinks.linuxcnc import (
 )
 from thermaxis.runtime.testing import SinkStand, check_sink
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(180)]
 
 BOUND_UM, RATE_UM_PER_S, GOAL_UM = 40.0, 10.0, 30.0
 STATED = json.dumps(

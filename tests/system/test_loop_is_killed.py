@@ -36,7 +36,7 @@ from thermaxis.runtime._config import read_machine
 from thermaxis.runtime._sign import AWAY
 from thermaxis.runtime.sinks.linuxcnc import LinuxCncOutput, hal_text
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
 
 FROZEN_S = 5.0
 
