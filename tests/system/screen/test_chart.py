@@ -26,7 +26,8 @@ DRAW = """async (chart) => {
   }
   window.spans = [];
   drawChart(element, { ...chart, onSpan: (span) => window.spans.push(span) });
-  await new Promise((done) => setTimeout(done, 150));
+  const turn = () => new Promise((done) => setTimeout(done, 150));
+  do { await turn(); } while (!element.querySelector(".chart-plot")?.data);
 }"""
 
 
