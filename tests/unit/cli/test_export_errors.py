@@ -18,13 +18,13 @@ CLOSE = (GainPoint(100.0, 1.0), GainPoint(100.000001, 2.0))
 
 def a_part(name: str = "p", channel: str = "T", **traits: object) -> Part:
     traits = {"sections": (Section(5.0, 300.0),), **traits}
-    return Part(name, channel, "", 2.0, **traits)  # type: ignore[arg-type] - by name
+    return Part(name, channel, "", 2.0, **traits)
 
 
 def a_model(path: Path, part: Part | None = None, outputs: int = 1, **traits: object) -> Path:
     parts = (part or a_part(),)
     made = tuple(Output(f"X{k}_um", parts) for k in range(outputs))
-    write_model(CompensationModel(outputs=made, **traits), path)  # type: ignore[arg-type]
+    write_model(CompensationModel(outputs=made, **traits), path)
     return path
 
 
@@ -126,7 +126,7 @@ def test_what_the_target_cannot_hold_of_a_model_is_named_with_its_file(
     what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     traits, options, words = MODELS[what]
-    model = a_model(tmp_path / "m.json", **traits)  # type: ignore[arg-type] - by name
+    model = a_model(tmp_path / "m.json", **traits)
     error = said(f"{model} {options} {STATED}", tmp_path, capsys)
     assert error.startswith(str(tmp_path / words[:6]))
     assert words in error

@@ -230,7 +230,7 @@ def test_a_hold_that_a_killed_loop_takes_up_again_is_told_where_it_lost_its_valu
         running = asyncio.create_task(first.run(asyncio.Event()))
         held_um = await held(bench, first)
         await asyncio.sleep(2.0)
-        bench.file.save = lambda *_: True  # type: ignore[method-assign] - a killed one saves nothing
+        bench.file.save = lambda *_: True
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
         bench.machine.come_back(stood_um)

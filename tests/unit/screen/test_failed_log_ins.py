@@ -129,7 +129,7 @@ class SlowServer:
 
 
 def slow_door(clock: HandClock) -> Persons:
-    return Persons(lambda *_: None, clock, idle_s=900.0, longest_s=28_800.0)  # type: ignore[arg-type, return-value] - never looked at
+    return Persons(lambda *_: None, clock, idle_s=900.0, longest_s=28_800.0)
 
 
 def test_passwords_that_are_checked_at_once_do_not_pass_the_share(

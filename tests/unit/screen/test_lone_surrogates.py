@@ -45,7 +45,7 @@ def test_a_log_in_that_nobody_can_have_is_refused_and_counted_as_any_wrong_one(w
         app = Starlette(routes=_login_page.routes(given))
         app.state.parts = given
         people = cast("People", given.persons)
-        people.log_in = door.persons.log_in  # type: ignore[method-assign] - the program's own
+        people.log_in = door.persons.log_in
         way = httpx.ASGITransport(app, client=(HERE, 4000))
         async with httpx.AsyncClient(transport=way, base_url="http://127.0.0.1:8450") as browser:
             for i in range(FAILURES_BY_ADDRESS + 1):
@@ -61,7 +61,7 @@ def test_a_log_in_that_nobody_can_have_is_refused_and_counted_as_any_wrong_one(w
 def test_a_cookie_of_odd_signs_is_nobody(cookie: str) -> None:
     browser = client(parts(), _login_page.routes)
     headers = {b"cookie": f"thermaxis_8450={cookie}; thermaxis_language={cookie}".encode("latin-1")}
-    assert browser.get("/login/state", headers=headers).status_code == 200  # type: ignore[arg-type]
+    assert browser.get("/login/state", headers=headers).status_code == 200
 
 
 def test_no_question_with_half_a_pair_reaches_the_loop() -> None:
