@@ -17,6 +17,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.plc._build_draft import numbered
 from thermaxis.plc._names import remark_text
+from thermaxis.plc._numbers import noted
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 from thermaxis.plc._warnings import never_corrects, setting_warnings
 
@@ -99,7 +100,7 @@ def restart_warning(settings: PlcSettings) -> str:
     )
     lasts = ""
     if slowest_s > 0.0:
-        hours = _number(float(f"{_REST * slowest_s / 3600.0:.2g}"))
+        hours = noted(float(f"{_REST * slowest_s / 3600.0:.2g}"))
         lasts = (
             f" the correction is wrong for about three of its slowest time constants, {hours} h,"
             " and"
@@ -129,10 +130,6 @@ def wrapped(paragraph: str) -> list[str]:
                          subsequent_indent=indent + "  ") or [""]  # fmt: skip
 
 
-def _number(value: float) -> str:
-    return f"{value:.6g}".replace("+", "")
-
-
 def _plain(sentence: str) -> str:
     owned = re.sub(r"the (\w+?)(?:'s|(?<=s)') (\w+)", r"the \2 of the \1", sentence)
     return owned.replace("'", "").replace(";", ",")
@@ -149,7 +146,7 @@ def _identity(settings: PlcSettings) -> Iterator[str]:
     for log in provenance.logs:
         yield f"Training log: {remark_text(log.name)}, {log.rows} rows"
     for name, value in list(provenance.figures.items())[:MOST_FIGURES]:
-        yield f"Figure {remark_text(name)} = {_number(value)}"
+        yield f"Figure {remark_text(name)} = {noted(value)}"
     if len(provenance.figures) > MOST_FIGURES:
         yield f"Figures that are not listed here: {len(provenance.figures) - MOST_FIGURES}"
     for warning in settings.compensation.model.warnings:
@@ -161,7 +158,7 @@ def _identity(settings: PlcSettings) -> Iterator[str]:
 
 
 def _conventions(settings: PlcSettings) -> Iterator[str]:
-    cycle, percent = _number(settings.cycle_s), round(100 * CYCLE_TOLERANCE)
+    cycle, percent = noted(settings.cycle_s), round(100 * CYCLE_TOLERANCE)
     yield ""
     yield (
         f"Cycle: call it every {cycle} s. A call whose measured time differs by more than"
@@ -182,7 +179,7 @@ def _conventions(settings: PlcSettings) -> Iterator[str]:
     model = settings.compensation.model
     if model.reference == STATED:
         for channel in model.channels:
-            yield f"Reference of {remark_text(channel)}: {_number(model.reference_c[channel])} degC"
+            yield f"Reference of {remark_text(channel)}: {noted(model.reference_c[channel])} degC"
     else:
         yield "Reference: the first good temperatures after the start, sections start at rest."
         if warning := restart_warning(settings):
@@ -198,30 +195,30 @@ def _model(settings: PlcSettings) -> Iterator[str]:
     model = settings.compensation.model
     yield ""
     for output, stem in zip(model.outputs, settings.names.outputs, strict=True):
-        yield f"Output {remark_text(output.name)} ({stem}), offset {_number(output.offset_um)} um:"
+        yield f"Output {remark_text(output.name)} ({stem}), offset {noted(output.offset_um)} um:"
         yield from _parts(settings, output)
     if model.input_filter_s > 0.0:
-        yield f"Filter of the inputs: {_number(model.input_filter_s)} s"
+        yield f"Filter of the inputs: {noted(model.input_filter_s)} s"
 
 
 def _parts(settings: PlcSettings, output: Output) -> Iterator[str]:
     for part in output.parts:
         yield f"  Part {remark_text(part.name)}: {_input(part)}"
-        yield f"    direct gain {_number(part.direct_gain_um_per_k)} um/K"
+        yield f"    direct gain {noted(part.direct_gain_um_per_k)} um/K"
         for section in part.sections:
             yield (
-                f"    gain {_number(section.gain_um_per_k)} um/K,"
-                f" time constant {_number(section.time_constant_s)} s"
+                f"    gain {noted(section.gain_um_per_k)} um/K,"
+                f" time constant {noted(section.time_constant_s)} s"
             )
         cycles = settings.delay_cycles(part)
         if cycles:
-            yield f"    delay {cycles} cycles = {_number(part.delay_s)} s"
+            yield f"    delay {cycles} cycles = {noted(part.delay_s)} s"
         for point in part.gain_by_diameter:
-            yield f"    at {_number(point.diameter_mm)} mm times {_number(point.gain)}"
+            yield f"    at {noted(point.diameter_mm)} mm times {noted(point.gain)}"
         if part.gain_by_diameter:
-            yield f"    at the tool centre point times {_number(part.tool_gain)}"
+            yield f"    at the tool centre point times {noted(part.tool_gain)}"
         if part.lowest_k is not None and part.highest_k is not None:
-            yield f"    trained from {_number(part.lowest_k)} to {_number(part.highest_k)} K"
+            yield f"    trained from {noted(part.lowest_k)} to {noted(part.highest_k)} K"
 
 
 def _input(part: Part) -> str:
@@ -236,17 +233,17 @@ def _limits(settings: PlcSettings) -> Iterator[str]:
         compensation.model.outputs, compensation.bounds, settings.steps_um, strict=True
     ):
         yield (
-            f"Limits of {remark_text(output.name)}: {_number(b.largest_um)} um, with the trim"
-            f" {_number(b.total_um)} um, {_number(b.largest_rate_um_per_s)} um/s, at most"
-            f" {_number(step_um)} um in one call, trim {_number(b.largest_trim_um)} um, deadband"
-            f" {_number(b.deadband_um)} um"
+            f"Limits of {remark_text(output.name)}: {noted(b.largest_um)} um, with the trim"
+            f" {noted(b.total_um)} um, {noted(b.largest_rate_um_per_s)} um/s, at most"
+            f" {noted(step_um)} um in one call, trim {noted(b.largest_trim_um)} um, deadband"
+            f" {noted(b.deadband_um)} um"
         )
     for channel, rule in zip(compensation.model.channels, compensation.rules, strict=True):
-        frozen = f"frozen after {_number(rule.frozen_s)} s" if rule.frozen_s else "never frozen"
+        frozen = f"frozen after {noted(rule.frozen_s)} s" if rule.frozen_s else "never frozen"
         yield (
-            f"Believed of {remark_text(channel)}: {_number(rule.lowest_c)} to"
-            f" {_number(rule.highest_c)} degC, a jump of {_number(rule.step_k)} K and"
-            f" {_number(rule.largest_rate_k_per_s)} K/s, {frozen}"
+            f"Believed of {remark_text(channel)}: {noted(rule.lowest_c)} to"
+            f" {noted(rule.highest_c)} degC, a jump of {noted(rule.step_k)} K and"
+            f" {noted(rule.largest_rate_k_per_s)} K/s, {frozen}"
         )
     yield from _supervisor(settings)
 
@@ -256,27 +253,27 @@ def _supervisor(settings: PlcSettings) -> Iterator[str]:
     rules = settings.compensation.supervisor
     hold_s = settings.compensation.model.longest_hold_s
     yield (
-        f"Before the first correction the model settles for {_number(rules.settle_s)} s. After a"
-        f" loss everything must be there for {_number(rules.heal_s)} s."
+        f"Before the first correction the model settles for {noted(rules.settle_s)} s. After a"
+        f" loss everything must be there for {noted(rules.heal_s)} s."
     )
     yield (
-        f"A lost input: its last value counts on, for {_number(rules.grace_s)} s in Active, then"
-        f" for {_number(rules.hold_input_s)} s in Holding, then Fading. The model computes on with"
-        f" it meanwhile, model_quality is 2 (bad) after {_number(hold_s)} s."
+        f"A lost input: its last value counts on, for {noted(rules.grace_s)} s in Active, then"
+        f" for {noted(rules.hold_input_s)} s in Holding, then Fading. The model computes on with"
+        f" it meanwhile, model_quality is 2 (bad) after {noted(hold_s)} s."
     )
     yield (
-        f"Held, then Fading: without a connection {_number(rules.hold_connection_s)} s, with an"
-        f" interlock open {_number(rules.hold_interlock_s)} s, by an operator"
-        f" {_number(rules.hold_operator_s)} s although hold stands, whatever comes and goes"
-        f" {_number(rules.patience_s)} s."
+        f"Held, then Fading: without a connection {noted(rules.hold_connection_s)} s, with an"
+        f" interlock open {noted(rules.hold_interlock_s)} s, by an operator"
+        f" {noted(rules.hold_operator_s)} s although hold stands, whatever comes and goes"
+        f" {noted(rules.patience_s)} s."
     )
     yield (
-        f"Fault: a read-back that differs by more than {_number(rules.read_back_tolerance_um)} um"
-        f" or is missing, after {_number(rules.read_back_s)} s, the model at the limit after"
-        f" {_number(rules.at_limit_s)} s, another compensation at once."
+        f"Fault: a read-back that differs by more than {noted(rules.read_back_tolerance_um)} um"
+        f" or is missing, after {noted(rules.read_back_s)} s, the model at the limit after"
+        f" {noted(rules.at_limit_s)} s, another compensation at once."
     )
     yield (
-        f"A trim expires {_number(rules.longest_trim_s)} s after it was given, and is lost at a"
+        f"A trim expires {noted(rules.longest_trim_s)} s after it was given, and is lost at a"
         " restart, while its input keeps the value: added_ says what is in force. To give it again"
         " change the input to 0.0 and back. held says whether the hold of an operator is in force."
     )

@@ -29,6 +29,7 @@ from thermaxis.plc._build_draft import (
 )
 from thermaxis.plc._build_lag import LAG, delay_block, delay_name, gain_block
 from thermaxis.plc._names import remark_text
+from thermaxis.plc._numbers import noted
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._tree import Block, Count, Expression, Kind, Name, OutputOf, Statement
 
@@ -299,7 +300,7 @@ def _advanced(m: ModelDraft, started: Name, now: list[Name]) -> Body:
         part = layout.parts[owner]
         alpha = draft.constant(
             f"alpha{i}",
-            f"section {i}, time constant {tau_s:g} s: share of a cycle [1]".replace("+", ""),
+            f"section {i}, time constant {noted(tau_s)} s: share of a cycle [1]",
             -expm1(-cycle_s / tau_s),
         )
         lag = draft.instance(f"lag{i}", LAG)
@@ -330,7 +331,7 @@ def _filtered(m: ModelDraft, started: Name, now: list[Name]) -> Body:
     if filter_s > 0.0:
         alpha = m.draft.constant(
             "filter_alpha",
-            f"filter of the inputs, {filter_s:g} s: share of a cycle [1]".replace("+", ""),
+            f"filter of the inputs, {noted(filter_s)} s: share of a cycle [1]",
             -expm1(-m.settings.cycle_s / filter_s),
         )
         for n, (new, raw, acting) in enumerate(zip(now, m.raw, m.acting, strict=True), 1):

@@ -7,7 +7,7 @@ from thermaxis.compensation import STATED, Part, SupervisorState
 from thermaxis.plc._build_head import restart_warning
 from thermaxis.plc._guide_losses import losses_text
 from thermaxis.plc._names import remark_text
-from thermaxis.plc._numbers import outward_text
+from thermaxis.plc._numbers import figure, outward_text
 from thermaxis.plc._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 from thermaxis.plc._tempcomp import LineSettings, bound_texts
@@ -190,15 +190,11 @@ def _numbered(lines: Iterable[str]) -> Iterator[str]:
         yield f"{number}. {line}"
 
 
-def _number(value: float) -> str:
-    return f"{value:.6g}"
-
-
 def _opening(settings: PlcSettings, facts: GuideFacts) -> Iterator[str]:
     provenance = settings.compensation.model.provenance
     yield (
         f"Block `{settings.names.block}` in {', '.join(f'`{name}`' for name in facts.files)}, in"
-        f" {_kind(settings)}, for a cycle of {_number(settings.cycle_s)} s."
+        f" {_kind(settings)}, for a cycle of {figure(settings.cycle_s)} s."
     )
     yield f"Model SHA-256: {settings.model_sha256 or 'not stated'}."
     yield _stopped(f"Model date: {remark_text(provenance.date) or 'not stated'}")
@@ -239,7 +235,7 @@ def _import(program: Program, facts: GuideFacts, key: tuple[str, str]) -> Iterat
 
 
 def _call(settings: PlcSettings, key: tuple[str, str]) -> Iterator[str]:
-    cycle = _number(settings.cycle_s)
+    cycle = figure(settings.cycle_s)
     percent = round(100 * CYCLE_TOLERANCE)
     yield f"Call the block once per cycle from {_TASKS[key].format(cycle=cycle)}."
     yield (
@@ -298,12 +294,12 @@ def _inputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Itera
     yield (
         "* `hold`: a maintained switch. While it is TRUE, whatever is enabled and without a fault"
         " is held, also what is enabled meanwhile; when it falls, the hold ends. `refused` tells of"
-        f" its rising edge only. A hold ends by itself after {_number(rules.hold_operator_s)} s"
+        f" its rising edge only. A hold ends by itself after {figure(rules.hold_operator_s)} s"
         " (`held` stays TRUE, the correction fades), whatever the switch says."
     )
     yield (
         "* `trim_...`: an addition by a person; a new value is a request. **It expires after"
-        f" {_number(rules.longest_trim_s)} s and is lost at a restart, while the input keeps its"
+        f" {figure(rules.longest_trim_s)} s and is lost at a restart, while the input keeps its"
         " value**: `added_...` says what is in force, and the input must go to 0.0 and back to give"
         " it again. 0.0 takes it back in every state; 0.0 where nobody trims. `diameter_known`"
         " FALSE where the workpiece is not known."
@@ -345,10 +341,10 @@ def _outputs(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iter
     bounds_of = zip(names, settings.compensation.bounds, settings.steps_um, strict=True)
     for name, bounds, step_um in bounds_of:
         yield (
-            f"* {name}: never more than {_number(bounds.total_um)} um, never faster than"
-            f" {_number(bounds.largest_rate_um_per_s)} um/s, at most {_number(step_um)} um in one"
+            f"* {name}: never more than {figure(bounds.total_um)} um, never faster than"
+            f" {figure(bounds.largest_rate_um_per_s)} um/s, at most {figure(step_um)} um in one"
             f" call. Check both again behind the block: the magnitude, and from call to call a step"
-            f" of at most {_number(step_um)} um."
+            f" of at most {figure(step_um)} um."
         )
 
 
@@ -371,7 +367,7 @@ def _gain_um_per_k(part: Part) -> float:
 
 
 def _largest_trims(settings: PlcSettings) -> str:
-    trims = [_number(bounds.largest_trim_um) for bounds in settings.compensation.bounds]
+    trims = [figure(bounds.largest_trim_um) for bounds in settings.compensation.bounds]
     if len(set(trims)) == 1:
         return f"{trims[0]} um"
     stems = zip(settings.names.outputs, trims, strict=True)
@@ -386,7 +382,7 @@ def _sign_proof(settings: PlcSettings, line: LineSettings | None) -> str:
         least_um = min(bounds.largest_trim_um for bounds in settings.compensation.bounds)
         asked = (
             "Prove the sign with a dial gauge, and **the same trim at every position**: set all"
-            f" `trim_...` to one value, at most {_number(least_um)} um, so that the line moves as a"
+            f" `trim_...` to one value, at most {figure(least_um)} um, so that the line moves as a"
             " whole and keeps its slope:"
         )
     return (
@@ -409,7 +405,7 @@ def _first(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterat
             ),
             "Blow warm air at one sensor: the right `t_...` rises, and no other.",
             (
-                f"Set `enable`. `state` becomes 1 (Warming), after {_number(rules.settle_s)} s 2"
+                f"Set `enable`. `state` becomes 1 (Warming), after {figure(rules.settle_s)} s 2"
                 " (Active). Corrections move at no more than the rate."
             ),
             _sign_proof(settings, facts.line),
@@ -442,7 +438,7 @@ def _first(settings: PlcSettings, program: Program, facts: GuideFacts) -> Iterat
 def _off(settings: PlcSettings) -> Iterator[str]:
     longest_s = max(b.total_um / b.largest_rate_um_per_s for b in settings.compensation.bounds)
     yield (
-        f"`enable` FALSE: the correction goes to zero at the rate, within {_number(longest_s)} s"
+        f"`enable` FALSE: the correction goes to zero at the rate, within {figure(longest_s)} s"
         " from the largest one, then `state` is 0. Do not cut the writing while it fades: the"
         " offset would stay where it is. After a fault (`state` 5) the correction fades too;"
         " `reset` acknowledges it once its cause is gone, and it stays off until it is enabled."
@@ -473,7 +469,7 @@ def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
     )
     yield ""
     for stem, position in zip(settings.names.outputs, line.positions_mm, strict=True):
-        yield f"* `correction_{stem}` at {_number(position)} mm"
+        yield f"* `correction_{stem}` at {figure(position)} mm"
     yield ""
     yield "| output | setting data | unit | largest here | data type |"
     yield "|---|---|---|---|---|"
@@ -495,7 +491,7 @@ def _control(settings: PlcSettings, line: LineSettings) -> Iterator[str]:
                 "**Sign.** K is the error of the actual value, so the axis moves against it [inf]."
                 " The export was told that a positive motion of the axis moves the tool point"
                 f" {travel} the workpiece, so a correction of +1 um is K = {k_mm:+.3f} mm. Prove"
-                f" it before anything else: all `trim_...` the same, at most {_number(trim_um)} um,"
+                f" it before anything else: all `trim_...` the same, at most {figure(trim_um)} um,"
                 " which is the largest that this block takes, and a gauge (section 6)."
             ),
             (

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from thermaxis.compensation import STATED, SupervisorRules
 from thermaxis.plc._names import remark_text
+from thermaxis.plc._numbers import figure
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 
 _BY_ITSELF = "by itself"
@@ -36,8 +37,8 @@ def losses_text(settings: PlcSettings) -> Iterator[str]:
     counted = "Times are counted in whole calls"
     if grace_s < cycle_s:
         counted += (
-            f", so the {_number(grace_s)} s that bridge a lost temperature are over in its first"
-            f" call, which lasts {_number(cycle_s)} s"
+            f", so the {figure(grace_s)} s that bridge a lost temperature are over in its first"
+            f" call, which lasts {figure(cycle_s)} s"
         )
     yield (
         "These are the numbers of this export. Nothing moves the correction faster than the rate."
@@ -57,24 +58,20 @@ def losses_text(settings: PlcSettings) -> Iterator[str]:
     yield "|---|---|---|---|---|"
     compensation = settings.compensation
     for channel, rules in zip(compensation.model.channels, compensation.rules, strict=True):
-        frozen = _number(rules.frozen_s) if rules.frozen_s > 0.0 else "never"
+        frozen = figure(rules.frozen_s) if rules.frozen_s > 0.0 else "never"
         yield (
-            f"| {remark_text(channel)} | {_number(rules.lowest_c)} to {_number(rules.highest_c)} |"
-            f" {_number(rules.step_k)} | {_number(rules.largest_rate_k_per_s)} | {frozen} |"
+            f"| {remark_text(channel)} | {figure(rules.lowest_c)} to {figure(rules.highest_c)} |"
+            f" {figure(rules.step_k)} | {figure(rules.largest_rate_k_per_s)} | {frozen} |"
         )
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}"
 
 
 def _held(seconds: float, beyond: str = "") -> str:
     """Return what follows from a loss that is held for some time."""
-    return f"Fading after {_number(seconds)} s{beyond}"
+    return f"Fading after {figure(seconds)} s{beyond}"
 
 
 def _heals(rules: SupervisorRules) -> str:
-    return f"{_BY_ITSELF}, once everything is there for {_number(rules.heal_s)} s"
+    return f"{_BY_ITSELF}, once everything is there for {figure(rules.heal_s)} s"
 
 
 def _inputs(settings: PlcSettings) -> Iterator[_Loss]:
@@ -82,9 +79,9 @@ def _inputs(settings: PlcSettings) -> Iterator[_Loss]:
     rules, hold_s = compensation.supervisor, compensation.model.longest_hold_s
     yield _Loss(
         "a temperature: `ok_` FALSE, no number, out of range, too fast, frozen",
-        f"its last value counts on for {_number(rules.grace_s)} s",
+        f"its last value counts on for {figure(rules.grace_s)} s",
         f"then Holding; {_held(rules.grace_s + rules.hold_input_s)} in all. The model computes on"
-        f" with that value meanwhile, `model_quality` is 2 (bad) after {_number(hold_s)} s",
+        f" with that value meanwhile, `model_quality` is 2 (bad) after {figure(hold_s)} s",
         f"{_heals(rules)}; a jump by `reset` or when the value comes back, never by waiting",
     )
     percent = round(100 * CYCLE_TOLERANCE)
@@ -112,16 +109,16 @@ def _machine(settings: PlcSettings) -> Iterator[_Loss]:
         _heals(rules),
     )
     yield _Loss(
-        f"the read-back: away by more than {_number(rules.read_back_tolerance_um)} um, or"
+        f"the read-back: away by more than {figure(rules.read_back_tolerance_um)} um, or"
         " `read_ok` FALSE",
         "nothing moves",
-        f"Fault after {_number(rules.read_back_s)} s",
+        f"Fault after {figure(rules.read_back_s)} s",
         "`reset` once it agrees, then `enable`",
     )
     yield _Loss(
         "the range: the model asks for more than the limit",
         "the correction stands at the limit",
-        f"Fault after {_number(rules.at_limit_s)} s",
+        f"Fault after {figure(rules.at_limit_s)} s",
         "`reset`, then `enable`",
     )
     yield _Loss(
@@ -143,7 +140,7 @@ def _people(settings: PlcSettings) -> Iterator[_Loss]:
     yield _Loss(
         "a trim",
         "added within the limits; `added_...` says what is in force",
-        f"expires after {_number(rules.longest_trim_s)} s and is taken back at the rate, **while"
+        f"expires after {figure(rules.longest_trim_s)} s and is taken back at the rate, **while"
         " its input keeps the value**",
         "another value of the input: first 0.0, then the value again",
     )
@@ -162,7 +159,7 @@ def _plc(settings: PlcSettings) -> Iterator[_Loss]:
         "the power of the PLC, or its program",
         "the offset stays as it is; trims, hold and `enable` are forgotten, whatever their inputs"
         " say; Off",
-        f"after `enable` Active once the model has run for {_number(rules.settle_s)} s",
+        f"after `enable` Active once the model has run for {figure(rules.settle_s)} s",
         "`enable` to FALSE and to TRUE; a trim by another value of its input; `hold` acts again"
         " once it is enabled",
     )
@@ -183,7 +180,7 @@ def _moves(settings: PlcSettings) -> Iterator[str]:
     ):
         fade_s = bounds.total_um / bounds.largest_rate_um_per_s
         yield (
-            f"* {remark_text(output.name)}: Fading and Fault take at most {_number(fade_s)} s to"
-            f" zero, at {_number(bounds.largest_rate_um_per_s)} um/s, which is at most"
-            f" {_number(step_um)} um in one call."
+            f"* {remark_text(output.name)}: Fading and Fault take at most {figure(fade_s)} s to"
+            f" zero, at {figure(bounds.largest_rate_um_per_s)} um/s, which is at most"
+            f" {figure(step_um)} um in one call."
         )

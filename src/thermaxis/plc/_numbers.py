@@ -15,6 +15,40 @@ SMALLEST = {True: sys.float_info.min, False: 2.0**-126}
 _PLAIN_FROM, _PLAIN_TO = -3, 6
 
 
+def figure(value: float) -> str:
+    """Return a number as a person reads it in a guide.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+
+    Returns
+    -------
+    str
+        Six significant digits at most.
+    """
+    return f"{value:.6g}"
+
+
+def noted(value: float, digits: int = 6) -> str:
+    """Return a number as a remark may have it: without a plus sign.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    digits : int
+        Significant digits. Default: those of `figure`. [1]
+
+    Returns
+    -------
+    str
+        Such as ``1e06``.
+    """
+    return f"{value:.{digits}g}".replace("+", "")
+
+
 def stored(value: float, *, double: bool, where: str = "") -> float:
     """Return a number as the target keeps it.
 

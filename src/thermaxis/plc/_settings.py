@@ -9,7 +9,7 @@ from typing import final
 from thermaxis.compensation import Compensation, CompensationModel, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._names import REMARK, PlcNames, names_of, remark_text
-from thermaxis.plc._numbers import stored
+from thermaxis.plc._numbers import noted, stored
 
 INTERLOCK = "plc"
 """Name of the one interlock of the block."""
@@ -202,7 +202,7 @@ def _in_cycles(part: Part, cycle_s: float, notes: list[str]) -> Part:
     delay_s = round(part.delay_s / cycle_s) * cycle_s
     if delay_s == part.delay_s:
         return part
-    seconds = f"{part.delay_s:g} s in the model, {delay_s:g} s here".replace("+", "")
+    seconds = f"{noted(part.delay_s)} s in the model, {noted(delay_s)} s here"
     notes.append(f"delay of {remark_text(part.name)}: {seconds}")
     return replace(part, delay_s=delay_s)
 

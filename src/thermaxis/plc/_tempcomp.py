@@ -36,7 +36,7 @@ from thermaxis.plc._build_draft import (
     within,
 )
 from thermaxis.plc._names import remark_text
-from thermaxis.plc._numbers import outward_text, stored
+from thermaxis.plc._numbers import noted, outward_text, stored
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._tree import Block, Kind, Name, OutputOf, Program, Statement
 
@@ -302,10 +302,6 @@ def build_line_program(settings: PlcSettings, line: LineSettings) -> Program:
     return replace(program, head=(*program.head, *_head(settings, line)), blocks=blocks)
 
 
-def _number(value: float) -> str:
-    return f"{value:.9g}".replace("+", "")
-
-
 def _head(settings: PlcSettings, line: LineSettings) -> tuple[str, ...]:
     model = settings.compensation.model
     k0_mm, slope = bound_texts(settings, line)
@@ -317,7 +313,7 @@ def _head(settings: PlcSettings, line: LineSettings) -> tuple[str, ...]:
         f"  A positive motion of the axis moves the tool point {direction} the workpiece.",
         "  The axis moves against K: it is the error of the actual value.",
         *(
-            f"  {remark_text(output.name)}: at {_number(position)} mm"
+            f"  {remark_text(output.name)}: at {noted(position, 9)} mm"
             for output, position in zip(model.outputs, line.positions_mm, strict=True)
         ),
         f"  Largest K0 {k0_mm} mm, largest slope {slope} mm/mm, rounded outward: they follow",

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from thermaxis.compensation import Output
 from thermaxis.plc._names import remark_text
+from thermaxis.plc._numbers import noted
 from thermaxis.plc._settings import PlcSettings
 
 LARGEST_CALM_STEP_UM = 10.0
@@ -53,9 +54,9 @@ def _steps(settings: PlcSettings) -> Iterator[str]:
     for output, step_um in zip(outputs, settings.steps_um, strict=True):
         if step_um > LARGEST_CALM_STEP_UM:
             yield (
-                f"{remark_text(output.name)} may move by {step_um:.6g} um in one call, rate times"
-                " cycle: a finished surface shows it. Take a shorter cycle or a smaller rate"
-            ).replace("+", "")
+                f"{remark_text(output.name)} may move by {noted(step_um)} um in one call, rate"
+                " times cycle: a finished surface shows it. Take a shorter cycle or a smaller rate"
+            )
 
 
 def _gains(settings: PlcSettings) -> Iterator[str]:

@@ -8,6 +8,7 @@ and a small generator of its own alone: the same settings give the same inputs o
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol, TypeVar, final
 
+from thermaxis.compensation import SupervisorState
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
 
@@ -15,7 +16,7 @@ ODD = (float("nan"), float("inf"), float("-inf"), 1e300, -1e300, 1e7, 0.0, -40.0
 """What is no temperature, or none that is plausible. [degC]"""
 _STEP_C = 0.01
 _NEAR_UM = 0.25
-_OFF = 0
+_OFF = list(SupervisorState).index(SupervisorState.OFF)
 _MASK = 2**64 - 1
 _MARGIN_CALLS = 3
 _T = TypeVar("_T")
