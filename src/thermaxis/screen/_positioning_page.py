@@ -168,8 +168,8 @@ async def _upload(request: Request) -> Response:
         asked = asked_of(request)
         with work.place(person.name, kind="evaluation"):
             return answer_json(_told(await _evaluated(request, work, asked, person)))
-    except BusyError:
-        return refuse(request, _BUSY, "positioning.busy")
+    except BusyError as error:
+        return refuse(request, _BUSY, "positioning.own" if error.own else "positioning.busy")
     except RefusedError as error:
         return refuse(request, error.status, error.key, **error.values)
     except OSError as error:

@@ -77,7 +77,17 @@ class Limits(NamedTuple):
 
 
 class BusyError(Exception):
-    """So many commands wait, or one of the same person, that one more is refused."""
+    """So many commands wait, or one of the same person, that one more is refused.
+
+    Parameters
+    ----------
+    own : bool
+        Whether it is one of the same person.
+    """
+
+    def __init__(self, *, own: bool) -> None:
+        super().__init__(own)
+        self.own = own
 
 
 class _Place(NamedTuple):
@@ -246,7 +256,7 @@ class Work:
         kinds = sum(taken.kind == kind for taken in self._places)
         has_one = bool(owner) and any(taken.owner == owner for taken in self._places)
         if has_one or len(self._places) >= self._most or (most is not None and kinds >= most):
-            raise BusyError
+            raise BusyError(own=has_one)
         mine = _Place(owner, kind)
         self._places.append(mine)
         try:

@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal, Self, cast
@@ -15,12 +16,14 @@ import pytest
 import uvicorn
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import Route as Asked
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from tests.system.screen.stand import wait_until
 from tests.unit.screen.people import People
 from thermaxis.runtime._ports import SystemClock
 from thermaxis.runtime._users import Role
@@ -205,6 +208,35 @@ def test_a_file_that_is_no_run_is_refused_in_words_under_its_own_name(
     expect(wrong).to_contain_text("Der Lauf kann nicht ausgewertet werden: <img src=x onerror")
     assert "/" not in re.sub(r"docs/\w+\.md", "", wrong.inner_text())
     assert page.locator("#run-wrong img").count() == 0
+
+
+def test_figures_of_an_earlier_run_never_stand_for_the_one_that_was_sent(
+    visit: Visit, tmp_path: Path
+) -> None:
+    path = tmp_path / "no_run.csv"
+    path.write_bytes(b"no run\n")
+    page = visit.open()
+    expect(page.locator("#run-name")).to_have_text("x_axis_100_cycles.csv")
+    sent: list[Asked] = []
+    page.route("**/positioning/upload*", partial(list.append, sent), times=1)
+    visit.send(path)
+    expect(page.locator("#run-told")).to_be_visible()
+    expect(page.locator("#run-result")).to_be_hidden()  # the answer is not even there
+    wait_until("the upload", lambda: page.evaluate("true") and sent)
+    sent[0].continue_()
+    expect(page.locator("#run-wrong")).to_be_visible(timeout=LONGEST_MS)
+
+    asked: list[Asked] = []
+    page.route("**/positioning/result/*", partial(list.append, asked), times=1)
+    page.reload()
+    wait_until("the kept run", lambda: page.evaluate("true") and asked)
+    visit.send(path)
+    expect(page.locator("#run-wrong")).to_be_visible(timeout=LONGEST_MS)
+    with page.expect_response("**/positioning/result/*"):
+        asked[0].continue_()  # the kept run arrives after the refusal of the later one
+    page.evaluate("() => new Promise((done) => setTimeout(done, 50))")
+    expect(page.locator("#run-wrong")).to_be_visible()
+    expect(page.locator("#run-result")).to_be_hidden()
 
 
 def test_a_file_that_is_too_large_is_refused_before_it_is_sent(

@@ -515,29 +515,32 @@ def test_nothing_stays_of_an_upload_that_breaks_off(stage: Stage) -> None:
 
 
 def test_uploads_beyond_those_that_may_wait_are_refused(stage: Stage) -> None:
-    async def crowd(names: Sequence[str]) -> list[int]:
+    async def crowd(names: Sequence[str]) -> list[tuple[int, str]]:
         calls: list[asyncio.Task[Any]] = []
         for name in names:
             stage.people.come(Role.ENGINEER, name)
             calls.append(asyncio.create_task(stage.sent(b"x", name="a.csv")))
             while not calls[-1].done() and stage.owners().count(name) == 0:
                 await asyncio.sleep(0)  # until it has its place
-        return [answer.status_code for answer in await asyncio.gather(*calls)]
+        answers = await asyncio.gather(*calls)
+        return [(one.status_code, one.json().get("error", "")) for one in answers]
 
     all_of_them = [f"engineer-{k}" for k in range(MOST_WAITING + 3)]
-    assert stage.runner.run(crowd(all_of_them)) == [200] * (MOST_WAITING + 1) + [429] * 2
+    in_time, too_many = (200, ""), (429, "positioning.busy")
+    assert stage.runner.run(crowd(all_of_them)) == [in_time] * (MOST_WAITING + 1) + [too_many] * 2
     assert stage.send(b"x", name="a.csv").status_code == 200
 
 
 def test_a_second_upload_of_the_same_person_is_refused_until_the_first_is_done(
     stage: Stage,
 ) -> None:
-    async def two() -> list[int]:
+    async def two() -> list[tuple[int, str]]:
         calls = [stage.sent(b"x", name="a.csv") for _ in range(2)]
-        return sorted(answer.status_code for answer in await asyncio.gather(*calls))
+        answers = await asyncio.gather(*calls)
+        return sorted((one.status_code, one.json().get("error", "")) for one in answers)
 
-    assert stage.runner.run(two()) == [200, 429]
-    assert stage.runner.run(two()) == [200, 429]
+    assert stage.runner.run(two()) == [(200, ""), (429, "positioning.own")]
+    assert stage.runner.run(two()) == [(200, ""), (429, "positioning.own")]
 
 
 # ---- names --------------------------------------------------------------------------------------

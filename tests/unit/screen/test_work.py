@@ -419,15 +419,17 @@ def test_folders_are_private_from_the_first_moment(tmp_path: Path) -> None:
 def test_everybody_has_one_place_and_a_kind_leaves_some_to_the_others(tmp_path: Path) -> None:
     work = Work(PYTHON, where=tmp_path)
     with work.place("novak", kind="export", most=2):
-        with pytest.raises(BusyError), work.place("novak"):
+        with pytest.raises(BusyError) as own, work.place("novak"):
             pass
+        assert own.value.own
         with work.place("svoboda", kind="export", most=2):
             with pytest.raises(BusyError), work.place("cerny", kind="export", most=2):
                 pass
             with work.place("cerny"), work.place("dvorak"):
                 assert MOST_WAITING + 1 == 4
-                with pytest.raises(BusyError), work.place("kral"):
+                with pytest.raises(BusyError) as full, work.place("kral"):
                     pass
+                assert not full.value.own
     with work.place("novak"):  # and all are free again
         pass
 

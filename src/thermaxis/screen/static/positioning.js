@@ -10,6 +10,9 @@ import { moment, word } from "./words.js";
 const NAME_CHARACTERS = 200;
 const SECOND_MS = 1000;
 
+/** How often a run was sent or a kept one chosen: only the last choice is shown. */
+let chosen = 0;
+
 /** @param {string} id */
 function byId(id) {
   return /** @type {HTMLElement} */ (document.getElementById(id));
@@ -138,6 +141,8 @@ async function send(form, button) {
     told.textContent = word("positioning.running", { elapsed, limit: form.dataset.limit });
   };
   tell();
+  chosen += 1;
+  byId("run-result").hidden = true; // nobody takes an earlier run's figures for this one's
   told.hidden = false;
   button.disabled = true;
   const timer = setInterval(tell, SECOND_MS);
@@ -160,8 +165,11 @@ async function send(form, button) {
 
 /** @param {string} id */
 async function open(id) {
+  chosen += 1;
+  const mine = chosen;
   refuse("");
   const answer = await answered(fetch(`/positioning/result/${encodeURIComponent(id)}`));
+  if (mine !== chosen) return;
   if (!answer) refuse(word("positioning.no_answer"));
   else if (answer.ok) show(answer.found);
   else {
@@ -185,7 +193,7 @@ async function list(first) {
     return row;
   });
   byId("run-kept").replaceChildren(...rows);
-  if (first && rows.length > 0) await open(answer.found.results[0].id);
+  if (first && chosen === 0 && rows.length > 0) await open(answer.found.results[0].id);
 }
 
 /** @param {HTMLInputElement} input */
