@@ -19,6 +19,7 @@ from playwright.sync_api import (
 )
 from playwright.sync_api import Error as PlaywrightError
 
+from tests.system.screen.operator_stand_in import StandIn, served
 from tests.system.screen.stand import PATIENCE_S, Stand, Visitor, wait_until
 
 WIDTH, HEIGHT = 1366, 768
@@ -84,6 +85,13 @@ def people(stand: Stand) -> Callable[[str], Visitor]:
         return found
 
     return person
+
+
+@pytest.fixture
+def stand_in() -> Generator[StandIn]:
+    """Yield an operator's page over made-up statuses."""
+    with served(StandIn()) as found:
+        yield found
 
 
 class Looked:

@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, Page
 
 from tests.system.screen import operator_stand_in
 from tests.system.screen.conftest import Looked
+from tests.system.screen.operator_browser import LOCALES, SCROLLS
 from tests.system.screen.operator_stand_in import EXAMPLE, StandIn, served
 from thermaxis import __version__
 from thermaxis.runtime._config import read_machine
@@ -15,13 +16,7 @@ from thermaxis.runtime._config_hash import configuration_sha256
 from thermaxis.screen._parts import ScreenParts
 from thermaxis.screen._words import Words
 
-LOCALES = {"en": "en-GB", "de": "de-DE", "cs": "cs-CZ"}
 SIZES = ((1024, 600), (1920, 1080))
-SCROLLS = """() => {
-  const root = document.scrollingElement, main = document.querySelector("main");
-  return [root.scrollHeight - innerHeight, root.scrollWidth - innerWidth,
-    main.scrollHeight - main.clientHeight, main.scrollWidth - main.clientWidth];
-}"""
 
 
 @pytest.fixture

@@ -3,11 +3,10 @@
 import pytest
 from playwright.sync_api import Browser
 
+from tests.system.screen.operator_browser import context_of, opened, shown
 from tests.system.screen.operator_stand_in import StandIn, made_up
-from tests.system.screen.test_operator_layout import context_of, opened, shown, stand_in
 
 pytestmark = pytest.mark.system
-__all__ = ["stand_in"]
 
 MARKED = """() => [...document.querySelectorAll(".op-card")].map((card) => [
   card.dataset.more === "yes",

@@ -5,19 +5,14 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 
-from tests.system.screen.operator_stand_in import StandIn, an_output, made_up, served
+from tests.system.screen.operator_browser import LOCALES, SCROLLS
+from tests.system.screen.operator_stand_in import StandIn, an_output, made_up
 from thermaxis.runtime._users import Role
 from thermaxis.screen._answers import NO_ANSWER, Outcome
 from thermaxis.screen._persons import LOOP_GONE
 from thermaxis.screen._words import Words
 
-LOCALES = {"en": "en-GB", "de": "de-DE", "cs": "cs-CZ"}
 OTHERS = ("Enable", "Hold", "Resume", "Trim", "Diameter", "Acknowledge")
-SCROLLS = """() => {
-  const root = document.scrollingElement, main = document.querySelector("main");
-  return [root.scrollHeight - innerHeight, root.scrollWidth - innerWidth,
-    main.scrollHeight - main.clientHeight, main.scrollWidth - main.clientWidth];
-}"""
 
 # Whether a line of the requests stands above what covers the rest of them.
 IN_SIGHT = """(place, text) => {
@@ -26,12 +21,6 @@ IN_SIGHT = """(place, text) => {
   return line.clientHeight > 0
     && line.getBoundingClientRect().bottom - top <= place.clientHeight + 1;
 }"""
-
-
-@pytest.fixture
-def stand_in() -> Iterator[StandIn]:
-    with served(StandIn()) as found:
-        yield found
 
 
 @pytest.fixture

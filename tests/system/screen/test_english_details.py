@@ -7,12 +7,12 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 
 from tests.system.screen.conftest import Looked
+from tests.system.screen.operator_browser import LOCALES
 from tests.system.screen.operator_stand_in import StandIn, made_up, served
 from thermaxis.screen._answers import Outcome
 from thermaxis.screen._words import Words
 
 Look = Callable[..., Looked]
-LOCALES = {"en": "en-GB", "de": "de-DE", "cs": "cs-CZ"}
 WORDS = Words.read()
 FINDING = "[input.T_spindle_C]: the server does not know the node. Look at the address."
 EXAMPLES = Path(__file__).parents[3] / "examples"

@@ -6,23 +6,22 @@ Offsets and trims of the outputs that are shown, the buttons, what came of the n
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser
 
-from tests.system.screen.operator_stand_in import StandIn, made_up
-from tests.system.screen.test_operator_layout import (
+from tests.system.screen.operator_browser import (
     ALARMS,
     CUT,
     LOCALES,
     OVERLAPS,
     SCROLLS,
+    ask,
     context_of,
     opened,
     shown,
-    stand_in,
 )
+from tests.system.screen.operator_stand_in import StandIn, made_up
 
 pytestmark = pytest.mark.system
-__all__ = ["stand_in"]
 
 SIZES = ((1024, 600), (1280, 800), (1920, 1080))
 NOTICE = "The connection to the compensation was lost. Whoever is logged in may only look on. " * 2
@@ -58,14 +57,6 @@ STANDS = """() => {
 }"""
 
 
-def asked_thrice(page: Page) -> None:
-    """Ask for three things, each of which is accepted and not yet in effect."""
-    for _ in range(3):
-        page.click('[data-ask="Hold"]')
-        page.click("dialog .main")
-        page.wait_for_selector('#request[data-answer="accepted"]')
-
-
 def with_trims(count: int) -> dict[str, Any]:
     """Return a status with outputs that are all trimmed, one of them beyond its limit."""
     told = made_up(outputs=("W_um", "X_um", "Y_um", "Z_um")[:count], alarms=ALARMS[:1])
@@ -84,7 +75,8 @@ def test_offsets_trims_and_buttons_stay_with_notice_alarm_and_three_requests(
         page.evaluate("text => sessionStorage.setItem('notice', text)", NOTICE)
         page.reload()
         page.wait_for_selector(".op-card")
-        asked_thrice(page)
+        for _ in range(3):
+            ask(page, "Hold")
         found: list[str] = []
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})

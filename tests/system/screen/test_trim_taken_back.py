@@ -5,24 +5,15 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page
 
+from tests.system.screen.operator_browser import context_of, opened, shown, trimmed
 from tests.system.screen.operator_stand_in import StandIn, made_up
-from tests.system.screen.test_operator_layout import context_of, opened, shown, stand_in
 
 pytestmark = pytest.mark.system
-__all__ = ["stand_in"]
 
 FAULT: dict[str, Any] = {
     "state": "Fault",
     "reasons": ["another compensation is active on the axis"],
 }
-TRIM = {"trim_um": 5.0, "trim_owner": "svoboda", "trim_left_s": 2400.0}
-
-
-def trimmed(**changed: Any) -> dict[str, Any]:
-    """Return a status of an output that a person has trimmed."""
-    told = made_up(**changed)
-    told["outputs"]["Z_um"] |= TRIM
-    return told
 
 
 def ready(page: Page) -> bool:

@@ -1,37 +1,27 @@
 """What a confirmation says before it is asked, and how far a request came, from page to page."""
 
-from typing import Any
-
 import pytest
 from playwright.sync_api import Browser, Page
 
-from tests.system.screen.operator_stand_in import StandIn, made_up
-from tests.system.screen.test_operator_layout import (
+from tests.system.screen.operator_browser import (
     LOCALES,
     an_alarm,
+    ask,
     context_of,
     drawn,
     opened,
     shown,
-    stand_in,
+    trimmed,
 )
+from tests.system.screen.operator_stand_in import StandIn, made_up
 from thermaxis.runtime._users import Role
 
 pytestmark = pytest.mark.system
-__all__ = ["stand_in"]
 
-TRIM = {"trim_um": 5.0, "trim_owner": "svoboda", "trim_left_s": 2400.0}
 ACTS = """async ([status, asked]) => {
   const { acts, stageOf } = await import("/static/ask_effects.js");
   return [acts(status, asked), stageOf(status, asked)];
 }"""
-
-
-def trimmed(**changed: Any) -> dict[str, Any]:
-    """Return a status in which the model asks for -35.5 um and a person has added 5 um."""
-    told = made_up(**changed)
-    told["outputs"]["Z_um"] |= TRIM | {"model_um": 35.5, "wanted_um": -30.5}
-    return told
 
 
 def said(page: Page, button: str) -> str:
@@ -182,9 +172,7 @@ def test_the_last_requests_stay_from_page_to_page_and_go_on_being_watched(
 ) -> None:
     with context_of(browser, language) as context:
         page, wrong = opened(context, stand_in)
-        page.click('[data-ask="Hold"]')
-        page.click("dialog .main")
-        page.wait_for_selector('#request[data-answer="accepted"]')
+        ask(page, "Hold")
         before = page.text_content("#request b")
         page.goto(stand_in.address + "/login")
         page.goto(stand_in.address + "/")
@@ -218,9 +206,7 @@ def test_another_person_in_the_same_window_finds_no_requests_of_somebody_else(
 ) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
-        page.click('[data-ask="Hold"]')
-        page.click("dialog .main")
-        page.wait_for_selector('#request[data-answer="accepted"]')
+        ask(page, "Hold")
         stand_in.people.come(Role.OPERATOR, name="svoboda")
         page.goto(stand_in.address + "/")
         page.wait_for_selector('body[data-name="svoboda"]')
@@ -235,9 +221,7 @@ def test_after_a_log_out_the_list_of_requests_begins_anew(
 ) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
-        page.click('[data-ask="Hold"]')
-        page.click("dialog .main")
-        page.wait_for_selector('#request[data-answer="accepted"]')
+        ask(page, "Hold")
         with page.expect_navigation():
             page.click("#logout")
         page.wait_for_selector(".op-card")  # the stand-in lets the same person in again
