@@ -103,6 +103,13 @@ ALARM_WORDS: Final[Mapping[str, AlarmWords]] = {
         "The last offset stands in the machine; after {hold:.0f} {hold_unit} the correction fades"
         f" as soon as it can be written. {_TRY_AGAIN}",
     ),
+    "offset_unread": AlarmWords(
+        "The offset that stands in the control cannot be read, so that nothing is written.",
+        "The control answers too late or not at all, or what it tells is no offset.",
+        "The last offset stands in the machine; after {hold:.0f} {hold_unit} the correction fades"
+        " as soon as the offset can be read. Check network, control and the offset itself; it is"
+        " read again in every cycle.",
+    ),
     "source_lost": AlarmWords(
         "The temperatures cannot be read.",
         "The connection is lost, or the source has ended.",

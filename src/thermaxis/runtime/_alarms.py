@@ -60,6 +60,8 @@ def alarms_of(
     compensation: Compensation,
     forbidden: Sequence[str] = (),
     elsewhere: Sequence[FoundElsewhere] = (),
+    *,
+    unread: bool = False,
 ) -> tuple[Alarm, ...]:
     """Return what a person should know of a status.
 
@@ -73,6 +75,8 @@ def alarms_of(
         Why the self-test forbids a correction, each a sentence.
     elsewhere : sequence of FoundElsewhere
         Offsets that were not where the loop had left them, as long as they are to be told.
+    unread : bool
+        Whether a machine that is there has not told its offsets for too long.
 
     Returns
     -------
@@ -80,7 +84,10 @@ def alarms_of(
         The gravest first.
     """
     came = {alarm.key: alarm.since for alarm in status.alarms}
-    every = (*_all(status, compensation, forbidden), *_of_found(elsewhere))
+    every = (
+        *_all(status, compensation, forbidden, unread=unread),
+        *_of_found(elsewhere),
+    )
     found = sorted(_unique(every), key=lambda f: PRIORITIES.index(f.priority))
     return tuple(one.at(came.get(one.key, status.utc)) for one in found)
 
@@ -124,10 +131,10 @@ def _unique(found: Iterable[_Found]) -> list[_Found]:
 
 
 def _all(
-    status: RuntimeStatus, compensation: Compensation, forbidden: Sequence[str]
+    status: RuntimeStatus, compensation: Compensation, forbidden: Sequence[str], *, unread: bool
 ) -> Iterator[_Found]:
     yield from _of_state(status)
-    yield from _of_connections(status, compensation)
+    yield from _of_connections(status, compensation, unread=unread)
     for i, sentence in enumerate(forbidden):
         finding = printable(_sentence(sentence), _LONGEST_TEXT)
         yield _Found(f"self-test {i + 1}", "high", "self_test", {"finding": finding})
@@ -171,10 +178,15 @@ def _of_state(status: RuntimeStatus) -> Iterator[_Found]:
             yield _Found("hold expired", "medium", "hold_expired")
 
 
-def _of_connections(status: RuntimeStatus, compensation: Compensation) -> Iterator[_Found]:
+def _of_connections(
+    status: RuntimeStatus, compensation: Compensation, *, unread: bool
+) -> Iterator[_Found]:
     hold = _duration("hold", compensation.supervisor.hold_connection_s)
+    gravest = "critical" if status.enabled else "low"
     if not status.sink_connected:
-        yield _Found("sink lost", "critical" if status.enabled else "low", "sink_lost", hold)
+        yield _Found("sink lost", gravest, "sink_lost", hold)
+    elif unread:
+        yield _Found("offset unread", gravest, "offset_unread", hold)
     if not status.source_connected:
         yield _Found("source lost", "high" if status.enabled else "low", "source_lost", hold)
 

@@ -74,6 +74,8 @@ PAST_ROWS = 1440
 """So many of them: a day. [1]"""
 ALARMS_EVERY_S = 1.0
 """Alarms are looked for so often, and whenever the state changes. [s]"""
+UNREAD_AFTER_S = 5.0
+"""It is told when a machine that is there does not tell its offsets for so long. [s]"""
 LARGEST_FOUND_UM = 1e5
 """A found offset of a hundred millimetres and more is a wrong unit: nothing is written. [µm]"""
 _UNKNOWN = Applied(None, None)
@@ -220,6 +222,7 @@ class CompensationLoop:
         self._left = LeftOffsets()
         self._found_known = False
         self._doubtful = False
+        self._known_s = 0.0
         self._refused = False
         self._touched = float("inf"), self.clock.utc()
         self._forbidden: tuple[str, ...] | None = None if self_test else ()
@@ -390,6 +393,9 @@ class CompensationLoop:
         self._watch_self_test(now_s)
         found = await self._find(wait_s)
         connected = self.sink.connected and self._found_known and self._forbidden is not None
+        told = connected or not self.sink.connected or self._forbidden is None
+        if told or self._number == 1:
+            self._known_s = now_s
         waiting, self._waiting = self._waiting, []
         reading = self._reading(now_s, samples, found, waiting, connected=connected)
         reading, waiting = self._without_unseen(reading, waiting)
@@ -406,7 +412,8 @@ class CompensationLoop:
                 self._left.forget()
             self._applied = {}
             self._refused = False
-            self._doubtful = self._found_known  # without a heartbeat nothing stays where it is
+            # without a heartbeat nothing stays where it is; what was not told is asked for again
+            self._doubtful = self._doubtful or self._found_known
         self._answer(waiting, output.answers)
         self._remember(now_s, output)
         utc = self.clock.utc()
@@ -458,7 +465,7 @@ class CompensationLoop:
                 self._event(
                     "alarm", "", "what stands in the machine is no offset: nothing is written"
                 )
-            self._doubtful = self._doubtful and not self._found_known
+            self._doubtful = not self._found_known
             self._touched = before
             self._compare(found)
             found = {name: self._snapped(name, found.get(name)) for name in self._names}
@@ -723,7 +730,10 @@ class CompensationLoop:
         if now_s - self._alarms_s >= ALARMS_EVERY_S or memory.state is not before.state:
             self._alarms_s = now_s
             elsewhere = self._left.elsewhere()
-            self._alarms = alarms_of(status, compensation, self._forbidden or (), elsewhere)
+            unread = now_s - self._known_s >= UNREAD_AFTER_S
+            self._alarms = alarms_of(
+                status, compensation, self._forbidden or (), elsewhere, unread=unread
+            )
             self._tell_alarms(status.alarms)
             status = replace(status, alarms=self._alarms)
         self.status = status

@@ -33,6 +33,7 @@ from thermaxis.compensation import (
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._loop import (
     TESTED_EVERY_S,
+    UNREAD_AFTER_S,
     AtStop,
     Borders,
     CompensationLoop,
@@ -94,6 +95,7 @@ class RoughMachine:
         self.refuses = self.deaf = self.watched = False
         self.source_late_s = self.write_late_s = self.freezes_s = 0.0
         self.hangs = False
+        self.unanswered = 0
         self.accepted_um = self.acting_um = 0.0
         self.heard_s = 1000.0
         self.writes: list[Write] = []
@@ -181,9 +183,11 @@ class RoughSink(Sink):
         return True
 
     async def read_back(self, deadline_s: float) -> Mapping[str, Applied]:
-        if not self.machine.there:
-            return {"Z_um": Applied(self._requested, None)}
         machine = self.machine
+        unanswered = machine.unanswered > 0
+        machine.unanswered -= unanswered
+        if not machine.there or unanswered:
+            return {"Z_um": Applied(self._requested, None)}
         return {"Z_um": Applied(self._requested, machine.accepted_um, machine.effective_um)}
 
     async def close(self) -> None: ...
@@ -328,6 +332,61 @@ def test_a_loop_that_was_frozen_goes_on_from_where_the_watchdog_left_the_offset(
     bench.play(script)
     bench.assert_law()
     assert SupervisorState.FAULT not in {r.output.state for r in bench.historian.records}
+
+
+@pytest.mark.parametrize("looks", [1, 2, 10, 60])
+@pytest.mark.parametrize("watched", [False, True])
+def test_looks_without_an_answer_after_a_silence_are_repeated_until_there_is_one(
+    looks: int, watched: bool
+) -> None:
+    bench = Bench()
+    bench.machine.watched = watched
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(60.0)
+        freeze(3.0)
+        bench.machine.unanswered = looks
+        told: set[str] = set()
+        while bench.machine.unanswered:
+            await asyncio.sleep(0.5)
+            assert loop.status is not None
+            told |= {alarm.code for alarm in loop.status.alarms}
+        assert ("offset_unread" in told) is (looks > UNREAD_AFTER_S)
+        await asyncio.sleep(120.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+        assert bench.machine.effective_um == pytest.approx(-36.0, abs=0.01)
+        assert loop.status is not None
+        assert "offset_unread" not in {alarm.code for alarm in loop.status.alarms}
+        states = {record.output.state for record in bench.historian.records}
+        assert SupervisorState.FAULT not in states
+        assert (SupervisorState.FADING in states) is (looks > 20)  # longer than it is held
+
+    bench.play(script)
+    bench.assert_law()
+
+
+def test_what_is_no_offset_is_looked_at_until_somebody_has_mended_it() -> None:
+    bench = Bench()
+    bench.machine.accepted_um = bench.machine.acting_um = 2e5
+
+    async def script(bench: Bench, loop: CompensationLoop) -> None:
+        await asyncio.sleep(30.0)
+        assert bench.machine.writes == []
+        assert loop.status is not None
+        assert "offset_unread" in {alarm.code for alarm in loop.status.alarms}
+        bench.machine.set_offset(-3.0)
+        await asyncio.sleep(3.0)
+        assert "offset_unread" not in {alarm.code for alarm in loop.status.alarms}
+        assert await ask(loop, RequestKind.ACKNOWLEDGE)
+        assert await ask(loop, RequestKind.ENABLE)
+        await asyncio.sleep(60.0)
+        assert state_of(loop) is SupervisorState.ACTIVE
+
+    bench.play(script)
+    bench.assert_law()
+    said = [event.text for event in bench.said("alarm") if "is no offset" in event.text]
+    assert len(said) == 1
 
 
 def test_a_computer_that_slept_is_noticed_by_the_time_of_day() -> None:
