@@ -88,9 +88,10 @@ def people(stand: Stand) -> Callable[[str], Visitor]:
 
 
 @pytest.fixture
-def stand_in() -> Generator[StandIn]:
-    """Yield an operator's page over made-up statuses."""
-    with served(StandIn()) as found:
+def stand_in(request: pytest.FixtureRequest) -> Generator[StandIn]:
+    """Yield an operator's page over made-up statuses; a test may be marked to need no charts."""
+    charts = request.node.get_closest_marker("without_charts") is None
+    with served(StandIn(charts=charts)) as found:
         yield found
 
 

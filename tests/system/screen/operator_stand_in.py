@@ -23,7 +23,7 @@ from thermaxis.runtime._ports import SystemClock
 from thermaxis.runtime._users import Role
 from thermaxis.screen import _live_socket, _login_page, _operator_page
 from thermaxis.screen._answers import Outcome
-from thermaxis.screen._assets import Assets
+from thermaxis.screen._assets import CHART_SCRIPT, Assets
 from thermaxis.screen._parts import ScreenParts
 from thermaxis.screen._status_feed import StatusFeed, Told
 from thermaxis.screen._words import Words
@@ -134,6 +134,8 @@ class StandIn:
     """Whether it says it now."""
     people: People = field(default_factory=lambda: People().come(Role.OPERATOR))
     """Whoever looks."""
+    charts: bool = True
+    """Whether the page gets the script that draws charts, which costs most of its start."""
     address: str = ""
     """Where the page is."""
     looks: int = 0
@@ -228,6 +230,8 @@ def application(stand_in: StandIn) -> Starlette:
     assets = Assets()
 
     async def asset(request: Request) -> Response:
+        if request.path_params["name"] == CHART_SCRIPT and not stand_in.charts:
+            return Response("", media_type="text/javascript")
         return assets.answer(request)
 
     async def trend8(request: Request) -> Response:

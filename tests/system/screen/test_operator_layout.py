@@ -136,6 +136,7 @@ def test_every_text_of_every_state_is_readable_in_both_themes(
         assert page.evaluate(FAINT) == []
 
 
+@pytest.mark.without_charts
 def test_the_five_states_and_fault_stand_there_in_words_of_the_language(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -154,6 +155,7 @@ def test_the_five_states_and_fault_stand_there_in_words_of_the_language(
             assert tuple(found) == expected
 
 
+@pytest.mark.without_charts
 def test_a_trim_stays_in_sight_with_its_owner_and_time_while_it_is_not_zero(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -171,6 +173,7 @@ def test_a_trim_stays_in_sight_with_its_owner_and_time_while_it_is_not_zero(
             page.keyboard.press("Escape")
 
 
+@pytest.mark.without_charts
 def test_an_input_that_is_not_good_is_never_among_those_left_out(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -188,6 +191,7 @@ def test_an_input_that_is_not_good_is_never_among_those_left_out(
         assert page.locator("dialog .op-input:visible").count() == 20
 
 
+@pytest.mark.without_charts
 def test_the_gravest_alarm_stands_in_the_banner_and_all_are_one_touch_away(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -231,6 +235,7 @@ def test_values_that_are_old_are_marked_and_come_back_by_themselves(
         assert page.locator(".op-buttons button:enabled").count() > 0
 
 
+@pytest.mark.without_charts
 def test_touch_targets_are_at_least_three_rem_high(browser: Browser, stand_in: StandIn) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
@@ -246,6 +251,7 @@ def test_touch_targets_are_at_least_three_rem_high(browser: Browser, stand_in: S
             page.keyboard.press("Escape")
 
 
+@pytest.mark.without_charts
 def test_the_page_says_the_gain_at_a_diameter_as_the_model_does(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -266,6 +272,7 @@ def test_the_page_says_the_gain_at_a_diameter_as_the_model_does(
 # ---- interventions ------------------------------------------------------------------------------
 
 
+@pytest.mark.without_charts
 def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -305,6 +312,7 @@ def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
         assert wrong == []
 
 
+@pytest.mark.without_charts
 def test_a_refusal_shows_the_reason_in_the_language_of_the_page(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -321,6 +329,7 @@ def test_a_refusal_shows_the_reason_in_the_language_of_the_page(
         assert line.get_attribute("data-answer") == "refused"
 
 
+@pytest.mark.without_charts
 @pytest.mark.parametrize(
     ("name", "state", "reasons", "after", "expected"),
     [
@@ -363,6 +372,7 @@ def test_every_plain_request_says_what_will_happen_and_when_it_has(
         assert "✓ effective" in line.inner_text()
 
 
+@pytest.mark.without_charts
 @pytest.mark.parametrize("key", [NO_ANSWER, LOST])
 def test_a_request_without_an_answer_is_watched_until_it_is_effective(
     browser: Browser, stand_in: StandIn, key: str
@@ -382,6 +392,7 @@ def test_a_request_without_an_answer_is_watched_until_it_is_effective(
         assert "✓ effective" not in line.inner_text()  # somebody else may have asked it
 
 
+@pytest.mark.without_charts
 def test_a_question_that_the_screen_itself_does_not_answer_is_no_refusal(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -407,6 +418,7 @@ def test_a_question_that_the_screen_itself_does_not_answer_is_no_refusal(
             page.unroute("**/ask")
 
 
+@pytest.mark.without_charts
 def test_the_courses_of_three_requests_stand_in_a_list_each_until_its_end(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -436,6 +448,7 @@ def test_the_courses_of_three_requests_stand_in_a_list_each_until_its_end(
             assert page.locator("#request .ask-older").count() == 2
 
 
+@pytest.mark.without_charts
 def test_the_list_of_requests_is_a_button_that_space_and_enter_press(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -458,6 +471,7 @@ LOUD = """() => [...document.querySelectorAll("[aria-live=assertive], [role=aler
   .filter((one) => !one.hidden).map((one) => one.id)"""
 
 
+@pytest.mark.without_charts
 def test_one_part_at_a_time_is_read_aloud_at_once(browser: Browser, stand_in: StandIn) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
@@ -468,6 +482,7 @@ def test_one_part_at_a_time_is_read_aloud_at_once(browser: Browser, stand_in: St
         assert page.evaluate(LOUD) == ["no-data"]
 
 
+@pytest.mark.without_charts
 def test_a_diameter_is_typed_on_the_pad_and_the_tool_centre_point_is_one_touch(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -491,6 +506,7 @@ def test_a_diameter_is_typed_on_the_pad_and_the_tool_centre_point_is_one_touch(
     assert stand_in.asked == [("Diameter", (120.5,)), ("NoDiameter", ())]
 
 
+@pytest.mark.without_charts
 def test_who_may_only_look_is_told_so_and_finds_no_button_to_press(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -529,6 +545,7 @@ def test_a_long_answer_moves_nothing_out_of_the_page_and_is_whole_at_a_touch(
         assert page.text_content("dialog[open] .ask-body") == whole
 
 
+@pytest.mark.without_charts
 def test_a_log_out_or_a_language_that_fails_is_told(browser: Browser, stand_in: StandIn) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
@@ -544,6 +561,7 @@ def test_a_log_out_or_a_language_that_fails_is_told(browser: Browser, stand_in: 
         assert page.url == stand_in.address + "/"
 
 
+@pytest.mark.without_charts
 def test_how_long_a_state_lasts_is_the_loops_word_whatever_its_clock_says(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -557,6 +575,7 @@ def test_how_long_a_state_lasts_is_the_loops_word_whatever_its_clock_says(
         assert wrong == []
 
 
+@pytest.mark.without_charts
 def test_alarms_and_inputs_are_unknown_without_data_and_what_they_were_is_marked(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -582,6 +601,7 @@ def test_alarms_and_inputs_are_unknown_without_data_and_what_they_were_is_marked
         assert page.locator(".op-shape").all_inner_texts() == ["✓", "✓", "✓"]
 
 
+@pytest.mark.without_charts
 def test_a_dialog_notices_that_somebody_else_has_asked_already(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -596,6 +616,7 @@ def test_a_dialog_notices_that_somebody_else_has_asked_already(
         assert stand_in.asked == []
 
 
+@pytest.mark.without_charts
 def test_why_the_history_fails_stands_behind_its_alarm_as_a_detail(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -609,3 +630,26 @@ def test_why_the_history_fails_stands_behind_its_alarm_as_a_detail(
         assert "Operational" not in page.inner_text("#alarm")
         page.click("#alarm")
         assert f"Einzelheit: {failure}" in page.inner_text("dialog[open]")
+
+
+def test_the_model_page_shows_a_diameter_as_it_was_stated(
+    browser: Browser, stand_in: StandIn
+) -> None:
+    points = [{"diameter_mm": d, "gain": g} for d, g in ((0.0, 1.0), (1200.25, 1.5), (3e3, 2.0))]
+    part = {"name": "table", "gain_by_diameter": points, "tool_gain": 1.0}
+    script = """async (part) => {
+      const { drawGains, gainPanel } = await import("/static/model_parts.js");
+      const output = { name: "Z_um", parts: [part] };
+      const [panel] = gainPanel(output);
+      const chart = panel.querySelector(".gain-chart");
+      chart.style.cssText = "width: 600px; height: 300px";
+      document.body.append(panel);
+      await drawGains(chart, output, { diameter_mm: 1500.5 });
+      return panel.querySelector("table").textContent;
+    }"""
+    with context_of(browser, "en") as context:
+        page, _ = opened(context, stand_in)
+        assert "1200.25" in page.evaluate(script, part)
+        page.wait_for_function(
+            "document.querySelector('.gain-chart')?.textContent.includes('1500.5')"
+        )

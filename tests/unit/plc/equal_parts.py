@@ -426,6 +426,8 @@ class Task(NamedTuple):
     cycle_s: float
     double: bool
     hours: float
+    optimised: bool = True
+    """Whether its C is compiled with -O2 too, not only with -O0."""
     libraries: tuple[tuple[str, Path], ...] = ()
     """Shared objects in which its C is, by what they are called."""
 
@@ -486,9 +488,13 @@ def compared_together(tasks: Sequence[Task], folder: Path) -> list[Comparison]:
     begin_s = time.perf_counter()
     programs = [build_program(task.settings()) for task in tasks]
     blocks = {program.name: c_block(program) for program in programs}
-    libraries = tuple((f, c_library(blocks, folder / f, f)) for f in ("-O0", "-O2"))
+    some = {p.name: blocks[p.name] for p, t in zip(programs, tasks, strict=True) if t.optimised}
+    libraries = (("-O0", c_library(blocks, folder / "-O0", "-O0")),)
+    both = libraries
+    if some:
+        both += (("-O2", c_library(some, folder / "-O2", "-O2")),)
     built_s = time.perf_counter() - begin_s
-    found = [compared(task._replace(libraries=libraries)) for task in tasks]
+    found = [compared(t._replace(libraries=both if t.optimised else libraries)) for t in tasks]
     found[0].seconds["gcc"] = built_s
     return found
 
