@@ -1,13 +1,15 @@
 """A program of its own that feeds the sink, so that a test can freeze and kill it.
 
-Arguments: what the settings are made of, as JSON; the goal in micrometres; a file. As long as that
-file is there the program heeds what `found` says; without it it writes and writes. Each cycle is a
-line of JSON on standard output.
+Arguments: what the settings are made of, as JSON; the goal in micrometres; two files. As long as
+the first is there the program heeds what `found` says; without it it writes and writes. As soon as
+the second is there it stops itself between two cycles, as a hung computer would stand. Each cycle
+is a line of JSON on standard output.
 """
 
 import asyncio
 import json
 import os
+import signal
 import sys
 import time
 from pathlib import Path
@@ -30,7 +32,9 @@ def settings_of(text: str) -> LinuxCncSettings:
     return LinuxCncSettings(outputs=outputs, cycle_s=CYCLE_S)
 
 
-async def write(settings: LinuxCncSettings, goal_um: float, may_find: Path) -> None:
+async def write(
+    settings: LinuxCncSettings, goal_um: float, may_find: Path, must_stop: Path
+) -> None:
     """Go to the goal as fast as the limits allow, from wherever the offsets stand."""
     sink = LinuxCncSink(settings, SystemClock())
     now_um: dict[str, float] = {}
@@ -55,8 +59,10 @@ async def write(settings: LinuxCncSettings, goal_um: float, may_find: Path) -> N
             "id": os.getpid(),
         }
         print(json.dumps(line), flush=True)
+        if must_stop.exists():
+            os.kill(os.getpid(), signal.SIGSTOP)
         await asyncio.sleep(CYCLE_S)
 
 
 if __name__ == "__main__":
-    asyncio.run(write(settings_of(sys.argv[1]), float(sys.argv[2]), Path(sys.argv[3])))
+    asyncio.run(write(settings_of(sys.argv[1]), float(sys.argv[2]), *map(Path, sys.argv[3:])))
