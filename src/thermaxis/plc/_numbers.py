@@ -15,20 +15,22 @@ SMALLEST = {True: sys.float_info.min, False: 2.0**-126}
 _PLAIN_FROM, _PLAIN_TO = -3, 6
 
 
-def figure(value: float) -> str:
+def figure(value: float, digits: int = 6) -> str:
     """Return a number as a person reads it in a guide.
 
     Parameters
     ----------
     value : float
         The number.
+    digits : int
+        Significant digits, at most. Default: what a person reads. [1]
 
     Returns
     -------
     str
-        Six significant digits at most.
+        Such as ``0.25`` or ``1e+06``.
     """
-    return f"{value:.6g}"
+    return f"{value:.{digits}g}"
 
 
 def noted(value: float, digits: int = 6) -> str:
@@ -39,14 +41,14 @@ def noted(value: float, digits: int = 6) -> str:
     value : float
         The number.
     digits : int
-        Significant digits. Default: those of `figure`. [1]
+        Significant digits, at most. Default: those of `figure`. [1]
 
     Returns
     -------
     str
         Such as ``1e06``.
     """
-    return f"{value:.{digits}g}".replace("+", "")
+    return figure(value, digits).replace("+", "")
 
 
 def stored(value: float, *, double: bool, where: str = "") -> float:

@@ -346,7 +346,7 @@ class CompensationLoop:
 
     async def _cycles(self, stop: asyncio.Event, cycles: int | None) -> None:
         cycle_s = self.compensation.cycle_s
-        due_s = self.clock.monotonic_s()
+        due_s = self._known_s = self.clock.monotonic_s()
         last_s = float("inf")
         while True:
             now_s = self.clock.monotonic_s()
@@ -392,9 +392,9 @@ class CompensationLoop:
         samples = await self.source.read(wait_s)
         self._watch_self_test(now_s)
         found = await self._find(wait_s)
-        connected = self.sink.connected and self._found_known and self._forbidden is not None
-        told = connected or not self.sink.connected or self._forbidden is None
-        if told or self._number == 1:
+        there = self.sink.connected and self._forbidden is not None
+        connected = there and self._found_known
+        if connected or not there:
             self._known_s = now_s
         waiting, self._waiting = self._waiting, []
         reading = self._reading(now_s, samples, found, waiting, connected=connected)

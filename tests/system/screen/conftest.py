@@ -89,8 +89,8 @@ def people(stand: Stand) -> Callable[[str], Visitor]:
 
 @pytest.fixture
 def stand_in(request: pytest.FixtureRequest) -> Generator[StandIn]:
-    """Yield an operator's page over made-up statuses; a test may be marked to need no charts."""
-    charts = request.node.get_closest_marker("without_charts") is None
+    """Yield an operator's page over made-up statuses; a test may be marked to need its charts."""
+    charts = request.node.get_closest_marker("charts") is not None
     with served(StandIn(charts=charts)) as found:
         yield found
 

@@ -134,7 +134,7 @@ class StandIn:
     """Whether it says it now."""
     people: People = field(default_factory=lambda: People().come(Role.OPERATOR))
     """Whoever looks."""
-    charts: bool = True
+    charts: bool = False
     """Whether the page gets the script that draws charts, which costs most of its start."""
     address: str = ""
     """Where the page is."""

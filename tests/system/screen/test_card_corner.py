@@ -6,7 +6,7 @@ from playwright.sync_api import Browser
 from tests.system.screen.operator_browser import context_of, opened, shown
 from tests.system.screen.operator_stand_in import StandIn, made_up
 
-pytestmark = [pytest.mark.system, pytest.mark.without_charts]
+pytestmark = pytest.mark.system
 
 MARKED = """() => [...document.querySelectorAll(".op-card")].map((card) => [
   card.dataset.more === "yes",

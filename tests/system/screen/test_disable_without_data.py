@@ -12,8 +12,6 @@ from thermaxis.screen._answers import NO_ANSWER, Outcome
 from thermaxis.screen._persons import LOOP_GONE
 from thermaxis.screen._words import Words
 
-pytestmark = pytest.mark.without_charts
-
 OTHERS = ("Enable", "Hold", "Resume", "Trim", "Diameter", "Acknowledge")
 
 # Whether a line of the requests stands above what covers the rest of them.

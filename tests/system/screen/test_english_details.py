@@ -32,7 +32,7 @@ def stand_in() -> Iterator[StandIn]:
         an_alarm(FINDING, "self_test", finding=FINDING),
         an_alarm("Something that this screen does not know."),
     )
-    with served(StandIn(made_up(alarms=alarms), charts=False)) as found:
+    with served(StandIn(made_up(alarms=alarms))) as found:
         yield found
 
 

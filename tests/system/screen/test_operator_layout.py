@@ -103,6 +103,7 @@ def states() -> list[dict[str, Any]]:
     ]
 
 
+@pytest.mark.charts
 @pytest.mark.parametrize("language", LOCALES)
 def test_nothing_scrolls_and_nothing_is_cut_in_any_state_and_size(
     browser: Browser, stand_in: StandIn, language: str
@@ -121,6 +122,7 @@ def test_nothing_scrolls_and_nothing_is_cut_in_any_state_and_size(
         assert wrong == []
 
 
+@pytest.mark.charts
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_every_text_of_every_state_is_readable_in_both_themes(
     browser: Browser, stand_in: StandIn, theme: str
@@ -136,7 +138,6 @@ def test_every_text_of_every_state_is_readable_in_both_themes(
         assert page.evaluate(FAINT) == []
 
 
-@pytest.mark.without_charts
 def test_the_five_states_and_fault_stand_there_in_words_of_the_language(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -155,7 +156,6 @@ def test_the_five_states_and_fault_stand_there_in_words_of_the_language(
             assert tuple(found) == expected
 
 
-@pytest.mark.without_charts
 def test_a_trim_stays_in_sight_with_its_owner_and_time_while_it_is_not_zero(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -173,7 +173,6 @@ def test_a_trim_stays_in_sight_with_its_owner_and_time_while_it_is_not_zero(
             page.keyboard.press("Escape")
 
 
-@pytest.mark.without_charts
 def test_an_input_that_is_not_good_is_never_among_those_left_out(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -191,7 +190,6 @@ def test_an_input_that_is_not_good_is_never_among_those_left_out(
         assert page.locator("dialog .op-input:visible").count() == 20
 
 
-@pytest.mark.without_charts
 def test_the_gravest_alarm_stands_in_the_banner_and_all_are_one_touch_away(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -211,6 +209,7 @@ def test_the_gravest_alarm_stands_in_the_banner_and_all_are_one_touch_away(
         page.wait_for_selector("dialog .op-alarm-item")
 
 
+@pytest.mark.charts
 def test_values_that_are_old_are_marked_and_come_back_by_themselves(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -235,7 +234,6 @@ def test_values_that_are_old_are_marked_and_come_back_by_themselves(
         assert page.locator(".op-buttons button:enabled").count() > 0
 
 
-@pytest.mark.without_charts
 def test_touch_targets_are_at_least_three_rem_high(browser: Browser, stand_in: StandIn) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
@@ -251,7 +249,6 @@ def test_touch_targets_are_at_least_three_rem_high(browser: Browser, stand_in: S
             page.keyboard.press("Escape")
 
 
-@pytest.mark.without_charts
 def test_the_page_says_the_gain_at_a_diameter_as_the_model_does(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -272,7 +269,6 @@ def test_the_page_says_the_gain_at_a_diameter_as_the_model_does(
 # ---- interventions ------------------------------------------------------------------------------
 
 
-@pytest.mark.without_charts
 def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -312,7 +308,6 @@ def test_a_trim_goes_from_steps_over_words_to_the_loop_and_becomes_effective(
         assert wrong == []
 
 
-@pytest.mark.without_charts
 def test_a_refusal_shows_the_reason_in_the_language_of_the_page(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -329,7 +324,6 @@ def test_a_refusal_shows_the_reason_in_the_language_of_the_page(
         assert line.get_attribute("data-answer") == "refused"
 
 
-@pytest.mark.without_charts
 @pytest.mark.parametrize(
     ("name", "state", "reasons", "after", "expected"),
     [
@@ -372,7 +366,6 @@ def test_every_plain_request_says_what_will_happen_and_when_it_has(
         assert "✓ effective" in line.inner_text()
 
 
-@pytest.mark.without_charts
 @pytest.mark.parametrize("key", [NO_ANSWER, LOST])
 def test_a_request_without_an_answer_is_watched_until_it_is_effective(
     browser: Browser, stand_in: StandIn, key: str
@@ -392,7 +385,6 @@ def test_a_request_without_an_answer_is_watched_until_it_is_effective(
         assert "✓ effective" not in line.inner_text()  # somebody else may have asked it
 
 
-@pytest.mark.without_charts
 def test_a_question_that_the_screen_itself_does_not_answer_is_no_refusal(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -418,7 +410,6 @@ def test_a_question_that_the_screen_itself_does_not_answer_is_no_refusal(
             page.unroute("**/ask")
 
 
-@pytest.mark.without_charts
 def test_the_courses_of_three_requests_stand_in_a_list_each_until_its_end(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -448,7 +439,6 @@ def test_the_courses_of_three_requests_stand_in_a_list_each_until_its_end(
             assert page.locator("#request .ask-older").count() == 2
 
 
-@pytest.mark.without_charts
 def test_the_list_of_requests_is_a_button_that_space_and_enter_press(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -471,7 +461,6 @@ LOUD = """() => [...document.querySelectorAll("[aria-live=assertive], [role=aler
   .filter((one) => !one.hidden).map((one) => one.id)"""
 
 
-@pytest.mark.without_charts
 def test_one_part_at_a_time_is_read_aloud_at_once(browser: Browser, stand_in: StandIn) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
@@ -482,7 +471,6 @@ def test_one_part_at_a_time_is_read_aloud_at_once(browser: Browser, stand_in: St
         assert page.evaluate(LOUD) == ["no-data"]
 
 
-@pytest.mark.without_charts
 def test_a_diameter_is_typed_on_the_pad_and_the_tool_centre_point_is_one_touch(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -506,7 +494,6 @@ def test_a_diameter_is_typed_on_the_pad_and_the_tool_centre_point_is_one_touch(
     assert stand_in.asked == [("Diameter", (120.5,)), ("NoDiameter", ())]
 
 
-@pytest.mark.without_charts
 def test_who_may_only_look_is_told_so_and_finds_no_button_to_press(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -518,6 +505,7 @@ def test_who_may_only_look_is_told_so_and_finds_no_button_to_press(
         assert "log in as operator" in page.inner_text("#asks-why")
 
 
+@pytest.mark.charts
 @pytest.mark.parametrize("language", LOCALES)
 def test_a_long_answer_moves_nothing_out_of_the_page_and_is_whole_at_a_touch(
     browser: Browser, stand_in: StandIn, language: str
@@ -545,7 +533,6 @@ def test_a_long_answer_moves_nothing_out_of_the_page_and_is_whole_at_a_touch(
         assert page.text_content("dialog[open] .ask-body") == whole
 
 
-@pytest.mark.without_charts
 def test_a_log_out_or_a_language_that_fails_is_told(browser: Browser, stand_in: StandIn) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
@@ -561,7 +548,6 @@ def test_a_log_out_or_a_language_that_fails_is_told(browser: Browser, stand_in: 
         assert page.url == stand_in.address + "/"
 
 
-@pytest.mark.without_charts
 def test_how_long_a_state_lasts_is_the_loops_word_whatever_its_clock_says(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -575,7 +561,6 @@ def test_how_long_a_state_lasts_is_the_loops_word_whatever_its_clock_says(
         assert wrong == []
 
 
-@pytest.mark.without_charts
 def test_alarms_and_inputs_are_unknown_without_data_and_what_they_were_is_marked(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -601,7 +586,6 @@ def test_alarms_and_inputs_are_unknown_without_data_and_what_they_were_is_marked
         assert page.locator(".op-shape").all_inner_texts() == ["✓", "✓", "✓"]
 
 
-@pytest.mark.without_charts
 def test_a_dialog_notices_that_somebody_else_has_asked_already(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -616,7 +600,6 @@ def test_a_dialog_notices_that_somebody_else_has_asked_already(
         assert stand_in.asked == []
 
 
-@pytest.mark.without_charts
 def test_why_the_history_fails_stands_behind_its_alarm_as_a_detail(
     browser: Browser, stand_in: StandIn
 ) -> None:
@@ -632,6 +615,7 @@ def test_why_the_history_fails_stands_behind_its_alarm_as_a_detail(
         assert f"Einzelheit: {failure}" in page.inner_text("dialog[open]")
 
 
+@pytest.mark.charts
 def test_the_model_page_shows_a_diameter_as_it_was_stated(
     browser: Browser, stand_in: StandIn
 ) -> None:

@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, Page
 from tests.system.screen.operator_browser import context_of, opened, shown, trimmed
 from tests.system.screen.operator_stand_in import StandIn, made_up
 
-pytestmark = [pytest.mark.system, pytest.mark.without_charts]
+pytestmark = pytest.mark.system
 
 FAULT: dict[str, Any] = {
     "state": "Fault",

@@ -16,7 +16,7 @@ from tests.system.screen.operator_browser import (
 from tests.system.screen.operator_stand_in import StandIn, made_up
 from thermaxis.runtime._users import Role
 
-pytestmark = [pytest.mark.system, pytest.mark.without_charts]
+pytestmark = pytest.mark.system
 
 ACTS = """async ([status, asked]) => {
   const { acts, stageOf } = await import("/static/ask_effects.js");
