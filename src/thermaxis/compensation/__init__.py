@@ -1,7 +1,13 @@
 """What may act on a machine: the model, one cycle of it, its quality. Standard library only."""
 
-from thermaxis.compensation._compensation import Compensation, Trim
+from thermaxis.compensation._compensation import (
+    LONGEST_CYCLE_S,
+    SHORTEST_CYCLE_S,
+    Compensation,
+    Trim,
+)
 from thermaxis.compensation._cycle import (
+    LARGEST_DIAMETER_MM,
     CycleOutput,
     CycleReading,
     CycleState,
@@ -20,6 +26,7 @@ from thermaxis.compensation._model_step import (
     model_step,
 )
 from thermaxis.compensation._quality import (
+    LARGEST_RULE,
     Outcome,
     Quality,
     Sample,
@@ -50,6 +57,10 @@ from thermaxis.compensation._thermal_model import (
 )
 
 __all__ = [
+    "LARGEST_DIAMETER_MM",
+    "LARGEST_RULE",
+    "LONGEST_CYCLE_S",
+    "SHORTEST_CYCLE_S",
     "START",
     "STATED",
     "Answer",
