@@ -1,0 +1,274 @@
+"""The catalogues: Fluent files in a folder for each language, and the functions in them."""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from importlib import resources
+from typing import Any, Final, NamedTuple, cast
+
+from fluent.runtime import FluentBundle, FluentResource
+from fluent.runtime.types import FluentNone, FluentNumber, FluentType, fluent_number
+from fluent.syntax import ast
+
+from thermaxis.codes import Message, Place, Value
+from thermaxis.errors import printable
+from thermaxis.messages._formats import ABSENT, duration_text, number_text, short_names
+
+LANGUAGES: Final = ("en", "de", "cs")
+"""Languages that have a catalogue; the first is complete and stands in for the others."""
+_LONGEST_VALUE: Final = 1000
+
+
+class AlarmSentences(NamedTuple):
+    """Sentences of an alarm."""
+
+    text: str
+    """What is wrong."""
+    cause: str
+    """Why, as far as is known."""
+    remedy: str
+    """What to do."""
+
+
+def sentence(
+    key: str, values: Mapping[str, Value] | None = None, *, language: str = LANGUAGES[0]
+) -> str:
+    """Return the sentence of a code; values are shown as they are, never read as markup.
+
+    Parameters
+    ----------
+    key : str
+        Key in the catalogue: kind, hyphen, code, such as ``reason-input_bad``; a part of it after
+        a point, such as ``alarm-late.remedy``.
+    values : mapping, optional
+        What the sentence says, by name. None means nothing.
+    language : str
+        One of `LANGUAGES`.
+
+    Returns
+    -------
+    str
+        The sentence; the English one where the language has none; key and values where there is
+        no sentence at all, or a value is missing, as of a program that is newer than this one.
+    """
+    values = values or {}
+    for one in dict.fromkeys((language, LANGUAGES[0])):
+        text = _formatted(key, values, one)
+        if text is not None:
+            return text
+    said = ", ".join(f"{name}={_plain(value)}" for name, value in values.items())
+    return printable(f"{key} ({said})" if said else key, _LONGEST_VALUE)
+
+
+def sentence_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
+    """Return the sentence of a message, without its place.
+
+    Parameters
+    ----------
+    message : Message
+        Code and values.
+    language : str
+        One of `LANGUAGES`.
+
+    Returns
+    -------
+    str
+        The sentence, as of `sentence`.
+    """
+    return sentence(message.code, message.values, language=language)
+
+
+def alarm_sentences(
+    code: str, values: Mapping[str, Value], *, language: str = LANGUAGES[0]
+) -> AlarmSentences:
+    """Return what is said of an alarm.
+
+    Parameters
+    ----------
+    code : str
+        The alarm's code, such as ``sensor_bad``.
+    values : mapping
+        What its sentences say, by name.
+    language : str
+        One of `LANGUAGES`.
+
+    Returns
+    -------
+    AlarmSentences
+        Text, cause and remedy; of a code that has no sentence, code and values as the text alone.
+    """
+    key = f"alarm-{code}"
+    text = sentence(key, values, language=language)
+    if key not in keys(LANGUAGES[0]):
+        return AlarmSentences(text, "", "")
+    parts = (sentence(f"{key}.{part}", values, language=language) for part in ("cause", "remedy"))
+    return AlarmSentences(text, *parts)
+
+
+def place_text(place: Place, *, language: str = LANGUAGES[0]) -> str:
+    """Return a place in words, its file first.
+
+    Parameters
+    ----------
+    place : Place
+        The place.
+    language : str
+        One of `LANGUAGES`.
+
+    Returns
+    -------
+    str
+        Such as ``run.csv, line 7, column Z_um``; empty where nothing is stated.
+    """
+    return ", ".join(
+        sentence(f"place-{name}", {name: value}, language=language)
+        for name, value in zip(place._fields, place, strict=True)
+        if value not in {"", None}
+    )
+
+
+def keys(language: str) -> frozenset[str]:
+    """Return every key of a catalogue.
+
+    Parameters
+    ----------
+    language : str
+        One of `LANGUAGES`.
+
+    Returns
+    -------
+    frozenset of str
+        Keys as `sentence` takes them.
+    """
+    return _catalogue(language).keys
+
+
+def _formatted(key: str, values: Mapping[str, Value], language: str) -> str | None:
+    """Return a sentence of one catalogue; None where it has none, or a value is missing."""
+    name, _, part = key.partition(".")
+    bundle = _catalogue(language).bundle
+    if not bundle.has_message(name):
+        return None
+    entry = bundle.get_message(name)
+    pattern = entry.attributes.get(part) if part else entry.value
+    if pattern is None:
+        return None
+    shown = {name: _argument(value, language) for name, value in values.items()}
+    text, errors = bundle.format_pattern(pattern, shown)
+    return None if errors else str(text)
+
+
+class _Catalogue(NamedTuple):
+    bundle: FluentBundle
+    keys: frozenset[str]
+
+
+@cache
+def _catalogue(language: str) -> _Catalogue:
+    bundle = FluentBundle([language], _functions(language), use_isolating=False)
+    found: set[str] = set()
+    for file in (resources.files("thermaxis.messages") / language).iterdir():
+        if file.name.endswith(".ftl"):
+            resource = FluentResource(file.read_text("utf-8"))
+            bundle.add_resource(resource)
+            for entry in resource.body:
+                if isinstance(entry, ast.Message):
+                    found.add(entry.id.name)
+                    found.update(f"{entry.id.name}.{one.id.name}" for one in entry.attributes)
+    return _Catalogue(bundle, frozenset(found))
+
+
+# ---- values -------------------------------------------------------------------------------------
+
+
+class _Number(FluentType):
+    """A number that counts nothing: a decimal, or a negative one."""
+
+    def __init__(self, value: float, language: str) -> None:
+        self.value = value
+        self._language = language
+
+    def format(self, locale: object) -> str:  # noqa: ARG002 the language is known
+        """Return the number with as many digits as it needs."""
+        return number_text(self.value, "g", self._language)
+
+
+class _Several(FluentType):
+    """Several texts or codes."""
+
+    def __init__(self, parts: tuple[str, ...]) -> None:
+        self.parts = parts
+
+    def format(self, locale: object) -> str:  # noqa: ARG002 words were chosen before
+        """Return them one after another."""
+        return "; ".join(self.parts)
+
+
+_Argument = str | FluentType
+
+
+def _argument(value: Value, language: str) -> _Argument:
+    """Return a value as a catalogue's functions and selections take it."""
+    if value is None:
+        return ABSENT
+    if isinstance(value, Message):
+        return sentence(value.code, value.values, language=language)
+    if isinstance(value, tuple):
+        return _Several(tuple(str(_argument(part, language)) for part in value))
+    if isinstance(value, str):
+        return printable(value, _LONGEST_VALUE)
+    if isinstance(value, int) and value >= 0:
+        return fluent_number(value, useGrouping=False)
+    return _Number(float(value), language)
+
+
+def _plain(value: Value) -> str:
+    return value.code if isinstance(value, Message) else str(value)
+
+
+def _number(argument: object) -> object:
+    """Return the number of an argument; a text is none."""
+    return argument.value if isinstance(argument, _Number) else argument
+
+
+def _parts(argument: _Argument) -> Iterable[str]:
+    return argument.parts if isinstance(argument, _Several) else (str(argument),)
+
+
+def _functions(language: str) -> dict[str, Callable[[Any], FluentType]]:
+    """Return the functions that a catalogue may call.
+
+    ``FIXED($x, decimals: 1)`` a number, ``SIGNED`` the same with its sign, ``DURATION($x_s)`` a
+    time, ``NAME($x)`` names without units, ``CODE($x, "reason")`` the sentences of codes.
+    """
+
+    def fixed(argument: _Argument, decimals: FluentNumber) -> _Argument:
+        return _unknown(argument) or number_text(_number(argument), f".{decimals:d}f", language)
+
+    def signed(argument: _Argument, decimals: FluentNumber) -> _Argument:
+        return _unknown(argument) or number_text(_number(argument), f"+.{decimals:d}f", language)
+
+    def duration(argument: _Argument) -> _Argument:
+        return _unknown(argument) or duration_text(_number(argument))
+
+    def name(argument: _Argument) -> _Argument:
+        return _unknown(argument) or ", ".join(short_names(one) for one in _parts(argument))
+
+    def code(argument: _Argument, group: str) -> _Argument:
+        if isinstance(argument, FluentNone):
+            return argument
+        known = keys(LANGUAGES[0])
+        every = ((one, f"{group}-{one}") for one in _parts(argument))
+        return "; ".join(
+            sentence(key, language=language) if key in known else one for one, key in every
+        )
+
+    # Fluent takes texts from functions as well; its annotation says less.
+    return cast(
+        "dict[str, Callable[[Any], FluentType]]",
+        {"FIXED": fixed, "SIGNED": signed, "DURATION": duration, "NAME": name, "CODE": code},
+    )
+
+
+def _unknown(argument: _Argument) -> _Argument | None:
+    """Return an argument that is not there, as Fluent marks it."""
+    return argument if isinstance(argument, FluentNone) else None

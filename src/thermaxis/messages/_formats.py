@@ -1,0 +1,83 @@
+"""Numbers, times and names as sentences show them."""
+
+import math
+import re
+from typing import Final
+
+ABSENT: Final = "–"
+"""What is shown for a number that is not known."""
+_UNIT_OF_NAME: Final = re.compile(r"_(?:um|C)$")
+_SPACE: Final = "\N{NO-BREAK SPACE}"
+
+
+def number_text(value: object, spec: str, language: str) -> str:
+    """Return a number as it is shown.
+
+    Parameters
+    ----------
+    value : object
+        The number; what is no finite number is not known.
+    spec : str
+        Python's format of it, such as ``.1f``, ``+.1f`` or ``g``.
+    language : str
+        One of `LANGUAGES`; it decides the decimal sign.
+
+    Returns
+    -------
+    str
+        The number with a true minus, zero without a sign; `ABSENT` where it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return ABSENT
+    text = format(value, spec)
+    if not any(digit in "123456789" for digit in text):
+        text = text.lstrip("+-")
+    text = text.replace("-", "−")
+    return text if language == "en" else text.replace(".", ",")
+
+
+def duration_text(time_s: object) -> str:
+    """Return a time in the two largest units that it has, the same in every language.
+
+    Parameters
+    ----------
+    time_s : object
+        The time; what is no finite number is not known. [s]
+
+    Returns
+    -------
+    str
+        Such as ``1 h``, ``1 h 30 min`` or ``45 s``.
+    """
+    if not isinstance(time_s, int | float) or not math.isfinite(time_s):
+        return ABSENT
+    whole = max(0, math.floor(time_s + 0.5))
+    if whole < 60:
+        return f"{whole}{_SPACE}s"
+    if whole < 3600:
+        return _two_units(whole, 60, "min", "s", rough=whole >= 600)
+    if whole < 86_400:
+        return _two_units(whole // 60, 60, "h", "min")
+    return _two_units(whole // 3600, 24, "d", "h")
+
+
+def _two_units(count: int, base: int, large: str, small: str, *, rough: bool = False) -> str:
+    first, rest = divmod(count, base)
+    text = f"{first}{_SPACE}{large}"
+    return text if rough or rest == 0 else f"{text} {rest}{_SPACE}{small}"
+
+
+def short_names(names: str) -> str:
+    """Return inputs and outputs without the unit in their names: it stands beside the value.
+
+    Parameters
+    ----------
+    names : str
+        A name, or several with ``", "`` between.
+
+    Returns
+    -------
+    str
+        ``Z`` of ``Z_um``, ``T_spindle`` of ``T_spindle_C``.
+    """
+    return ", ".join(_UNIT_OF_NAME.sub("", name) for name in names.split(", "))

@@ -1,0 +1,75 @@
+event_kind-start = spuštění
+event_kind-stop = ukončení
+event_kind-state = stav
+event_kind-request = požadavek
+event_kind-connection = spojení
+event_kind-alarm = alarm
+event_kind-commission = uvedení do provozu
+event_kind-loss = mezera
+
+priority-critical = kritický
+priority-high = vysoký
+priority-medium = střední
+priority-low = nízký
+
+event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
+event-state = { CODE($state, "state") }
+event-request_accepted = { CODE($request, "request") }: přijato, { $answer }
+event-request_refused = { CODE($request, "request") }: odmítnuto, { $answer }
+event-role_refused = { CODE($request, "request") } odmítnuto: { CODE($role, "role") } nesmí, nutná role je { CODE($needed, "role") }
+event-loop_started = kompenzace stroje { $machine } byla spuštěna
+event-self_test_passed = vlastní test proběhl v pořádku
+event-no_saved_state = žádný uložený stav: { $why }
+event-saved_state = stav uložený před { DURATION($age_s) }: { $resumed }
+event-saved_state_newer = uložený stav je novější než současný čas: nepoužije se
+event-saved_state_newer_fault = uložený stav je novější než současný čas: nepoužije se, kromě poruchy, která trvá: { CODE($reason, "reason") }
+event-source_connected = spojení se strojem naměřených hodnot je navázáno
+event-source_lost = spojení se strojem naměřených hodnot je přerušeno
+event-sink_connected = spojení se strojem posunů je navázáno
+event-sink_lost = spojení se strojem posunů je přerušeno
+event-logged_in = { $name }: přihlášení ke stavovému serveru
+event-log_in_refused = { $name }: stavový server přihlášení odmítl
+event-not_stored = Historii nebylo možné zapisovat po dobu { DURATION($lasted_s) }: { $why }
+event-self_test = vlastní test: { $finding }
+event-alarm_gone = pominulo: { $alarm }
+event-alarm = { CODE($priority, "priority") }: { $alarm }
+event-offset_unusable = ve stroji není platný posun: nic se nezapisuje
+event-state_saved_again = pominulo: stav lze opět ukládat
+event-users_unreadable = nikdo není znám: { $problem }
+event-users_readable = soubor uživatelů se opět čte
+failure-history_unwritable = historii nelze uložit (podrobnost: { $detail })
+event-records_lost =
+        v historii chybí { $cycles ->
+            [one] { $cycles } cyklus
+            [few] { $cycles } cykly
+           *[other] { $cycles } cyklů
+        } a { $events ->
+            [one] { $events } událost
+            [few] { $events } události
+           *[other] { $events } událostí
+        }
+event-loop_ended = kompenzace stroje { $machine } byla ukončena
+event-loop_ended_standing = kompenzace stroje { $machine } byla ukončena; ve stroji zůstává: { $standing }
+resumed-enabled = { $kept }; je zapnuta jako dříve
+resumed-off = { $kept }; je vypnuta
+resumed-fault = { $kept }; porucha trvá: { CODE($reason, "reason") }
+
+kept-sections = členy a vztažné teploty se přebírají
+kept-steady_state = model začíná v ustáleném stavu, s uloženými vztažnými teplotami
+kept-other_model = je od jiného modelu, { $file }; vztažné teploty se přebírají a někdo musí zapnout
+
+
+why-no_file = soubor neexistuje
+why-damaged = { $file } je poškozen ({ $detail })
+
+
+rest-waiting = { $waiting ->
+            [one] v paměti čeká { $waiting } záznam
+            [few] v paměti čekají { $waiting } záznamy
+           *[other] v paměti čeká { $waiting } záznamů
+        }
+rest-lost = { $lost ->
+            [one] { $lost } záznam byl ztracen
+            [few] { $lost } záznamy byly ztraceny
+           *[other] { $lost } záznamů bylo ztraceno
+        }

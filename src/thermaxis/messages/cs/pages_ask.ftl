@@ -1,0 +1,9 @@
+ask-no_answer = Kompenzace neodpověděla; požadavek se ještě může projevit.
+ask-lost = Spojení se ztratilo před odpovědí; požadavek se ještě může projevit.
+ask-role = Kompenzace to tomuto uživateli nedovoluje.
+ask-unknown = Takový požadavek neexistuje.
+ask-arguments = Požadavek není úplný, nebo některou hodnotu nelze použít.
+ask-too_many = Na odpověď již čeká několik vašich požadavků.
+ask-not_taken = Kompenzace požadavek nepřevzala. Více je v protokolu obrazovky.
+ask-model_settles = načten, ustaluje se
+ask-model_waits = načten; projeví se, jakmile bude kompenzace aktivní

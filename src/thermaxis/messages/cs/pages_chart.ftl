@@ -1,0 +1,11 @@
+chart-missing = Program pro grafy se nepodařilo načíst.
+chart-nothing = V tomto období nejsou žádné hodnoty
+chart-local_time = Místní čas ({ $zone })
+chart-and_more = { $text } (a další: { $count })
+chart-earlier = Dříve
+chart-later = Později
+chart-zoom_in = Přiblížit
+chart-zoom_out = Oddálit
+chart-all = Vše
+chart-show_all = Zobrazit celý rozsah
+chart-and_others = a další značky: { $count }, viz události

@@ -1,0 +1,6 @@
+place-file = { $file }
+place-line = řádek { $line }
+place-column = sloupec { $column }
+place-cell = buňka { $cell }
+place-key = { $key }
+place-channel = { $channel }

@@ -1,0 +1,19 @@
+quality-good = dobrá
+quality-spare = zastupuje náhradní snímač
+quality-missing = není žádná hodnota
+quality-status_bad = stav není dobrý
+quality-old = hodnota je příliš stará
+quality-no_time_stamp = hodnota nemá časovou značku
+quality-out_of_range = hodnota není věrohodná
+quality-too_fast = hodnota skočila
+quality-frozen = hodnota se vůbec nemění
+quality-disagrees = oba snímače si odporují
+
+sensor_cause-missing = Zdroj pro něj nemá hodnotu.
+sensor_cause-status_bad = Přerušený vodič, vadný modul nebo vypnutý kanál.
+sensor_cause-old = Zdroj jej přestal obnovovat.
+sensor_cause-no_time_stamp = Zdroj neuvádí, jak je hodnota stará.
+sensor_cause-out_of_range = Přerušený nebo zkratovaný snímač, nebo jiná jednotka.
+sensor_cause-too_fast = Uvolněný kontakt, nebo zaměněné snímače.
+sensor_cause-frozen = Snímač nebo jeho modul stojí.
+sensor_cause-disagrees = Jeden z obou snímačů je chybný nebo se uvolnil.

@@ -1,0 +1,12 @@
+left_out-no_budget = přístroj a prostředí: nebyl zadán rozpočet nejistot
+left_out-not_stated = { CODE($term, "term") }: v rozpočtu nejistot neuvedeno
+left_out-counted_twice = vliv prostředí: drift by se započetl dvakrát
+left_out-drift_unknown = drift: není znám
+left_out-drift_not_described = drift cílové polohy { $targets }, který model driftu nepopisuje
+left_out-one_reading = rozptyl: jediné čtení jej neurčí
+
+term-instrument = přístroj
+term-misalignment = seřízení paprsku
+term-temperature = teplota materiálu
+term-expansion = součinitel roztažnosti
+term-environment = vliv prostředí

@@ -1,0 +1,71 @@
+event_kind-start = Start
+event_kind-stop = Ende
+event_kind-state = Zustand
+event_kind-request = Anforderung
+event_kind-connection = Verbindung
+event_kind-alarm = Alarm
+event_kind-commission = Inbetriebnahme
+event_kind-loss = Lücke
+
+priority-critical = kritisch
+priority-high = hoch
+priority-medium = mittel
+priority-low = niedrig
+
+event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
+event-state = { CODE($state, "state") }
+event-request_accepted = { CODE($request, "request") }: angenommen, { $answer }
+event-request_refused = { CODE($request, "request") }: abgelehnt, { $answer }
+event-role_refused = { CODE($request, "request") } abgelehnt: als { CODE($role, "role") } nicht erlaubt, nötig ist { CODE($needed, "role") }
+event-loop_started = die Kompensation von { $machine } wurde gestartet
+event-self_test_passed = der Selbsttest ist bestanden
+event-no_saved_state = kein gespeicherter Zustand: { $why }
+event-saved_state = ein vor { DURATION($age_s) } gespeicherter Zustand: { $resumed }
+event-saved_state_newer = der gespeicherte Zustand ist neuer als jetzt: er wird nicht verwendet
+event-saved_state_newer_fault = der gespeicherte Zustand ist neuer als jetzt: er wird nicht verwendet, außer der Störung, die bestehen bleibt: { CODE($reason, "reason") }
+event-source_connected = die Verbindung zur Maschine der Messwerte besteht
+event-source_lost = die Verbindung zur Maschine der Messwerte ist unterbrochen
+event-sink_connected = die Verbindung zur Maschine der Versätze besteht
+event-sink_lost = die Verbindung zur Maschine der Versätze ist unterbrochen
+event-logged_in = { $name } hat sich am Statusserver angemeldet
+event-log_in_refused = { $name } wurde vom Statusserver abgewiesen
+event-not_stored = Der Verlauf konnte { DURATION($lasted_s) } lang nicht geschrieben werden: { $why }
+event-self_test = Selbsttest: { $finding }
+event-alarm_gone = gegangen: { $alarm }
+event-alarm = { CODE($priority, "priority") }: { $alarm }
+event-offset_unusable = was in der Maschine steht, ist kein Versatz: es wird nichts geschrieben
+event-state_saved_again = gegangen: der Zustand kann wieder gespeichert werden
+event-users_unreadable = niemand ist bekannt: { $problem }
+event-users_readable = die Benutzerdatei wird wieder gelesen
+failure-history_unwritable = der Verlauf kann nicht gespeichert werden (Einzelheit: { $detail })
+event-records_lost =
+        nicht im Verlauf: { $cycles ->
+            [one] { $cycles } Zyklus
+           *[other] { $cycles } Zyklen
+        } und { $events ->
+            [one] { $events } Ereignis
+           *[other] { $events } Ereignisse
+        }
+event-loop_ended = die Kompensation von { $machine } wurde beendet
+event-loop_ended_standing = die Kompensation von { $machine } wurde beendet; in der Maschine bleibt: { $standing }
+resumed-enabled = { $kept }; sie ist eingeschaltet wie zuvor
+resumed-off = { $kept }; sie ist aus
+resumed-fault = { $kept }; die Störung besteht weiter: { CODE($reason, "reason") }
+
+kept-sections = Glieder und Bezugstemperaturen werden übernommen
+kept-steady_state = das Modell beginnt im eingeschwungenen Zustand, mit den gespeicherten Bezugstemperaturen
+kept-other_model = er ist von einem anderen Modell, { $file }; die Bezugstemperaturen werden übernommen, und jemand muss einschalten
+
+
+why-no_file = es gibt keine Datei
+why-damaged = { $file } ist beschädigt ({ $detail })
+
+
+rest-waiting = im Speicher { $waiting ->
+            [one] wartet { $waiting } Datensatz
+           *[other] warten { $waiting } Datensätze
+        }
+rest-lost = { $lost ->
+            [one] { $lost } Datensatz ist verloren
+           *[other] { $lost } Datensätze sind verloren
+        }

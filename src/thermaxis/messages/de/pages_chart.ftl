@@ -1,0 +1,11 @@
+chart-missing = Das Diagrammprogramm konnte nicht geladen werden.
+chart-nothing = Keine Werte in diesem Zeitraum
+chart-local_time = Ortszeit ({ $zone })
+chart-and_more = { $text } (und { $count } weitere)
+chart-earlier = Früher
+chart-later = Später
+chart-zoom_in = Vergrößern
+chart-zoom_out = Verkleinern
+chart-all = Alles
+chart-show_all = Den ganzen Bereich zeigen
+chart-and_others = und { $count } weitere Marken: siehe Ereignisse

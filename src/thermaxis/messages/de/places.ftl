@@ -1,0 +1,6 @@
+place-file = { $file }
+place-line = Zeile { $line }
+place-column = Spalte { $column }
+place-cell = Zelle { $cell }
+place-key = { $key }
+place-channel = { $channel }

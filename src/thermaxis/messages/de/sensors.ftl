@@ -1,0 +1,19 @@
+quality-good = gut
+quality-spare = der Ersatzsensor springt ein
+quality-missing = es gibt keinen Wert
+quality-status_bad = der Status ist nicht gut
+quality-old = der Wert ist zu alt
+quality-no_time_stamp = der Wert hat keinen Zeitstempel
+quality-out_of_range = der Wert ist nicht plausibel
+quality-too_fast = der Wert ist gesprungen
+quality-frozen = der Wert ändert sich gar nicht
+quality-disagrees = die beiden Sensoren widersprechen sich
+
+sensor_cause-missing = Die Quelle hat keinen Wert dafür.
+sensor_cause-status_bad = Leitungsbruch, ausgefallene Baugruppe oder abgeschalteter Kanal.
+sensor_cause-old = Die Quelle erneuert ihn nicht mehr.
+sensor_cause-no_time_stamp = Die Quelle sagt nicht, wie alt der Wert ist.
+sensor_cause-out_of_range = Sensorbruch oder Kurzschluss, oder eine andere Einheit.
+sensor_cause-too_fast = Wackelkontakt oder vertauschte Sensoren.
+sensor_cause-frozen = Der Sensor oder seine Baugruppe steht still.
+sensor_cause-disagrees = Einer der beiden Sensoren ist falsch oder hat sich gelöst.

@@ -1,0 +1,12 @@
+left_out-no_budget = Messgerät und Umgebung: es wurde kein Unsicherheitsbudget angegeben
+left_out-not_stated = { CODE($term, "term") }: im Unsicherheitsbudget nicht angegeben
+left_out-counted_twice = Umgebungseinfluss: die Drift würde doppelt gezählt
+left_out-drift_unknown = Drift: sie ist nicht bekannt
+left_out-drift_not_described = Drift der Zielposition { $targets }, die das Driftmodell nicht beschreibt
+left_out-one_reading = Streuung: eine einzelne Ablesung sagt sie nicht
+
+term-instrument = Messgerät
+term-misalignment = Ausrichtung des Strahls
+term-temperature = Temperatur des Materials
+term-expansion = Ausdehnungskoeffizient
+term-environment = Umgebungseinfluss

@@ -1,0 +1,83 @@
+## Kinds of events
+
+event_kind-start = start
+event_kind-stop = stop
+event_kind-state = state
+event_kind-request = request
+event_kind-connection = connection
+event_kind-alarm = alarm
+event_kind-commission = commission
+event_kind-loss = loss
+
+## Priorities of alarms
+
+priority-critical = critical
+priority-high = high
+priority-medium = medium
+priority-low = low
+
+## Events
+
+event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
+event-state = { CODE($state, "state") }
+event-request_accepted = { CODE($request, "request") }: accepted, { $answer }
+event-request_refused = { CODE($request, "request") }: refused, { $answer }
+event-role_refused = { CODE($request, "request") } refused: { CODE($role, "role") } may not, it needs { CODE($needed, "role") }
+event-loop_started = the loop of { $machine } started
+event-self_test_passed = the self-test passed
+event-no_saved_state = no saved state: { $why }
+event-saved_state = a state saved { DURATION($age_s) } ago: { $resumed }
+event-saved_state_newer = the saved state is newer than now: it is not used
+event-saved_state_newer_fault = the saved state is newer than now: it is not used, but for the fault, which stands: { CODE($reason, "reason") }
+event-source_connected = the connection to the values' machine is there
+event-source_lost = the connection to the values' machine is lost
+event-sink_connected = the connection to the offsets' machine is there
+event-sink_lost = the connection to the offsets' machine is lost
+event-logged_in = { $name } logged in to the status server
+event-log_in_refused = { $name } was refused by the status server
+event-not_stored = The history could not be written for { DURATION($lasted_s) }: { $why }
+event-self_test = self-test: { $finding }
+event-alarm_gone = gone: { $alarm }
+event-alarm = { CODE($priority, "priority") }: { $alarm }
+event-offset_unusable = what stands in the machine is no offset: nothing is written
+event-state_saved_again = gone: the state can be saved again
+event-users_unreadable = nobody is known: { $problem }
+event-users_readable = the file of users is read again
+failure-history_unwritable = the history cannot be written ({ $detail })
+event-records_lost =
+        { $cycles ->
+            [one] { $cycles } cycle
+           *[other] { $cycles } cycles
+        } and { $events ->
+            [one] { $events } event
+           *[other] { $events } events
+        } are not in the history
+event-loop_ended = the loop of { $machine } ended
+event-loop_ended_standing = the loop of { $machine } ended; left in the machine: { $standing }
+resumed-enabled = { $kept }; it is enabled as before
+resumed-off = { $kept }; it is off
+resumed-fault = { $kept }; the fault stands: { CODE($reason, "reason") }
+
+## What a restart goes on from
+
+kept-sections = sections and references are taken up
+kept-steady_state = the model starts at the steady state, with the saved references
+kept-other_model = it is of another model, { $file }; the references are taken up, and somebody must enable it
+
+
+## Why a saved state is not used
+
+why-no_file = there is no file
+why-damaged = { $file } is damaged ({ $detail })
+
+
+## What has become of records
+
+rest-waiting = { $waiting ->
+            [one] { $waiting } record waits
+           *[other] { $waiting } records wait
+        } in memory
+rest-lost = { $lost ->
+            [one] { $lost } record was lost
+           *[other] { $lost } records were lost
+        }

@@ -1,0 +1,35 @@
+### The log-in page, and why a log-in or a request is refused.
+
+login-title = Log in
+login-name = Name
+login-password = Password
+login-submit = Log in
+login-look = View without log-in
+login-needed = Log in first.
+login-too_many = Too many failed log-ins under this name. It is blocked for { $seconds } s; other names are not.
+login-too_many_from_here = Too many failed log-ins from this address. It is blocked for { $seconds } s; others, at other addresses, are not.
+login-too_many_in_all = Too many failed log-ins in all. Nobody can log in for { $seconds } s.
+login-full = Too many persons are logged in at once. Somebody has to log out first.
+login-no_users = The compensation has no file of users: nobody can log in.
+login-no_role = This user may not even look.
+login-loop_gone = The connection to the compensation was lost. You can look on; to act, log in again.
+login-again = Log in again
+login-role_changed = Your role is now: { $role }.
+login-started_anew = The screen was started anew: log in again.
+login-loop_there = The compensation is connected.
+login-role_too_low = This needs the role { $needed }.
+login-token = The request does not come from this page. Load the page again.
+login-host = The screen is not known by this address. An engineer adds it to hosts in the configuration.
+login-incomplete = State name and password.
+login-no_language = The screen does not speak this language.
+login-why = Whoever operates the compensation logs in; every request is recorded under that name.
+login-refused = Name or password is wrong.
+login-busy = Too many log-ins at once. Try again in a moment.
+login-no_connection = The compensation cannot be reached, so nobody can log in now.
+login-impossible = The configuration lets nobody log in. An engineer looks at the certificates of the screen.
+login-out = You have logged out.
+login-idle = Nobody touched the page for a while: the log-in has ended. Log in again.
+login-too_long = The log-in has lasted as long as any may. Log in again.
+login-role_gone = This user or its password was changed: the log-in has ended. Log in again.
+login-elsewhere = The same user has logged in elsewhere too often: this log-in has ended.
+login-screen_ends = The screen's program is being ended, and every log-in with it.

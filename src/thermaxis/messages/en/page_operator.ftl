@@ -1,0 +1,200 @@
+### Words of the operator's page and of every request to the loop.
+
+## state
+
+operator-state_label = State of the compensation
+operator-state_off = Off
+operator-state_warming = Warming up
+operator-state_active = Compensating
+operator-state_holding = Hold
+operator-state_fading = Fading out
+operator-state_fault = Fault
+operator-since = since { $time }
+operator-for = ({ $time })
+operator-before = Before: { $state }.
+operator-everything_there = Everything that it needs is there.
+
+## alarms
+
+operator-alarms = Alarms:
+operator-alarm = Alarm
+operator-alarm_list = Alarms
+operator-no_alarm = No alarm
+operator-no_alarm_more = Nothing is out of the ordinary.
+operator-critical = Critical
+operator-high = High
+operator-medium = Medium
+operator-low = Low
+operator-cause = Cause
+operator-remedy = What to do
+operator-came = since { $time }
+
+## corrections
+
+operator-corrections = Correction [µm]
+operator-sign = + moves the tool away from the workpiece
+operator-correction_bar = Correction of { $axis }: { $value } µm, limits ±{ $soft } µm and ±{ $hard } µm
+operator-soft = soft
+operator-hard = limit
+operator-at_limit = at the limit
+operator-over_limit = the model asks for more than the limit
+operator-over_limit_short = model over limit
+operator-at_soft_limit = soft limit
+operator-within = within the limits
+operator-rate = Change
+operator-rate_of = of { $limit }
+operator-commanded = Commanded
+operator-accepted = Accepted
+operator-effective = Effective
+operator-trim = Trim
+operator-trim_none = none
+operator-trim_set = { $value } µm (manual)
+operator-trim_by = { $owner }, { $left } left
+operator-weight = Weight of the model
+operator-weight_full = { $weight } %, inside the tested range
+operator-weight_less = { $weight } %, outside the tested range
+operator-parts = Parts of the model
+operator-part_gain = × { $gain } at { $diameter }
+operator-wanted = Goal within limits, with trim
+operator-model_asks = Model asks for
+operator-more_axes = +{ $count } more axes
+operator-more_trimmed = +{ $count } more axes, trim (manual): { $trims } µm
+operator-all_corrections = Corrections in full
+
+## inputs
+
+operator-inputs = Inputs
+operator-all_inputs = All inputs
+operator-inputs_good = { $count } good
+operator-inputs_bad = { $bad } of { $count } not good
+operator-more_inputs = +{ $count } more inputs
+
+## trend
+
+operator-trend = Last 8 h
+operator-trend_waits = The history is being read.
+operator-trend_fails = The history cannot be read now.
+operator-trend_more = +{ $count }: History
+operator-trend_label = Corrections and temperatures of the last 8 hours
+
+## connections
+
+operator-connections = Connections
+operator-beat = Cycle { $number }, { $time }
+operator-source_good = Temperatures: connected
+operator-source_lost = Temperatures: NO CONNECTION
+operator-sink_good = Control: connected
+operator-sink_lost = Control: NO CONNECTION
+operator-history_good = History: stored
+operator-history_bad = History: NOT STORED
+operator-model_good = Model { $file }: valid
+operator-model_held = Model { $file }: held, an input failed
+operator-model_bad = Model { $file }: NOT USABLE
+operator-model_outside = Model { $file }: weight { $weight } %, outside its range
+operator-diameter_is = Diameter { $diameter }
+operator-tool_centre = tool centre point
+
+## interventions
+
+operator-interventions = Interventions
+operator-enable = Enable
+operator-disable = Disable
+operator-hold = Hold
+operator-resume = Resume
+operator-trim_ask = Trim
+operator-diameter_ask = Diameter
+operator-acknowledge = Acknowledge
+operator-why_role = Only to look at: log in as operator to intervene.
+operator-why_no_data = No data: this cannot be asked now.
+operator-why_only_disable = No data: only Disable can be asked.
+operator-why_enabled = is enabled
+operator-why_fault = acknowledge first
+operator-why_disabled = is not enabled
+operator-why_held = is held
+operator-why_not_held = is not held
+operator-why_calm = nothing to acknowledge
+operator-why_no_trim = no trim is set
+operator-why_no_output = this output is no more
+
+## confirmation
+
+operator-enable_title = Enable the compensation
+operator-enable_text = The compensation begins as soon as everything that it needs is there.
+operator-enable_axis = { $axis }: the correction goes from { $now } µm to { $wanted } µm, at most { $rate } µm/s: about { $time }.
+operator-asks_model = The model asks for { $model } µm now.
+operator-asks_over = The model asks for { $model } µm now, more than the limit of ±{ $largest } µm.
+operator-asks_trim = The trim of { $owner } adds { $trim } µm.
+operator-disable_title = Disable the compensation
+operator-disable_axis = { $axis }: the correction of { $now } µm fades to zero at { $rate } µm/s: about { $time }.
+operator-disable_zero = { $axis }: the correction is zero already.
+operator-disable_text = It does not jump. It stays off until somebody enables it.
+operator-disable_blind = NO DATA: this page does not see what the compensation does now. It is asked all the same to fade the correction to zero.
+operator-disable_unseen = Whether it takes effect is not seen here while there are no data: look at the control's own offset.
+operator-ask_unreached = This page does not reach the screen's program: the request may never have been sent
+operator-hold_title = Hold the correction
+operator-hold_axis = { $axis }: the correction stays at { $now } µm.
+operator-hold_text = It is held for at most { $time }; then it fades to zero.
+operator-resume_title = End the hold
+operator-resume_text = The correction follows the model again, with the trims that are set.
+operator-acknowledge_title = Acknowledge
+operator-acknowledge_fault = You say that the cause is removed: { $reason }
+operator-acknowledge_after = The correction fades to zero. The compensation stays off until somebody enables it.
+operator-acknowledge_found = You say that you have seen it: { $found } This moves nothing.
+operator-acknowledge_sensors = The present values of these sensors are accepted as right: { NAME($names) }
+operator-continue = Continue
+operator-trim_title = Trim by hand
+operator-trim_axis = Axis
+operator-trim_now = Set now: none
+operator-trim_now_by = Set now: { $trim } µm by { $owner }, { $left } left
+operator-trim_bound = from { $low } to { $high } µm
+operator-trim_expires = Expires after
+operator-trim_owner = Owner: { $name }
+operator-trim_zero = Take the trim back (0)
+operator-trim_step = Change by { $step } µm
+operator-trim_text = { $axis }: a trim of { $after } µm is added and expires at { $until }.
+operator-trim_replaces = { $axis }: the trim of { $owner }, { $trim } µm, is replaced by { $after } µm, which expires at { $until }.
+operator-trim_back = { $axis }: the trim of { $owner }, { $trim } µm, is taken back.
+operator-trim_moves = The correction moves by { $change } µm, at most { $rate } µm/s.
+operator-trim_waits = It acts as soon as the compensation is active.
+operator-diameter_title = Diameter of the workpiece
+operator-diameter_now = Now: { $diameter }
+operator-diameter_range = The model knows { $low } to { $high } mm; beyond that the end value counts.
+operator-diameter_machine = The machine states the diameter too: when it changes there, that one counts.
+operator-diameter_wrong = Write a number from 0 to 100000 mm.
+operator-diameter_clear = Delete
+operator-diameter_centre = Tool centre point
+operator-diameter_text = The diameter becomes { $diameter }; before: { $before }. The correction follows at the allowed rate.
+operator-gain_counts = { $axis } { $part }: the model's gain at { $diameter } counts, × { $gain }.
+operator-gain_end_counts = { $axis } { $part }: { $diameter } lies beyond the model's table; the gain of its end at { $end } counts, × { $gain }.
+operator-gain_none = The model has no gain by diameter: nothing changes.
+operator-gain_not_known = Which gain counts is not known here: another model is in force than this screen was started with.
+operator-asks_under = Recorded with your name: { $name }
+
+## the course of a request
+
+operator-request = Last request
+operator-requested_at = requested { $time }
+operator-accepted_at = accepted { $time }
+operator-refused_at = refused { $time }
+operator-effective_at = effective { $time }
+operator-effective_waits = not yet effective
+operator-effective_late = not effective after { $time }: look at state and alarms
+operator-effective_unknown = effect not known
+operator-as_asked_at = the state is as asked { $time }
+operator-effect_replaced = not watched any more: something else was asked after it
+operator-effect_restarted = effect not known: the compensation was started again
+operator-answer_waits = waits for the answer
+operator-answer_none = no answer; it may still take effect
+operator-page_cannot_read = This page cannot read the status. Call the engineer.
+operator-ask_form = This is no request.
+operator-ask_method = Nobody can ask for that.
+operator-ask_arguments = The request has other values than it needs.
+operator-ask_value = The loop cannot take a value of the request: { $reason }.
+operator-old = old
+operator-alarms_unknown = Alarms: unknown
+operator-alarms_before_none = Before: none.
+operator-alarms_before = Before: { $count }, first of them { $priority }: { $text }
+operator-alarms_old = Whether there are alarms now is unknown. At { $time } it was so:
+operator-detail = Detail
+operator-inputs_old = before: { $said }
+operator-nothing_to_ask = There is nothing to ask for any more: { $why }.

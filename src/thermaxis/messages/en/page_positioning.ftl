@@ -1,0 +1,113 @@
+### Words of the page that evaluates positioning runs.
+
+positioning-title = Evaluate a positioning run
+
+## form
+
+positioning-file = Measured run (.rtl, .csv, .dat, .xlsx, .txt; at most { $megabytes } MB)
+positioning-choose = Choose
+positioning-no_file = no file chosen
+positioning-file_first = Choose a measured run first.
+positioning-value_first = Write the number of the cycle or of hours.
+positioning-cycle = Kind of cycle
+positioning-from_file = as the file says
+positioning-cycle_standard = standard
+positioning-cycle_pilgrim = pilgrim step
+positioning-cycle_step = step cycle
+positioning-edition = Standard
+positioning-edition_beside = { $name } beside ISO 230-2:2014
+positioning-reference = Thermal state to refer to
+positioning-reference_default = chosen by the evaluation
+positioning-reference_cycle = cycle number
+positioning-reference_hours = hours after the start
+positioning-reference_value = Number
+positioning-drift = Separate the drift
+positioning-robust = Leave outliers out of the drift model, and name them
+positioning-full = s, R and A also on an axis over 2000 mm
+positioning-head = Head of the certificate (TOML)
+positioning-limits = Limits of the figures (TOML)
+positioning-submit = Evaluate
+positioning-running = The run is being evaluated: { $elapsed } s of at most { $limit } s, without waiting for others
+positioning-needs_engineer = Files are evaluated for those who have logged in as engineer.
+positioning-kept = Evaluated in this log-in (kept for an hour, at most { $most })
+positioning-nothing_yet = No run has been evaluated yet.
+
+## refusals
+
+positioning-busy = Other runs are being evaluated. Try again in a minute.
+positioning-own = A run or an export that you asked for before is still at work. Its result comes by itself: try again in a minute.
+positioning-bad_option = The option is not known or has no sense: { $option }
+positioning-too_large = The file is larger than 20 MB. Shorten the run, or export fewer columns.
+positioning-table_too_large = Head and limits may have at most { $largest } kB each.
+positioning-too_slow = The file has not arrived within { $limit } s. Check the connection and send it again.
+positioning-empty = The file is empty.
+positioning-too_long = The evaluation took longer than { $limit } s and was stopped. Evaluate the run on another computer.
+positioning-too_much = The evaluation wrote more than it may and was stopped. Evaluate the run on another computer.
+positioning-too_hungry = The evaluation needed more memory than it may take, and ended. Evaluate the run on another computer.
+positioning-not_stored = The run could not be stored on the screen's computer; its disk may be full. The screen's log says more.
+positioning-crashed = The evaluation failed. The screen's log says more.
+positioning-refused = The run cannot be evaluated: { $said }
+positioning-gone = There is no such result any more. Results are kept for an hour, for whoever made them.
+positioning-no_answer = The screen's program does not answer. Try again.
+
+## result
+
+positioning-figures = Figures
+positioning-report = Report
+positioning-download = Certificate (PDF)
+positioning-runs = { $targets } targets, { $cycles } runs, { $cycle }
+positioning-both_ways = both directions
+positioning-one_way = one direction
+positioning-axis = Axis { $axis }
+positioning-begun = begun { $time } (time of the file)
+positioning-content = SHA-256 of the file: { $sha256 }
+positioning-figure = Figure
+positioning-measured = As measured
+positioning-within = U (k=2)
+positioning-drift_free = Drift eliminated
+positioning-limit = Limit
+positioning-decision = Decision
+positioning-passed = passes
+positioning-failed = fails
+positioning-not_decided = not decided
+positioning-rule_simple = Decision: value against limit, uncertainty not counted
+positioning-rule_iso14253 = Decision by ISO 14253-1: the uncertainty counts
+positioning-verdict = All limits together:
+positioning-not_the_standard = Figures with the drift eliminated are no result of ISO 230-2.
+positioning-uncertainty_without = U without: { $terms }
+positioning-absent = A dash: this figure does not exist for this run; the warnings say why.
+positioning-drift_title = Drift
+positioning-drift_none = No drift is seen.
+positioning-drift_line = The drift is a straight line in time.
+positioning-drift_smooth = The drift is a smooth curve in time.
+positioning-drift_total = Over the run { $total } ± { $within } { $unit } in common, { $per_m } ± { $per_m_within } { $unit_per } of growth
+positioning-drift_state = The drift-free figures are those of the thermal state after { $hours } h.
+positioning-anomalies = Targets that stand out
+positioning-anomaly = { $approach } position { $position } ({ $target } { $unit }): its spread is { $ratio } times that of the others
+positioning-diagnosis = Diagnosis (in the words of the evaluation)
+positioning-finding_scale_error = Scale error
+positioning-finding_periodic_error = Periodic error
+positioning-finding_backlash = Reversal value
+positioning-finding_backlash_step = Step of the reversal value
+positioning-finding_backlash_variation = Reversal value varies along the axis
+positioning-finding_spread = Scatter at one target
+positioning-finding_drift_reversal = The drift turned back
+positioning-finding_temperature_channel = The drift follows a temperature
+positioning-finding_hidden_period = The targets hide a period
+positioning-warnings = Warnings (in the words of the evaluation)
+positioning-other = Figures of { $name }
+
+## figures by name
+
+positioning-figure_b = reversal value
+positioning-figure_b_mean = mean reversal value
+positioning-figure_m = range of the mean bidirectional deviation
+positioning-figure_e_forward = systematic deviation, forward
+positioning-figure_e_backward = systematic deviation, backward
+positioning-figure_e = systematic deviation, bidirectional
+positioning-figure_r_forward = repeatability, forward
+positioning-figure_r_backward = repeatability, backward
+positioning-figure_r = repeatability, bidirectional
+positioning-figure_a_forward = accuracy, forward
+positioning-figure_a_backward = accuracy, backward
+positioning-figure_a = accuracy, bidirectional

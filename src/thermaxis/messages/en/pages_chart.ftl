@@ -1,0 +1,13 @@
+### Words of the charts on all pages.
+
+chart-missing = The chart program could not be loaded.
+chart-nothing = No values in this span
+chart-local_time = Local time ({ $zone })
+chart-and_more = { $text } (and { $count } more)
+chart-earlier = Earlier
+chart-later = Later
+chart-zoom_in = Zoom in
+chart-zoom_out = Zoom out
+chart-all = All
+chart-show_all = Show the whole span
+chart-and_others = and { $count } more marks: see the events

@@ -1,0 +1,8 @@
+## Where something is
+
+place-file = { $file }
+place-line = line { $line }
+place-column = column { $column }
+place-cell = cell { $cell }
+place-key = { $key }
+place-channel = { $channel }

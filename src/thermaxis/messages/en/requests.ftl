@@ -1,0 +1,57 @@
+## What is asked
+
+request-enable = enable
+request-disable = disable
+request-hold = hold
+request-resume = resume
+request-trim = trim
+request-diameter = diameter
+request-acknowledge = acknowledge
+request-model = model
+
+## How a request was answered
+
+answer-not_supported = nobody here can do that
+answer-acknowledge_first = it is in the state Fault: remove the cause and acknowledge first
+answer-in_fault = it is in the state Fault
+answer-other_compensation_unread = whether another compensation is active cannot be read
+answer-double_compensation = { reason-double_compensation }: switch one off
+answer-offset_outside = { reason-offset_outside }: bring it back within them first
+answer-already_enabled = it was enabled already
+answer-enabled = it is active as soon as everything is there
+answer-disabled = the correction fades at the allowed rate
+answer-nothing_to_hold = there is nothing to hold: it is not enabled, or in the state Fault
+answer-held = it is held, for at most { DURATION($longest_s) }
+answer-resumed = the hold is ended
+answer-unknown_output = outputs are { NAME($names) }
+answer-trim_range = a trim is a number from { $lowest_um } to { $largest_um } µm
+answer-trim_cleared = the trim is taken back
+answer-trim_duration = a trim expires within { DURATION($longest_s) }: state when
+answer-trim_set = the trim is added
+answer-trim_replaced = the trim of { $who } is replaced
+answer-diameter_range = a diameter is a number from 0 to { $largest_mm } mm
+answer-diameter_set = the gain follows at the allowed rate
+answer-no_fault = there is no fault; the present values of the sensors are accepted
+answer-acknowledged = the fault is acknowledged; it is off until it is enabled
+answer-double_compensation_still = { reason-double_compensation } still: switch one off
+answer-offset_outside_still = { reason-offset_outside } still; it comes back at the allowed rate
+answer-read_back_differs_still = { reason-read_back_differs } still: check the connection and the axis
+answer-sensor_alarm_meanwhile = an alarm of a sensor came meanwhile: look at it, then acknowledge
+answer-ending = the loop is being ended
+answer-ended = the loop has ended
+answer-no_model_folder = no folder of models is configured
+answer-model_outputs = the model gives { NAME($names) }; the machine needs { NAME($needed) }
+answer-model_settles = the new model takes over once it has settled
+answer-name_missing = a name is missing
+answer-name_unusable = a name has signs that cannot be shown, or is too long
+answer-file_not_plain = { $file } is no plain name: no folder is taken here
+answer-number_not_finite = a number is not finite
+answer-too_many_waiting = too many requests are waiting for their answer
+answer-no_answer = the loop has not answered; the request may still take effect
+
+## What a user may do
+
+role-none = none
+role-viewer = viewer
+role-operator = operator
+role-engineer = engineer

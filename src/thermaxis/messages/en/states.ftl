@@ -1,0 +1,44 @@
+## States of the compensation
+
+state-Off = Off
+state-Warming = Warming
+state-Active = Active
+state-Holding = Holding
+state-Fading = Fading
+state-Fault = Fault
+
+## Why the compensation is not active
+
+reason-disabled = nobody has enabled it
+reason-settling = the model has not run for long enough
+reason-healing = everything is there again; it must stay so for a moment
+reason-input_bad = an input has no usable value
+reason-connection_lost = the connection to the machine is lost
+reason-interlock_open = an interlock is not met
+reason-operator_hold = an operator holds it
+reason-hold_expired = it was held for as long as it may be
+reason-read_back_differs = the machine does not report the offset that was written
+reason-long_at_limit = the correction stood at its limit for too long
+reason-double_compensation = another compensation is active on the axis
+reason-offset_outside = the offset found in the machine lies outside the limits
+
+## Whether an output of the model may be used
+
+model_quality-good = good
+model_quality-held = held
+model_quality-bad = bad
+
+## What was out of the ordinary in a cycle
+
+outcome-started = the model started
+outcome-waiting = the model waits until every input has a good value
+outcome-clock_backward = the clock went backward: the model started anew at the steady state
+outcome-clock_unusable = the time of the reading is no number: nothing was advanced
+outcome-clock_still = the clock stands still: nothing was advanced
+outcome-state_unusable = the stored state does not belong to this model: the model starts anew
+outcome-gap = no reading for longer than the longest gap: the model started anew at the steady state
+outcome-input_held = an input failed: its last good value is held
+outcome-input_failed = an input failed for longer than it may be held
+outcome-diameter_held = the workpiece's diameter lies outside the gains' range: the end value is held
+outcome-diameter_unknown = no workpiece diameter is stated: the gain at the tool centre point is used
+outcome-outside_validity = an input lies outside the range that the model was made from

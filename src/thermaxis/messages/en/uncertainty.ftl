@@ -1,0 +1,16 @@
+## What an uncertainty is without
+
+left_out-no_budget = instrument and environment: no budget was given
+left_out-not_stated = { CODE($term, "term") }: not stated in the budget
+left_out-counted_twice = environmental variation: it would count the drift twice
+left_out-drift_unknown = drift: it is not known
+left_out-drift_not_described = drift of target { $targets }, which the drift model does not describe
+left_out-one_reading = scatter: one reading does not tell it
+
+## Terms of an uncertainty budget
+
+term-instrument = instrument
+term-misalignment = misalignment of the beam
+term-temperature = temperature of the material
+term-expansion = expansion coefficient
+term-environment = environmental variation

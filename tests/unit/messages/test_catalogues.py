@@ -1,0 +1,136 @@
+"""The catalogues: whole, alike in every language, and a sentence for every code."""
+
+from collections import Counter
+from collections.abc import Iterable
+from importlib import resources
+
+import pytest
+from fluent.runtime import FluentResource
+from fluent.syntax import ast
+from fluent.syntax.visitor import Visitor
+
+from thermaxis.compensation import (
+    Outcome,
+    Quality,
+    Reason,
+    RequestKind,
+    SampleQuality,
+    SupervisorState,
+)
+from thermaxis.messages import LANGUAGES, keys
+from thermaxis.runtime._alarm_words import ALARM_WORDS
+from thermaxis.runtime._alarms import PRIORITIES
+from thermaxis.runtime._users import Role
+
+FOLDER = resources.files("thermaxis.messages")
+
+
+def by_name(members: Iterable[object]) -> set[str]:
+    return {str(getattr(member, "name", member)).lower() for member in members}
+
+
+CODES = {
+    "state": {str(state) for state in SupervisorState},
+    "reason": by_name(Reason),
+    "outcome": by_name(Outcome),
+    "quality": by_name(SampleQuality),
+    "sensor_cause": by_name(SampleQuality) - {"good", "spare"},
+    "model_quality": by_name(Quality),
+    "request": by_name(RequestKind),
+    "role": {str(role) for role in Role},
+    "priority": set(PRIORITIES),
+    "alarm": set(ALARM_WORDS),
+}
+
+
+def files(language: str) -> dict[str, FluentResource]:
+    entries = {one.name: one for one in (FOLDER / language).iterdir()}
+    return {name: FluentResource(one.read_text("utf-8")) for name, one in entries.items()}
+
+
+class Gaps(Visitor):
+    """What a message takes: its variables and functions with their options."""
+
+    def __init__(self) -> None:
+        self.variables: set[str] = set()
+        self.calls: set[str] = set()
+        self.selections: list[tuple[str, set[str]]] = []
+
+    def visit_VariableReference(self, node: ast.VariableReference) -> None:  # noqa: N802
+        self.variables.add(node.id.name)
+
+    def visit_FunctionReference(self, node: ast.FunctionReference) -> None:  # noqa: N802
+        args = [f"{one.name.name}={one.value.value}" for one in node.arguments.named]
+        args += [
+            one.id.name if isinstance(one, ast.VariableReference) else str(one.value)
+            for one in node.arguments.positional
+        ]
+        self.calls.add(f"{node.id.name}({', '.join(args)})")
+        self.generic_visit(node)
+
+    def visit_SelectExpression(self, node: ast.SelectExpression) -> None:  # noqa: N802
+        forms = {one.key.name for one in node.variants if isinstance(one.key, ast.Identifier)}
+        self.selections.append((node.selector.id.name, forms))
+        self.generic_visit(node)
+
+
+def gaps(language: str) -> dict[str, Gaps]:
+    found: dict[str, Gaps] = {}
+    for resource in files(language).values():
+        for message in resource.body:
+            if isinstance(message, ast.Message):
+                parts = [
+                    ("", message.value),
+                    *((f".{a.id.name}", a.value) for a in message.attributes),
+                ]
+                for part, pattern in parts:
+                    if pattern is not None:
+                        found[message.id.name + part] = Gaps()
+                        found[message.id.name + part].visit(pattern)
+    return found
+
+
+GAPS = {language: gaps(language) for language in LANGUAGES}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_file_can_be_read_and_no_key_stands_twice(language: str) -> None:
+    every = [(name, entry) for name, one in files(language).items() for entry in one.body]
+    junk = [(name, entry.content) for name, entry in every if isinstance(entry, ast.Junk)]
+    assert junk == []
+    times = Counter(entry.id.name for _, entry in every if isinstance(entry, ast.Message))
+    assert [key for key, count in times.items() if count > 1] == []
+    assert set(times) <= keys(language)
+
+
+@pytest.mark.parametrize("language", LANGUAGES[1:])
+def test_every_language_says_the_same_with_the_same_values(language: str) -> None:
+    assert keys(language) == keys("en")
+    assert files(language).keys() == files("en").keys()
+    other = {
+        key: (one.variables, one.calls)
+        for key, one in GAPS[language].items()
+        if (one.variables, one.calls) != (GAPS["en"][key].variables, GAPS["en"][key].calls)
+    }
+    assert other == {}
+
+
+PLURALS = {"en": {"one", "other"}, "de": {"one", "other"}, "cs": {"one", "few", "other"}}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_what_is_counted_has_every_form_of_the_language(language: str) -> None:
+    for key, one in GAPS[language].items():
+        for variable, forms in one.selections:
+            assert forms == PLURALS[language], (key, variable)
+
+
+@pytest.mark.parametrize("kind", CODES)
+def test_every_code_has_a_sentence_and_every_sentence_a_code(kind: str) -> None:
+    said = {key.removeprefix(f"{kind}-") for key in keys("en") if key.startswith(f"{kind}-")}
+    assert {one for one in said if "." not in one} == CODES[kind]
+
+
+def test_every_alarm_has_a_cause_and_a_remedy() -> None:
+    alarms = {key for key in keys("en") if key.startswith("alarm-") and "." not in key}
+    assert {f"{one}.{part}" for one in alarms for part in ("cause", "remedy")} <= keys("en")

@@ -1,0 +1,128 @@
+"""Sentences made of codes and values."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from thermaxis.codes import Message, Place
+from thermaxis.messages import (
+    LANGUAGES,
+    alarm_sentences,
+    duration_text,
+    keys,
+    number_text,
+    place_text,
+    sentence,
+    sentence_of,
+)
+
+
+@pytest.mark.parametrize(
+    ("language", "text"),
+    [
+        ("en", "a trim is a number from −2.5 to 2.5 µm"),
+        ("de", "eine Trimmung ist eine Zahl von −2,5 bis 2,5 µm"),
+        ("cs", "ruční posun je číslo od −2,5 do 2,5 µm"),
+    ],
+)
+def test_numbers_have_the_signs_of_the_language(language: str, text: str) -> None:
+    values = {"lowest_um": -2.5, "largest_um": 2.5}
+    assert sentence("answer-trim_range", values, language=language) == text
+
+
+@pytest.mark.parametrize(
+    ("count", "text"),
+    [(1, "1 záznam byl ztracen"), (3, "3 záznamy byly ztraceny"), (5, "5 záznamů bylo ztraceno")],
+)
+def test_czech_counts_in_three_forms(count: int, text: str) -> None:
+    assert sentence("rest-lost", {"lost": count}, language="cs") == text
+
+
+def test_large_counts_have_no_signs_between_their_digits() -> None:
+    assert sentence("rest-lost", {"lost": 1_234_567}) == "1234567 records were lost"
+
+
+@pytest.mark.parametrize(
+    ("language", "text"),
+    [
+        ("en", "hold: accepted, it is held, for at most 1\N{NO-BREAK SPACE}h"),
+        ("de", "Halten: angenommen, sie wird gehalten, höchstens 1\N{NO-BREAK SPACE}h"),
+        ("cs", "podržet: přijato, je podržena, nejvýše 1\N{NO-BREAK SPACE}h"),
+    ],
+)
+def test_codes_and_messages_in_a_sentence_are_of_its_language(language: str, text: str) -> None:
+    values = {"request": "hold", "answer": Message("answer-held", {"longest_s": 3600.0})}
+    assert sentence_of(Message("event-request_accepted", values), language=language) == text
+
+
+def test_several_codes_are_said_one_after_another_and_an_unknown_one_as_it_is() -> None:
+    values = {"state": "Holding", "reasons": ("input_bad", "of_tomorrow")}
+    text = "Holding: an input has no usable value; of_tomorrow"
+    assert sentence("event-state_reasons", values) == text
+
+
+def test_an_alarm_has_a_text_a_cause_and_a_remedy() -> None:
+    values = {"name": "Z_um", "correction_um": 61.25, "soft_um": 50.0}
+    text, cause, remedy = alarm_sentences("soft_limit", values, language="de")
+    assert text == "Die Korrektur von Z ist +61,2 µm, jenseits ihrer weichen Grenze von 50,0 µm."
+    assert (
+        cause == "Die Maschine ist ungewöhnlich warm oder kalt, oder Modell oder Sensor ist falsch."
+    )
+    assert remedy == "Beobachten; mit einer Tastermessung vergleichen."
+
+
+def test_what_has_no_sentence_is_shown_as_code_and_values() -> None:
+    values = {"depth_um": 1.5, "name": "a\nb"}
+    assert sentence("alarm-of_tomorrow", values) == "alarm-of_tomorrow (depth_um=1.5, name=a\\nb)"
+    assert alarm_sentences("of_tomorrow", {}) == ("alarm-of_tomorrow", "", "")
+    assert sentence("answer-held", {"other": 1}) == "answer-held (other=1)"
+
+
+@given(text=st.text(max_size=300), language=st.sampled_from(LANGUAGES))
+def test_text_of_others_is_data(text: str, language: str) -> None:
+    said = sentence("answer-trim_replaced", {"who": "{ $x }" + text}, language=language)
+    assert "{ $x }" in said
+    assert said.isprintable()
+
+
+VALUES = st.one_of(
+    st.none(), st.text(), st.integers(), st.floats(), st.tuples(st.text()), st.booleans()
+)
+
+
+@given(key=st.sampled_from(sorted(keys("en"))), value=VALUES, language=st.sampled_from(LANGUAGES))
+def test_no_value_stops_a_sentence(key: str, value: object, language: str) -> None:
+    names = ("name", "correction_um", "soft_um", "cycles", "events", "request", "answer", "lost")
+    assert sentence(key, dict.fromkeys(names, value), language=language)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("value", "spec", "text"),
+    [
+        (-1.26, "+.1f", "−1.3"),
+        (-0.01, "+.1f", "0.0"),
+        (float("nan"), ".1f", "–"),
+        (True, ".0f", "–"),
+        (12.0, "g", "12"),
+    ],
+)
+def test_numbers_are_shown_with_a_true_minus_and_zero_without_a_sign(
+    value: object, spec: str, text: str
+) -> None:
+    assert number_text(value, spec, "en") == text
+
+
+@pytest.mark.parametrize(
+    ("time_s", "text"),
+    [(45.4, "45 s"), (90.0, "1 min 30 s"), (5400.0, "1 h 30 min"), (200_000.0, "2 d 7 h")],
+)
+def test_times_are_told_in_two_units_at_most(time_s: float, text: str) -> None:
+    assert duration_text(time_s).replace("\N{NO-BREAK SPACE}", " ") == text
+
+
+@pytest.mark.parametrize(
+    ("language", "text"),
+    [("en", "a.csv, line 7, column Z"), ("de", "a.csv, Zeile 7, Spalte Z")],
+)
+def test_a_place_is_told_from_file_to_column(language: str, text: str) -> None:
+    assert place_text(Place("a.csv", 7, "Z"), language=language) == text
