@@ -21,9 +21,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from thermaxis.positioning import PositioningTest
-from thermaxis.positioning._diagnosis import COMMON_PITCHES_MM, diagnose
-from thermaxis.positioning._drift import evaluate_drift
+from thermaxis.positioning import PositioningTest, diagnose, evaluate_drift
+from thermaxis.positioning.diagnosis import COMMON_PITCHES_MM
 from thermaxis.virtual import (
     AxisGeometry,
     AxisThermal,

@@ -30,8 +30,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thermaxis.positioning import FloatArray, PositioningTest, TimeSource
-from thermaxis.positioning._drift import DriftResult, evaluate_drift_at
+from thermaxis.positioning import (
+    DriftResult,
+    FloatArray,
+    PositioningTest,
+    TimeSource,
+    evaluate_drift_at,
+)
 from thermaxis.quantities import AxisKind
 
 TARGETS = 16

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from thermaxis.positioning import PositioningTest, TimeSource
-from thermaxis.positioning._drift import evaluate_drift
+from thermaxis.positioning import PositioningTest, TimeSource, evaluate_drift
 from thermaxis.quantities import AxisKind
 
 CYCLES = (5, 100, 1_000, 3_125, 10_000, 31_250)

@@ -23,15 +23,15 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._selection import (
-    FIXED_TIME_CONSTANTS_S,
+from thermaxis.thermal import (
+    Experiment,
     SelectionOptions,
     SelectionResult,
     select,
+    sensor_noise_k,
+    simulate_modal,
 )
-from thermaxis.thermal._selection_sensors import sensor_noise_k
-from thermaxis.thermal._thermal_model import simulate_modal
+from thermaxis.thermal.selection import FIXED_TIME_CONSTANTS_S
 
 Array: TypeAlias = NDArray[np.float64]
 RECORD = (

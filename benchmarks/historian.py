@@ -41,10 +41,13 @@ class Machine:
 
     def record(self, number: int):
         """Return the record of a cycle."""
-        from thermaxis.compensation._cycle import CycleOutput  # noqa: PLC0415 - see above
-        from thermaxis.compensation._quality import Quality, SampleQuality  # noqa: PLC0415
-        from thermaxis.compensation._supervisor import SupervisorState  # noqa: PLC0415
-        from thermaxis.runtime._ports import Applied, CycleRecord, SourceSample  # noqa: PLC0415
+        from thermaxis.compensation import (  # noqa: PLC0415
+            CycleOutput,
+            Quality,
+            SampleQuality,
+            SupervisorState,
+        )
+        from thermaxis.runtime import Applied, CycleRecord, SourceSample  # noqa: PLC0415
 
         time_s = number * self._cycle_s
         utc = BEGIN + timedelta(seconds=time_s, microseconds=137 * number % 900)
@@ -105,9 +108,11 @@ class Machine:
 
 async def cpu_ms(folder: Path, *, recorded: bool) -> float:
     """Return the CPU of a cycle at 10 Hz, with or without the historian. [ms]"""
-    from thermaxis.runtime._ports import SystemClock  # noqa: PLC0415 - see above
-    from thermaxis.runtime.historian._settings import HistorianSettings  # noqa: PLC0415
-    from thermaxis.runtime.historian._sql import SqlHistorian  # noqa: PLC0415
+    from thermaxis.runtime import SystemClock  # noqa: PLC0415 - see above
+    from thermaxis.runtime.historian import (  # noqa: PLC0415
+        HistorianSettings,
+        SqlHistorian,
+    )
 
     url = f"sqlite:///{folder / 'rate.db'}"
     historian = SqlHistorian(url, HistorianSettings(), SystemClock())
@@ -129,12 +134,14 @@ async def cpu_ms(folder: Path, *, recorded: bool) -> float:
 
 def write_days(path: Path, days: float) -> int:
     """Write days at one cycle a second as fast as it goes; return the number of cycles."""
-    from thermaxis.runtime._ports import SystemClock  # noqa: PLC0415 - see above
-    from thermaxis.runtime.historian._backlog import Backlog  # noqa: PLC0415
-    from thermaxis.runtime.historian._database import parse_url  # noqa: PLC0415
-    from thermaxis.runtime.historian._rows import RowPacker  # noqa: PLC0415
-    from thermaxis.runtime.historian._settings import HistorianSettings  # noqa: PLC0415
-    from thermaxis.runtime.historian._writer import Writer  # noqa: PLC0415
+    from thermaxis.runtime import SystemClock  # noqa: PLC0415 - see above
+    from thermaxis.runtime.historian import (  # noqa: PLC0415
+        Backlog,
+        HistorianSettings,
+        RowPacker,
+        Writer,
+        parse_url,
+    )
 
     packer, backlog = RowPacker(), Backlog(10**9)
     packer.outputs, packer.channels = OUTPUTS, CHANNELS
@@ -176,7 +183,7 @@ def main() -> int:
             f" ({took_s / cycles * 1e6:.0f} us each), memory grew by {grown_mb:.0f} MB"
         )
         print(f"on the disk: {size / cycles:.0f} bytes a cycle, {size / days / 1e6:.1f} MB a day")
-        from thermaxis.runtime.historian._reading import HistoryReader  # noqa: PLC0415
+        from thermaxis.runtime.historian import HistoryReader  # noqa: PLC0415
 
         series = ["Z_um.correction", "Z_um.model", "T_spindle_C", "T_table_C"]
         for label, hours in (("an hour", 1.0), ("a day", 24.0), (f"{days:g} days", 24.0 * days)):

@@ -54,17 +54,24 @@ import numpy as np
 from identification_peers import BASELINES, PEERS
 from numpy.typing import NDArray
 
-from thermaxis.thermal._baselines import Baseline, fit_baseline
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._identification import identify
-from thermaxis.thermal._input import parse_input
-from thermaxis.thermal._modal import ModalOptions, ModalResult, modal, response_evidence
-from thermaxis.thermal._modal_lags import Refinement
-from thermaxis.thermal._polynomial_model import held
-from thermaxis.thermal._records import records_of
-from thermaxis.thermal._thermal_log import ThermalLog
-from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
-from thermaxis.virtual._thermal_run import (
+from thermaxis.thermal import (
+    Baseline,
+    Experiment,
+    ModalOptions,
+    ModalPart,
+    ModalResult,
+    ThermalLog,
+    ThermalModel,
+    fit_baseline,
+    identify,
+    modal,
+    parse_input,
+    records_of,
+    simulate_modal,
+)
+from thermaxis.thermal.modal import Refinement, response_evidence
+from thermaxis.thermal.transfer_function import held
+from thermaxis.virtual import (
     GeneratedThermalTest,
     Heating,
     Lags,
@@ -488,8 +495,8 @@ MEMORY = """
 import sys
 from pathlib import Path
 import numpy as np
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._modal import modal
+from thermaxis.thermal.log._experiment import Experiment
+from thermaxis.thermal.modal._modal import modal
 with np.load(sys.argv[1]) as case:
     experiment = Experiment(1.0, case["u"], case["y"])
 modal([experiment], input_names=("spindle", "table"))

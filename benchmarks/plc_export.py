@@ -18,15 +18,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 from thermaxis.compensation import Compensation, Limits, SensorRules
-from thermaxis.files.model_json import model_sha256, read_model
-from thermaxis.plc._build import build_program
-from thermaxis.plc._guide import GuideFacts, guide_text
-from thermaxis.plc._print_c import print_c
-from thermaxis.plc._print_scl import print_scl
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._report import Target
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._vectors import vectors_of
+from thermaxis.files import model_sha256, read_model
+from thermaxis.plc import (
+    GuideFacts,
+    PlcSettings,
+    Target,
+    build_program,
+    export_settings,
+    guide_text,
+    print_c,
+    print_scl,
+    print_st,
+    vectors_of,
+)
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 MODEL = EXAMPLES / "machine" / "models" / "lathe.json"
@@ -98,7 +102,7 @@ def vector_times(
         What is exported.
     longest_s : float
         No turn begins that would end later, as long as the longest one takes; one turn is always
-        made, and a course has an end by itself: `thermaxis.plc._course.MOST_CALLS`. [s]
+        made, and a course has an end by itself: `thermaxis.plc.vectors._course.MOST_CALLS`. [s]
     clock : callable
         Time that goes by while others work too. [s]
 

@@ -35,8 +35,7 @@ from typing import Any
 from urllib.error import URLError
 from urllib.request import urlopen
 
-from playwright.sync_api import BrowserContext, Page, sync_playwright
-from playwright.sync_api import Error as BrowserError
+from playwright.sync_api import BrowserContext, Error as BrowserError, Page, sync_playwright
 
 CANDIDATES = Path(__file__).with_name("screen_candidates.py")
 KILLED_WITH_US = ("setpriv", "--pdeathsig", "KILL")

@@ -28,9 +28,11 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from tests.system.screen.stand import Stand  # noqa: E402 - after the path
-from thermaxis.runtime._config import read_machine  # noqa: E402 - after the path
-from thermaxis.runtime._ports import SystemClock  # noqa: E402 - after the path
-from thermaxis.screen._status_feed import PATIENCE_S, StatusFeed  # noqa: E402 - after the path
+from thermaxis.runtime import (  # noqa: E402
+    SystemClock,
+    read_machine,
+)
+from thermaxis.screen.feed import PATIENCE_S, StatusFeed  # noqa: E402 - after the path
 
 SHORT_S: Final = 1.0
 """The patience of a connection that is not told otherwise. [s]"""

@@ -29,7 +29,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from tests.system.screen.stand import Stand, wait_until
-from thermaxis.runtime.historian._reading import HistoryReader
+from thermaxis.runtime.historian import HistoryReader
 
 PLAIN, IN_BROWSER = 18, 2
 MOST_GROWTH = 0.05

@@ -29,7 +29,7 @@ from tests.system.opcua.compensated import (
 )
 from tests.system.opcua.foreign_server import ForeignServer, Line, install, missing
 from thermaxis.compensation import SupervisorState
-from thermaxis.runtime._ports import CycleRecord, EventRecord
+from thermaxis.runtime import CycleRecord, EventRecord
 
 RULES = Rules(cycle_s=0.1, largest_um=200.0, rate_um_per_s=2.0, temperature_rate_k_per_s=0.5)
 """The largest correction fades within the two minutes that an ended loop takes."""

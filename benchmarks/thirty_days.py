@@ -27,14 +27,22 @@ from thermaxis.compensation import (
     Section,
     SensorRules,
 )
-from thermaxis.runtime._loop import AtStop, Borders, CompensationLoop, LoopSettings
-from thermaxis.runtime._ports import NOT_READ, Clock, Historian, Source, SourceSample
-from thermaxis.runtime._status import RuntimeStatus
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._sql import SqlHistorian
-from thermaxis.runtime.historian.none import NoHistorian
-from thermaxis.runtime.sinks.dry import DrySink
+from thermaxis.runtime import (
+    NOT_READ,
+    AtStop,
+    Borders,
+    Clock,
+    CompensationLoop,
+    Historian,
+    LoopSettings,
+    RuntimeStatus,
+    Source,
+    SourceSample,
+    VirtualClock,
+    run_in_virtual_time,
+)
+from thermaxis.runtime.historian import HistorianSettings, NoHistorian, SqlHistorian
+from thermaxis.runtime.sinks import DrySink
 
 DAY_S = 86_400.0
 MOST_GROWTH_KB = 1024

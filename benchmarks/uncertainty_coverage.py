@@ -26,10 +26,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.positioning import FIGURE_KEYS, PositioningTest, TimeSource, evaluate_iso230_2
-from thermaxis.positioning._drift import evaluate_drift
-from thermaxis.positioning._iso230_2 import figures_of
-from thermaxis.positioning._uncertainty import _by_key, evaluate_uncertainty
+from thermaxis.positioning import (
+    FIGURE_KEYS,
+    PositioningTest,
+    TimeSource,
+    evaluate_drift,
+    evaluate_iso230_2,
+    evaluate_uncertainty,
+)
+from thermaxis.positioning.standard import figures_of
+from thermaxis.positioning.uncertainty._uncertainty import _by_key
 from thermaxis.quantities import AxisKind
 
 Array = NDArray[np.float64]

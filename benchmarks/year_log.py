@@ -45,7 +45,7 @@ def write_year(path: Path) -> None:
 
 def read_year(path: Path) -> int:
     """Read and reduce the file; print what it took and the means of the first channel."""
-    from thermaxis.files.thermal_log import read_thermal_log  # noqa: PLC0415
+    from thermaxis.files import read_thermal_log  # noqa: PLC0415
 
     since = time.perf_counter()
     log = read_thermal_log(path, sample_time_s=SAMPLE_TIME_S)

@@ -53,14 +53,14 @@ def test_the_contracts_hold(package_copy: Path) -> None:
 @pytest.mark.parametrize(
     ("module", "line", "broken"),
     [
-        ("positioning/_iso230_2.py", "from thermaxis.files import read_positioning", "one way"),
-        ("files/_source.py", "import thermaxis.report", "one way"),
-        ("report/_limits.py", "import thermaxis.cli", "one way"),
+        ("positioning/standard/_iso230_2.py", "from thermaxis.files import read_positioning", "one way"),
+        ("files/table/_source.py", "import thermaxis.report", "one way"),
+        ("report/settings/_limits.py", "import thermaxis.cli", "one way"),
         ("quantities.py", "from thermaxis.positioning import FORWARD", "one way"),
-        ("positioning/_iso230_2.py", "import csv", "pure layers"),
-        ("positioning/_spread_anomaly.py", "import logging", "pure layers"),
-        ("cli/evaluate.py", "import matplotlib.figure", "report layer"),
-        ("files/tidy_csv.py", "import typst", "report layer"),
+        ("positioning/standard/_iso230_2.py", "import csv", "pure layers"),
+        ("positioning/standard/_spread_anomaly.py", "import logging", "pure layers"),
+        ("cli/axis/evaluate.py", "import matplotlib.figure", "report layer"),
+        ("files/runs/tidy_csv.py", "import typst", "report layer"),
     ],
 )
 def test_a_forbidden_import_is_caught(

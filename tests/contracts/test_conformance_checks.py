@@ -9,9 +9,19 @@ from typing import final
 
 import pytest
 
-from thermaxis.runtime._ports import NOT_READ, Applied, Sink, Source, SourceSample
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.testing import SinkStand, SourceStand, check_sink, check_source
+from thermaxis.runtime import (
+    NOT_READ,
+    Applied,
+    Sink,
+    SinkStand,
+    Source,
+    SourceSample,
+    SourceStand,
+    VirtualClock,
+    check_sink,
+    check_source,
+    run_in_virtual_time,
+)
 
 GOOD = SourceSample(20.0, good=True, age_s=0.1)
 

@@ -10,30 +10,34 @@ import pytest
 from tests.opcua_server import NAMESPACE, Cable, Machine, start_machine
 from tests.unit.runtime.linuxcnc_hal import MemoryHal
 from thermaxis.compensation import Limits
-from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime._opcua_session import OpcUaSession
-from thermaxis.runtime._ports import (
+from thermaxis.runtime import (
+    AWAY,
+    START_S,
+    TOWARDS,
     Clock,
+    ConnectionSettings,
+    OpcUaSession,
+    SinkStand,
+    SourceStand,
     SystemClock,
+    VirtualClock,
+    check_sink,
+    check_source,
     interlock_name,
+    run_in_virtual_time,
 )
-from thermaxis.runtime._sign import AWAY, TOWARDS
-from thermaxis.runtime._virtual_time import START_S, VirtualClock, run_in_virtual_time
-from thermaxis.runtime.sinks.dry import DrySink
-from thermaxis.runtime.sinks.linuxcnc import (
+from thermaxis.runtime.sinks import (
+    DrySink,
     LinuxCncOutput,
     LinuxCncSettings,
     LinuxCncSink,
+    OpcUaOutput,
+    OpcUaSink,
     hal_text,
 )
-from thermaxis.runtime.sinks.opcua import OpcUaOutput, OpcUaSink
-from thermaxis.runtime.sources.opcua import NodeSettings, OpcUaSource
-from thermaxis.runtime.sources.replay import ReplayClock, ReplaySource
-from thermaxis.runtime.testing import SinkStand, SourceStand, check_sink, check_source
+from thermaxis.runtime.sources import NodeSettings, OpcUaSource, ReplayClock, ReplaySource
 from thermaxis.thermal import ThermalLog
-from thermaxis.virtual._lathe_faults import Fault, FaultKind
-from thermaxis.virtual._lathe_machine import VirtualLathe
-from thermaxis.virtual._lathe_ports import LatheSink, LatheSource
+from thermaxis.virtual import Fault, FaultKind, LatheSink, LatheSource, VirtualLathe
 
 NODE = f"nsu={NAMESPACE};s="
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from thermaxis.cli import main
-from thermaxis.cli.commission import _record
+from thermaxis.cli.machine.commission import _record
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.runtime import EventRecord, StepProof, SystemClock
 from thermaxis.runtime.historian import HistorianSettings, SqlHistorian

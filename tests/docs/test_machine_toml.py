@@ -9,7 +9,7 @@ import pytest
 from pydantic import BaseModel
 
 from thermaxis.compensation import Compensation
-from thermaxis.runtime._config_sections import SECTIONS, MachineFile
+from thermaxis.runtime.config import SECTIONS, MachineFile
 
 PAGE = Path(__file__).parents[2] / "docs" / "machine-toml.md"
 UNITS = {

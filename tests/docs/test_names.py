@@ -28,10 +28,6 @@ PUBLIC_PACKAGES = (
     "thermaxis.controls",
     "thermaxis.compensation",
     "thermaxis.virtual",
-    "thermaxis.runtime",
-    "thermaxis.runtime.sources",
-    "thermaxis.runtime.sinks",
-    "thermaxis.runtime.historian",
 )
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.unit.compensation.hostile import (
     HostileWorld,
@@ -29,7 +28,7 @@ from thermaxis.compensation import (
     cycle_state,
     shifted,
 )
-from thermaxis.runtime._saved_state import SavedState, StateFile
+from thermaxis.runtime import SavedState, StateFile
 
 LATHES = (quick_lathe, bare_lathe)
 NUMBER = st.floats() | st.sampled_from((0.0, 1.0, 20.0, 25.0, -3.0, 1e6, 1e15))

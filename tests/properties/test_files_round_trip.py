@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from thermaxis.errors import DataError
 from thermaxis.files import format_tidy_csv, read_positioning, read_tidy_csv, write_tidy_csv

@@ -1,8 +1,7 @@
 """Laws that the figures of ISO 230-2 obey for any run."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
 from thermaxis.positioning import Iso230_2Figures, iso230_2_figures

@@ -7,10 +7,16 @@ import pytest
 from numpy.typing import NDArray
 
 from thermaxis.cli import main
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._selection import SelectionOptions, SelectionResult, select
-from thermaxis.thermal._selection_sensors import SensorFault, check_candidates, sensor_noise_k
-from thermaxis.thermal._thermal_model import simulate_modal
+from thermaxis.thermal import (
+    Experiment,
+    SelectionOptions,
+    SelectionResult,
+    SensorFault,
+    check_candidates,
+    select,
+    sensor_noise_k,
+    simulate_modal,
+)
 
 pytestmark = pytest.mark.real_data
 

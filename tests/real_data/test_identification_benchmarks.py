@@ -8,16 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.thermal._arx import arx
-from thermaxis.thermal._baselines import Baseline, fit_baseline, simulate_baseline
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._figures import fit_percent, simulation_figures
-from thermaxis.thermal._oe import OeOptions, oe
-from thermaxis.thermal._polynomial_model import (
+from thermaxis.thermal import (
+    Baseline,
+    Experiment,
+    OeOptions,
     PolynomialResult,
     Start,
+    arx,
+    fit_baseline,
+    fit_percent,
+    oe,
+    simulate_baseline,
     simulate_from_fitted_start,
     simulate_polynomial,
+    simulation_figures,
 )
 
 pytestmark = pytest.mark.real_data

@@ -25,11 +25,15 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.files import read_model
-from thermaxis.runtime._loop import AtStop, Borders, CompensationLoop, LoopSettings
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.virtual._lathe_axis import OffsetRules
-from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
-from thermaxis.virtual._lathe_ports import LatheSink, LatheSource
+from thermaxis.runtime import (
+    AtStop,
+    Borders,
+    CompensationLoop,
+    LoopSettings,
+    VirtualClock,
+    run_in_virtual_time,
+)
+from thermaxis.virtual import LatheSettings, LatheSink, LatheSource, OffsetRules, VirtualLathe
 
 # The fixture identifies; two cores may be busy.
 pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]

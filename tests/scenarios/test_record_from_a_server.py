@@ -10,11 +10,11 @@ from asyncua import ua
 
 from tests.opcua_server import NAMESPACE, Cable, Machine, start_machine
 from tests.unit.runtime.recording import marks_of, rows_of
-from thermaxis.cli import record
+from thermaxis.cli.machine import record
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime import _recorder
-from thermaxis.runtime._record_config import read_record
+from thermaxis.runtime import read_record
+from thermaxis.runtime.record import _recorder
 
 CONFIGURATION = """
 [record]

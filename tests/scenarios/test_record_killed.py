@@ -15,7 +15,7 @@ from thermaxis.files import read_thermal_log
 
 PROGRAM = """
 import argparse, sys
-from thermaxis.cli import record
+from thermaxis.cli.machine import record
 parser = argparse.ArgumentParser()
 record.add_arguments(parser)
 sys.exit(record.run(parser.parse_args()))

@@ -13,8 +13,7 @@ from asyncua import ua
 from tests.unit.runtime.recording import START, Recording, channel, good, rows_of, settings
 from thermaxis.cli import main
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime import _recorder_files
-from thermaxis.runtime._recorder_parquet import write_parquet
+from thermaxis.runtime.record import _files as _recorder_files, write_parquet
 
 GAIN_UM_PER_K, TAU_S = 12.0, 1800.0
 HEATING_S, WARMING_S = 4 * 3600.0, 2400.0

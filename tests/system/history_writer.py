@@ -12,9 +12,8 @@ import sys
 import time
 
 from tests.unit.runtime.history_records import CHANNELS, OUTPUTS, cycle_record
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._sql import SqlHistorian
+from thermaxis.runtime import SystemClock
+from thermaxis.runtime.historian import HistorianSettings, SqlHistorian
 
 
 async def record(historian: SqlHistorian, numbers: range, rate: float) -> None:

@@ -24,12 +24,17 @@ from typing import Any, Final, NamedTuple, Self
 from asyncua import ua
 from asyncua.client.client import Client
 
-from thermaxis.compensation import CompensationModel, Output, Part, Section, SupervisorState
-from thermaxis.compensation._thermal_model import GainPoint
-from thermaxis.files.model_json import write_model
-from thermaxis.runtime._loop import SHORTEST_WAIT_S
-from thermaxis.runtime._ports import CycleRecord
-from thermaxis.runtime.historian._reading import HistoryReader
+from thermaxis.compensation import (
+    CompensationModel,
+    GainPoint,
+    Output,
+    Part,
+    Section,
+    SupervisorState,
+)
+from thermaxis.files import write_model
+from thermaxis.runtime import SHORTEST_WAIT_S, CycleRecord
+from thermaxis.runtime.historian import HistoryReader
 
 KILLED_WITH_US: Final = ("setpriv", "--pdeathsig", "KILL")
 NODES: Final = "nsu=urn:thermaxis:lathe;s="

@@ -37,8 +37,7 @@ from tests.system.opcua.foreign_server import (
     install,
     missing,
 )
-from thermaxis.runtime._connection import ConnectionSettings, Secret
-from thermaxis.runtime._ports import SourceSample
+from thermaxis.runtime import ConnectionSettings, Secret, SourceSample
 
 pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
 

@@ -19,8 +19,7 @@ from tests.unit.runtime.status_server_parts import (
     status,
 )
 from thermaxis.compensation import RequestKind
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._status_server import StatusServer
+from thermaxis.runtime import StatusServer, SystemClock
 
 pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
 LONGEST_S = 60.0

@@ -26,20 +26,22 @@ from tests.unit.runtime.history_records import (
     event_record,
 )
 from thermaxis.cli import main
-from thermaxis.compensation._requests import Answer, Request, RequestKind
+from thermaxis.compensation import Answer, Request, RequestKind
 from thermaxis.errors import DataError
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._ports import CycleRecord
-from thermaxis.runtime.historian._backlog import Backlog
-from thermaxis.runtime.historian._condition import check_history
-from thermaxis.runtime.historian._database import parse_url
-from thermaxis.runtime.historian._export import export_history
-from thermaxis.runtime.historian._reading import HistoryReader
-from thermaxis.runtime.historian._rows import RowPacker
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._sql import SqlHistorian
-from thermaxis.runtime.historian._store import FileWatch, open_store
-from thermaxis.runtime.historian._writer import Writer
+from thermaxis.runtime import CycleRecord, Secret
+from thermaxis.runtime.historian import (
+    Backlog,
+    FileWatch,
+    HistorianSettings,
+    HistoryReader,
+    RowPacker,
+    SqlHistorian,
+    Writer,
+    check_history,
+    export_history,
+    open_store,
+    parse_url,
+)
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
 

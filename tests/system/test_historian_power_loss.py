@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.unit.runtime.history_records import cycle_record, url_of
-from thermaxis.runtime.historian._integrity import check_file
-from thermaxis.runtime.historian._reading import HistoryReader
+from thermaxis.runtime.historian import HistoryReader, check_file
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 

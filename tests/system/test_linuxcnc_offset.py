@@ -29,15 +29,8 @@ from tests.system.linuxcnc.offset_machine import (
 )
 from tests.system.linuxcnc.offset_writer import CYCLE_S, settings_of
 from thermaxis.compensation import Limits
-from thermaxis.runtime._ports import Applied, Clock, SystemClock
-from thermaxis.runtime._sign import AWAY, TOWARDS
-from thermaxis.runtime.sinks.linuxcnc import (
-    LinuxCncOutput,
-    LinuxCncSettings,
-    LinuxCncSink,
-    hal_text,
-)
-from thermaxis.runtime.testing import SinkStand, check_sink
+from thermaxis.runtime import AWAY, TOWARDS, Applied, Clock, SinkStand, SystemClock, check_sink
+from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
 
 pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(180)]
 

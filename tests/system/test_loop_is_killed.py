@@ -32,9 +32,8 @@ from tests.system.loop_stand import (
     write_site,
 )
 from thermaxis.compensation import Limits, SupervisorState
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._sign import AWAY
-from thermaxis.runtime.sinks.linuxcnc import LinuxCncOutput, hal_text
+from thermaxis.runtime import AWAY, read_machine
+from thermaxis.runtime.sinks import LinuxCncOutput, hal_text
 
 pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300)]
 

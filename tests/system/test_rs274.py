@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from thermaxis.controls import ProgramRequest, check_options, control_by_name
-from thermaxis.files.plan_json import plan_sha256
+from thermaxis.files import plan_sha256
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,

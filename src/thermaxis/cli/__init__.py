@@ -8,37 +8,53 @@ from typing import Protocol, cast
 
 from thermaxis import __version__
 
-COMMANDS = {
-    "evaluate": "evaluate a positioning run: ISO 230-2 and adjacent differences",
-    "plan": "choose the targets of a run, its duration and the uncertainty to expect",
-    "program": "write the NC program of a plan for a control",
-    "correct": "write the compensation table of a measured axis for a control",
-    "check-table": "read a control's compensation table back and show what it leaves",
-    "trend": "show the figures of one axis over several runs",
-    "identify": "identify a compensation model from thermal logs",
-    "verify": "compare a compensation model in free run with measured logs",
-    "simulate": "run a compensation model along a log",
-    "compare": "compare several compensation models on one log",
-    "combine": "superpose compensation models, with a gain by workpiece diameter",
-    "merge": "join the logs of two recorders by time",
-    "field": "compare thermal fields of a table before and after a run",
-    "convert": "write any measured run as tidy CSV",
-    "machine": "run a virtual machine: an OPC UA server, or a log",
-    "record": "record nodes of OPC UA servers into logs that identify reads",
-    "check": "check the configuration of a machine, and the machine itself",
-    "commission": "prove sign and size of an offset on the machine",
-    "rehearse": "let a configuration compensate the virtual lathe, hours in seconds",
-    "run": "compensate a machine: the loop",
-    "history": "export, list or check what the loop has recorded",
-    "user": "add, remove or list the users of the status server",
-    "certificate": "make, show or fetch certificates for OPC UA",
-    "screen": "serve the operator's and the engineer's pages of a running loop",
-    "export": "write a compensation model as a function block for a PLC",
-    "hal": "write the part of a LinuxCNC machine's HAL file that applies the offsets",
-    "montecarlo": "scatter of differences by Monte Carlo, equation (10) of the method",
-    "generate": "write an example run of a virtual machine",
+GROUPS = {
+    "axis": {
+        "evaluate": "evaluate a positioning run: ISO 230-2 and adjacent differences",
+        "plan": "choose the targets of a run, its duration and the uncertainty to expect",
+        "program": "write the NC program of a plan for a control",
+        "correct": "write the compensation table of a measured axis for a control",
+        "check-table": "read a control's compensation table back and show what it leaves",
+        "trend": "show the figures of one axis over several runs",
+        "field": "compare thermal fields of a table before and after a run",
+        "montecarlo": "scatter of differences by Monte Carlo, equation (10) of the method",
+        "generate": "write an example run of a virtual machine",
+    },
+    "thermal": {
+        "identify": "identify a compensation model from thermal logs",
+        "verify": "compare a compensation model in free run with measured logs",
+        "simulate": "run a compensation model along a log",
+        "compare": "compare several compensation models on one log",
+        "combine": "superpose compensation models, with a gain by workpiece diameter",
+        "merge": "join the logs of two recorders by time",
+    },
+    "machine": {
+        "machine": "run a virtual machine: an OPC UA server, or a log",
+        "record": "record nodes of OPC UA servers into logs that identify reads",
+        "check": "check the configuration of a machine, and the machine itself",
+        "commission": "prove sign and size of an offset on the machine",
+        "rehearse": "let a configuration compensate the virtual lathe, hours in seconds",
+        "run": "compensate a machine: the loop",
+        "screen": "serve the operator's and the engineer's pages of a running loop",
+        "history": "export, list or check what the loop has recorded",
+        "user": "add, remove or list the users of the status server",
+        "certificate": "make, show or fetch certificates for OPC UA",
+        "hal": "write the part of a LinuxCNC machine's HAL file that applies the offsets",
+    },
+    "exchange": {
+        "convert": "write any measured run as tidy CSV",
+        "export": "write a compensation model as a function block for a PLC",
+    },
 }
-"""Commands in the order in which the help shows them, each with its summary."""
+"""Commands with their summaries, by the folder they stand in, in the order of the work."""
+COMMANDS = {name: summary for group in GROUPS.values() for name, summary in group.items()}
+"""Summary of every command."""
+_TITLES = {
+    "axis": "measure an axis",
+    "thermal": "identify thermal models",
+    "machine": "at the machine",
+    "exchange": "exchange with other programs",
+}
 
 
 _EXTRAS = {
@@ -68,7 +84,9 @@ class Command(Protocol):
 
 
 def _load(name: str) -> Command:
-    return cast("Command", cast("object", import_module(f"thermaxis.cli.{name.replace('-', '_')}")))
+    group = next(group for group, commands in GROUPS.items() if name in commands)
+    module = import_module(f"thermaxis.cli.{group}.{name.replace('-', '_')}")
+    return cast("Command", cast("object", module))
 
 
 def build_parser(only: str | None = None) -> argparse.ArgumentParser:
@@ -91,7 +109,16 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"thermaxis {__version__}")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    # argparse shows sub-commands as one list; their groups are shown by the epilog.
+    parser.usage = "thermaxis [-h] [--version] COMMAND ..."
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = "\n\n".join(
+        "\n".join([f"{_TITLES[group]}:", *(f"  {n:<12} {s}" for n, s in commands.items())])
+        for group, commands in GROUPS.items()
+    )
+    commands = parser.add_subparsers(
+        dest="command", metavar="COMMAND", prog="thermaxis", help=argparse.SUPPRESS
+    )
     for name, summary in COMMANDS.items():
         command = commands.add_parser(
             name,

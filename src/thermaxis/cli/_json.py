@@ -25,6 +25,6 @@ def write_json(results: Mapping[str, object], destination: str) -> None:
     if destination == "-":
         sys.stdout.write(text)
         return
-    from thermaxis.report._output import write_bytes  # noqa: PLC0415  standard output needs none
+    from thermaxis.report import write_bytes  # noqa: PLC0415  standard output needs none
 
     write_bytes(Path(destination), text.encode("ascii"))

@@ -8,8 +8,7 @@ from typing import final
 
 from thermaxis.compensation import Compensation, CompensationModel, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._names import REMARK, PlcNames, names_of, remark_text
-from thermaxis.plc._numbers import noted, stored
+from thermaxis.plc.tree import REMARK, PlcNames, names_of, noted, remark_text, stored
 
 INTERLOCK = "plc"
 """Name of the one interlock of the block."""

@@ -10,7 +10,6 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.positioning._iso230_2 import Iso230_2Figures, iso230_2_figures, mean_and_s
 from thermaxis.positioning._positioning_test import (
     BACKWARD,
     FORWARD,
@@ -18,6 +17,7 @@ from thermaxis.positioning._positioning_test import (
     PositioningTest,
     freeze_arrays,
 )
+from thermaxis.positioning.standard import Iso230_2Figures, iso230_2_figures, mean_and_s
 from thermaxis.quantities import AxisKind
 
 MOST_POINTS = 100_000

@@ -18,12 +18,12 @@ from thermaxis.positioning import (
     PositioningTest,
     Vdi3441Result,
 )
-from thermaxis.report._moments import day_of, in_file
 from thermaxis.report._text import decimals_of_figures
+from thermaxis.report.settings import day_of, in_file
 
 if TYPE_CHECKING:
     from thermaxis.positioning import DriftResult, Finding, UncertaintyResult
-    from thermaxis.report._limits import LimitsCheck
+    from thermaxis.report.settings import LimitsCheck
 
 
 @final

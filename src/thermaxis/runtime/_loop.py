@@ -29,7 +29,6 @@ from thermaxis.compensation import (
     with_compensation,
 )
 from thermaxis.errors import ConfigurationError, ThermaxisError
-from thermaxis.runtime._alarms import FOUND_ELSEWHERE, alarms_of, alarms_of_found, sensor_key
 from thermaxis.runtime._left_offsets import LeftOffsets
 from thermaxis.runtime._ports import (
     DIAMETER,
@@ -48,7 +47,14 @@ from thermaxis.runtime._ports import (
     spare_name,
 )
 from thermaxis.runtime._saved_state import SavedState, StateFile
-from thermaxis.runtime._status import Alarm, RuntimeStatus
+from thermaxis.runtime.status import (
+    FOUND_ELSEWHERE,
+    Alarm,
+    RuntimeStatus,
+    alarms_of,
+    alarms_of_found,
+    sensor_key,
+)
 
 SELF_TEST = "self-test passed"
 """Interlock that the loop adds: the start-up self-test found nothing that forbids a correction."""

@@ -28,7 +28,7 @@ from argon2 import PasswordHasher, Type, extract_parameters
 from argon2.exceptions import InvalidHashError, VerificationError
 
 from thermaxis.errors import ConfigurationError, ThermaxisError, printable
-from thermaxis.runtime._private_files import read_private, whole_file
+from thermaxis.runtime.host import read_private, whole_file
 
 LONGEST_NAME = 64
 """Longest name of a user. [1]"""

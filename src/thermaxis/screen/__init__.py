@@ -4,3 +4,7 @@ A process of its own. It reads the loop's status server, the history and the mod
 hands requests to the status server under the name of whoever has logged in; it can do nothing
 else, and the loop does not notice whether it lives.
 """
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -11,23 +11,28 @@ from starlette.responses import HTMLResponse, Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp
 
-from thermaxis.screen import (
-    _history_page,
-    _live_socket,
-    _login_page,
-    _model_page,
-    _operator_page,
-    _positioning_page,
-    _probe_page,
-    _sensors_page,
-)
-from thermaxis.screen._access import answer_json, parts_of, refuse, spoken
+from thermaxis.screen import _live_socket
 from thermaxis.screen._assets import Assets
-from thermaxis.screen._guard import Guard
-from thermaxis.screen._history import close_history
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._plain_page import plain_page, reference_of, wants_page
-from thermaxis.screen._work import close_work
+from thermaxis.screen.access import (
+    Guard,
+    ScreenParts,
+    _login_page,
+    answer_json,
+    parts_of,
+    plain_page,
+    reference_of,
+    refuse,
+    spoken,
+    wants_page,
+)
+from thermaxis.screen.pages import (
+    operator_page as _operator_page,
+    probe_page as _probe_page,
+    sensors_page as _sensors_page,
+)
+from thermaxis.screen.pages.history import close_history, page as _history_page
+from thermaxis.screen.pages.model import page as _model_page
+from thermaxis.screen.pages.positioning import close_work, page as _positioning_page
 
 _NOT_FOUND, _MISTAKE = 404, 500
 _PAGES = (

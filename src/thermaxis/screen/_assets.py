@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.screen._parts import asset_folder
+from thermaxis.screen.access import asset_folder
 
 CHART_SCRIPT = "plotly.min.js"
 """The script that draws charts; it comes with the Python package plotly."""

@@ -9,11 +9,9 @@ import anyio
 from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from thermaxis.runtime._users import Role
-from thermaxis.screen._access import Visitor, visitor_of
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._persons import OUT, Person
-from thermaxis.screen._status_feed import Told
+from thermaxis.runtime import Role
+from thermaxis.screen.access import OUT, Person, ScreenParts, Visitor, visitor_of
+from thermaxis.screen.feed import Told
 
 MOST_VIEWERS = 64
 """Pages that are open at once. Default: three times what a shop needs. [1]"""

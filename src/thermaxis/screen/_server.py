@@ -12,18 +12,15 @@ from typing import final
 import uvicorn
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._config_hash import configuration_sha256
-from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
-from thermaxis.runtime._loopback import is_loopback
-from thermaxis.runtime._ports import Clock
-from thermaxis.runtime._tls import server_context
+from thermaxis.runtime import Clock, MachineConfiguration, ScreenSettings
+from thermaxis.runtime.config import configuration_sha256
+from thermaxis.runtime.host import is_loopback, server_context
 from thermaxis.screen._application import build_application
 from thermaxis.screen._connections import MOST_CONNECTIONS, Connection, Listener
 from thermaxis.screen._log_lines import speak_plainly
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._persons import Persons
-from thermaxis.screen._status_feed import StatusFeed
 from thermaxis.screen._words import Words
+from thermaxis.screen.access import Persons, ScreenParts
+from thermaxis.screen.feed import StatusFeed
 
 _KEEP_ALIVE_S = 15
 _LEAVE_S = 2

@@ -15,8 +15,8 @@ import time
 from pathlib import Path
 
 from thermaxis.compensation import Limits, limit_step
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime.sinks.linuxcnc import LinuxCncOutput, LinuxCncSettings, LinuxCncSink
+from thermaxis.runtime import SystemClock
+from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink
 
 CYCLE_S = 0.1
 DEADLINE_S = 0.5

@@ -11,13 +11,10 @@ from pathlib import Path
 import pytest
 
 from tests.system.opcua.foreign_server import ForeignServer
-from thermaxis.runtime._certificates import NewCertificate, make_pair, write_pair
-from thermaxis.runtime._connection import ConnectionSettings, Secret
-from thermaxis.runtime._opcua_session import OpcUaSession
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._sign import AWAY, TOWARDS
-from thermaxis.runtime.sinks.opcua import OpcUaOutput, OpcUaSink
-from thermaxis.runtime.sources.opcua import NodeSettings, OpcUaSource
+from thermaxis.runtime import AWAY, TOWARDS, ConnectionSettings, OpcUaSession, Secret, SystemClock
+from thermaxis.runtime.opcua import NewCertificate, make_pair, write_pair
+from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink
+from thermaxis.runtime.sources import NodeSettings, OpcUaSource
 
 DEADLINE_S = 0.5
 URI = "urn:thermaxis:client"

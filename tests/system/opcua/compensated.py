@@ -27,9 +27,9 @@ from thermaxis.compensation import (
     Section,
     SupervisorState,
 )
-from thermaxis.files.model_json import write_model
-from thermaxis.runtime._ports import CycleRecord, EventRecord
-from thermaxis.runtime.historian._reading import HistoryReader
+from thermaxis.files import write_model
+from thermaxis.runtime import CycleRecord, EventRecord
+from thermaxis.runtime.historian import HistoryReader
 
 KILLED_WITH_US = ("setpriv", "--pdeathsig", "KILL")
 LATE_CYCLES = 2.0

@@ -11,13 +11,13 @@ from playwright.sync_api import (
     Browser,
     BrowserContext,
     ConsoleMessage,
+    Error as PlaywrightError,
     Page,
     Playwright,
     Request,
     expect,
     sync_playwright,
 )
-from playwright.sync_api import Error as PlaywrightError
 
 from tests.system.screen.operator_stand_in import StandIn, served
 from tests.system.screen.stand import PATIENCE_S, Stand, Visitor, wait_until

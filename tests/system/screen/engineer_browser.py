@@ -14,9 +14,10 @@ from starlette.testclient import TestClient
 
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.engineer_bench import KnownFeed, application
-from thermaxis.screen import _model_page, _sensors_page
-from thermaxis.screen._assets import Assets
-from thermaxis.screen._parts import ScreenParts
+from thermaxis.screen import Assets
+from thermaxis.screen.access import ScreenParts
+from thermaxis.screen.pages import sensors_page as _sensors_page
+from thermaxis.screen.pages.model import page as _model_page
 
 HOST = "http://screen.test"
 CSP = (

@@ -18,18 +18,14 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from tests.unit.screen.people import People
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _live_socket, _login_page, _operator_page
-from thermaxis.screen._answers import Outcome
-from thermaxis.screen._assets import CHART_SCRIPT, Assets
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._status_feed import StatusFeed, Told
-from thermaxis.screen._words import Words
+from thermaxis.runtime import Role, SystemClock, read_machine
+from thermaxis.screen import CHART_SCRIPT, Assets, Words, _live_socket
+from thermaxis.screen.access import Outcome, ScreenParts, _login_page
+from thermaxis.screen.feed import StatusFeed, Told
+from thermaxis.screen.pages import operator_page as _operator_page
 
 if TYPE_CHECKING:
-    from thermaxis.screen._persons import Persons
+    from thermaxis.screen.access import Persons
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 STARTED = datetime.now(UTC) - timedelta(hours=2)

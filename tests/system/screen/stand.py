@@ -33,9 +33,8 @@ from typing import Any, Final, NamedTuple, Self
 from asyncua.client.client import Client
 
 from tests.system.loop_stand import NODES, Program
-from thermaxis.compensation import CompensationModel, Output, Part, Section
-from thermaxis.compensation._thermal_model import GainPoint
-from thermaxis.files.model_json import read_model, write_model
+from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
+from thermaxis.files import read_model, write_model
 
 ROOT: Final = Path(__file__).resolve().parents[3]
 EXAMPLE: Final = ROOT / "examples" / "machine" / "models" / "lathe.json"

@@ -11,10 +11,10 @@ from tests.system.screen.conftest import Looked
 from tests.system.screen.operator_browser import LOCALES, SCROLLS
 from tests.system.screen.operator_stand_in import EXAMPLE, StandIn, served
 from thermaxis import __version__
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._config_hash import configuration_sha256
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._words import Words
+from thermaxis.runtime import read_machine
+from thermaxis.runtime.config import configuration_sha256
+from thermaxis.screen import Words
+from thermaxis.screen.access import ScreenParts
 
 SIZES = ((1024, 600), (1920, 1080))
 

@@ -10,7 +10,7 @@ from tests.system.screen.engineer_browser import Pages, opened
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.engineer_bench import CHANNELS, KnownFeed, lathe, parts_with, told_by_a_loop
 from tests.unit.screen.people import TOKEN
-from thermaxis.runtime._users import Role
+from thermaxis.runtime import Role
 
 MACHINE = lathe()
 WARM = told_by_a_loop(MACHINE, {"T_spindle_C": 36.0, "T_table_C": 22.0, "T_column_C": 21.0})

@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, Page, Route
 from tests.system.screen.engineer_browser import opened
 from tests.system.screen.stand import wait_until
 from tests.system.screen.test_chart import DRAW, WARM, hours_chart, pages_for
-from thermaxis.runtime._users import Role
+from thermaxis.runtime import Role
 
 pytestmark = pytest.mark.system
 

@@ -7,10 +7,9 @@ from playwright.sync_api import Browser, BrowserContext, Page
 
 from tests.system.screen.operator_browser import LOCALES, SCROLLS
 from tests.system.screen.operator_stand_in import StandIn, an_output, made_up
-from thermaxis.runtime._users import Role
-from thermaxis.screen._answers import NO_ANSWER, Outcome
-from thermaxis.screen._persons import LOOP_GONE
-from thermaxis.screen._words import Words
+from thermaxis.runtime import Role
+from thermaxis.screen import Words
+from thermaxis.screen.access import LOOP_GONE, NO_ANSWER, Outcome
 
 OTHERS = ("Enable", "Hold", "Resume", "Trim", "Diameter", "Acknowledge")
 

@@ -9,8 +9,8 @@ from playwright.sync_api import Browser, BrowserContext, Page
 from tests.system.screen.conftest import Looked
 from tests.system.screen.operator_browser import LOCALES
 from tests.system.screen.operator_stand_in import StandIn, made_up, served
-from thermaxis.screen._answers import Outcome
-from thermaxis.screen._words import Words
+from thermaxis.screen import Words
+from thermaxis.screen.access import Outcome
 
 Look = Callable[..., Looked]
 WORDS = Words.read()

@@ -21,12 +21,10 @@ from tests.system.screen.operator_browser import (
 )
 from tests.system.screen.operator_stand_in import StandIn, an_input, an_output, made_up
 from tests.system.screen.stand import wait_until
-from thermaxis.compensation import Part, SampleQuality
-from thermaxis.compensation._model_step import gain_of
-from thermaxis.compensation._thermal_model import GainPoint
-from thermaxis.runtime._users import Role
-from thermaxis.screen._answers import LOST, NO_ANSWER, Outcome
-from thermaxis.screen._words import Words
+from thermaxis.compensation import GainPoint, Part, SampleQuality, gain_of
+from thermaxis.runtime import Role
+from thermaxis.screen import Words
+from thermaxis.screen.access import LOST, NO_ANSWER, Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable

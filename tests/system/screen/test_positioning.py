@@ -15,8 +15,7 @@ from typing import Any, Literal, Self, cast
 import pytest
 import uvicorn
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, BrowserContext, Page, expect
-from playwright.sync_api import Route as Asked
+from playwright.sync_api import Browser, BrowserContext, Page, Route as Asked, expect
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
@@ -25,13 +24,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from tests.system.screen.stand import wait_until
 from tests.unit.screen.people import People
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _positioning_page
-from thermaxis.screen._assets import Assets
-from thermaxis.screen._guard import Guard
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._words import LANGUAGES, Words
+from thermaxis.runtime import Role, SystemClock
+from thermaxis.screen import LANGUAGES, Assets, Words
+from thermaxis.screen.access import Guard, ScreenParts
+from thermaxis.screen.pages.positioning import page as _positioning_page
 
 pytestmark = [
     pytest.mark.system,

@@ -9,8 +9,8 @@ from collections.abc import Generator
 import pytest
 
 from tests.system.screen.stand import Stand
-from thermaxis.runtime._users import FAILURES_IN_ALL
-from thermaxis.screen._failed_log_ins import FAILURES_BY_ADDRESS
+from thermaxis.runtime import FAILURES_IN_ALL
+from thermaxis.screen.access import FAILURES_BY_ADDRESS
 
 GUESSER, SHOP = "127.0.0.2", "127.0.0.1"
 

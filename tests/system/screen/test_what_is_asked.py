@@ -14,7 +14,7 @@ from tests.system.screen.operator_browser import (
     trimmed,
 )
 from tests.system.screen.operator_stand_in import StandIn, made_up
-from thermaxis.runtime._users import Role
+from thermaxis.runtime import Role
 
 pytestmark = pytest.mark.system
 

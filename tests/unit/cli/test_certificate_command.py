@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from tests.opcua_server import Machine, OneUser, start_machine
-from thermaxis.cli import certificate as command
+from thermaxis.cli.machine import certificate as command
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._certificates import certificate_of, private_key_of
+from thermaxis.runtime.opcua import certificate_of, private_key_of
 
 
 def run(*words: str | Path) -> int:
@@ -202,7 +202,7 @@ def test_a_machine_without_certificates_has_none_to_store(tmp_path: Path) -> Non
 
 def test_the_help_needs_neither_asyncua_nor_cryptography() -> None:
     code = (
-        "import argparse, sys; from thermaxis.cli import certificate as c;"
+        "import argparse, sys; from thermaxis.cli.machine import certificate as c;"
         "c.add_arguments(argparse.ArgumentParser());"
         "print([m for m in ('asyncua', 'cryptography', 'numpy') if m in sys.modules])"
     )

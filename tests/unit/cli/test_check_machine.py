@@ -13,8 +13,8 @@ from shutil import copytree
 import pytest
 
 from tests.unit.runtime.machine_files import machine_file
-from thermaxis.cli import check
-from thermaxis.cli._machine_parts import (
+from thermaxis.cli.machine import check
+from thermaxis.cli.machine._machine_parts import (
     PacedClock,
     build_metrics,
     build_parts,
@@ -24,22 +24,21 @@ from thermaxis.cli._machine_parts import (
 )
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._loop import AtStop, CompensationLoop
-from thermaxis.runtime._ports import (
+from thermaxis.runtime import (
     DIAMETER,
     OTHER_COMPENSATION,
+    AtStop,
+    CompensationLoop,
     SystemClock,
+    VirtualClock,
     interlock_name,
+    read_machine,
+    run_in_virtual_time,
+    sole_runner,
     spare_name,
 )
-from thermaxis.runtime._sole_runner import sole_runner
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.sources.replay import ReplayClock
-from thermaxis.virtual._lathe_faults import parse_fault
-from thermaxis.virtual._lathe_machine import VirtualLathe
-from thermaxis.virtual._lathe_server import LatheServer, LatheServerSettings
-from thermaxis.virtual._lathe_signals import FAULTY
+from thermaxis.runtime.sources import ReplayClock
+from thermaxis.virtual import FAULTY, LatheServer, LatheServerSettings, VirtualLathe, parse_fault
 
 
 def checked(path: Path, *words: str) -> int:

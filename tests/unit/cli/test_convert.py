@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.cli import convert, main
+from thermaxis.cli import main
+from thermaxis.cli.exchange import convert
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.files import format_tidy_csv, read_positioning, write_rtl
 from thermaxis.positioning import PositioningTest
@@ -106,7 +107,7 @@ def test_bad_input_ends_with_exit_code_2_and_one_line(
 
 
 def test_nothing_heavy_is_imported_before_the_command_runs() -> None:
-    code = "import sys, thermaxis.cli.convert; print('numpy' in sys.modules)"
+    code = "import sys, thermaxis.cli.exchange.convert; print('numpy' in sys.modules)"
     result = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=30
     )

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from thermaxis import controls
-from thermaxis.cli import _make_table, main
-from thermaxis.cli._plausible import doubts_about_size
-from thermaxis.cli._reference_point import reference_point
+from thermaxis.cli import main
+from thermaxis.cli.axis import _make_table
+from thermaxis.cli.axis._plausible import doubts_about_size
+from thermaxis.cli.axis._reference_point import reference_point
 from thermaxis.controls import (
     Control,
     GridRule,

@@ -16,11 +16,12 @@ import pytest
 
 from tests.unit.plc.scl_normal import scl_normal
 from tests.unit.plc.st_interpreter import INPUT, Machine
-from thermaxis.cli import _export_files, export, main
+from thermaxis.cli import main
+from thermaxis.cli.exchange import _export_files, export
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.model_json import model_sha256, read_model, write_model
-from thermaxis.plc._vectors import vectors_of
+from thermaxis.files import model_sha256, read_model, write_model
+from thermaxis.plc import vectors_of
 
 STATED = ("--limit", "280", "--rate", "0.5", "--plausible", "5:80")
 FILES = {

@@ -8,8 +8,8 @@ import pytest
 
 from thermaxis.cli import main
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
-from thermaxis.files.model_json import write_model
-from thermaxis.plc._settings import PlcSettings
+from thermaxis.files import write_model
+from thermaxis.plc import PlcSettings
 
 STATED = "--limit 280 --rate 0.5 --plausible 5:80"
 REAL = "--real 32"

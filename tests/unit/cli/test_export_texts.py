@@ -13,8 +13,8 @@ from sys import modules
 
 import pytest
 
-from thermaxis.cli import _export_files, export
-from thermaxis.cli._export_settings import Exported
+from thermaxis.cli.exchange import _export_files, export
+from thermaxis.cli.exchange._export_settings import Exported
 from thermaxis.compensation import (
     CompensationModel,
     Output,
@@ -23,8 +23,8 @@ from thermaxis.compensation import (
     Section,
     TrainingLog,
 )
-from thermaxis.files.model_json import write_model
-from thermaxis.plc._vectors import vectors_of
+from thermaxis.files import write_model
+from thermaxis.plc import vectors_of
 
 FILTER = "remark_text"
 DIALECTS = {

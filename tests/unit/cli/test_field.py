@@ -7,13 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from thermaxis.cli import field
+from thermaxis.cli.axis import field
 from thermaxis.errors import ThermaxisError
-from thermaxis.files import read_positioning
-from thermaxis.files.field_csv import read_field_csv, write_field_csv
-from thermaxis.positioning._drift import evaluate_drift
+from thermaxis.files import read_field_csv, read_positioning, write_field_csv
+from thermaxis.positioning import evaluate_drift
 from thermaxis.thermal import correct_emissivity
-from thermaxis.virtual._thermal_field import VirtualTable, generate_thermal_field
+from thermaxis.virtual import VirtualTable, generate_thermal_field
 
 REGIONS = """
 [regions.motor]

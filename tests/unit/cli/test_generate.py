@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.cli import generate
+from thermaxis.cli.axis import generate
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.rtl import read_rtl
-from thermaxis.files.tidy_csv import read_tidy_csv
+from thermaxis.files import read_rtl, read_tidy_csv
 from thermaxis.positioning import TimeSource
 from thermaxis.virtual import paper_x_axis, paper_y_axis
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from tests.unit.runtime.machine_files import machine_file
-from thermaxis.cli import hal
+from thermaxis.cli.machine import hal
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime.sinks.linuxcnc import hal_text
+from thermaxis.runtime import read_machine
+from thermaxis.runtime.sinks import hal_text
 
 OPC_UA_SINK = """\
 [sink]

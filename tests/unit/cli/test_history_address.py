@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from thermaxis.cli import history
+from thermaxis.cli.machine import history
 from thermaxis.errors import ConfigurationError
 
 

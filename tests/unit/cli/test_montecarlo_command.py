@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from thermaxis.cli import montecarlo
+from thermaxis.cli.axis import montecarlo
 from thermaxis.errors import ConfigurationError
 
 

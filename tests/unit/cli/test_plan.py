@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.cli import plan as command
+from thermaxis.cli.axis import plan as command
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.plan_json import plan_sha256, read_plan
-from thermaxis.positioning import BACKWARD, FORWARD, Cycle
-from thermaxis.positioning._plan import choose_targets
+from thermaxis.files import plan_sha256, read_plan
+from thermaxis.positioning import BACKWARD, FORWARD, Cycle, choose_targets
 from thermaxis.quantities import AxisKind
 
 SMALL = ("--length", "100", "--targets", "6", "--pitch", "4.1")
@@ -263,7 +262,7 @@ def test_the_file_on_the_page_is_a_plan(root: Path, tmp_path: Path) -> None:
 
 def test_nothing_but_argparse_is_imported_before_the_command_runs() -> None:
     code = (
-        "import sys, thermaxis.cli.plan;"
+        "import sys, thermaxis.cli.axis.plan;"
         "heavy = {'numpy', 'scipy', 'json', 'thermaxis.positioning'};"
         "print(sorted(heavy & set(sys.modules)))"
     )

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from thermaxis.cli.record import _tell
+from thermaxis.cli.machine.record import _tell
 
 
 class FullDisk(io.StringIO):

@@ -11,12 +11,10 @@ from datetime import UTC, datetime, timedelta, timezone
 import numpy as np
 import pytest
 
-from thermaxis.cli import trend
+from thermaxis.cli.axis import trend
 from thermaxis.errors import ThermaxisError
 from thermaxis.files import read_positioning, write_tidy_csv
-from thermaxis.positioning import FIGURE_KEYS, StartEnd, evaluate_iso230_2
-from thermaxis.positioning._drift import evaluate_drift
-from thermaxis.positioning._positioning_test import Cycle
+from thermaxis.positioning import FIGURE_KEYS, Cycle, StartEnd, evaluate_drift, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
 from thermaxis.virtual import PAPER_X_AXIS, ReadingScatter, generate_positioning_run
 

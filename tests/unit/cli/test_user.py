@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from argon2 import PasswordHasher
 
-from thermaxis.cli import user as command
+from thermaxis.cli.machine import user as command
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._users import Role, read_users
+from thermaxis.runtime import Role, read_users
 
 SECRET = "correct horse battery"  # noqa: S105 - of users that exist in tests only
 
@@ -125,7 +125,7 @@ def test_a_file_that_others_may_read_is_not_added_to(tmp_path: Path) -> None:
 
 def test_the_help_imports_nothing_heavy() -> None:
     code = (
-        "import argparse, sys; from thermaxis.cli import user;"
+        "import argparse, sys; from thermaxis.cli.machine import user;"
         "user.add_arguments(argparse.ArgumentParser());"
         "heavy = ('argon2', 'asyncua', 'numpy', 'thermaxis.runtime');"
         "print([name for name in heavy if name in sys.modules])"

@@ -3,8 +3,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from thermaxis.controls import (
     ProgramRequest,
@@ -14,20 +13,21 @@ from thermaxis.controls import (
     control_by_name,
 )
 from thermaxis.errors import ConfigurationError, MeasurementFileError
-from thermaxis.files.plan_json import plan_sha256
+from thermaxis.files import plan_sha256
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,
     AxisLevels,
     CompensationTable,
     Cycle,
+    TestPlan,
     compensation_table,
     interpolation_bound,
+    moves_of_plan,
+    order_of_visits,
     table_points,
     values_at_points,
 )
-from thermaxis.positioning._plan import TestPlan, order_of_visits
-from thermaxis.positioning._plan_moves import moves_of_plan
 from thermaxis.quantities import AxisKind
 
 FANUC = control_by_name("fanuc")

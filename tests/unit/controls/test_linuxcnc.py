@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from thermaxis.controls import (
     ProgramRequest,
@@ -17,7 +16,7 @@ from thermaxis.controls import (
 )
 from thermaxis.controls.linuxcnc import CONTROL
 from thermaxis.errors import ConfigurationError, MeasurementFileError
-from thermaxis.files.plan_json import plan_sha256
+from thermaxis.files import plan_sha256
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files._assemble import Assembled, assemble_readings, check_enough_readings
+from thermaxis.files.runs._assemble import Assembled, assemble_readings, check_enough_readings
 from thermaxis.positioning import BACKWARD, FORWARD, PositioningTest
 from thermaxis.quantities import AxisKind
 

@@ -4,13 +4,12 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files import field_csv
-from thermaxis.files.field_csv import format_field_csv, read_field_csv, write_field_csv
+from thermaxis.files import format_field_csv, read_field_csv, write_field_csv
+from thermaxis.files.images import field_csv
 
 EXPECTED = np.array([[20.5, 21.0, -0.25], [22.0, np.nan, 23.125]])
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError, MeasurementFileError, ThermaxisError
-from thermaxis.files.flir import UNVERIFIED, is_jpeg, read_flir
+from thermaxis.files import read_flir
+from thermaxis.files.images import is_jpeg
+from thermaxis.files.images.flir import UNVERIFIED
 
 JPEG = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(64)
 FLIR = b"\xff\xd8\xff\xe1\x01\x00FLIR\x00\x01\x00\x00FFF\x00" + bytes(64)

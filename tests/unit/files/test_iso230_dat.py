@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import MeasurementFileError, ThermaxisError
-from thermaxis.files.iso230_dat import read_iso230_dat
+from thermaxis.files import read_iso230_dat
 from thermaxis.positioning import PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
 

@@ -14,17 +14,17 @@ from pathlib import Path
 import pytest
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files import (
-    _assemble,
+from thermaxis.files import read_positioning
+from thermaxis.files.runs import _assemble
+from thermaxis.files.table import (
+    CELL_LIMIT,
     _columns,
     _csv_rows,
     _metadata,
     _source,
     _table,
     _workbook_parts,
-    read_positioning,
 )
-from thermaxis.files._workbook_parts import CELL_LIMIT
 
 SHEET = "xl/worksheets/sheet1.xml"
 MAIN = b'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'

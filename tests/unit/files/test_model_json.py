@@ -15,7 +15,7 @@ from thermaxis.compensation import (
     TrainingLog,
 )
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.model_json import format_model, model_sha256, read_model, write_model
+from thermaxis.files import format_model, model_sha256, read_model, write_model
 
 
 def example() -> CompensationModel:

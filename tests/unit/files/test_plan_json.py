@@ -6,20 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.plan_json import (
-    LARGEST_PLAN_BYTES,
-    format_plan,
-    plan_as_json,
-    plan_sha256,
-    read_plan,
-    write_plan,
-)
-from thermaxis.positioning import BACKWARD, FORWARD, Cycle
-from thermaxis.positioning._plan import TestPlan
+from thermaxis.files import format_plan, plan_as_json, plan_sha256, read_plan, write_plan
+from thermaxis.files.settings.plan_json import LARGEST_PLAN_BYTES
+from thermaxis.positioning import BACKWARD, FORWARD, Cycle, TestPlan
 from thermaxis.quantities import AxisKind
 
 PLAN = TestPlan(

@@ -8,12 +8,12 @@ import pytest
 
 from thermaxis.errors import ConfigurationError, MeasurementFileError, ThermaxisError
 from thermaxis.files import (
-    _recognition,
     format_tidy_csv,
     read_positioning,
     read_positioning_with_sha256,
     write_rtl,
 )
+from thermaxis.files.runs import _recognition
 from thermaxis.positioning import PositioningTest
 from thermaxis.quantities import AxisKind
 

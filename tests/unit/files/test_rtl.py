@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from thermaxis.errors import DataError, MeasurementFileError, ThermaxisError
-from thermaxis.files._environment_factor import environment_factor_um
-from thermaxis.files._source import clean_text
-from thermaxis.files.rtl import read_rtl, write_rtl
+from thermaxis.files import read_rtl, write_rtl
+from thermaxis.files.runs._environment_factor import environment_factor_um
+from thermaxis.files.table import clean_text
 from thermaxis.positioning import Cycle, PositioningTest, StartEnd, TimeSource
 from thermaxis.quantities import AxisKind
 

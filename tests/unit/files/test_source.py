@@ -5,13 +5,11 @@ import tracemalloc
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from thermaxis.errors import ConfigurationError, MeasurementFileError
-from thermaxis.files._source import (
+from thermaxis.files.table import (
     NUMBER_LIMIT,
-    TEXT_LIMIT_BYTES,
     clean_text,
     first_few,
     is_number,
@@ -19,6 +17,7 @@ from thermaxis.files._source import (
     parse_whole_number,
     read_text,
 )
+from thermaxis.files.table._source import TEXT_LIMIT_BYTES
 
 CZECH = "Název: Přímost osy Ž, příliš žluťoučký kůň"
 

@@ -12,17 +12,20 @@ import numpy as np
 import openpyxl
 import polars as pl
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from nptdms import ChannelObject, TdmsWriter
 from scipy import io
 
 from thermaxis.errors import MeasurementFileError, ThermaxisError
-from thermaxis.files import thermal_csv
-from thermaxis.files.thermal_log import read_thermal_log
-from thermaxis.files.thermal_log_csv import format_thermal_log, write_thermal_log
-from thermaxis.files.thermal_mapping_toml import ColumnMapping, ThermalMapping
-from thermaxis.thermal._thermal_log import ThermalLog
+from thermaxis.files import (
+    ColumnMapping,
+    ThermalMapping,
+    format_thermal_log,
+    read_thermal_log,
+    write_thermal_log,
+)
+from thermaxis.files.logs import csv_log as thermal_csv
+from thermaxis.thermal import ThermalLog
 
 TIME_S = np.arange(50.0) * 2.0
 SPINDLE = 20.0 + np.round(np.sin(TIME_S / 9.0), 3)
@@ -496,7 +499,7 @@ def test_what_was_written_reads_back_the_same(
 
 def test_help_imports_no_reader_of_thermal_logs() -> None:
     code = (
-        "import sys, thermaxis.files.thermal_log, thermaxis.files.thermal_csv;"
+        "import sys, thermaxis.files.logs._any_log, thermaxis.files.logs.csv_log;"
         "print([m for m in ('polars', 'nptdms', 'h5py', 'openpyxl') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError, MeasurementFileError, ThermaxisError
-from thermaxis.files.thermal_log import read_thermal_log
-from thermaxis.files.thermal_mapping_toml import read_thermal_mapping
+from thermaxis.files import read_thermal_log, read_thermal_mapping
 
 LOG = "when,Temp 1,Temp 2,junk,Pos\n01/02/2026 10:00:00,68,1,9,0.5\n01/02/2026 10:00:05,86,2,9,1\n"
 MAPPING = """

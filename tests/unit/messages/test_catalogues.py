@@ -8,6 +8,8 @@ import pytest
 from fluent.runtime import FluentResource
 from fluent.syntax import ast
 from fluent.syntax.visitor import Visitor
+from thermaxis.runtime.status._alarm_words import ALARM_WORDS
+from thermaxis.runtime import PRIORITIES
 
 from thermaxis.compensation import (
     Outcome,
@@ -18,8 +20,6 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.messages import LANGUAGES, keys
-from thermaxis.runtime._alarm_words import ALARM_WORDS
-from thermaxis.runtime._alarms import PRIORITIES
 from thermaxis.runtime._users import Role
 
 FOLDER = resources.files("thermaxis.messages")

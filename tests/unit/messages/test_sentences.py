@@ -1,8 +1,7 @@
 """Sentences made of codes and values."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from thermaxis.codes import Message, Place
 from thermaxis.messages import (

@@ -4,8 +4,8 @@ import subprocess
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from thermaxis.plc._print_c import CText, print_c
-from thermaxis.plc._tree import Block, Kind, Program, Variable
+from thermaxis.plc import Block, CText, Program, print_c
+from thermaxis.plc.tree import Kind, Variable
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off")
 """What the exported source must stand without a warning."""

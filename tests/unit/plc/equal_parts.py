@@ -25,14 +25,22 @@ from tests.unit.plc.plc_scenarios import CycleBlock, CycleDriver, random_setting
 from tests.unit.plc.scl_normal import scl_normal
 from tests.unit.plc.st_interpreter import Machine, StRunError, Value
 from thermaxis.compensation import Compensation
-from thermaxis.plc._build import build_program
-from thermaxis.plc._print_c import CText, print_c
-from thermaxis.plc._print_scl import print_scl
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._scenario import PlcStep, scenario_steps
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._tree import Block, Kind, Program
-from thermaxis.plc._twin import PlcInputs, PlcOutputs
+from thermaxis.plc import (
+    Block,
+    CText,
+    PlcInputs,
+    PlcOutputs,
+    PlcSettings,
+    Program,
+    build_program,
+    export_settings,
+    print_c,
+    print_scl,
+    print_st,
+    scenario_steps,
+)
+from thermaxis.plc.tree import Kind
+from thermaxis.plc.vectors._scenario import PlcStep
 
 Row = tuple[Value, ...]
 Numbers = Any

@@ -29,8 +29,7 @@ from thermaxis.compensation import (
     cycle,
     cycle_state,
 )
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._twin import PlcInputs, PlcOutputs
+from thermaxis.plc import PlcInputs, PlcOutputs, PlcSettings, export_settings
 
 STATES = list(SupervisorState)
 REASONS = list(Reason)

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from random import Random
 from typing import NamedTuple
 
-from thermaxis.plc._tree import (
+from thermaxis.plc import Block, Program
+from thermaxis.plc.tree import (
     Assign,
-    Block,
     Call,
     Count,
     Element,
@@ -20,7 +20,6 @@ from thermaxis.plc._tree import (
     Not,
     Operation,
     OutputOf,
-    Program,
     Remark,
     Statement,
     Truth,

@@ -1,6 +1,6 @@
 """A syntax tree of Structured Text to a program whose names and kinds are checked.
 
-The subset is that of `thermaxis.plc._tree`, read anew from the text: whatever is not known here is
+The subset is that of `thermaxis.plc.tree`, read anew from the text: whatever is not known here is
 an error with its line, and nothing is converted silently.
 """
 

@@ -8,7 +8,7 @@ from types import ModuleType
 import pytest
 
 from tests.unit.plc.plc_scenarios import random_settings
-from thermaxis.plc._vectors import Vectors
+from thermaxis.plc import Vectors
 
 
 @pytest.fixture

@@ -38,29 +38,26 @@ from thermaxis.compensation import (
     cycle,
     cycle_state,
 )
-from thermaxis.plc._build import build_program
-from thermaxis.plc._build_draft import NO, YES, both, either, equals, no
-from thermaxis.plc._build_head import head_of
-from thermaxis.plc._build_model import BAD, GOOD, HELD, outcome_bit
-from thermaxis.plc._build_sensor import quality_number
-from thermaxis.plc._build_supervisor import reason_bit, state_number
-from thermaxis.plc._check import check_program, unused
-from thermaxis.plc._names import is_legal
-from thermaxis.plc._scenario import scenario_steps
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._tree import (
-    Assign,
+from thermaxis.plc import (
     Block,
-    Expression,
-    If,
-    Minus,
-    Name,
+    PlcInputs,
+    PlcOutputs,
+    PlcSettings,
     Program,
-    Remark,
-    Statement,
-    Two,
+    Twin,
+    build_program,
+    check_program,
+    export_settings,
+    scenario_steps,
 )
-from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
+from thermaxis.plc.build._draft import NO, YES, both, either, equals, no
+from thermaxis.plc.build._head import head_of
+from thermaxis.plc.build._model import BAD, GOOD, HELD, outcome_bit
+from thermaxis.plc.build._sensor import quality_number
+from thermaxis.plc.build._supervisor import reason_bit, state_number
+from thermaxis.plc.tree import Assign, Expression, If, Minus, Name, Remark, Statement, Two
+from thermaxis.plc.tree._check import unused
+from thermaxis.plc.tree._names import is_legal
 
 ODD = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e7, 0.0, -40.0)
 NEVER = {

@@ -15,9 +15,8 @@ from tests.unit.plc.equal_parts import (
     short_record,
 )
 from tests.unit.plc.test_twin import paper_model, wide
-from thermaxis.plc._build import build_program
-from thermaxis.plc._scenario import PlcStep, scenario_steps
-from thermaxis.plc._twin import Twin
+from thermaxis.plc import Twin, build_program, scenario_steps
+from thermaxis.plc.vectors._scenario import PlcStep
 
 
 @pytest.mark.parametrize("double", [True, False])

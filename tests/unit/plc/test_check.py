@@ -8,14 +8,9 @@ import pytest
 
 from tests.unit.plc.small_programs import LENGTH, count, let, number, small, truth, two, when
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._check import LONGEST_ARRAY, check_program, unused
-from thermaxis.plc._print_c import print_c
-from thermaxis.plc._print_scl import print_scl
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._tree import (
-    LONGEST_NAME,
+from thermaxis.plc import Block, Program, ProgramError, check_program, print_c, print_scl, print_st
+from thermaxis.plc.tree import (
     Assign,
-    Block,
     Call,
     Count,
     Element,
@@ -28,13 +23,13 @@ from thermaxis.plc._tree import (
     Not,
     Operation,
     OutputOf,
-    Program,
     Remark,
     Truth,
     Two,
     Variable,
 )
-from thermaxis.plc._walk import ProgramError
+from thermaxis.plc.tree._check import LONGEST_ARRAY, unused
+from thermaxis.plc.tree._tree import LONGEST_NAME
 
 
 def inner() -> Block:

@@ -13,7 +13,7 @@ from thermaxis.compensation import (
     Provenance,
     Section,
 )
-from thermaxis.files.model_json import format_model, read_model
+from thermaxis.files import format_model, read_model
 
 WARNING = "an example with stated numbers: no machine was measured"
 

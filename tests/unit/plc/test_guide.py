@@ -19,11 +19,20 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorRules,
 )
-from thermaxis.plc._build import build_program
-from thermaxis.plc._guide import GuideFacts, guide_text
-from thermaxis.plc._report import Difference, ReportFacts, Target, report_of, report_text
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._tempcomp import LineSettings, build_line_program
+from thermaxis.plc import (
+    Difference,
+    GuideFacts,
+    LineSettings,
+    PlcSettings,
+    ReportFacts,
+    Target,
+    build_line_program,
+    build_program,
+    export_settings,
+    guide_text,
+    report_of,
+    report_text,
+)
 
 TARGETS = [
     *(Target("scl", "s7-1500"), Target("scl", "s7-300"), Target("c")),

@@ -42,13 +42,18 @@ from thermaxis.compensation import (
     SupervisorRules,
     SupervisorState,
 )
-from thermaxis.plc._build import build_program
-from thermaxis.plc._numbers import number_text
-from thermaxis.plc._print_c import CText, print_c
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._scenario import PlcStep, scenario_steps
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._twin import Twin
+from thermaxis.plc import (
+    CText,
+    PlcSettings,
+    Twin,
+    build_program,
+    export_settings,
+    print_c,
+    print_st,
+    scenario_steps,
+)
+from thermaxis.plc.tree import number_text
+from thermaxis.plc.vectors._scenario import PlcStep
 
 CYCLE_S = 1.0
 

@@ -3,13 +3,13 @@
 import re
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from thermaxis.compensation import CompensationModel, Output, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._names import RESERVED, is_legal, legal_stem, names_of, remark_text, unique
-from thermaxis.plc._tree import LONGEST_NAME
+from thermaxis.plc.tree import names_of, remark_text
+from thermaxis.plc.tree._names import RESERVED, is_legal, legal_stem, unique
+from thermaxis.plc.tree._tree import LONGEST_NAME
 
 PREFIXES = ("correction_", "model_", "wanted_", "weight_", "limit_", "added_", "trim_", "read_")
 

@@ -5,11 +5,10 @@ import struct
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._numbers import number_text, outward_text, stored
+from thermaxis.plc.tree import number_text, outward_text, stored
 
 FORM = re.compile(r"-?[0-9]+\.[0-9]+(E[+-][0-9]{2,3})?")
 

@@ -6,14 +6,16 @@ import pytest
 
 from tests.unit.plc.plc_scenarios import random_settings
 from tests.unit.plc.st_interpreter import Machine
-from thermaxis.plc._build import build_program
-from thermaxis.plc._check import check_program
-from thermaxis.plc._names import is_legal
-from thermaxis.plc._own_names import with_own_names
-from thermaxis.plc._print_scl import print_scl
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc._tree import LONGEST_NAME
+from thermaxis.plc import (
+    PlcSettings,
+    build_program,
+    check_program,
+    print_scl,
+    print_st,
+    with_own_names,
+)
+from thermaxis.plc.tree._names import is_legal
+from thermaxis.plc.tree._tree import LONGEST_NAME
 
 
 def inner(settings: PlcSettings) -> set[str]:

@@ -11,8 +11,7 @@ import pytest
 from tests.unit.plc.c_program import FLAGS, CProgram, compiler, written
 from tests.unit.plc.small_programs import asked, let, number, said, small, truth
 from tests.unit.plc.st_interpreter import first_difference
-from thermaxis.plc._print_c import CText, print_c
-from thermaxis.plc._tree import Program
+from thermaxis.plc import CText, Program, print_c
 
 MORE_FLAGS = (
     "-Wconversion", "-Wfloat-conversion", "-Wdouble-promotion", "-Wshadow", "-Wstrict-prototypes",

@@ -10,9 +10,7 @@ from tests.unit.plc.scl_normal import scl_normal
 from tests.unit.plc.small_programs import asked, let, said, small
 from tests.unit.plc.st_interpreter import Machine, first_difference
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._print_scl import print_scl
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._tree import Program
+from thermaxis.plc import Program, print_scl, print_st
 
 Cpu = Literal["s7-1500", "s7-300"]
 CASES: list[tuple[Cpu, bool]] = [("s7-1500", True), ("s7-1500", False), ("s7-300", False)]

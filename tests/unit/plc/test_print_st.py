@@ -5,15 +5,13 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.plc.small_programs import Asked, asked, let, number, said, small, two, when
 from tests.unit.plc.st_interpreter import Machine, first_difference, parse_with_blark
-from thermaxis.plc._numbers import number_text
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._print_text import broken, remark_lines
-from thermaxis.plc._tree import Name, Not, Operation, Program, Remark, Two
+from thermaxis.plc import Program, print_st
+from thermaxis.plc.printers._text import broken, remark_lines
+from thermaxis.plc.tree import Name, Not, Operation, Remark, Two, number_text
 
 FLAVOURS = ("iec", "twincat", "codesys")
 

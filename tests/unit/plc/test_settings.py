@@ -18,14 +18,9 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._build import build_program
-from thermaxis.plc._numbers import stored
-from thermaxis.plc._settings import (
-    PlcSettings,
-    compensated_stall,
-    export_settings,
-    require_no_stall,
-)
+from thermaxis.plc import PlcSettings, build_program, export_settings
+from thermaxis.plc._settings import compensated_stall, require_no_stall
+from thermaxis.plc.tree import stored
 
 RULES = SensorRules(lowest_c=1.0, highest_c=90.0)
 

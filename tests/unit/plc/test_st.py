@@ -15,11 +15,7 @@ from tests.unit.plc.equal_parts import (
     short_record,
 )
 from tests.unit.plc.st_interpreter import Machine
-from thermaxis.plc._build import build_program
-from thermaxis.plc._print_c import print_c
-from thermaxis.plc._print_scl import print_scl
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._scenario import scenario_steps
+from thermaxis.plc import build_program, print_c, print_scl, print_st, scenario_steps
 
 
 @pytest.mark.parametrize("double", [True, False])

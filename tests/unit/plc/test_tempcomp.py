@@ -10,8 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.unit.plc.tree_run import compiled
 from thermaxis.compensation import (
@@ -27,18 +26,27 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc._check import check_program, unused
-from thermaxis.plc._guide import GuideFacts, guide_text
-from thermaxis.plc._numbers import stored
-from thermaxis.plc._print_c import print_c
-from thermaxis.plc._print_scl import print_scl
-from thermaxis.plc._print_st import print_st
-from thermaxis.plc._report import Target
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._tempcomp import LineSettings, at_position, bound_texts, build_line_program
-from thermaxis.plc._tempcomp_twin import LineInputs, LineTwin
-from thermaxis.plc._twin import PlcInputs
-from thermaxis.plc._vectors import LINE_LIMITED, line_steps, line_vectors_csv, vectors_of
+from thermaxis.plc import (
+    GuideFacts,
+    LineSettings,
+    PlcInputs,
+    PlcSettings,
+    Target,
+    build_line_program,
+    check_program,
+    export_settings,
+    guide_text,
+    line_vectors_csv,
+    print_c,
+    print_scl,
+    print_st,
+    vectors_of,
+)
+from thermaxis.plc.build import at_position, bound_texts
+from thermaxis.plc.tree import stored
+from thermaxis.plc.tree._check import unused
+from thermaxis.plc.twin import LineInputs, LineTwin
+from thermaxis.plc.vectors._vectors import LINE_LIMITED, line_steps
 
 TOTAL_UM = 40.0
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.plc.plc_scenarios import (
     OUTCOMES,
@@ -33,12 +32,20 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorState,
 )
-from thermaxis.files.model_json import read_model
-from thermaxis.plc._scenario import course_steps, scenario, scenario_steps
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._twin import LAST_BEAT, PlcInputs, PlcOutputs, Twin
-from thermaxis.plc._twin_model import LagTwin
-from thermaxis.plc._twin_numbers import to_double, to_single
+from thermaxis.files import read_model
+from thermaxis.plc import (
+    PlcInputs,
+    PlcOutputs,
+    PlcSettings,
+    Twin,
+    export_settings,
+    scenario,
+    scenario_steps,
+)
+from thermaxis.plc.twin._model import LagTwin
+from thermaxis.plc.twin._numbers import to_double, to_single
+from thermaxis.plc.twin._twin import LAST_BEAT
+from thermaxis.plc.vectors._scenario import course_steps
 
 MODELS = Path(__file__).parents[3] / "examples" / "models"
 CANNOT_OCCUR = {

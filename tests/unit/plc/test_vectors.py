@@ -10,14 +10,20 @@ import pytest
 from tests.unit.plc.plc_scenarios import random_settings
 from thermaxis.compensation import Compensation, Limits, Part, Reason, SensorRules
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.model_json import read_model
-from thermaxis.plc._course import MOST_ROWS
-from thermaxis.plc._scenario import scenario_steps
-from thermaxis.plc._settings import PlcSettings, export_settings
-from thermaxis.plc._twin import PlcInputs, PlcOutputs, Twin
-from thermaxis.plc._twin_numbers import rounding
-from thermaxis.plc._vectors import vectors_csv, vectors_of
-from thermaxis.runtime._config import read_machine
+from thermaxis.files import read_model
+from thermaxis.plc import (
+    PlcInputs,
+    PlcOutputs,
+    PlcSettings,
+    Twin,
+    export_settings,
+    scenario_steps,
+    vectors_csv,
+    vectors_of,
+)
+from thermaxis.plc.twin import rounding
+from thermaxis.plc.vectors._course import MOST_ROWS
+from thermaxis.runtime import read_machine
 
 
 def rows_of(text: str) -> list[dict[str, str]]:

@@ -6,14 +6,10 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from tests.unit.plc.plc_scenarios import CycleBlock, random_settings
-from thermaxis.plc import _course, _scenario, _world
-from thermaxis.plc._course import course_steps
-from thermaxis.plc._scenario import scenario_steps
-from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc._twin import Twin
-from thermaxis.plc._world import (
+from thermaxis.plc import PlcSettings, PlcStep, Twin, course_steps, scenario_steps
+from thermaxis.plc.vectors import _course, _scenario, _world
+from thermaxis.plc.vectors._world import (
     ODD,
-    PlcStep,
     World,
     changed_in_off,
     odd_start,

@@ -9,9 +9,9 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from thermaxis.plc._tree import (
+from thermaxis.plc import Block, Program
+from thermaxis.plc.tree import (
     Assign,
-    Block,
     Call,
     Count,
     Element,
@@ -23,7 +23,6 @@ from thermaxis.plc._tree import (
     Not,
     Operation,
     OutputOf,
-    Program,
     Statement,
     Truth,
     Two,

@@ -5,20 +5,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy import signal, stats
 
-from thermaxis.positioning import PositioningTest, StartEnd, TimeSource
-from thermaxis.positioning._diagnosis import (
-    COMMON_PITCHES_MM,
+from thermaxis.positioning import (
+    Finding,
+    PositioningTest,
+    StartEnd,
+    TimeSource,
+    diagnose,
+    evaluate_drift,
+)
+from thermaxis.positioning.diagnosis import COMMON_PITCHES_MM
+from thermaxis.positioning.diagnosis._diagnosis import (
     LEAST_EFFECT,
     LEAST_SCALE_UM_PER_M,
     SPREAD_LEVEL,
-    Finding,
-    diagnose,
 )
-from thermaxis.positioning._drift import evaluate_drift
 from thermaxis.quantities import AxisKind
 from thermaxis.virtual import (
     AxisGeometry,

@@ -6,21 +6,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import f as f_distribution
-from scipy.stats import kstest
+from scipy.stats import f as f_distribution, kstest
 
 from thermaxis.errors import DataError
 from thermaxis.files import read_positioning
-from thermaxis.positioning import FloatArray, PositioningTest, TimeSource, evaluate_iso230_2
-from thermaxis.positioning._drift import (
+from thermaxis.positioning import (
     DriftModel,
     DriftResult,
+    FloatArray,
+    PositioningTest,
+    TimeSource,
     evaluate_drift,
     evaluate_drift_at,
+    evaluate_iso230_2,
 )
-from thermaxis.positioning._drift_tests import DriftTests, polynomials
-from thermaxis.positioning._smooth_terms import Readings
-from thermaxis.positioning._unequal_noise import moderated_variances, weights_of_levels
+from thermaxis.positioning.drift import Readings
+from thermaxis.positioning.drift._drift_tests import DriftTests, polynomials
+from thermaxis.positioning.drift._unequal_noise import moderated_variances, weights_of_levels
 from thermaxis.quantities import AxisKind
 
 from .builders import run, stop_times

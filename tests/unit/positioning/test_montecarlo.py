@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.positioning._montecarlo import PAPER_RATIO, montecarlo_difference
+from thermaxis.positioning import PAPER_RATIO, montecarlo_difference
 
 ROOT_2 = math.sqrt(2.0)
 
@@ -113,7 +113,7 @@ def test_the_same_seed_gives_the_same_result_and_another_seed_another_one(result
 
 def test_the_parts_in_which_it_is_computed_do_not_show(monkeypatch):
     whole = montecarlo_difference(samples=50, repetitions=100)
-    monkeypatch.setattr("thermaxis.positioning._montecarlo._NUMBERS_AT_A_TIME", 350)
+    monkeypatch.setattr("thermaxis.positioning.standard._montecarlo._NUMBERS_AT_A_TIME", 350)
     steps = []
     parts = montecarlo_difference(
         samples=50, repetitions=100, on_progress=lambda _, done, total: steps.append((done, total))

@@ -2,39 +2,34 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import (
     BACKWARD,
     FIGURE_KEYS,
     FORWARD,
+    LEVEL_KEY,
     Cycle,
     PositioningTest,
-    TimeSource,
-)
-from thermaxis.positioning._drift import evaluate_drift
-from thermaxis.positioning._plan import (
-    DISTANCE_FROM_MULTIPLE,
+    RunAssumptions,
     TestPlan,
+    TimeSource,
     check_against_plan,
     check_plan,
     choose_targets,
+    evaluate_drift,
     evaluate_duration,
+    expected_uncertainty,
     order_of_visits,
     periodic_error_visibility,
     planned_test,
-)
-from thermaxis.positioning._plan_uncertainty import (
-    LEVEL_KEY,
-    RunAssumptions,
-    assumed_levels,
-    expected_uncertainty,
     shortest_plan,
     simulate_uncertainty,
     why_nothing_is_expected,
 )
+from thermaxis.positioning.plan._plan import DISTANCE_FROM_MULTIPLE
+from thermaxis.positioning.plan._uncertainty import assumed_levels
 from thermaxis.quantities import AxisKind
 from thermaxis.virtual import RunPlan, VirtualAxis, generate_positioning_run
 

@@ -9,22 +9,17 @@ from scipy.interpolate import BSpline
 from scipy.linalg import eigh
 
 from thermaxis.positioning import FloatArray
-from thermaxis.positioning._smooth_terms import (
-    Fit,
-    Readings,
+from thermaxis.positioning.drift import Fit, Readings, fit, levels_at, penalty_of, sums_of
+from thermaxis.positioning.drift._smooth_terms import (
     curvature_energy,
     drift_of,
-    fit,
     functions_at,
-    levels_at,
     leverages_of,
-    penalty_of,
     slowest_rate,
     spline_values,
-    sums_of,
     warped,
 )
-from thermaxis.positioning._smoothness import (
+from thermaxis.positioning.drift._smoothness import (
     PLAIN_TIME,
     TIMES,
     average_over_smoothness,

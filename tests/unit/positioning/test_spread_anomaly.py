@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from thermaxis.positioning import find_spread_anomalies
-from thermaxis.positioning._spread_anomaly import (
-    local_deviation_contrasts,
+from thermaxis.positioning.standard import local_deviation_contrasts
+from thermaxis.positioning.standard._spread_anomaly import (
     probability_positive,
     spread_can_be_tested,
 )

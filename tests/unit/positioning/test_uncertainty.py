@@ -8,10 +8,20 @@ from scipy import stats
 
 from tests.unit.positioning.builders import closed_form, run, stop_times
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.positioning import FIGURE_KEYS, PositioningTest, StartEnd, evaluate_iso230_2
-from thermaxis.positioning._drift import DriftResult, evaluate_drift
-from thermaxis.positioning._iso230_2 import figures_of
-from thermaxis.positioning._true_values import (
+from thermaxis.positioning import (
+    FIGURE_KEYS,
+    DriftResult,
+    FigureUncertainty,
+    PositioningTest,
+    StartEnd,
+    UncertaintyBudget,
+    UncertaintyResult,
+    evaluate_drift,
+    evaluate_iso230_2,
+    evaluate_uncertainty,
+)
+from thermaxis.positioning.standard import figures_of
+from thermaxis.positioning.uncertainty._true_values import (
     Estimate,
     draw_levels,
     log_likelihood,
@@ -19,14 +29,7 @@ from thermaxis.positioning._true_values import (
     scatter_of_levels,
     standing_out,
 )
-from thermaxis.positioning._uncertainty import (
-    PROBABILITY,
-    FigureUncertainty,
-    UncertaintyBudget,
-    UncertaintyResult,
-    _by_key,
-    evaluate_uncertainty,
-)
+from thermaxis.positioning.uncertainty._uncertainty import PROBABILITY, _by_key
 from thermaxis.quantities import AxisKind
 from thermaxis.virtual import paper_x_axis
 

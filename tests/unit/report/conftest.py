@@ -19,10 +19,10 @@ from thermaxis.positioning import (
     evaluate_iso230_2,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report import PositioningReport
-from thermaxis.report._figures import Chart
-from thermaxis.report._limits import Limits, check_limits
-from thermaxis.report._thermal_panels import ThermalChart
+from thermaxis.report import PositioningReport, check_limits
+from thermaxis.report.charts._figures import Chart
+from thermaxis.report.settings._limits import Limits
+from thermaxis.report.thermal._panels import ThermalChart
 
 DrawnOnce = Callable[[], AbstractContextManager[None]]
 MakeRun = Callable[..., PositioningTest]

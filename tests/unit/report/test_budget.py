@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.positioning import PositioningTest, StartEnd
-from thermaxis.positioning._uncertainty import UncertaintyBudget, evaluate_uncertainty
+from thermaxis.positioning import PositioningTest, StartEnd, UncertaintyBudget, evaluate_uncertainty
 from thermaxis.quantities import AxisKind
-from thermaxis.report._budget import read_budget
+from thermaxis.report import read_budget
 
 FULL = """
 [device]

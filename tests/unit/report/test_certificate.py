@@ -18,11 +18,10 @@ from thermaxis.positioning import (
     evaluate_vdi_dgq_3441,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report import PositioningReport, check_limits, unshowable
-from thermaxis.report._certificate import build_certificate
+from thermaxis.report import FIGURE_NAMES, PositioningReport, check_limits, unshowable
 from thermaxis.report._document import Document, Fields, ItemList, Signature, Table, Verdict
-from thermaxis.report._limits import DecisionRule, Limits
-from thermaxis.report._names import FIGURE_NAMES
+from thermaxis.report.certificate._certificate import build_certificate
+from thermaxis.report.settings._limits import DecisionRule, Limits
 
 MakeRun = Callable[..., PositioningTest]
 MakeReport = Callable[..., PositioningReport]

@@ -15,13 +15,13 @@ import pytest
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import FIGURE_KEYS, PositioningTest, StartEnd
 from thermaxis.quantities import AxisKind
-from thermaxis.report import PositioningReport, write_report
-from thermaxis.report._certificate import build_certificate
-from thermaxis.report._certificate_html import certificate_html, render_html
-from thermaxis.report._certificate_pdf import certificate_pdf
-from thermaxis.report._header import HEADER_FIELDS, HEADER_GROUPS
-from thermaxis.report._limits import DecisionRule, Limits
-from thermaxis.report._names import FIGURE_NAMES, FIGURE_SYMBOLS
+from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, PositioningReport, write_report
+from thermaxis.report.certificate import render_html
+from thermaxis.report.certificate._certificate import build_certificate
+from thermaxis.report.certificate._html import certificate_html
+from thermaxis.report.certificate._pdf import certificate_pdf
+from thermaxis.report.settings import HEADER_FIELDS, HEADER_GROUPS
+from thermaxis.report.settings._limits import DecisionRule, Limits
 
 MakeRun = Callable[..., PositioningTest]
 MakeReport = Callable[..., PositioningReport]

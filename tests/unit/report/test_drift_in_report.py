@@ -24,17 +24,18 @@ from thermaxis.positioning import (
     figures_by_key,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report import PositioningReport, write_figures
-from thermaxis.report._certificate import build_certificate
-from thermaxis.report._certificate_html import certificate_html, render_html
-from thermaxis.report._certificate_pdf import certificate_pdf
-from thermaxis.report._chart_drift_model import drift_at, time_words
+from thermaxis.report import FIGURE_SYMBOLS, PositioningReport, write_figures
 from thermaxis.report._document import Document, ItemList, Paragraph, Picture, Section, Table
-from thermaxis.report._figures import Chart, charts_of
-from thermaxis.report._limits import DecisionRule, Limits
-from thermaxis.report._names import FIGURE_SYMBOLS
 from thermaxis.report._style import drawing, png_bytes, svg_bytes
 from thermaxis.report._text import two_digits
+from thermaxis.report.certificate import render_html
+from thermaxis.report.certificate._certificate import build_certificate
+from thermaxis.report.certificate._html import certificate_html
+from thermaxis.report.certificate._pdf import certificate_pdf
+from thermaxis.report.charts import charts_of, time_words
+from thermaxis.report.charts._drift_model import drift_at
+from thermaxis.report.charts._figures import Chart
+from thermaxis.report.settings._limits import DecisionRule, Limits
 
 MakeRun = Callable[..., PositioningTest]
 MakeReport = Callable[..., PositioningReport]

@@ -11,11 +11,11 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import PositioningTest, montecarlo_difference
 from thermaxis.quantities import AxisKind
 from thermaxis.report import PositioningReport, write_figures, write_montecarlo_figures
-from thermaxis.report._chart_drift import draw_one_position, widest_position
-from thermaxis.report._chart_iso230_2 import draw_iso230_2
-from thermaxis.report._figures import charts_of
 from thermaxis.report._output import NumberTable
 from thermaxis.report._style import drawing
+from thermaxis.report.charts import charts_of
+from thermaxis.report.charts._drift import draw_one_position, widest_position
+from thermaxis.report.charts._iso230_2 import draw_iso230_2
 
 MakeRun = Callable[..., PositioningTest]
 MakeReport = Callable[..., PositioningReport]
@@ -403,7 +403,7 @@ def test_progress_is_told_before_each_chart_and_at_the_end(
     make_run: MakeRun, make_report: MakeReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for save in ("png_bytes", "svg_bytes"):  # drawn they are above
-        monkeypatch.setattr(f"thermaxis.report._figures.{save}", lambda _: b"chart")
+        monkeypatch.setattr(f"thermaxis.report.charts._figures.{save}", lambda _: b"chart")
     told: list[tuple[int, int]] = []
     report = make_report(make_run(3, 2))
     write_figures(report, tmp_path, progress=lambda _, done, total: told.append((done, total)))

@@ -8,9 +8,8 @@ import pytest
 from thermaxis.cli._json import write_json
 from thermaxis.errors import ConfigurationError
 from thermaxis.quantities import AxisKind
-from thermaxis.report import read_header, read_limits
-from thermaxis.report._header import HEADER_FIELDS, HEADER_GROUPS
-from thermaxis.report._output import write_bytes
+from thermaxis.report import read_header, read_limits, write_bytes
+from thermaxis.report.settings import HEADER_FIELDS, HEADER_GROUPS
 
 
 def header_of(folder: Path, text: str) -> dict[str, str]:

@@ -9,7 +9,8 @@ from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, PositioningTest, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
 from thermaxis.report import check_limits, read_limits
-from thermaxis.report._limits import DecisionRule, Limits, Verdict
+from thermaxis.report.settings import Verdict
+from thermaxis.report.settings._limits import DecisionRule, Limits
 
 MakeRun = Callable[..., PositioningTest]
 

@@ -2,14 +2,13 @@ import unicodedata
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
+from thermaxis.report import fixed
 from thermaxis.report._text import (
     as_given,
     decimals_of,
     decimals_of_figures,
-    fixed,
     plain_text,
     positions,
     two_digits,

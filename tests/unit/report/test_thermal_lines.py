@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as st_numpy
 
-from thermaxis.report._thermal_conditions import extent, lines_panel
-from thermaxis.report._thermal_lines import (
+from thermaxis.report.thermal._conditions import extent, lines_panel
+from thermaxis.report.thermal._lines import (
     drawn_line,
     envelope_rows,
     largest,
@@ -15,7 +14,7 @@ from thermaxis.report._thermal_lines import (
     shaded_spans,
     span_of,
 )
-from thermaxis.report._thermal_panels import LOOKS, MOST_LINES, legend_columns, line_label
+from thermaxis.report.thermal._panels import LOOKS, MOST_LINES, legend_columns, line_label
 
 SERIES = st_numpy.arrays(np.float64, st.integers(1, 400), elements=st.floats(-1e3, 1e3, width=32))
 

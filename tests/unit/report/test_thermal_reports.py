@@ -31,13 +31,13 @@ from thermaxis.report import (
     write_verification_report,
 )
 from thermaxis.report._document import Document, Fields, ItemList, Paragraph, Picture, Table
-from thermaxis.report._thermal_comparison import MOST_OUTPUTS, verification_charts
-from thermaxis.report._thermal_identification import identification_document
-from thermaxis.report._thermal_identification_charts import identification_charts
-from thermaxis.report._thermal_output import write_charts
-from thermaxis.report._thermal_panels import ThermalChart
-from thermaxis.report._thermal_verification import verification_document
-from thermaxis.report._thermal_words import log_sha256, micrometres, significant, with_interval
+from thermaxis.report.thermal._comparison import MOST_OUTPUTS, verification_charts
+from thermaxis.report.thermal._identification import identification_document
+from thermaxis.report.thermal._identification_charts import identification_charts
+from thermaxis.report.thermal._output import write_charts
+from thermaxis.report.thermal._panels import ThermalChart
+from thermaxis.report.thermal._verification import verification_document
+from thermaxis.report.thermal._words import log_sha256, micrometres, significant, with_interval
 from thermaxis.thermal import (
     Identification,
     InputDefinition,
@@ -176,7 +176,7 @@ class PageReader(HTMLParser):
 @pytest.fixture
 def not_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let charts be drawn but neither laid out nor saved, where the words are the subject."""
-    monkeypatch.setattr("thermaxis.report._thermal_panels.svg_bytes", lambda _: b"<svg/>")
+    monkeypatch.setattr("thermaxis.report.thermal._panels.svg_bytes", lambda _: b"<svg/>")
 
 
 @pytest.fixture(scope="module")
@@ -341,7 +341,7 @@ def test_several_logs_have_their_own_figures_and_charts(
     for chart in charts:
         if chart.name.endswith("_log_2"):
             assert chart.svg().startswith(b"<?xml")
-    monkeypatch.setattr("thermaxis.report._thermal_panels.svg_bytes", lambda _: b"<svg/>")
+    monkeypatch.setattr("thermaxis.report.thermal._panels.svg_bytes", lambda _: b"<svg/>")
     assert sum(name.startswith("figure_13") for name in names) == 4
     document = verification_document(MODEL, logs, result)
     headings = [section.heading for section in document.sections]

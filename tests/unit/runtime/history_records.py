@@ -7,11 +7,18 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
-from thermaxis.compensation._cycle import CycleOutput
-from thermaxis.compensation._quality import Outcome, Quality, SampleQuality
-from thermaxis.compensation._requests import Answer, Request, RequestKind
-from thermaxis.compensation._supervisor import Reason, SupervisorState
-from thermaxis.runtime._ports import Applied, CycleRecord, EventRecord, SourceSample
+from thermaxis.compensation import (
+    Answer,
+    CycleOutput,
+    Outcome,
+    Quality,
+    Reason,
+    Request,
+    RequestKind,
+    SampleQuality,
+    SupervisorState,
+)
+from thermaxis.runtime import Applied, CycleRecord, EventRecord, SourceSample
 from thermaxis.runtime.historian._rows import FURTHER_WORD
 
 BEGIN = datetime(2026, 11, 3, 6, 0, 0, tzinfo=UTC)

@@ -8,8 +8,8 @@ import asyncio
 import math
 from collections.abc import Callable, Sequence
 
-from thermaxis.runtime._halcmd import HalLostError
 from thermaxis.runtime._virtual_time import VirtualTimeLoop
+from thermaxis.runtime.sinks._halcmd import HalLostError
 
 PERIOD_S = 0.001
 MOTION = ("motion-command-handler", "motion-controller")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from thermaxis.compensation import CompensationModel, Output, Part, Section
-from thermaxis.files.model_json import write_model
+from thermaxis.files import write_model
 
 TEXT = """\
 [machine]

@@ -9,10 +9,16 @@ from typing import Any
 
 from asyncua import ua
 
-from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime._record_config import ChannelSettings, RecordSettings
-from thermaxis.runtime._recorder import Recorder, RecordSummary, files_of
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.runtime import (
+    ChannelSettings,
+    ConnectionSettings,
+    Recorder,
+    RecordSettings,
+    RecordSummary,
+    VirtualClock,
+    run_in_virtual_time,
+)
+from thermaxis.runtime.record import files_of
 
 START = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from thermaxis.runtime._ports import (
+from thermaxis.runtime import (
     NOT_READ,
     Applied,
     CycleRecord,

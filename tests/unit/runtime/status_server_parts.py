@@ -32,17 +32,22 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorState,
 )
-from thermaxis.runtime._config_settings import ServerSettings
-from thermaxis.runtime._ports import (
+from thermaxis.runtime import (
+    Alarm,
     Applied,
     EventRecord,
     HistorianStatus,
     RequestOutcome,
+    Role,
+    RuntimeStatus,
+    ServerSettings,
     SourceSample,
+    StatusServer,
+    User,
+    hash_password,
+    write_users,
 )
-from thermaxis.runtime._status import Alarm, RuntimeStatus
-from thermaxis.runtime._status_server import NAMESPACE, StatusServer
-from thermaxis.runtime._users import Role, User, hash_password, write_users
+from thermaxis.runtime.status import NAMESPACE
 
 NOW = datetime(2030, 5, 1, 6, 0, 0, tzinfo=UTC)
 ANSWER_S = 40.0

@@ -10,8 +10,7 @@ from datetime import timedelta
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.status_server_parts import NOW, alarm, compensation, output, status
 from thermaxis.compensation import (
@@ -22,12 +21,18 @@ from thermaxis.compensation import (
     SampleQuality,
     SupervisorState,
 )
-from thermaxis.runtime import _alarms
-from thermaxis.runtime._alarm_words import ALARM_WORDS, FAULT_CODES, SENSOR_CAUSES
-from thermaxis.runtime._alarms import PRIORITIES, alarms_of
-from thermaxis.runtime._ports import Applied, HistorianStatus, SourceSample
-from thermaxis.runtime._status import Alarm, RuntimeStatus
-from thermaxis.runtime._status_nodes import Snapshot, as_json
+from thermaxis.runtime import (
+    PRIORITIES,
+    Alarm,
+    Applied,
+    HistorianStatus,
+    RuntimeStatus,
+    SourceSample,
+    alarms_of,
+)
+from thermaxis.runtime.status import _alarms
+from thermaxis.runtime.status._alarm_words import ALARM_WORDS, FAULT_CODES, SENSOR_CAUSES
+from thermaxis.runtime.status._nodes import Snapshot, as_json
 
 
 def found(told: RuntimeStatus, of: Compensation | None = None, *forbidden: str) -> dict[str, Alarm]:

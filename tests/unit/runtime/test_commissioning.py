@@ -9,14 +9,14 @@ import pytest
 from tests.unit.runtime.simulated import SimulatedMachine, SimulatedSink
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.runtime._commissioning import (
-    BACK_WITHIN_S,
+from thermaxis.runtime import (
     CommissioningPlan,
     StepProof,
-    judge_step,
+    VirtualClock,
     prove_step,
+    run_in_virtual_time,
 )
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.runtime.checks._commissioning import BACK_WITHIN_S, judge_step
 
 PLAN = CommissioningPlan(output="Z_um", limits=Limits(50.0, 2.0))
 

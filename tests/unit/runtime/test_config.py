@@ -5,19 +5,22 @@ from dataclasses import MISSING, fields, replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.machine_files import TEXT, machine_file, model
 from thermaxis.compensation import Limits, SensorRules, SupervisorRules
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.model_json import model_sha256, write_model
-from thermaxis.runtime._config import examine_machine, read_machine
-from thermaxis.runtime._config_connection import Problem
-from thermaxis.runtime._config_sections import SECTIONS
-from thermaxis.runtime._config_settings import MachineConfiguration, ServerSettings
-from thermaxis.runtime._loop import LoopSettings
-from thermaxis.runtime._status_server import check_server
+from thermaxis.files import model_sha256, write_model
+from thermaxis.runtime import (
+    LoopSettings,
+    MachineConfiguration,
+    Problem,
+    ServerSettings,
+    examine_machine,
+    read_machine,
+)
+from thermaxis.runtime.config import SECTIONS
+from thermaxis.runtime.status._server import check_server
 
 
 def problems_of(path: Path) -> tuple[Problem, ...]:

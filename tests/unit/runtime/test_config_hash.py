@@ -16,12 +16,17 @@ from tests.unit.runtime.simulated import (
 )
 from tests.unit.runtime.status_server_parts import compensation, status
 from thermaxis import __version__
-from thermaxis.cli._machine_parts import loop_settings
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._config_hash import configuration_sha256
-from thermaxis.runtime._loop import Borders, CompensationLoop, LoopSettings
-from thermaxis.runtime._status_nodes import Shape, Snapshot, as_json, leaves_of
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.cli.machine._machine_parts import loop_settings
+from thermaxis.runtime import (
+    Borders,
+    CompensationLoop,
+    LoopSettings,
+    VirtualClock,
+    read_machine,
+    run_in_virtual_time,
+)
+from thermaxis.runtime.config import configuration_sha256
+from thermaxis.runtime.status._nodes import Shape, Snapshot, as_json, leaves_of
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 

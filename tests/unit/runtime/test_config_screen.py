@@ -7,25 +7,31 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.opcua_server import until
 from tests.unit.runtime.machine_files import TEXT, machine_file
 from tests.unit.runtime.status_server_parts import PASSWORD, Box, users_file
-from thermaxis.cli._machine_words import machine_as_json, machine_in_words
+from thermaxis.cli.machine._machine_words import machine_as_json, machine_in_words
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import _config_screen
-from thermaxis.runtime._certificates import CertificateUse, NewCertificate, make_pair
-from thermaxis.runtime._config import examine_machine, read_machine
-from thermaxis.runtime._config_screen import is_host, page_certificate_findings
-from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
-from thermaxis.runtime._config_warnings import warnings_of
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._opcua_session import OpcUaSession
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._self_test_nodes import Finding, Level
-from thermaxis.runtime._status_server import NAMESPACE, StatusServer
+from thermaxis.runtime import (
+    CertificateUse,
+    Finding,
+    Level,
+    MachineConfiguration,
+    OpcUaSession,
+    ScreenSettings,
+    Secret,
+    StatusServer,
+    SystemClock,
+    examine_machine,
+    read_machine,
+    warnings_of,
+)
+from thermaxis.runtime.config import _screen as _config_screen, page_certificate_findings
+from thermaxis.runtime.config._screen import is_host
+from thermaxis.runtime.opcua import NewCertificate, make_pair
+from thermaxis.runtime.status import NAMESPACE
 
 OPEN = '[server]\nanonymous_role = "viewer"'
 LOOK = "view_without_login = true"

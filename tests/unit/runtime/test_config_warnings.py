@@ -9,11 +9,10 @@ import pytest
 
 from tests.unit.runtime.machine_files import machine_file, model
 from thermaxis.compensation import CompensationModel, GainPoint, Output, Part, Section
-from thermaxis.files.model_json import write_model
-from thermaxis.runtime._certificates import NewCertificate, make_pair
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._config_warnings import largest_of_training, warnings_of
-from thermaxis.runtime._self_test_nodes import Finding, Level
+from thermaxis.files import write_model
+from thermaxis.runtime import Finding, Level, read_machine, warnings_of
+from thermaxis.runtime.config._warnings import largest_of_training
+from thermaxis.runtime.opcua import NewCertificate, make_pair
 
 NOW = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
 

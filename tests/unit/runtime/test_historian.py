@@ -14,9 +14,7 @@ from tests.unit.runtime.history_records import (
     event_record,
     url_of,
 )
-from thermaxis.runtime.historian._reading import HistoryReader
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._sql import SqlHistorian
+from thermaxis.runtime.historian import HistorianSettings, HistoryReader, SqlHistorian
 
 QUICK = HistorianSettings(batch_s=0.005, retry_s=0.02)
 

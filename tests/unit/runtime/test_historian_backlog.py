@@ -1,10 +1,10 @@
 """What waits keeps its order and its bound, and nothing goes without being counted."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from thermaxis.runtime.historian._backlog import NO_LOSS, Backlog, Loss, PackedEvent
+from thermaxis.runtime.historian import Backlog
+from thermaxis.runtime.historian._backlog import NO_LOSS, Loss, PackedEvent
 from thermaxis.runtime.historian._rows import PackedCycle
 
 

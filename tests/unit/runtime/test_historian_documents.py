@@ -6,9 +6,7 @@ from pathlib import Path
 
 from tests.unit.runtime.history_records import cycle_record, url_of
 from tests.unit.runtime.test_historian_reading import write
-from thermaxis.runtime.historian._export import export_history
-from thermaxis.runtime.historian._reading import HistoryReader
-from thermaxis.runtime.historian._settings import HistorianSettings
+from thermaxis.runtime.historian import HistorianSettings, HistoryReader, export_history
 from thermaxis.runtime.historian._store import BLOCK_ROWS
 from thermaxis.runtime.historian._tables import SCHEMA
 

@@ -22,18 +22,22 @@ from tests.unit.runtime.history_records import (
     url_of,
 )
 from thermaxis.cli import main
-from thermaxis.compensation._supervisor import SupervisorState
+from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime._ports import CycleRecord, EventRecord
-from thermaxis.runtime.historian._backlog import Backlog, Loss
-from thermaxis.runtime.historian._condition import check_history
-from thermaxis.runtime.historian._database import parse_url
-from thermaxis.runtime.historian._export import export_history
-from thermaxis.runtime.historian._reading import HistoryReader
-from thermaxis.runtime.historian._rows import RowPacker
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._writer import Writer, pack_event
+from thermaxis.runtime import CycleRecord, EventRecord
+from thermaxis.runtime.historian import (
+    Backlog,
+    HistorianSettings,
+    HistoryReader,
+    RowPacker,
+    Writer,
+    check_history,
+    export_history,
+    parse_url,
+)
+from thermaxis.runtime.historian._backlog import Loss
+from thermaxis.runtime.historian._writer import pack_event
 
 FORMATS = pytest.mark.parametrize("name", ["log.parquet", "log.csv"])
 

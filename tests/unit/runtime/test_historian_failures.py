@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from sqlalchemy.exc import OperationalError
 
 from tests.unit.runtime.history_records import (
@@ -26,17 +25,25 @@ from tests.unit.runtime.history_records import (
     url_of,
 )
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime.historian import _database, _store, _tables, _writer
-from thermaxis.runtime.historian._backlog import Backlog, Item
-from thermaxis.runtime.historian._database import parse_url
-from thermaxis.runtime.historian._integrity import check_file, put_aside, writer_lock
-from thermaxis.runtime.historian._reading import HistoryReader
-from thermaxis.runtime.historian._rows import RowPacker
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._sql import SqlHistorian
+from thermaxis.runtime import Secret
+from thermaxis.runtime.historian import (
+    Backlog,
+    HistorianSettings,
+    HistoryReader,
+    RowPacker,
+    SqlHistorian,
+    Writer,
+    _database,
+    _store,
+    _tables,
+    _writer,
+    check_file,
+    parse_url,
+)
+from thermaxis.runtime.historian._backlog import Item
+from thermaxis.runtime.historian._integrity import put_aside, writer_lock
 from thermaxis.runtime.historian._store import BLOCK_ROWS, Store
-from thermaxis.runtime.historian._writer import Writer, pack_event
+from thermaxis.runtime.historian._writer import pack_event
 
 QUICK = HistorianSettings(batch_s=0.005, retry_s=0.01)
 

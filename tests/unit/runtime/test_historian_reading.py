@@ -6,8 +6,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.history_records import (
     BEGIN,
@@ -18,17 +17,22 @@ from tests.unit.runtime.history_records import (
     event_record,
     url_of,
 )
-from thermaxis.compensation._requests import Answer, Request, RequestKind
-from thermaxis.compensation._supervisor import SupervisorState
+from thermaxis.compensation import Answer, Request, RequestKind, SupervisorState
 from thermaxis.errors import DataError
-from thermaxis.runtime._ports import CycleRecord
-from thermaxis.runtime.historian._backlog import Backlog
-from thermaxis.runtime.historian._database import parse_url
-from thermaxis.runtime.historian._reading import HistoryReader, Trend
-from thermaxis.runtime.historian._rows import RowPacker, to_us
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._store import FileWatch, open_store
-from thermaxis.runtime.historian._writer import Writer, pack_event
+from thermaxis.runtime import CycleRecord
+from thermaxis.runtime.historian import (
+    Backlog,
+    FileWatch,
+    HistorianSettings,
+    HistoryReader,
+    RowPacker,
+    Trend,
+    Writer,
+    open_store,
+    parse_url,
+)
+from thermaxis.runtime.historian._rows import to_us
+from thermaxis.runtime.historian._writer import pack_event
 
 HOUR = timedelta(hours=1)
 DAY = timedelta(days=1)

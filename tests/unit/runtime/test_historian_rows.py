@@ -6,8 +6,7 @@ from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.history_records import (
     BEGIN,
@@ -17,16 +16,16 @@ from tests.unit.runtime.history_records import (
     cycle_records,
     samples,
 )
-from thermaxis.compensation._cycle import CycleOutput
+from thermaxis.compensation import CycleOutput
 from thermaxis.errors import DataError
-from thermaxis.runtime._ports import CycleRecord, SourceSample
+from thermaxis.runtime import CycleRecord, SourceSample
+from thermaxis.runtime.historian import RowPacker
 from thermaxis.runtime.historian._layout import BY_OUTPUT, FLAGS, SCALARS, Layout
 from thermaxis.runtime.historian._rows import (
     FURTHER_WORD,
     MOST_WORDS,
     NONE_BITS,
     UNPACKABLE,
-    RowPacker,
     from_us,
     pack_block,
     record_of,

@@ -3,17 +3,13 @@
 import asyncio
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.linuxcnc_hal import freeze
 from tests.unit.runtime.test_loop_more import TOLERANCE_UM, Bench, ask, state_of
 from thermaxis.compensation import Request, RequestKind, SupervisorState
+from thermaxis.runtime import Alarm, Applied, CompensationLoop, run_in_virtual_time
 from thermaxis.runtime._left_offsets import LeftOffsets
-from thermaxis.runtime._loop import CompensationLoop
-from thermaxis.runtime._ports import Applied
-from thermaxis.runtime._status import Alarm
-from thermaxis.runtime._virtual_time import run_in_virtual_time
 
 FROZEN_S = 12.0
 

@@ -22,15 +22,15 @@ from thermaxis.compensation import (
     SupervisorRules,
     SupervisorState,
 )
-from thermaxis.runtime._loop import Borders, CompensationLoop, LoopSettings
-from thermaxis.runtime._sign import TOWARDS
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.sinks.linuxcnc import (
-    LinuxCncOutput,
-    LinuxCncSettings,
-    LinuxCncSink,
-    hal_text,
+from thermaxis.runtime import (
+    TOWARDS,
+    Borders,
+    CompensationLoop,
+    LoopSettings,
+    VirtualClock,
+    run_in_virtual_time,
 )
+from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
 
 GAIN_UM_PER_K, RISE_K = 10.0, 3.0
 LIMITS = Limits(60.0, 2.0)

@@ -12,13 +12,14 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.unit.runtime.linuxcnc_hal import PERIOD_S, MemoryHal, freeze
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._halcmd import (
+from thermaxis.runtime import AWAY, TOWARDS, VirtualClock, run_in_virtual_time
+from thermaxis.runtime.sinks import LinuxCncOutput, LinuxCncSettings, LinuxCncSink, hal_text
+from thermaxis.runtime.sinks._halcmd import (
     HalLostError,
     HalPipe,
     HalRefusedError,
@@ -27,14 +28,6 @@ from thermaxis.runtime._halcmd import (
     number_of,
     open_pipe,
     running_instance,
-)
-from thermaxis.runtime._sign import AWAY, TOWARDS
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.sinks.linuxcnc import (
-    LinuxCncOutput,
-    LinuxCncSettings,
-    LinuxCncSink,
-    hal_text,
 )
 
 BOUND_UM, RATE_UM_PER_S = 100.0, 10.0

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._lock import FileLock
-from thermaxis.runtime._recorder_files import sole_writer
-from thermaxis.runtime._sole_runner import sole_runner
+from thermaxis.runtime import sole_runner
 from thermaxis.runtime.historian._integrity import writer_lock
+from thermaxis.runtime.host import FileLock
+from thermaxis.runtime.record import sole_writer
 
 TAKEN = ConfigurationError("somebody has it", where="here", remedy="Wait")
 

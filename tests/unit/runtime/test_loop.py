@@ -27,9 +27,16 @@ from thermaxis.compensation import (
     SupervisorRules,
     SupervisorState,
 )
-from thermaxis.runtime._loop import AtStop, Borders, CompensationLoop, LoopSettings
-from thermaxis.runtime._saved_state import StateFile
-from thermaxis.runtime._virtual_time import START_UTC, VirtualClock, run_in_virtual_time
+from thermaxis.runtime import (
+    AtStop,
+    Borders,
+    CompensationLoop,
+    LoopSettings,
+    StateFile,
+    VirtualClock,
+    run_in_virtual_time,
+)
+from thermaxis.runtime._virtual_time import START_UTC
 
 RATE = 0.5
 LARGEST = 60.0

@@ -31,26 +31,25 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._loop import (
-    TESTED_EVERY_S,
-    UNREAD_AFTER_S,
-    AtStop,
-    Borders,
-    CompensationLoop,
-    LoopSettings,
-)
-from thermaxis.runtime._ports import (
+from thermaxis.runtime import (
     DIAMETER,
     NOT_READ,
     OTHER_COMPENSATION,
     Applied,
+    AtStop,
+    Borders,
+    CompensationLoop,
     EventRecord,
+    LoopSettings,
+    SavedState,
     Sink,
     Source,
     SourceSample,
+    StateFile,
+    VirtualClock,
+    run_in_virtual_time,
 )
-from thermaxis.runtime._saved_state import SavedState, StateFile
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.runtime._loop import TESTED_EVERY_S, UNREAD_AFTER_S
 
 RATE, LARGEST, TRIM = 0.5, 60.0, 5.0
 TOLERANCE_UM = SupervisorRules().read_back_tolerance_um

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from tests.unit.runtime.status_server_parts import (
@@ -26,13 +25,17 @@ from tests.unit.runtime.status_server_parts import (
 )
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import _metrics
-from thermaxis.runtime._config_settings import MetricsSettings
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._metrics import MetricsServer, check_metrics, format_metrics
-from thermaxis.runtime._ports import Applied, HistorianStatus
-from thermaxis.runtime._status import RuntimeStatus
-from thermaxis.runtime._status_nodes import Snapshot, as_json
+from thermaxis.runtime import (
+    Applied,
+    HistorianStatus,
+    MetricsServer,
+    MetricsSettings,
+    RuntimeStatus,
+    Secret,
+)
+from thermaxis.runtime.status import _metrics, check_metrics
+from thermaxis.runtime.status._metrics import format_metrics
+from thermaxis.runtime.status._nodes import Snapshot, as_json
 
 TOKEN = "0123456789abcdef0123"  # noqa: S105 - of tests only
 

@@ -6,10 +6,7 @@ from asyncua import ua
 
 from tests.opcua_server import until
 from tests.unit.runtime.status_server_parts import Box, run, served, status, viewers
-from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime._opcua_session import OpcUaSession
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._status_server import StatusServer
+from thermaxis.runtime import ConnectionSettings, OpcUaSession, StatusServer, SystemClock
 
 PLACE = "nsu=urn:thermaxis:runtime;s=Requests"
 

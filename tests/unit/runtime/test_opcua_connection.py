@@ -9,13 +9,20 @@ from pathlib import Path
 
 import pytest
 from asyncua import ua
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._connection import SECURITIES, ConnectionSettings, Secret
-from thermaxis.runtime._opcua_nodes import NodeText, node_id, parse_node
-from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, TOWARDS, offset_factor
+from thermaxis.runtime import (
+    AWAY,
+    OFFSET_UNITS,
+    SECURITIES,
+    TOWARDS,
+    ConnectionSettings,
+    Secret,
+    offset_factor,
+)
+from thermaxis.runtime.opcua import parse_node
+from thermaxis.runtime.opcua._nodes import NodeText, node_id
 
 WORD = "correct horse"
 FILES = {

@@ -22,28 +22,31 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 from tests.opcua_server import NAMESPACE, Cable, Machine, OneUser, start_machine, until
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import _opcua_pair
-from thermaxis.runtime._certificates import (
-    DEFAULT_DAYS,
-    KEY_BITS,
+from thermaxis.runtime import (
     CertificateUse,
-    NewCertificate,
+    ConnectionSettings,
+    OpcUaSession,
     PrivateKey,
-    certificate_from,
+    Secret,
+    SystemClock,
+)
+from thermaxis.runtime.opcua import (
+    DEFAULT_DAYS,
+    FAILURES,
+    NewCertificate,
+    PairFiles,
+    _pair as _opcua_pair,
     certificate_of,
     check_own_pair,
+    explain,
+    fetch_offers,
     make_pair,
     private_key_of,
     validity_warning,
     write_certificate,
     write_pair,
 )
-from thermaxis.runtime._connection import ConnectionSettings, Secret
-from thermaxis.runtime._opcua_failures import FAILURES, explain
-from thermaxis.runtime._opcua_fetch import fetch_offers
-from thermaxis.runtime._opcua_pair import PairFiles
-from thermaxis.runtime._opcua_session import OpcUaSession
-from thermaxis.runtime._ports import SystemClock
+from thermaxis.runtime.opcua._certificates import KEY_BITS, certificate_from
 
 URI = "urn:thermaxis:client"
 NODE = f"nsu={NAMESPACE};s="

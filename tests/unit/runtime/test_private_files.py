@@ -7,13 +7,8 @@ from pathlib import Path
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._private_files import (
-    SECRET_LIMIT_BYTES,
-    read_private,
-    read_secret,
-    refuse_readable,
-    whole_file,
-)
+from thermaxis.runtime.host import read_private, read_secret, refuse_readable, whole_file
+from thermaxis.runtime.host._private_files import SECRET_LIMIT_BYTES
 
 
 def private(path: Path, content: bytes, mode: int = 0o600) -> Path:

@@ -12,8 +12,7 @@ import numpy as np
 import polars as pl
 import pytest
 from asyncua import ua
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tests.opcua_server import KINDS, NAMESPACE, Cable, Machine, start_machine, until
 from tests.unit.runtime.machine_files import machine_file
@@ -25,24 +24,38 @@ from tests.unit.runtime.simulated import (
 )
 from tests.unit.runtime.test_loop import compensation
 from thermaxis.cli import main
-from thermaxis.cli._machine_parts import build_parts, nodes_read, probes_read
-from thermaxis.cli._machine_words import machine_in_words
+from thermaxis.cli.machine._machine_parts import build_parts, nodes_read, probes_read
+from thermaxis.cli.machine._machine_words import machine_in_words
 from thermaxis.compensation import Request, RequestKind, SupervisorState
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime._config import examine_machine, read_machine
-from thermaxis.runtime._config_settings import MachineConfiguration, ProbeSettings
-from thermaxis.runtime._connection import ConnectionSettings
-from thermaxis.runtime._loop import Borders, CompensationLoop, LoopSettings
-from thermaxis.runtime._opcua_session import NodeDescription, OpcUaSession
-from thermaxis.runtime._ports import NOT_READ, Source, SourceSample, SystemClock, probe_name
-from thermaxis.runtime._self_test import self_test
-from thermaxis.runtime._self_test_nodes import Finding, Level, judge_probe
-from thermaxis.runtime._status import RuntimeStatus
-from thermaxis.runtime._virtual_time import START_S, VirtualClock, run_in_virtual_time
-from thermaxis.runtime.historian._reading import HistoryReader
-from thermaxis.runtime.sinks.dry import DrySink
-from thermaxis.runtime.sources._probed import ProbedSource
-from thermaxis.runtime.sources.opcua import NodeSettings, OpcUaSource
+from thermaxis.runtime import (
+    NOT_READ,
+    START_S,
+    Borders,
+    CompensationLoop,
+    ConnectionSettings,
+    Finding,
+    Level,
+    LoopSettings,
+    MachineConfiguration,
+    NodeDescription,
+    OpcUaSession,
+    ProbeSettings,
+    RuntimeStatus,
+    Source,
+    SourceSample,
+    SystemClock,
+    VirtualClock,
+    examine_machine,
+    probe_name,
+    read_machine,
+    run_in_virtual_time,
+    self_test,
+)
+from thermaxis.runtime.checks._nodes import judge_probe
+from thermaxis.runtime.historian import HistoryReader
+from thermaxis.runtime.sinks import DrySink
+from thermaxis.runtime.sources import NodeSettings, OpcUaSource, ProbedSource
 
 PROBE = probe_name("Z_um")
 TICK_S = 2.0**-10

@@ -5,14 +5,10 @@ from pathlib import Path
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.files._thermal_columns import parse_log_heading
-from thermaxis.runtime._config_connection import ConnectionSection
-from thermaxis.runtime._record_config import (
-    ChannelSection,
-    RecordSection,
-    RecordSettings,
-    read_record,
-)
+from thermaxis.files.logs import parse_log_heading
+from thermaxis.runtime import RecordSettings, read_record
+from thermaxis.runtime.config import ConnectionSection
+from thermaxis.runtime.record._config import ChannelSection, RecordSection
 
 CONNECTION = """
 [connection.control]

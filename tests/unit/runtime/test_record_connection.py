@@ -6,13 +6,8 @@ import pytest
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._config_connection import (
-    ConnectionSection,
-    explain,
-    read_secret,
-    read_tables,
-    refuse,
-)
+from thermaxis.runtime.config import ConnectionSection, explain, read_tables, refuse
+from thermaxis.runtime.config._connection import read_secret
 
 OPEN = {"url": "opc.tcp://127.0.0.1:4840", "security": "none"}
 CLOSED = OPEN | {

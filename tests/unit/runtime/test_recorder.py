@@ -9,9 +9,7 @@ from pathlib import Path
 
 import pytest
 from asyncua import ua
-from hypothesis import given
-from hypothesis import settings as settings_of
-from hypothesis import strategies as st
+from hypothesis import given, settings as settings_of, strategies as st
 
 from tests.unit.runtime.recording import (
     START,
@@ -26,9 +24,8 @@ from tests.unit.runtime.recording import (
     settings,
 )
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime import _recorder_files
-from thermaxis.runtime._recorder import RecordSummary, bytes_per_day, try_once
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
+from thermaxis.runtime import RecordSummary, VirtualClock, run_in_virtual_time
+from thermaxis.runtime.record import _files as _recorder_files, bytes_per_day, try_once
 
 NAME = "lathe-2026-11-21.csv"
 

@@ -3,10 +3,9 @@
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from thermaxis.runtime._recorder_clock import LARGEST_SLEW_S, LogClock, as_text, moment_of
+from thermaxis.runtime.record._clock import LARGEST_SLEW_S, LogClock, as_text, moment_of
 
 START = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 

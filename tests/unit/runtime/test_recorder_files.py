@@ -11,16 +11,15 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.recording import START, at, channel, lines_of, marks_of, rows_of, settings
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime import _recorder_files
-from thermaxis.runtime._record_config import RecordSettings
-from thermaxis.runtime._recorder import _Queue, files_of
-from thermaxis.runtime._recorder_clock import as_text
-from thermaxis.runtime._recorder_files import Entry, RecordingFiles, mark, sole_writer
+from thermaxis.runtime import RecordSettings
+from thermaxis.runtime.record import _files as _recorder_files, files_of, sole_writer
+from thermaxis.runtime.record._clock import as_text
+from thermaxis.runtime.record._files import Entry, RecordingFiles, mark
+from thermaxis.runtime.record._recorder import _Queue
 
 NAME = "lathe-2026-11-21.csv"
 

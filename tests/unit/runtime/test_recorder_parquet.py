@@ -8,8 +8,8 @@ import pytest
 
 from tests.unit.runtime.recording import START, Recording, channel, rows_of, settings
 from thermaxis.files import read_thermal_log
-from thermaxis.runtime import _private_files
-from thermaxis.runtime._recorder_parquet import parquet_writer, write_parquet
+from thermaxis.runtime.host import _private_files
+from thermaxis.runtime.record import parquet_writer, write_parquet
 
 NAME = "lathe-2026-11-21.csv"
 

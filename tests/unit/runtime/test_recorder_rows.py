@@ -7,11 +7,10 @@ from decimal import Decimal
 
 import pytest
 from asyncua import ua
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.recording import channel, good
-from thermaxis.runtime._recorder_rows import Cells, ChannelReader
+from thermaxis.runtime.record._rows import Cells, ChannelReader
 
 NOON = datetime(2026, 11, 21, 12, 0, 0, 123456, tzinfo=UTC)
 STAMP = "2026-11-21T12:00:00.123Z"

@@ -9,8 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tests.unit.runtime.simulated import (
     SimulatedHistorian,
@@ -39,9 +38,18 @@ from thermaxis.compensation import (
     cycle,
     cycle_state,
 )
-from thermaxis.runtime._loop import AtStop, Borders, CompensationLoop, LoopSettings, resumed
-from thermaxis.runtime._saved_state import SavedState, StateFile
-from thermaxis.runtime._virtual_time import START_UTC, VirtualClock, run_in_virtual_time
+from thermaxis.runtime import (
+    AtStop,
+    Borders,
+    CompensationLoop,
+    LoopSettings,
+    SavedState,
+    StateFile,
+    VirtualClock,
+    run_in_virtual_time,
+)
+from thermaxis.runtime._loop import resumed
+from thermaxis.runtime._virtual_time import START_UTC
 
 NOW = datetime(2030, 5, 6, 7, 8, 9, 101112, tzinfo=UTC)
 SHA = "ab" * 32

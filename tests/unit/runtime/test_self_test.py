@@ -8,24 +8,27 @@ from pathlib import Path
 
 import pytest
 from asyncua import ua
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.machine_files import machine_file, model
 from thermaxis.compensation import Limits, SensorRules
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._config_settings import (
+from thermaxis.runtime import (
+    AWAY,
+    OFFSET_UNITS,
+    TOWARDS,
     DiameterSettings,
+    Finding,
     FlagSettings,
     InputSettings,
-    MachineConfiguration,
-    OutputSettings,
-)
-from thermaxis.runtime._opcua_session import NodeDescription
-from thermaxis.runtime._self_test import judge_linuxcnc, reasons_against, self_test
-from thermaxis.runtime._self_test_nodes import (
-    Finding,
     Level,
+    MachineConfiguration,
+    NodeDescription,
+    OutputSettings,
+    read_machine,
+    reasons_against,
+    self_test,
+)
+from thermaxis.runtime.checks._nodes import (
     judge_diameter,
     judge_heartbeat,
     judge_input,
@@ -36,9 +39,10 @@ from thermaxis.runtime._self_test_nodes import (
     judge_spare,
     units_that_fit,
 )
-from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, TOWARDS
-from thermaxis.runtime.sinks.dry import DrySink
-from thermaxis.runtime.sources.opcua import NodeSettings, _number_in
+from thermaxis.runtime.checks._self_test import judge_linuxcnc
+from thermaxis.runtime.sinks import DrySink
+from thermaxis.runtime.sources import NodeSettings
+from thermaxis.runtime.sources.opcua import _number_in
 
 RULES = SensorRules(lowest_c=5.0, highest_c=90.0)
 LIMITS = Limits(100.0, 0.5)

@@ -38,18 +38,21 @@ from tests.unit.runtime.status_server_parts import (
 )
 from thermaxis.compensation import Request, RequestKind, SupervisorState
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._config_settings import ServerSettings
-from thermaxis.runtime._loopback import is_loopback
-from thermaxis.runtime._ports import Applied, EventRecord, RequestOutcome
-from thermaxis.runtime._status_nodes import Shape, leaves_of
-from thermaxis.runtime._status_server import (
-    FAILURES_WITHIN_S,
-    MOST_FAILURES,
-    NAMESPACE,
+from thermaxis.runtime import (
+    Applied,
+    EventRecord,
+    RequestOutcome,
+    Role,
+    ServerSettings,
     StatusServer,
-    check_server,
+    User,
+    read_users,
+    write_users,
 )
-from thermaxis.runtime._users import Role, User, read_users, write_users
+from thermaxis.runtime.host import is_loopback
+from thermaxis.runtime.status import NAMESPACE
+from thermaxis.runtime.status._nodes import Shape, leaves_of
+from thermaxis.runtime.status._server import FAILURES_WITHIN_S, MOST_FAILURES, check_server
 
 
 @pytest.fixture(scope="module")
@@ -661,7 +664,7 @@ def test_two_callers_at_the_same_time_keep_their_own_names(pairs: Pairs) -> None
 def test_a_loop_that_does_not_answer_is_said_and_does_not_hold_the_caller_for_ever(
     pairs: Pairs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("thermaxis.runtime._status_server._ANSWER_S", 0.05)
+    monkeypatch.setattr("thermaxis.runtime.status._server._ANSWER_S", 0.05)
 
     async def scene() -> None:
         box = Box()

@@ -29,9 +29,10 @@ from tests.unit.runtime.status_server_parts import (
     status,
     viewers,
 )
-from thermaxis.runtime._address_space import fill_address_space
-from thermaxis.runtime._status_server import StatusServer
-from thermaxis.runtime._status_sessions import (
+from thermaxis.runtime import FAILURES_IN_ALL, REFUSED_S, StatusServer
+from thermaxis.runtime._users import FAILURES_BY_NAME
+from thermaxis.runtime.status._address_space import fill_address_space
+from thermaxis.runtime.status._sessions import (
     LOG_IN_S,
     MOST_CALLS,
     MOST_CONNECTIONS,
@@ -40,12 +41,11 @@ from thermaxis.runtime._status_sessions import (
     MOST_SUBSCRIPTIONS,
     SHORTEST_PUBLISHING_MS,
 )
-from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from thermaxis.runtime._ports import EventRecord
+    from thermaxis.runtime import EventRecord
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +236,7 @@ def test_a_log_in_without_name_or_password_is_refused_without_a_look(pairs: Pair
 def test_a_connection_that_does_not_log_in_is_ended(
     pairs: Pairs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("thermaxis.runtime._status_sessions.LOG_IN_S", 0.05)
+    monkeypatch.setattr("thermaxis.runtime.status._sessions.LOG_IN_S", 0.05)
 
     async def scene() -> None:
         async with served(pairs.settings()) as server:

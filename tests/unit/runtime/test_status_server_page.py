@@ -7,8 +7,11 @@ from pathlib import Path
 
 from tests.unit.runtime.status_server_parts import alarm, compensation, output, status
 from thermaxis.compensation import SampleQuality
-from thermaxis.runtime._metrics import format_metrics
-from thermaxis.runtime._status_nodes import (
+from thermaxis.runtime import FAILURES_IN_ALL
+from thermaxis.runtime._users import FAILURES_BY_NAME
+from thermaxis.runtime.status import ASKS
+from thermaxis.runtime.status._metrics import format_metrics
+from thermaxis.runtime.status._nodes import (
     _BAD_BY_QUALITY,
     STATE_NUMBERS,
     Shape,
@@ -18,15 +21,13 @@ from thermaxis.runtime._status_nodes import (
     leaves_of,
     sentence_of,
 )
-from thermaxis.runtime._status_requests import ASKS
-from thermaxis.runtime._status_sessions import (
+from thermaxis.runtime.status._sessions import (
     MOST_CALLS,
     MOST_CONNECTIONS,
     MOST_MONITORED,
     MOST_NODES,
     MOST_SUBSCRIPTIONS,
 )
-from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL
 
 PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "status-server.md").read_text("utf-8")
 ROWS = {line.split("|")[1].strip().strip("`"): line for line in PAGE.splitlines() if "|" in line}

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from thermaxis.compensation import SupervisorState
-from thermaxis.runtime._systemd import SignOfLife
+from thermaxis.runtime import SignOfLife
 
 
 def status(time_s: float, state: SupervisorState) -> Any:

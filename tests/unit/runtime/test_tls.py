@@ -11,7 +11,8 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 from tests.unit.runtime.status_server_parts import Pair
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._tls import LARGEST_FILE_BYTES, server_context
+from thermaxis.runtime.host import server_context
+from thermaxis.runtime.host._tls import LARGEST_FILE_BYTES
 
 
 @pytest.fixture(scope="module")

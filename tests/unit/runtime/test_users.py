@@ -11,28 +11,29 @@ from pathlib import Path
 import pytest
 from argon2 import PasswordHasher, extract_parameters
 from argon2.exceptions import VerifyMismatchError
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.status_server_parts import PASSWORD, HandClock, users_file
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._users import (
-    ANONYMOUS,
-    FAILURES_BY_NAME,
+from thermaxis.runtime import (
     FAILURES_IN_ALL,
-    HASH_MEMORY_KIB,
-    HASH_PASSES,
     REFUSED_S,
     Failures,
-    Identity,
     Role,
     User,
-    Users,
-    _checked_hash,
     check_name,
     hash_password,
     read_users,
     write_users,
+)
+from thermaxis.runtime._users import (
+    ANONYMOUS,
+    FAILURES_BY_NAME,
+    HASH_MEMORY_KIB,
+    HASH_PASSES,
+    Identity,
+    Users,
+    _checked_hash,
 )
 
 GOOD_HASH = PasswordHasher(1, 64, 1).hash("anything at all")

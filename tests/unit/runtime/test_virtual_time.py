@@ -5,16 +5,10 @@ import time
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from thermaxis.runtime import _virtual_time
-from thermaxis.runtime._virtual_time import (
-    START_S,
-    START_UTC,
-    VirtualClock,
-    run_in_virtual_time,
-)
+from thermaxis.runtime import START_S, VirtualClock, _virtual_time, run_in_virtual_time
+from thermaxis.runtime._virtual_time import START_UTC
 
 
 def test_thirty_days_pass_at_once() -> None:

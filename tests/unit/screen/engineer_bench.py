@@ -20,16 +20,23 @@ from tests.unit.runtime.simulated import (
 from tests.unit.screen.frame_parts import settings_with
 from tests.unit.screen.people import People
 from thermaxis.compensation import Compensation, Request, RequestKind
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._config_settings import MachineConfiguration
-from thermaxis.runtime._loop import Borders, CompensationLoop, LoopSettings
-from thermaxis.runtime._ports import interlock_name, spare_name
-from thermaxis.runtime._status_nodes import Snapshot, as_json, facts_of
-from thermaxis.runtime._users import Role
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._status_feed import Told, parse_status
-from thermaxis.screen._words import Words
+from thermaxis.runtime import (
+    Borders,
+    CompensationLoop,
+    LoopSettings,
+    MachineConfiguration,
+    Role,
+    VirtualClock,
+    interlock_name,
+    read_machine,
+    run_in_virtual_time,
+    spare_name,
+)
+from thermaxis.runtime.status import Snapshot, as_json, facts_of
+from thermaxis.screen import Words
+from thermaxis.screen.access import ScreenParts
+from thermaxis.screen.feed import Told
+from thermaxis.screen.feed._status_feed import parse_status
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 CHANNELS = ("T_spindle_C", "T_table_C", "T_column_C")

@@ -8,9 +8,9 @@ from typing import Any
 from asyncua import ua
 
 from tests.unit.runtime.status_server_parts import NOW, compensation, status
-from thermaxis.runtime._opcua_session import MethodAnswer
-from thermaxis.runtime._ports import SourceSample
-from thermaxis.runtime._status_nodes import Snapshot, as_json, facts_of
+from thermaxis.runtime import SourceSample
+from thermaxis.runtime.opcua import MethodAnswer
+from thermaxis.runtime.status import Snapshot, as_json, facts_of
 
 STATUS = ua.StatusCodes
 

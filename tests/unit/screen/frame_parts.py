@@ -12,15 +12,13 @@ from starlette.routing import BaseRoute
 from starlette.testclient import TestClient
 
 from tests.unit.screen.people import HERE, PASSWORD, People
-from thermaxis.runtime._config_settings import MachineConfiguration, ScreenSettings
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._status_feed import StatusFeed, Told
-from thermaxis.screen._words import Words
+from thermaxis.runtime import MachineConfiguration, ScreenSettings, Secret, SystemClock
+from thermaxis.screen import Words
+from thermaxis.screen.access import ScreenParts
+from thermaxis.screen.feed import StatusFeed, Told
 
 if TYPE_CHECKING:
-    from thermaxis.screen._persons import Persons
+    from thermaxis.screen.access import Persons
 
 WORDS = Words.read()
 

@@ -4,12 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.unit.runtime.history_records import CHANNELS, OUTPUTS, CountingClock, url_of
-from thermaxis.runtime._ports import CycleRecord, EventRecord
-from thermaxis.runtime.historian._backlog import Backlog
-from thermaxis.runtime.historian._database import parse_url
-from thermaxis.runtime.historian._rows import RowPacker
-from thermaxis.runtime.historian._settings import HistorianSettings
-from thermaxis.runtime.historian._writer import Writer, pack_event
+from thermaxis.runtime import CycleRecord, EventRecord
+from thermaxis.runtime.historian import (
+    Backlog,
+    HistorianSettings,
+    RowPacker,
+    Writer,
+    pack_event,
+    parse_url,
+)
 
 
 def write_history(

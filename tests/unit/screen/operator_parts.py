@@ -7,18 +7,14 @@ import httpx2 as httpx
 from starlette.applications import Starlette
 
 from tests.unit.screen.people import TOKEN, People
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._config_settings import MachineConfiguration
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _operator_page
-from thermaxis.screen._answers import Outcome
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._status_feed import StatusFeed, Told
-from thermaxis.screen._words import Words
+from thermaxis.runtime import MachineConfiguration, Role, SystemClock, read_machine
+from thermaxis.screen import Words
+from thermaxis.screen.access import Outcome, ScreenParts
+from thermaxis.screen.feed import StatusFeed, Told
+from thermaxis.screen.pages import operator_page as _operator_page
 
 if TYPE_CHECKING:
-    from thermaxis.screen._persons import Persons
+    from thermaxis.screen.access import Persons
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "machine" / "lathe.toml"
 

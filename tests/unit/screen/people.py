@@ -3,21 +3,13 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
 
-from thermaxis.runtime._ports import Clock, SystemClock
-from thermaxis.runtime._users import Role
-from thermaxis.screen._answers import Outcome, variants_of
-from thermaxis.screen._persons import (
-    BUSY,
-    NO_ROLE,
-    OUT,
-    REFUSED,
-    SCREEN_ENDS,
-    Person,
-    Refusal,
-)
+from thermaxis.runtime import Clock, Role, SystemClock
+from thermaxis.screen.access import OUT, Outcome, Person
+from thermaxis.screen.access._answers import variants_of
+from thermaxis.screen.access._persons import BUSY, NO_ROLE, REFUSED, SCREEN_ENDS, Refusal
 
 if TYPE_CHECKING:
-    from thermaxis.screen._person_session import PersonSession
+    from thermaxis.screen.access._person_session import PersonSession
 
 HERE = "127.0.0.1"
 PASSWORD = "right horse staple"  # noqa: S105 - of users who do not exist

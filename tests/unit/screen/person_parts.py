@@ -8,10 +8,18 @@ from pathlib import Path
 
 from tests.opcua_server import Cable, until
 from tests.unit.runtime.status_server_parts import PASSWORD, Box, HandClock, Pairs, served, status
-from thermaxis.runtime._connection import ConnectionSettings, Secret
-from thermaxis.runtime._status_server import StatusServer
-from thermaxis.runtime._users import REFUSED_S, Role, User, hash_password, write_users
-from thermaxis.screen._persons import Person, Persons, Refusal
+from thermaxis.runtime import (
+    REFUSED_S,
+    ConnectionSettings,
+    Role,
+    Secret,
+    StatusServer,
+    User,
+    hash_password,
+    write_users,
+)
+from thermaxis.screen.access import Person, Persons
+from thermaxis.screen.access._persons import Refusal
 
 HERE = "127.0.0.1"
 IDLE_S = 900.0

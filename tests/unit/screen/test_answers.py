@@ -19,13 +19,11 @@ from tests.unit.runtime.status_server_parts import run
 from tests.unit.screen.frame_parts import WORDS, parts
 from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.web_server import served
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _log_lines
+from thermaxis.runtime import Role
+from thermaxis.screen import LANGUAGES, _log_lines
 from thermaxis.screen._application import build_application
-from thermaxis.screen._guard import Guard
 from thermaxis.screen._log_lines import LOGGERS, SAME_LINE_S, PlainLines, speak_plainly
-from thermaxis.screen._plain_page import plain_page, reference_of, wants_page
-from thermaxis.screen._words import LANGUAGES
+from thermaxis.screen.access import Guard, plain_page, reference_of, wants_page
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette

@@ -9,31 +9,25 @@ from typing import cast
 
 import httpx2 as httpx
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.screen.operator_parts import Somebody, sent
 from tests.unit.screen.people import TOKEN
-from thermaxis.runtime import _status_server
-from thermaxis.runtime._opcua_session import MethodAnswer
-from thermaxis.runtime._status_nodes import Kind
-from thermaxis.runtime._status_requests import ASKS
-from thermaxis.runtime._users import Role
-from thermaxis.screen._answers import (
+from thermaxis.runtime import Role
+from thermaxis.runtime.opcua import MethodAnswer
+from thermaxis.runtime.status import ASKS, Kind, _server as _status_server
+from thermaxis.screen import Words
+from thermaxis.screen.access import LOOP_GONE, LOST, NO_ANSWER, Outcome, Person
+from thermaxis.screen.access._answers import (
     ARGUMENTS,
-    LOST,
-    NO_ANSWER,
     NOT_ALLOWED,
     NOT_TAKEN,
     TOO_MANY_ASKED,
     UNKNOWN,
     Answer,
-    Outcome,
     outcome_of,
 )
-from thermaxis.screen._operator_page import Question, Refused, question_of
-from thermaxis.screen._persons import LOOP_GONE, Person
-from thermaxis.screen._words import Words
+from thermaxis.screen.pages.operator_page import Question, Refused, question_of
 
 HOLD: dict[str, object] = {"method": "Hold", "arguments": []}
 SILENT_LOOP = "the loop has not answered; the request may still take effect"

@@ -6,21 +6,16 @@ from collections import Counter, defaultdict
 from typing import NoReturn
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.status_server_parts import HandClock
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S
-from thermaxis.screen import _persons
-from thermaxis.screen._failed_log_ins import (
-    FAILURES_BY_ADDRESS,
-    FailuresByAddress,
-    counted_as,
-)
-from thermaxis.screen._login_page import _STATUS
-from thermaxis.screen._persons import (
+from thermaxis.runtime import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Secret
+from thermaxis.screen import LANGUAGES, Words
+from thermaxis.screen.access import FAILURES_BY_ADDRESS, Persons, _persons
+from thermaxis.screen.access._failed_log_ins import FailuresByAddress, counted_as
+from thermaxis.screen.access._login_page import _STATUS
+from thermaxis.screen.access._persons import (
     BUSY,
     IMPOSSIBLE,
     MOST_AT_ONCE,
@@ -28,10 +23,8 @@ from thermaxis.screen._persons import (
     TOO_MANY,
     TOO_MANY_FROM_HERE,
     TOO_MANY_IN_ALL,
-    Persons,
     Refusal,
 )
-from thermaxis.screen._words import LANGUAGES, Words
 
 GUESSER, SHOP = "10.0.0.9", "10.0.0.10"
 

@@ -22,14 +22,12 @@ from tests.unit.screen.frame_parts import (
     told,
 )
 from tests.unit.screen.people import PASSWORD, TOKEN, People
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _live_socket, _login_page
-from thermaxis.screen._access import needs
-from thermaxis.screen._assets import Assets
+from thermaxis.runtime import Role
+from thermaxis.screen import Assets, _live_socket
 from thermaxis.screen._live_socket import MOST_VIEWERS
-from thermaxis.screen._parts import ScreenParts, for_script
-from thermaxis.screen._persons import FULL, LOOP_GONE, TOO_MANY, TOO_MANY_IN_ALL, Refusal
 from thermaxis.screen._server import allowed_hosts
+from thermaxis.screen.access import LOOP_GONE, ScreenParts, _login_page, for_script, needs
+from thermaxis.screen.access._persons import FULL, TOO_MANY, TOO_MANY_IN_ALL, Refusal
 
 LIVE = "ws://127.0.0.1:8450/live"
 

@@ -7,8 +7,7 @@ from collections.abc import AsyncIterator, Callable, Iterable
 
 import httpx2 as httpx
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
+from hypothesis import example, given, strategies as st
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
@@ -20,9 +19,9 @@ from websockets.asyncio.client import connect
 
 from tests.unit.runtime.status_server_parts import run
 from tests.unit.screen.web_server import served
-from thermaxis.runtime._virtual_time import run_in_virtual_time
-from thermaxis.screen import _guard
-from thermaxis.screen._guard import BODY_S, LARGEST_BODIES, LARGEST_BODY_BYTES, Guard, place_of
+from thermaxis.runtime import run_in_virtual_time
+from thermaxis.screen.access import Guard, _guard
+from thermaxis.screen.access._guard import BODY_S, LARGEST_BODIES, LARGEST_BODY_BYTES, place_of
 
 HOSTS = ("127.0.0.1:8450", "localhost:8450", "[::1]:8450", "lathe-3.shop:8450")
 HERE = "http://127.0.0.1:8450"

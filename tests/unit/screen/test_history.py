@@ -11,8 +11,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.history_records import (
     BEGIN,
@@ -22,23 +21,22 @@ from tests.unit.runtime.history_records import (
     url_of,
 )
 from tests.unit.screen.history_parts import write_history
-from thermaxis.compensation._supervisor import SupervisorState
+from thermaxis.compensation import SupervisorState
 from thermaxis.errors import ConfigurationError, DataError, ThermaxisError
-from thermaxis.runtime._ports import EventRecord
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.historian._reading import HistoryReader, Trend
-from thermaxis.screen._history import History, Kept, NoHistoryError, reason_for_people
-from thermaxis.screen._history_events import MARKED, event_json, events_of, names_now, trend8
-from thermaxis.screen._history_series import (
+from thermaxis.runtime import EventRecord, VirtualClock, run_in_virtual_time
+from thermaxis.runtime.historian import HistoryReader, Trend
+from thermaxis.screen.pages.history import (
+    Kept,
+    NoHistoryError,
     line_of,
-    lines_of,
-    moment_of,
     points_within,
     shortened,
     span_of,
     to_ms,
-    unit_of,
 )
+from thermaxis.screen.pages.history._events import MARKED, event_json, events_of, names_now, trend8
+from thermaxis.screen.pages.history._rows import History, reason_for_people
+from thermaxis.screen.pages.history._series import lines_of, moment_of, unit_of
 
 HOUR = timedelta(hours=1)
 

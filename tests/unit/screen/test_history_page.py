@@ -24,15 +24,12 @@ from tests.unit.runtime.history_records import (
 from tests.unit.screen.history_parts import write_history
 from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.test_probe_page import measured
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._ports import EventRecord
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _history_page, _probe_page
-from thermaxis.screen._history import close_history, history_of
-from thermaxis.screen._history_series import to_ms
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._words import LANGUAGES, Words
-from thermaxis.screen._work import Work
+from thermaxis.runtime import EventRecord, Role, Secret
+from thermaxis.screen import LANGUAGES, Words
+from thermaxis.screen.access import ScreenParts
+from thermaxis.screen.pages import probe_page as _probe_page
+from thermaxis.screen.pages.history import close_history, history_of, page as _history_page, to_ms
+from thermaxis.screen.pages.positioning._work import Work
 
 NOW = BEGIN + timedelta(hours=1)
 SPAN = {"first": BEGIN.isoformat(), "last": NOW.isoformat()}

@@ -3,13 +3,13 @@
 import asyncio
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.screen.operator_parts import Somebody, sent
-from thermaxis.screen._answers import LOST, Outcome
-from thermaxis.screen._history_events import said_in
-from thermaxis.screen._words import LANGUAGES, Words, gaps_of
+from thermaxis.screen import LANGUAGES, Words
+from thermaxis.screen._words import gaps_of
+from thermaxis.screen.access import LOST, Outcome
+from thermaxis.screen.pages.history._events import said_in
 
 WORDS = Words.read()
 FOREIGN = ("de", "cs")

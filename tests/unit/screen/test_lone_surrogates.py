@@ -18,12 +18,10 @@ from tests.unit.screen.frame_parts import client, parts
 from tests.unit.screen.operator_parts import Somebody, sent
 from tests.unit.screen.people import HERE, People
 from tests.unit.screen.test_failed_log_ins import Door, played
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._users import LONGEST_NAME, LONGEST_PASSWORD, Role
-from thermaxis.screen import _login_page, _model_page
-from thermaxis.screen._access import answer_json
-from thermaxis.screen._failed_log_ins import FAILURES_BY_ADDRESS
-from thermaxis.screen._persons import REFUSED, TOO_MANY_FROM_HERE
+from thermaxis.runtime import LONGEST_NAME, LONGEST_PASSWORD, Role, read_machine
+from thermaxis.screen.access import FAILURES_BY_ADDRESS, _login_page, answer_json
+from thermaxis.screen.access._persons import REFUSED, TOO_MANY_FROM_HERE
+from thermaxis.screen.pages.model import page as _model_page
 
 SCREEN = Path(_login_page.__file__).parent
 WRONG = {

@@ -5,8 +5,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.screen.engineer_bench import lathe, told_by_a_loop
 from thermaxis.compensation import (
@@ -22,7 +21,7 @@ from thermaxis.compensation import (
     initial_state,
     model_step,
 )
-from thermaxis.screen._model_facts import (
+from thermaxis.screen.pages.model._facts import (
     MOST_RECORDS,
     facts_of_model,
     longest_record_s,

@@ -22,13 +22,10 @@ from tests.unit.screen.engineer_bench import (
     told_by_a_loop,
 )
 from thermaxis.errors import ThermaxisError
-from thermaxis.files.model_json import read_model, write_model
-from thermaxis.runtime._config import read_machine
-from thermaxis.runtime._config_settings import MachineConfiguration
-from thermaxis.runtime._users import Role
-from thermaxis.runtime._virtual_time import VirtualClock
-from thermaxis.screen import _model_page
-from thermaxis.screen._model_choices import (
+from thermaxis.files import read_model, write_model
+from thermaxis.runtime import MachineConfiguration, Role, VirtualClock, read_machine
+from thermaxis.screen.pages.model import page as _model_page
+from thermaxis.screen.pages.model._choices import (
     LARGEST_JUDGED_BYTES,
     MOST_JUDGED,
     MOST_LISTED,
@@ -36,7 +33,7 @@ from thermaxis.screen._model_choices import (
     Choice,
     ModelChoices,
 )
-from thermaxis.screen._model_page import (
+from thermaxis.screen.pages.model.page import (
     HANGS,
     MOST_READING,
     NO_FILE,

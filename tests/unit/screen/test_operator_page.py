@@ -11,11 +11,11 @@ import httpx2 as httpx
 import pytest
 
 from tests.unit.screen.operator_parts import Somebody, configuration, sent
-from thermaxis.runtime._status_requests import ASKS
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _operator_page
-from thermaxis.screen._operator_page import EXPIRIES_S, expiries_of, facts_of, gains_of
-from thermaxis.screen._words import LANGUAGES, Words
+from thermaxis.runtime import Role
+from thermaxis.runtime.status import ASKS
+from thermaxis.screen import LANGUAGES, Words
+from thermaxis.screen.pages import operator_page as _operator_page
+from thermaxis.screen.pages.operator_page import EXPIRIES_S, expiries_of, facts_of, gains_of
 
 FOLDER = Path(_operator_page.__file__).parent
 

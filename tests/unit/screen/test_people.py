@@ -10,10 +10,10 @@ import pytest
 from tests.unit.runtime.status_server_parts import PASSWORD as PASSWORD_AT_THE_LOOP
 from tests.unit.screen.people import HERE, PASSWORD, People
 from tests.unit.screen.person_parts import Stage, appoint, shop
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._users import Role
-from thermaxis.screen._answers import Answer
-from thermaxis.screen._persons import Person, Persons, Refusal
+from thermaxis.runtime import Role, SystemClock
+from thermaxis.screen.access import Person, Persons
+from thermaxis.screen.access._answers import Answer
+from thermaxis.screen.access._persons import Refusal
 
 OWN = {"person", "come", "lose", "end", "end_cookie"}
 """What only the stand-in has: a test moves it so."""

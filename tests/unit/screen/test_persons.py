@@ -25,20 +25,22 @@ from tests.unit.screen.person_parts import (
 )
 from thermaxis.compensation import RequestKind
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._ports import RequestOutcome
-from thermaxis.runtime._status_requests import ASKS
-from thermaxis.runtime._users import FAILURES_BY_NAME, FAILURES_IN_ALL, REFUSED_S, Role
-from thermaxis.screen import _person_session, _persons
-from thermaxis.screen._failed_log_ins import FAILURES_BY_ADDRESS
-from thermaxis.screen._persons import (
+from thermaxis.runtime import (
+    FAILURES_BY_NAME,
+    FAILURES_IN_ALL,
+    REFUSED_S,
+    RequestOutcome,
+    Role,
+    Secret,
+)
+from thermaxis.runtime.status import ASKS
+from thermaxis.screen.access import FAILURES_BY_ADDRESS, Person, Persons, _person_session, _persons
+from thermaxis.screen.access._persons import (
     KEEP_ALIVE_S,
     MOST_AT_ONCE,
     MOST_OF_ONE,
     MOST_WAITING,
     TOO_MANY_FROM_HERE,
-    Person,
-    Persons,
     Refusal,
 )
 

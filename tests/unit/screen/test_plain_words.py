@@ -11,10 +11,11 @@ from starlette.testclient import TestClient
 from tests.unit.screen.engineer_bench import KnownFeed, application, lathe, parts_with
 from tests.unit.screen.page_script import said_by
 from thermaxis.errors import ThermaxisError
-from thermaxis.runtime._alarms import _sentence
-from thermaxis.runtime.historian._rows import printable_cause
-from thermaxis.screen import _probe_page, _words
-from thermaxis.screen._words import LANGUAGES, Words, short_names, time_text
+from thermaxis.runtime.historian import printable_cause
+from thermaxis.runtime.status._alarms import _sentence
+from thermaxis.screen import LANGUAGES, Words, _words
+from thermaxis.screen._words import short_names, time_text
+from thermaxis.screen.pages import probe_page as _probe_page
 
 STATIC = Path(_words.__file__).parent / "static"
 WORDS = Words.read()

@@ -23,19 +23,19 @@ from starlette.applications import Starlette
 from tests.unit.screen.people import TOKEN, People
 from thermaxis.files import read_positioning
 from thermaxis.positioning import FIGURE_KEYS, evaluate_drift, evaluate_iso230_2, figures_by_key
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _positioning_page
-from thermaxis.screen._parts import ScreenParts
-from thermaxis.screen._positioning_page import (
+from thermaxis.runtime import Role
+from thermaxis.screen import Words
+from thermaxis.screen.access import ScreenParts
+from thermaxis.screen.pages.positioning import page as _positioning_page
+from thermaxis.screen.pages.positioning._results import KEPT_S, MOST_OF_A_PERSON
+from thermaxis.screen.pages.positioning._work import MOST_WAITING, Work
+from thermaxis.screen.pages.positioning.page import (
     LARGEST_BYTES,
     LARGEST_TABLE_BYTES,
     file_stem,
     shown_name,
     stored_name,
 )
-from thermaxis.screen._positioning_results import KEPT_S, MOST_OF_A_PERSON
-from thermaxis.screen._words import Words
-from thermaxis.screen._work import MOST_WAITING, Work
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
 
@@ -718,7 +718,7 @@ def test_results_go_with_the_log_in(stage: Stage) -> None:
 def test_results_go_with_the_log_in_though_nobody_asks_again(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("thermaxis.screen._positioning_results.SWEEP_S", 0.01)
+    monkeypatch.setattr("thermaxis.screen.pages.positioning._results.SWEEP_S", 0.01)
     stage.send(b"1", name="a.csv")
     stage.send(b"1", name="b.csv")
     assert len(stage.folders()) == 2
@@ -770,7 +770,7 @@ def test_the_oldest_result_goes_when_there_are_too_many(stage: Stage) -> None:
 def test_the_largest_sum_of_all_results_is_kept_to(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("thermaxis.screen._positioning_results.MOST_BYTES", 250_000)
+    monkeypatch.setattr("thermaxis.screen.pages.positioning._results.MOST_BYTES", 250_000)
     keys = [stage.send(b"x" * 100_000, name="a.csv").json()["id"] for _ in range(4)]
     rows = stage.get("/positioning/results").json()["results"]
     assert [row["id"] for row in rows] == keys[:1:-1]

@@ -22,16 +22,24 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.files import read_model
-from thermaxis.runtime._loop import AtStop, Borders, CompensationLoop, LoopSettings
-from thermaxis.runtime._ports import Applied, CycleRecord, SourceSample, probe_name
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.runtime.historian._reading import HistoryReader
-from thermaxis.screen import _probe_page
-from thermaxis.screen._history_series import to_ms
-from thermaxis.screen._probe_page import by_cycle, by_minute, comparison
-from thermaxis.virtual._lathe_axis import OffsetRules
-from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
-from thermaxis.virtual._lathe_ports import LatheSink, LatheSource, lathe_names
+from thermaxis.runtime import (
+    Applied,
+    AtStop,
+    Borders,
+    CompensationLoop,
+    CycleRecord,
+    LoopSettings,
+    SourceSample,
+    VirtualClock,
+    probe_name,
+    run_in_virtual_time,
+)
+from thermaxis.runtime.historian import HistoryReader
+from thermaxis.screen.pages import probe_page as _probe_page
+from thermaxis.screen.pages.history import to_ms
+from thermaxis.screen.pages.probe_page import by_cycle, by_minute, comparison
+from thermaxis.virtual import LatheSettings, LatheSink, LatheSource, OffsetRules, VirtualLathe
+from thermaxis.virtual.lathe import lathe_names
 
 MODEL = Path(__file__).parents[3] / "examples/machine/models/lathe.json"
 CYCLE_S = 10.0

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from starlette.testclient import TestClient
 
 from tests.unit.screen.engineer_bench import (
@@ -21,8 +20,8 @@ from tests.unit.screen.engineer_bench import (
     told_by_a_loop,
 )
 from thermaxis.compensation import SensorRules
-from thermaxis.screen import _sensors_page
-from thermaxis.screen._sensors_page import LEAST_VALUES, facts_of, noise_of, rules_of
+from thermaxis.screen.pages import sensors_page as _sensors_page
+from thermaxis.screen.pages.sensors_page import LEAST_VALUES, facts_of, noise_of, rules_of
 
 STATUS = told_by_a_loop(lathe(), dict.fromkeys(CHANNELS, 21.0), seconds=20)
 

@@ -10,8 +10,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.opcua_server import until
 from tests.unit.runtime.status_server_parts import (
@@ -24,20 +23,25 @@ from tests.unit.runtime.status_server_parts import (
     viewers,
 )
 from tests.unit.screen.feed_parts import STATUS, Loop, altered, read_as, text_of
-from thermaxis.runtime._config_settings import ServerSettings
-from thermaxis.runtime._connection import ConnectionSettings, Secret
-from thermaxis.runtime._ports import SystemClock
-from thermaxis.runtime._status_nodes import Snapshot, as_json, facts_of
-from thermaxis.runtime._status_server import StatusServer
-from thermaxis.runtime._users import Role, User, hash_password, write_users
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.screen import _status_feed
-from thermaxis.screen._status_feed import (
+from thermaxis.runtime import (
+    ConnectionSettings,
+    Role,
+    Secret,
+    ServerSettings,
+    StatusServer,
+    SystemClock,
+    User,
+    VirtualClock,
+    hash_password,
+    run_in_virtual_time,
+    write_users,
+)
+from thermaxis.runtime.status import Snapshot, as_json, facts_of
+from thermaxis.screen.feed import StatusFeed, Told, _status_feed
+from thermaxis.screen.feed._status_feed import (
     LARGEST_STATUS_BYTES,
     REMEMBERED_LOOKS,
     WHO_AM_I_S,
-    StatusFeed,
-    Told,
     parse_status,
 )
 

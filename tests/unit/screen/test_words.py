@@ -10,12 +10,12 @@ from string import Formatter
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tests.unit.runtime.status_server_parts import compensation
 from tests.unit.screen.page_script import said_by
 from thermaxis.compensation import (
+    CycleReading,
     Outcome,
     Quality,
     Reason,
@@ -27,17 +27,12 @@ from thermaxis.compensation import (
     cycle,
     cycle_state,
 )
-from thermaxis.compensation._cycle import CycleReading
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._alarm_words import ALARM_WORDS, SENSOR_CAUSES
-from thermaxis.runtime._alarms import PRIORITIES
-from thermaxis.runtime._status_requests import refusal_of
-from thermaxis.runtime._users import Role
-from thermaxis.screen import _words
+from thermaxis.runtime import PRIORITIES, Role
+from thermaxis.runtime.status import ALARM_WORDS, SENSOR_CAUSES, refusal_of
+from thermaxis.screen import LANGUAGES, Words, _words
 from thermaxis.screen._words import (
-    LANGUAGES,
     SaidAlarm,
-    Words,
     gaps_of,
     language_of,
     local_number,

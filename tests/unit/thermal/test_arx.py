@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arx import arx, block_means, sample_time_study
-from thermaxis.thermal._conversion import polynomial_model_of
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._polynomial_model import (
+from thermaxis.thermal import (
+    Experiment,
+    ModalPart,
     PolynomialModel,
+    ThermalModel,
     TransferFunction,
+    arx,
+    block_means,
+    polynomial_model_of,
+    sample_time_study,
     simulate_polynomial,
 )
-from thermaxis.thermal._thermal_model import ModalPart, ThermalModel
 
 A = [1.0, -1.5, 0.56]
 TRUTH = PolynomialModel(

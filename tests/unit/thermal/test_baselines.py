@@ -4,16 +4,19 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._baselines import (
-    AVERAGE_LAGS_S,
+from thermaxis.thermal import (
     Baseline,
+    Experiment,
+    ModalPart,
+    ThermalModel,
     fit_baseline,
+    fit_percent,
     persistence_one_step,
     simulate_baseline,
+    simulate_modal,
+    simulation_figures,
 )
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._figures import fit_percent, simulation_figures
-from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
+from thermaxis.thermal.verification._baselines import AVERAGE_LAGS_S
 
 
 def walk(seed: int, n: int) -> np.ndarray:

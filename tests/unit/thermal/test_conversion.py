@@ -4,14 +4,18 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from thermaxis.errors import DataError
-from thermaxis.thermal._conversion import (
+from thermaxis.thermal import (
     PAPER_SPINDLE,
     PAPER_TABLE,
+    ModalPart,
+    PolynomialModel,
     PrintedTransferFunction,
+    Start,
+    ThermalModel,
+    TransferFunction,
     change_sample_time,
     equivalent_part,
     left_after,
@@ -21,18 +25,13 @@ from thermaxis.thermal._conversion import (
     polynomial_model_of,
     printed_with,
     rounding_loss,
+    simulate_from_fitted_start,
+    simulate_modal,
+    simulate_polynomial,
+    simulate_transfer_function,
     thermal_model_of,
     transfer_function_of,
 )
-from thermaxis.thermal._polynomial_model import (
-    PolynomialModel,
-    Start,
-    TransferFunction,
-    simulate_from_fitted_start,
-    simulate_polynomial,
-    simulate_transfer_function,
-)
-from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
 
 EPS1, EPS2 = PAPER_SPINDLE.transfer_function, PAPER_TABLE.transfer_function
 STEPS = {

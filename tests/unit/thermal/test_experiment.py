@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import DataError
-from thermaxis.thermal._experiment import Experiment, common_shape
+from thermaxis.thermal import Experiment
+from thermaxis.thermal.log import common_shape
 
 
 def _experiment(rows: int = 20, inputs: int = 2) -> Experiment:

@@ -7,8 +7,15 @@ import pytest
 from numpy.typing import NDArray
 
 from thermaxis.errors import DataError
-from thermaxis.thermal import Method, ThermalLog, identify, identify_joint, parse_input, records_of
-from thermaxis.thermal._records import Records
+from thermaxis.thermal import (
+    Method,
+    Records,
+    ThermalLog,
+    identify,
+    identify_joint,
+    parse_input,
+    records_of,
+)
 
 Array = NDArray[np.float64]
 ROWS = 400

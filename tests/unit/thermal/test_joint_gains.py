@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.thermal._input import parse_input
-from thermaxis.thermal._joint_gains import joint_gains
-from thermaxis.thermal._modal import ModalOptions
-from thermaxis.thermal._records import Records, records_of
+from thermaxis.thermal import ModalOptions, Records, joint_gains, parse_input, records_of
 from thermaxis.virtual import generate_lathe_test
 
 INPUTS = (

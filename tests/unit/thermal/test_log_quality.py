@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.files.thermal_log import read_thermal_log
-from thermaxis.thermal._log_quality import FindingKind, LogFinding, check_log
-from thermaxis.thermal._thermal_log import ThermalLog
+from thermaxis.files import read_thermal_log
+from thermaxis.thermal import FindingKind, LogFinding, ThermalLog, check_log
 
 ROWS, STEP_S = 4000, 10.0
 GAINS = {"T1_C": 8.0, "T2_C": 5.0, "T3_C": 3.0, "T4_C": 1.5}

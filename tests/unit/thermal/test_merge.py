@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import DataError
-from thermaxis.thermal._merge import find_shift, join_rates, merge_logs
-from thermaxis.thermal._thermal_log import ThermalLog
+from thermaxis.thermal import ThermalLog, find_shift, join_rates, merge_logs
 
 START = datetime(2026, 11, 20, 8, 0, tzinfo=UTC)
 

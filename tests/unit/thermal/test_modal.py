@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._modal import (
-    DC_GAIN_FLAG,
-    TIME_CONSTANT_FLAG,
+from thermaxis.thermal import (
+    Experiment,
     ModalOptions,
+    ModalPart,
     ModalResult,
+    ThermalModel,
     modal,
-    response_evidence,
+    simulate_modal,
 )
-from thermaxis.thermal._modal_evidence import Sizes
-from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
-from thermaxis.virtual._thermal_run import ThermalTestPlan, generate_thermal_test
+from thermaxis.thermal.modal import response_evidence
+from thermaxis.thermal.modal._evidence import Sizes
+from thermaxis.thermal.modal._modal import DC_GAIN_FLAG, TIME_CONSTANT_FLAG
+from thermaxis.virtual import ThermalTestPlan, generate_thermal_test
 
 NAMES = ("spindle", "table")
 TRUTH = ThermalModel(

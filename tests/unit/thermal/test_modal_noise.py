@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._modal_regressors import segments_of
-from thermaxis.thermal._slow_noise import SlowNoise, weighted_products
+from thermaxis.thermal import Experiment, SlowNoise
+from thermaxis.thermal.modal import segments_of
+from thermaxis.thermal.modal._slow_noise import weighted_products
 
 TAUS_S = np.array([30.0, 700.0, 20000.0])
 

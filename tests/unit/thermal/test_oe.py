@@ -5,17 +5,19 @@ import pytest
 from scipy.signal import lfilter
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._conversion import PAPER_SPINDLE, PAPER_TABLE
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._oe import OeOptions, oe
-from thermaxis.thermal._oe_start import stabilised
-from thermaxis.thermal._polynomial_model import (
+from thermaxis.thermal import (
+    PAPER_SPINDLE,
+    PAPER_TABLE,
+    Experiment,
+    OeOptions,
     PolynomialModel,
     Start,
     TransferFunction,
+    oe,
     simulate_polynomial,
     simulate_transfer_function,
 )
+from thermaxis.thermal.transfer_function._oe_start import stabilised
 
 TRUTH = PolynomialModel(
     ("spindle", "table"),

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from thermaxis.compensation import CompensationModel, Reading, initial_state, model_step
-from thermaxis.files.model_json import format_model, read_model
-from thermaxis.thermal._conversion import PAPER_SPINDLE, PAPER_TABLE, PrintedTransferFunction
-from thermaxis.thermal._paper_models import paper_spindle_model, paper_table_model
-from thermaxis.thermal._polynomial_model import simulate_transfer_function
+from thermaxis.files import format_model, read_model
+from thermaxis.thermal import (
+    PAPER_SPINDLE,
+    PAPER_TABLE,
+    PrintedTransferFunction,
+    paper_spindle_model,
+    paper_table_model,
+    simulate_transfer_function,
+)
 
 
 @pytest.mark.parametrize(

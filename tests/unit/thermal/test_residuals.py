@@ -5,21 +5,19 @@ import pytest
 from scipy.signal import lfilter
 
 from thermaxis.errors import DataError
-from thermaxis.thermal._arx import arx
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._linearity import check_linearity
-from thermaxis.thermal._polynomial_model import (
+from thermaxis.thermal import (
+    Experiment,
     PolynomialModel,
     TransferFunction,
-    simulate_polynomial,
-)
-from thermaxis.thermal._residuals import (
     analyse_residuals,
-    correlation,
+    arx,
+    check_linearity,
     information_criteria,
     pole_zero_map,
+    simulate_polynomial,
     step_responses,
 )
+from thermaxis.thermal.transfer_function._residuals import correlation
 
 
 def slow(rng: np.random.Generator, n: int, pole: float) -> np.ndarray:

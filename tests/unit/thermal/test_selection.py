@@ -8,20 +8,20 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._experiment import Experiment
-from thermaxis.thermal._selection import (
+from thermaxis.thermal import (
+    Experiment,
+    ModalPart,
     SelectionOptions,
     SelectionResult,
-    select,
-)
-from thermaxis.thermal._selection_bank import banks_of, record_parts
-from thermaxis.thermal._selection_sensors import (
     SensorFault,
+    ThermalModel,
     check_candidates,
+    select,
     sensor_noise_k,
+    simulate_modal,
 )
-from thermaxis.thermal._selection_validation import Split, Structure, splits_of, validation_of
-from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
+from thermaxis.thermal.selection._bank import banks_of, record_parts
+from thermaxis.thermal.selection._validation import Split, Structure, splits_of, validation_of
 
 Array = NDArray[np.float64]
 STEP_S = 30.0

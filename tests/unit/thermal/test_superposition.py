@@ -14,7 +14,7 @@ from thermaxis.compensation import (
     model_step,
 )
 from thermaxis.errors import ConfigurationError
-from thermaxis.thermal._superposition import combine_models, parse_gain
+from thermaxis.thermal import combine_models, parse_gain
 
 
 def model(part: Part, **options: object) -> CompensationModel:

@@ -4,22 +4,18 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._input import (
+from thermaxis.thermal import (
     InputDefinition,
+    ThermalLog,
     check_inputs,
+    common_names,
     evaluate_input,
     parse_input,
 )
-from thermaxis.thermal._resample import block_means, block_numbers
-from thermaxis.thermal._thermal_log import (
-    ThermalLog,
-    common_names,
-    unit_of_name,
-)
+from thermaxis.thermal.log import block_means, block_numbers, unit_of_name
 
 START = datetime(2026, 11, 20, 8, 0, tzinfo=UTC)
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from thermaxis.errors import DataError
-from thermaxis.thermal._clock import straighten_times
+from thermaxis.thermal.log import straighten_times
 
 
 def test_times_in_order_stay_as_they_are() -> None:

@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import DataError
-from thermaxis.thermal._thermal_model import (
-    ModalPart,
-    ThermalModel,
-    simulate_modal,
-    step_response,
-)
+from thermaxis.thermal import ModalPart, ThermalModel, simulate_modal, step_response
 
 MODEL = ThermalModel(
     (

@@ -5,9 +5,15 @@ import pytest
 
 from thermaxis.compensation import CompensationModel, GainPoint, Limits, Output, Part, Section
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._thermal_log import ThermalLog
-from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
-from thermaxis.thermal._verification import MeasuredOutput, simulate_log, verify
+from thermaxis.thermal import (
+    MeasuredOutput,
+    ModalPart,
+    ThermalLog,
+    ThermalModel,
+    simulate_log,
+    simulate_modal,
+    verify,
+)
 
 PARTS = (
     Part("spindle", "T_spindle_C", "T_column_C", 3.0, (Section(26.0, 3000.0),)),

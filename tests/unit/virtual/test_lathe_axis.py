@@ -3,14 +3,19 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.virtual._lathe_axis import OffsetAxis, OffsetRules
-from thermaxis.virtual._lathe_faults import Fault, FaultKind
-from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
-from thermaxis.virtual._lathe_scenarios import Scenario, Stage
+from thermaxis.virtual import (
+    Fault,
+    FaultKind,
+    LatheSettings,
+    OffsetRules,
+    Scenario,
+    Stage,
+    VirtualLathe,
+)
+from thermaxis.virtual.lathe._axis import OffsetAxis
 
 FREE = OffsetRules(watchdog_s=None)
 

@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermaxis.cli import machine
+from thermaxis.cli.machine import machine
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
-from thermaxis.virtual._lathe_scenarios import SCENARIOS
-from thermaxis.virtual._lathe_signals import SIGNALS
+from thermaxis.virtual import SCENARIOS, SIGNALS
 
 
 def run(*words: object) -> int:

@@ -3,13 +3,11 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.virtual._lathe_faults import Fault, FaultKind, parse_fault, parse_seconds
-from thermaxis.virtual._lathe_machine import VirtualLathe
-from thermaxis.virtual._lathe_signals import FAULTY
+from thermaxis.virtual import FAULTY, Fault, FaultKind, VirtualLathe, parse_fault
+from thermaxis.virtual.lathe import parse_seconds
 
 HOUR = 3600.0
 

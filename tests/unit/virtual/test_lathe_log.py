@@ -19,10 +19,10 @@ from thermaxis.thermal import (
     simulate_baseline,
     simulate_log,
 )
-from thermaxis.virtual._lathe_faults import Fault, FaultKind
-from thermaxis.virtual._lathe_log import LOG_COLUMNS, log_lathe, write_lathe_log
-from thermaxis.virtual._lathe_machine import VirtualLathe
-from thermaxis.virtual._lathe_signals import PROBES, UNCORRECTED
+from thermaxis.virtual import Fault, FaultKind, VirtualLathe, log_lathe, write_lathe_log
+from thermaxis.virtual.lathe import UNCORRECTED
+from thermaxis.virtual.lathe._log import LOG_COLUMNS
+from thermaxis.virtual.lathe._signals import PROBES
 
 DIAMETERS = (None, 0.0, 1500.0, 3000.0)
 

@@ -2,21 +2,22 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.virtual._lathe_axis import OffsetRules
-from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
-from thermaxis.virtual._lathe_physics import Node
-from thermaxis.virtual._lathe_scenarios import (
+from thermaxis.virtual import (
     SCENARIOS,
+    SENSORS,
+    SIGNALS,
+    LatheSettings,
+    OffsetRules,
     Scenario,
     Stage,
-    scenario_named,
-    seen_at,
+    VirtualLathe,
 )
-from thermaxis.virtual._lathe_signals import PROBES, SENSORS, SIGNALS, counted
+from thermaxis.virtual.lathe._physics import Node
+from thermaxis.virtual.lathe._scenarios import scenario_named, seen_at
+from thermaxis.virtual.lathe._signals import PROBES, counted
 
 HOUR = 3600.0
 

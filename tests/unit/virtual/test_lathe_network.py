@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from scipy.linalg import expm
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.virtual._lathe_network import ThermalNetwork
+from thermaxis.virtual.lathe._network import ThermalNetwork
 
 
 def random_network(seed: int, *, boundaries: int = 2) -> tuple[ThermalNetwork, np.ndarray]:

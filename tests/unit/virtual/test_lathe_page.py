@@ -7,10 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from thermaxis.cli import machine
-from thermaxis.virtual._lathe_faults import FaultKind, parse_fault
-from thermaxis.virtual._lathe_scenarios import SCENARIOS
-from thermaxis.virtual._lathe_signals import FAULTY, SIGNALS
+from thermaxis.cli.machine import machine
+from thermaxis.virtual import FAULTY, SCENARIOS, SIGNALS, FaultKind, parse_fault
 
 
 @pytest.fixture(scope="module")

@@ -5,17 +5,23 @@ import math
 import numpy as np
 import pytest
 
-from thermaxis.virtual._lathe_hall import Hall, HallSettings
-from thermaxis.virtual._lathe_machine import LatheSettings, VirtualLathe
-from thermaxis.virtual._lathe_physics import (
+from thermaxis.virtual import (
+    SCENARIOS,
+    HallSettings,
+    LatheDuty,
+    LatheSettings,
+    Scenario,
+    Stage,
+    VirtualLathe,
+)
+from thermaxis.virtual.lathe._hall import Hall
+from thermaxis.virtual.lathe._physics import (
     DIAMETERS_MM,
     Boundary,
-    LatheDuty,
     LathePhysics,
     Node,
     time_constants_s,
 )
-from thermaxis.virtual._lathe_scenarios import SCENARIOS, Scenario, Stage
 
 PHYSICS = LathePhysics()
 STILL = LatheSettings(hall=HallSettings(day_k=0.0, unrest_k=0.0))

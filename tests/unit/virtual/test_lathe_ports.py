@@ -6,17 +6,17 @@ import math
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._ports import (
+from thermaxis.runtime import (
     DIAMETER,
     OTHER_COMPENSATION,
+    START_S,
+    VirtualClock,
     interlock_name,
+    run_in_virtual_time,
     spare_name,
 )
-from thermaxis.runtime._virtual_time import START_S, VirtualClock, run_in_virtual_time
-from thermaxis.virtual._lathe_faults import parse_fault
-from thermaxis.virtual._lathe_machine import VirtualLathe
-from thermaxis.virtual._lathe_ports import INTERLOCKS, LatheSink, LatheSource
-from thermaxis.virtual._lathe_signals import FAULTY
+from thermaxis.virtual import FAULTY, LatheSink, LatheSource, VirtualLathe, parse_fault
+from thermaxis.virtual.lathe import INTERLOCKS
 
 
 def lathe_with(*sentences: str, scenario: str = "calibration-spindle") -> VirtualLathe:

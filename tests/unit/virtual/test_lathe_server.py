@@ -16,19 +16,17 @@ from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 from cryptography.x509.oid import ExtendedKeyUsageOID
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._connection import Secret
-from thermaxis.runtime._virtual_time import VirtualClock, run_in_virtual_time
-from thermaxis.virtual._lathe_faults import parse_fault
-from thermaxis.virtual._lathe_gate import NetworkGate
-from thermaxis.virtual._lathe_machine import VirtualLathe
-from thermaxis.virtual._lathe_server import (
-    APPLICATION,
-    NAMESPACE,
+from thermaxis.runtime import Secret, VirtualClock, run_in_virtual_time
+from thermaxis.virtual import (
+    FAULTY,
+    SIGNALS,
     LatheServer,
     LatheServerSettings,
-    unit_of,
+    VirtualLathe,
+    parse_fault,
 )
-from thermaxis.virtual._lathe_signals import FAULTY, SIGNALS
+from thermaxis.virtual.lathe._gate import NetworkGate
+from thermaxis.virtual.lathe._server import APPLICATION, NAMESPACE, unit_of
 
 SPEED = 60.0
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.field_csv import read_field_csv
-from thermaxis.virtual._thermal_field import (
-    EXAMPLE_NAMES,
+from thermaxis.files import read_field_csv
+from thermaxis.virtual import (
     VirtualTable,
     generate_thermal_field,
     true_temperature_c,
     write_example_fields,
 )
+from thermaxis.virtual.axis._thermal_field import EXAMPLE_NAMES
 
 SMALL = VirtualTable(rows=6, columns=9, pixel_mm=20.0)
 

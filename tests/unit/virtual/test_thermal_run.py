@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.thermal._thermal_model import ModalPart, ThermalModel, simulate_modal
-from thermaxis.virtual._thermal_run import Heating, Lags, ThermalTestPlan, generate_thermal_test
+from thermaxis.thermal import ModalPart, ThermalModel, simulate_modal
+from thermaxis.virtual import Heating, Lags, ThermalTestPlan, generate_thermal_test
 
 PLAN = ThermalTestPlan(hours=2.0, sample_time_s=10.0)
 

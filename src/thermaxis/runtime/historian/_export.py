@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import DataError, printable
-from thermaxis.files._quoting import protected
+from thermaxis.files.table import protected
 from thermaxis.runtime.historian._layout import Layout, SeriesColumn
 from thermaxis.runtime.historian._reading import HistoryReader, Piece, values_of
 from thermaxis.runtime.historian._rows import to_us

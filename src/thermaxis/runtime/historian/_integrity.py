@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._lock import FileLock
+from thermaxis.runtime.host import FileLock
 
 _MAGIC = b"SQLite format 3\0"
 _STEPS = 100_000

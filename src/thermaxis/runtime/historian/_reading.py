@@ -19,7 +19,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
-from thermaxis.compensation._supervisor import SupervisorState
+from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError, printable
 from thermaxis.runtime._ports import CycleRecord, EventRecord
 from thermaxis.runtime.historian import _tables as t

@@ -18,10 +18,17 @@ from itertools import chain, starmap
 from operator import attrgetter
 from typing import Any, Final, Generic, NamedTuple, TypeVar, cast, final
 
-from thermaxis.compensation._cycle import CycleOutput
-from thermaxis.compensation._quality import Outcome, Quality, SampleQuality
-from thermaxis.compensation._requests import Answer, Request, RequestKind
-from thermaxis.compensation._supervisor import Reason, SupervisorState
+from thermaxis.compensation import (
+    Answer,
+    CycleOutput,
+    Outcome,
+    Quality,
+    Reason,
+    Request,
+    RequestKind,
+    SampleQuality,
+    SupervisorState,
+)
 from thermaxis.errors import DataError, ThermaxisError
 from thermaxis.runtime._ports import Applied, CycleRecord, SourceSample
 from thermaxis.runtime.historian._layout import BY_OUTPUT, FLAGS, OF_RECORD, SCALARS, Layout

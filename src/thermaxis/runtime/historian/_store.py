@@ -17,9 +17,8 @@ from sqlalchemy.engine import URL
 from sqlalchemy.exc import SQLAlchemyError
 
 from thermaxis import __version__
-from thermaxis.compensation._supervisor import SupervisorState
+from thermaxis.compensation import SupervisorState
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._lock import FileLock
 from thermaxis.runtime.historian import _tables as t
 from thermaxis.runtime.historian._backlog import Item
 from thermaxis.runtime.historian._database import (
@@ -44,6 +43,7 @@ from thermaxis.runtime.historian._rows import (
     to_us,
 )
 from thermaxis.runtime.historian._trend import MINUTE_US, Tally, tally
+from thermaxis.runtime.host import FileLock
 
 BLOCK_ROWS: Final = 256
 """Rows of a full block: four minutes at one second, half a minute at 10 Hz. [1]"""

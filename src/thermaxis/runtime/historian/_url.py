@@ -5,7 +5,7 @@ from typing import Final, final
 from urllib.parse import SplitResult, parse_qs, unquote, urlsplit
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._loopback import is_loopback
+from thermaxis.runtime.host import is_loopback
 
 _MODES: Final = {"require": "unproven", "verify-ca": "proven", "verify-full": "proven"}
 

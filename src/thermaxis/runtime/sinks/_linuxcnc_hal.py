@@ -19,11 +19,10 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, NamedTuple, final, get_args
 
-from thermaxis.compensation import Limits
-from thermaxis.compensation._compensation import LONGEST_CYCLE_S, SHORTEST_CYCLE_S
+from thermaxis.compensation import LONGEST_CYCLE_S, SHORTEST_CYCLE_S, Limits
 from thermaxis.errors import ConfigurationError
-from thermaxis.runtime._halcmd import HalRefusedError, number_of
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
+from thermaxis.runtime.sinks._halcmd import HalRefusedError, number_of
 
 HalUnit = Literal["mm", "inch"]
 """Machine unit: LINEAR_UNITS of the machine's INI file."""

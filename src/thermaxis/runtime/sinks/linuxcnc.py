@@ -13,7 +13,8 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar, final
 
 from thermaxis.errors import ThermaxisError
-from thermaxis.runtime._halcmd import (
+from thermaxis.runtime._ports import Applied, Clock, Sink
+from thermaxis.runtime.sinks._halcmd import (
     Hal,
     HalLostError,
     HalRefusedError,
@@ -22,7 +23,6 @@ from thermaxis.runtime._halcmd import (
     number_of,
     open_pipe,
 )
-from thermaxis.runtime._ports import Applied, Clock, Sink
 from thermaxis.runtime.sinks._linuxcnc_hal import (
     ARM,
     COUNT,

@@ -7,11 +7,9 @@ from typing import Final, final
 
 from asyncua import ua
 
-from thermaxis.runtime._opcua_nodes import parse_node
-from thermaxis.runtime._opcua_session import OpcUaSession
-from thermaxis.runtime._opcua_values import WHOLE_TYPES, next_beat, plain_number
 from thermaxis.runtime._ports import Applied, Sink
 from thermaxis.runtime._sign import offset_factor
+from thermaxis.runtime.opcua import WHOLE_TYPES, OpcUaSession, next_beat, parse_node, plain_number
 
 HEARTBEAT = "heartbeat"
 """What the heartbeat's node is called among the refused ones."""

@@ -9,10 +9,8 @@ from asyncua import ua
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._flag import flag_of
-from thermaxis.runtime._opcua_nodes import parse_node
-from thermaxis.runtime._opcua_session import OpcUaSession
-from thermaxis.runtime._opcua_values import WRONG_TYPE, plain_number
 from thermaxis.runtime._ports import NOT_READ, Source, SourceSample
+from thermaxis.runtime.opcua import WRONG_TYPE, OpcUaSession, parse_node, plain_number
 
 VALUE_UNITS: Final = {
     "degC": (1.0, 0.0),

@@ -1,0 +1,86 @@
+"""``thermaxis check-table``: read a control's table back, and show what it leaves of a run."""
+
+import argparse
+import sys
+from pathlib import Path
+
+_DESCRIPTION = """\
+Read a compensation table as its control reads it, name what looks wrong in it, and show by
+simulation of that control what it leaves of a measured run. The run counts as measured without it.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    from thermaxis.cli.axis._control_names import listed_controls  # noqa: PLC0415
+
+    parser.description = _DESCRIPTION
+    parser.epilog = f"controls: {listed_controls()}"
+    add = parser.add_argument
+    add("table", metavar="TABLE", type=Path, help="compensation table of the control")
+    add("run", metavar="RUN", type=Path, help="measured run: .rtl, CSV, _ISO230.dat or .xlsx")
+    add("--control", metavar="CONTROL", required=True, help="the control, one of those below")
+    add("--axis", metavar="NAME", help="axis that the table must be of (default: the run's)")
+    add(
+        "--no-drift",
+        action="store_true",
+        help="leave the drift model and the figures without drift out, which is faster",
+    )
+    add(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="an option that only this control has; may be given more than once; an unknown NAME"
+        " lists them all, a NAME alone says what it means",
+    )
+    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
+    add("--encoding", metavar="NAME", default="cp1250", help="of a run that is not UTF-8")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Check the table, and show what it leaves.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0, also with findings.
+
+    Raises
+    ------
+    ThermaxisError
+        If the table holds what the control would refuse, the run cannot be read or evaluated, or
+        an output is not possible.
+    """
+    from thermaxis.cli._json import write_json  # noqa: PLC0415  needs none of these
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415
+    from thermaxis.cli.axis._check_result import as_json, as_text, check  # noqa: PLC0415  --help
+    from thermaxis.cli.axis._table_files import check_output  # noqa: PLC0415
+
+    if arguments.json not in (None, "-"):
+        check_output(
+            arguments.json,
+            inputs=(arguments.table, arguments.run),
+            what="the table or the run",
+            option="--json",
+        )
+    with Progress() as progress:
+        step = "checking the table"
+        progress(step if arguments.no_drift else f"{step}, with the drift of the run", 0, 0)
+        result = check(arguments)
+    if arguments.json is not None:
+        write_json(as_json(result), arguments.json)
+    if arguments.json != "-":
+        sys.stdout.write(as_text(result))
+    return 0

@@ -1,0 +1,111 @@
+"""``thermaxis generate``: write an example run of a virtual machine."""
+
+import argparse
+import sys
+from pathlib import Path
+
+AXES = ("x-axis", "y-axis")
+"""Virtual axes that can be measured."""
+LATHE_TESTS = ("lathe-spindle", "lathe-table", "lathe-verification")
+"""Thermal tests of the virtual lathe."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    add = parser.add_argument
+    add(
+        "axis",
+        choices=(*AXES, *LATHE_TESTS),
+        help="x-axis: 300 mm, drift, and an anomaly at position 3; y-axis: 150 mm; lathe-spindle,"
+        " lathe-table, lathe-verification: thermal tests of a virtual lathe",
+    )
+    add("-o", "--output", metavar="FILE", type=Path, required=True, help="tidy .csv, or .rtl")
+    add("--seed", metavar="N", type=int, help="seed of everything random (default: the example's)")
+    add("--cycles", metavar="N", type=int, help="number of cycles (default: 100 on X, 50 on Y)")
+    add(
+        "--noise-um",
+        metavar="S",
+        type=float,
+        help="standard deviation of one approach in um (default: 0.19)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure the virtual axis and write the run.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file's name ends neither in .csv nor in .rtl, or a number is not possible.
+    """
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
+    from thermaxis.files import (  # noqa: PLC0415
+        write_rtl,
+        write_tidy_csv,
+    )
+    from thermaxis.virtual import paper_x_axis, paper_y_axis  # noqa: PLC0415
+
+    output: Path = arguments.output
+    if arguments.axis in LATHE_TESTS:
+        return _lathe_test(arguments)
+    suffix = output.suffix.lower()
+    if suffix not in {".csv", ".rtl"}:
+        raise ConfigurationError(
+            f"'{suffix}' is no file type that a run can be written as",
+            where=f"--output {output}",
+            remedy="End the name in .csv (with the time of every reading) or .rtl",
+        )
+    measure = paper_x_axis if arguments.axis == "x-axis" else paper_y_axis
+    generated = measure(arguments.seed, cycles=arguments.cycles, noise_um=arguments.noise_um)
+    if suffix == ".csv":
+        write_tidy_csv(generated.test, output)
+    else:
+        write_rtl(generated.test, output, deviation_decimals=generated.axis.scatter.decimals)
+    test = generated.test
+    sys.stdout.write(
+        f"{output}: {test.target.size} targets, {test.cycles} cycles,"
+        f" generated with seed {generated.seed}\n"
+    )
+    return 0
+
+
+def _lathe_test(arguments: argparse.Namespace) -> int:
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
+    from thermaxis.files import write_thermal_log  # noqa: PLC0415
+    from thermaxis.virtual import LATHE_SEED, generate_lathe_test  # noqa: PLC0415
+
+    output: Path = arguments.output
+    if output.suffix.lower() != ".csv":
+        raise ConfigurationError(
+            "a thermal log is written as CSV",
+            where=f"--output {output}",
+            remedy="End the name in .csv",
+        )
+    for option, value in (("--cycles", arguments.cycles), ("--noise-um", arguments.noise_um)):
+        if value is not None:
+            raise ConfigurationError(
+                "this is for a positioning run", where=option, remedy="Leave it out"
+            )
+    seed = LATHE_SEED if arguments.seed is None else arguments.seed
+    log = generate_lathe_test(arguments.axis.removeprefix("lathe-"), seed)
+    write_thermal_log(log, output)
+    sys.stdout.write(
+        f"{output}: {log.rows} rows, {log.duration_s / 3600.0:.1f} h, generated with seed {seed}\n"
+    )
+    return 0

@@ -1,0 +1,347 @@
+"""``thermaxis plan``: choose targets and cycles, and foretell duration and uncertainty."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from thermaxis.cli.axis._plan_result import PlanResult
+    from thermaxis.positioning import RunAssumptions, ShortestPlan, TargetChoice, TestPlan
+
+_DESCRIPTION = """\
+Choose targets by equation (1) of the method: equal steps plus a seeded random part, an interval
+that is no multiple of the pitch. Check them against the rules of ISO 230-2, say how long the run
+takes and what uncertainty it will reach once its drift is separated, and write the plan as JSON.
+With --rotary lengths are in deg, feeds in deg/min, deviations in arcsec.
+"""
+_DEFAULT_CYCLES = 5
+_FIELDS = {
+    "dwell_s": "dwell",
+    "recording_s": "recording",
+    "target": "targets",
+    "time_constant_s": "time_constant",
+    "target uncertainty": "target_uncertainty",
+    "target figure": "target_figure",
+}
+"""Options that are not named as the field that they set."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    _add_targets(parser)
+    _add_motion(parser)
+    _add_uncertainty(parser)
+    add = parser.add_argument
+    add("-o", "--output", metavar="PLAN.json", help="write the plan (default: show it only)")
+    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
+
+
+def _add_targets(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("targets").add_argument
+    add("--length", metavar="MM", type=float, required=True, help="all targets lie within it")
+    add("--targets", metavar="N", type=int, required=True, help="number of targets")
+    add("--start", metavar="MM", type=float, default=0.0, help="where it begins (default: 0)")
+    add("--axis", metavar="NAME", help="name of the axis (default: X, with --rotary C)")
+    add("--rotary", action="store_true", help="a rotary axis: deg, deg/min, arcsec")
+    add("--pitch", metavar="MM", type=float, help="pitch of the screw or period of the scale")
+    add(
+        "--random-share",
+        metavar="S",
+        type=float,
+        help="random part as a share of the interval, 0 to less than 0.5 (default: half the pitch,"
+        " at most 0.3 of the interval; without a pitch 0.3)",
+    )
+    add("--seed", metavar="N", type=int, default=1, help="seed of the random part (default: 1)")
+    add("--title", metavar="TEXT", default="", help="title of the plan")
+
+
+def _add_motion(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("motion")
+    add = group.add_argument
+    add("--feed", metavar="MM_MIN", type=float, default=300.0, help="feed (default: 300)")
+    add("--dwell", metavar="S", type=float, default=2.0, help="dwell at each stop (default: 2)")
+    add(
+        "--recording",
+        metavar="S",
+        type=float,
+        default=0.0,
+        help="time in which the laser averages at each stop (default: 0)",
+    )
+    add(
+        "--overrun",
+        metavar="MM",
+        type=float,
+        default=5.0,
+        help="how far a target is passed before the axis comes back to it (default: 5)",
+    )
+    add(
+        "--mode",
+        choices=("bidirectional", "unidirectional", "pilgrim", "step"),
+        default="bidirectional",
+        help="order of the visits (default: bidirectional, the standard's test cycle)",
+    )
+    add(
+        "--approach-side",
+        choices=("forward", "backward"),
+        help="the only approach (default: forward if unidirectional, else both)",
+    )
+    add(
+        "--cycles",
+        metavar="N",
+        type=int,
+        help=f"number of cycles (default: {_DEFAULT_CYCLES}, or what --target-uncertainty finds)",
+    )
+
+
+def _add_uncertainty(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("expected uncertainty").add_argument
+    add(
+        "--noise",
+        metavar="UM",
+        type=float,
+        help="standard deviation of one approach (default: 0.4, an assumption)",
+    )
+    add(
+        "--drift",
+        metavar="UM",
+        type=float,
+        help="drift at mid-axis in the end; half and one and a half times as much at the axis' ends"
+        " (default: 10, an assumption)",
+    )
+    add(
+        "--time-constant",
+        metavar="H",
+        type=float,
+        help="hours until 63 %% of it (default: 1, an assumption)",
+    )
+    add(
+        "--target-uncertainty",
+        metavar="UM",
+        type=float,
+        help="find the smallest number of cycles with this standard uncertainty (k = 1)",
+    )
+    add(
+        "--target-figure",
+        metavar="KEY",
+        help="of what: level (default), or a figure such as B, E, R, A, E_forward",
+    )
+    add(
+        "--standard",
+        action="store_true",
+        help="let the search take at least the five cycles that ISO 230-2 asks for",
+    )
+    add("--longest", metavar="H", type=float, help="longest run of the search (default: 24)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Make a plan, and show and write it.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is not possible, options do not go together, no plan reaches the wanted
+        uncertainty, or a file cannot be written.
+    """
+    import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
+
+    from thermaxis.cli._json import write_json  # noqa: PLC0415
+    from thermaxis.cli.axis._plan_result import as_json, as_text  # noqa: PLC0415
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+    from thermaxis.files import write_plan  # noqa: PLC0415
+
+    _check_options(arguments)
+    try:
+        result = _make(arguments)
+    except ConfigurationError as error:
+        option = _FIELDS.get(error.where, error.where)
+        where = "--" + option.replace("_", "-") if hasattr(arguments, option) else error.where
+        raise ConfigurationError(error.what, where=where, remedy=error.remedy) from None
+    if arguments.output is not None:
+        write_plan(result.plan, arguments.output)
+    if arguments.json is not None:
+        write_json(as_json(result), arguments.json)
+    if arguments.json != "-":
+        sys.stdout.write(as_text(result, arguments.output))
+    return 0
+
+
+def _check_options(arguments: argparse.Namespace) -> None:
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+
+    searching = arguments.target_uncertainty is not None
+    if searching and arguments.cycles is not None:
+        raise ConfigurationError(
+            "both set the number of cycles",
+            where="--cycles, --target-uncertainty",
+            remedy="Give one of them",
+        )
+    alone = [
+        option
+        for option, value in (
+            ("--standard", arguments.standard),
+            ("--longest", arguments.longest),
+            ("--target-figure", arguments.target_figure),
+        )
+        if value not in {None, False}
+    ]
+    if alone and not searching:
+        raise ConfigurationError(
+            "it limits a search that was not asked for",
+            where=alone[0],
+            remedy="Give --target-uncertainty as well, or leave it out",
+        )
+    if arguments.mode == "bidirectional" and arguments.approach_side is not None:
+        raise ConfigurationError(
+            "a bidirectional run has both approaches",
+            where="--approach-side",
+            remedy="Say --mode unidirectional, or leave it out",
+        )
+    if arguments.output is not None and arguments.output == arguments.json:
+        raise ConfigurationError(
+            "plan and result would be the same file",
+            where=arguments.output,
+            remedy="Name another file for --json",
+        )
+
+
+def _make(arguments: argparse.Namespace) -> "PlanResult":
+    from thermaxis.cli.axis._plan_result import PlanResult  # noqa: PLC0415
+    from thermaxis.positioning import (  # noqa: PLC0415
+        check_plan,
+        choose_targets,
+        evaluate_duration,
+        expected_uncertainty,
+        simulate_uncertainty,
+        why_nothing_is_expected,
+    )
+
+    choice = choose_targets(
+        start=arguments.start,
+        length=arguments.length,
+        targets=arguments.targets,
+        pitch=arguments.pitch,
+        random_share=arguments.random_share,
+        seed=arguments.seed,
+    )
+    assumptions, assumed = _assumptions(arguments)
+    plan = _test_plan(arguments, choice)
+    search = None
+    if arguments.target_uncertainty is not None:
+        search = _search(arguments, plan, assumptions)
+        plan = search.plan
+    reason = why_nothing_is_expected(plan)
+    return PlanResult(
+        plan=plan,
+        remarks=choice.remarks,
+        warnings=check_plan(plan),
+        duration=evaluate_duration(plan),
+        assumptions=assumptions,
+        assumed=assumed,
+        expected=None if reason is not None else expected_uncertainty(plan, assumptions),
+        simulated=simulate_uncertainty(plan, assumptions),
+        reason=reason,
+        search=search,
+        target_uncertainty=arguments.target_uncertainty,
+        target_figure=_target_figure(arguments),
+    )
+
+
+def _test_plan(arguments: argparse.Namespace, choice: "TargetChoice") -> "TestPlan":
+    from thermaxis.positioning import (  # noqa: PLC0415
+        BACKWARD,
+        FORWARD,
+        Cycle,
+        TestPlan,
+    )
+    from thermaxis.quantities import AxisKind  # noqa: PLC0415
+
+    mode: str = arguments.mode
+    side: str | None = arguments.approach_side
+    if side is None and mode == "unidirectional":
+        side = "forward"
+    sides = {None: (FORWARD, BACKWARD), "forward": (FORWARD,), "backward": (BACKWARD,)}
+    name = "C" if arguments.rotary else "X"
+    return TestPlan(
+        kind=AxisKind.ROTARY if arguments.rotary else AxisKind.LINEAR,
+        axis=name if arguments.axis is None else arguments.axis,
+        target=choice.target,
+        cycles=_DEFAULT_CYCLES if arguments.cycles is None else arguments.cycles,
+        feed=arguments.feed,
+        dwell_s=arguments.dwell,
+        overrun=arguments.overrun,
+        cycle=Cycle(mode) if mode in {"pilgrim", "step"} else Cycle.STANDARD,
+        approaches=sides[side],
+        recording_s=arguments.recording,
+        pitch=arguments.pitch,
+        interval=choice.interval,
+        random_part=choice.random_part,
+        seed=arguments.seed,
+        title=arguments.title,
+    )
+
+
+def _assumptions(arguments: argparse.Namespace) -> "tuple[RunAssumptions, tuple[str, ...]]":
+    """Return what is assumed of the axis, and the names of what nobody stated."""
+    from thermaxis.positioning import RunAssumptions  # noqa: PLC0415
+
+    hours: float | None = arguments.time_constant
+    stated: dict[str, float | None] = {
+        "noise": arguments.noise,
+        "drift": arguments.drift,
+        "time_constant_s": None if hours is None else 3600.0 * hours,
+    }
+    given = {name: value for name, value in stated.items() if value is not None}
+    return RunAssumptions(**given), tuple(name for name in stated if name not in given)
+
+
+def _target_figure(arguments: argparse.Namespace) -> str:
+    from thermaxis.positioning import LEVEL_KEY  # noqa: PLC0415
+
+    return LEVEL_KEY if arguments.target_figure is None else arguments.target_figure
+
+
+def _search(
+    arguments: argparse.Namespace, plan: "TestPlan", assumptions: "RunAssumptions"
+) -> "ShortestPlan":
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+    from thermaxis.positioning import (  # noqa: PLC0415
+        FEWEST_CYCLES,
+        LONGEST_RUN_S,
+        shortest_plan,
+    )
+
+    wanted: float = arguments.target_uncertainty
+    longest_s = LONGEST_RUN_S if arguments.longest is None else 3600.0 * arguments.longest
+    found = shortest_plan(
+        plan,
+        wanted,
+        assumptions,
+        key=_target_figure(arguments),
+        fewest_cycles=_DEFAULT_CYCLES if arguments.standard else FEWEST_CYCLES,
+        longest_s=longest_s,
+    )
+    if not found.reached:
+        unit = plan.kind.units.deviation
+        raise ConfigurationError(
+            f"no run of at most {longest_s / 3600.0:g} h reaches {wanted:g} {unit}: its"
+            f" {found.plan.cycles} cycles come to {found.standard_uncertainty:.3g} {unit}",
+            where="target uncertainty",
+            remedy="Ask for less, allow a longer run, or lower the noise (a longer recording)",
+        )
+    return found

@@ -1,0 +1,282 @@
+"""The files of an export: program, test vectors, guide and report, as text."""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import replace
+from hashlib import sha256
+from typing import NamedTuple, cast, final
+
+from thermaxis.cli.exchange._export_errors import as_typed
+from thermaxis.cli.exchange._export_settings import Exported, exported_of
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc import (
+    Difference,
+    GuideFacts,
+    LineSettings,
+    PlcSettings,
+    Program,
+    ReportFacts,
+    SclCpu,
+    StFlavour,
+    Target,
+    Twin,
+    build_line_program,
+    build_program,
+    export_settings,
+    guide_text,
+    print_c,
+    print_scl,
+    print_st,
+    report_of,
+    report_text,
+    scenario,
+    vectors_of,
+    with_own_names,
+)
+from thermaxis.plc.build import setting_warnings, wrapped
+from thermaxis.plc.guide import LARGEST_S7_300_BYTES, REPORT_ENDING, TEMPCOMP, instance_bytes
+from thermaxis.plc.tree import remark_text
+
+_COMPARED_CALLS = 2000
+_SCENARIO_SEED = 8
+_SCL = {"scl", TEMPCOMP}
+
+
+@final
+class Export(NamedTuple):
+    """An export before it is written."""
+
+    settings: PlcSettings
+    """What is exported."""
+    line: LineSettings | None
+    """The line; None where there is none."""
+    difference: Difference | None
+    """Measured difference of REAL from LREAL."""
+    files: Mapping[str, str]
+    """Content by name; the report is the last."""
+    report: Mapping[str, object]
+    """Content of the report."""
+    not_checked: tuple[str, ...]
+    """What nobody has checked."""
+    remarks: tuple[str, ...]
+    """What the user must know besides the model's warnings."""
+
+
+def export_of(arguments: argparse.Namespace) -> Export:
+    """Return what ``thermaxis export`` writes.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What the command declares.
+
+    Returns
+    -------
+    Export
+        Files and report: the same words and files give the same bytes.
+
+    Raises
+    ------
+    ConfigurationError
+        If a file cannot be read, the words contradict each other, or the target cannot hold it:
+        it names what was typed.
+    """
+    try:
+        return _export_of(arguments)
+    except ConfigurationError as error:
+        raise as_typed(error, arguments) from error
+
+
+def _export_of(arguments: argparse.Namespace) -> Export:
+    target, double = target_of(arguments)
+    exported = exported_of(arguments, line=target.dialect == TEMPCOMP)
+    line = _line_of(arguments, exported) if target.dialect == TEMPCOMP else None
+    settings = export_settings(
+        exported.compensation,
+        cycle_s=arguments.cycle_s,
+        name=_name_of(arguments, exported, line),
+        double=double,
+        model_sha256=exported.model_sha256,
+    )
+    settings = replace(settings, notes=(*exported.changed, *settings.notes))
+    program = build_program(settings) if line is None else build_line_program(settings, line)
+    if target.dialect != "c":  # C has names of its own
+        program = with_own_names(program)
+    tested = vectors_of(settings, line)
+    stem = settings.names.block
+    told = [""]
+    if exported.machine:
+        told.append(f"Rules and limits of the machine {remark_text(exported.machine)}")
+    told += [line for text in exported.warnings for line in wrapped(f"Warning: {text}.")]
+    told += [
+        f"Test vectors: {stem}.vectors.csv, SHA-256",
+        f"  {sha256(tested.text.encode('utf-8')).hexdigest()}",
+    ]
+    program = replace(program, head=(*program.head, *told))
+    files = program_files(program, target)
+    vectors, guide = f"{stem}.vectors.csv", f"{stem}.guide.md"
+    facts = GuideFacts(
+        target,
+        tuple(files),
+        vectors,
+        exported.compensation.interlocks,
+        line,
+        exported.warnings,
+    )
+    files[vectors] = tested.text
+    files[guide] = guide_text(settings, program, facts)
+    difference = None if double else measured_difference(settings)
+    sources = tuple((source.name, source.sha256) for source in exported.sources)
+    size = instance_bytes(program)
+    facts_of = ReportFacts(
+        target,
+        sources,
+        difference,
+        line,
+        tested,
+        size,
+        exported.machine,
+        exported.warnings,
+    )
+    report = report_of(settings, facts_of, files)
+    files[stem + REPORT_ENDING] = report_text(report)
+    return Export(
+        settings,
+        line,
+        difference,
+        files,
+        report,
+        tuple(cast("list[str]", report["not_checked"])),
+        (*setting_warnings(settings), *exported.warnings, *_remarks(exported, target, size)),
+    )
+
+
+def target_of(arguments: argparse.Namespace) -> tuple[Target, bool]:
+    """Return who gets the program, and whether its numbers are LREAL.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What the command declares.
+
+    Returns
+    -------
+    target : Target
+        Dialect, and CPU or flavour.
+    double : bool
+        Whether numbers are LREAL.
+
+    Raises
+    ------
+    ConfigurationError
+        If an option belongs to another dialect, or LREAL is asked of a CPU that has none.
+    """
+    dialect: str = arguments.dialect
+    cpu: str | None = arguments.cpu
+    flavour: str | None = arguments.flavour
+    if cpu is not None and dialect not in _SCL:
+        raise ConfigurationError("this belongs to SCL", where="--cpu", remedy="Leave it out")
+    if flavour is not None and dialect != "st":
+        raise ConfigurationError("this belongs to ST", where="--flavour", remedy="Leave it out")
+    if dialect in _SCL:
+        if cpu == "s7-300" and arguments.real == "64":
+            raise ConfigurationError(
+                "CPUs of the S7-300 class, as in SINUMERIK 840D sl, know no LREAL",
+                where="--real",
+                remedy="Write --real 32; sections are compensated there, so that little is lost",
+            )
+        double = arguments.real != "32" if cpu != "s7-300" else False
+        return Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
+    return Target(dialect, (flavour or "iec") if dialect == "st" else ""), arguments.real != "32"
+
+
+def program_files(program: Program, target: Target) -> dict[str, str]:
+    """Return a program as the files of a target.
+
+    Parameters
+    ----------
+    program : Program
+        The program.
+    target : Target
+        Who gets it.
+
+    Returns
+    -------
+    dict
+        Content by name.
+
+    Raises
+    ------
+    ThermaxisError
+        If the program breaks a rule, or the target cannot hold a number.
+    """
+    if target.dialect == "c":
+        text = print_c(program)
+        return {f"{program.name}.h": text.header, f"{program.name}.c": text.source}
+    if target.dialect == "st":
+        flavour = cast("StFlavour", target.variant)
+        return {f"{program.name}.st": print_st(program, flavour)}
+    return {f"{program.name}.scl": print_scl(program, cast("SclCpu", target.variant))}
+
+
+def measured_difference(settings: PlcSettings) -> Difference:
+    """Return how far the model in REAL is from that in LREAL, along a scenario without faults.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported, in REAL.
+
+    Returns
+    -------
+    Difference
+        Largest difference of a displacement. [µm]
+    """
+    single, double = Twin(settings), Twin(replace(settings, double=True))
+    hours = _COMPARED_CALLS * settings.cycle_s / 3600.0
+    largest_um, calls = 0.0, 0
+    for inputs in scenario(settings, hours, _SCENARIO_SEED, faults=False):
+        pairs = zip(single.step(inputs).model_um, double.step(inputs).model_um, strict=True)
+        largest_um = max(largest_um, *(abs(a - b) for a, b in pairs))
+        calls += 1
+    return Difference(largest_um, calls)
+
+
+def _line_of(arguments: argparse.Namespace, exported: Exported) -> LineSettings:
+    if arguments.positive is None:
+        raise ConfigurationError(
+            "where a positive motion of the axis moves the tool point is not stated, and there is"
+            " no default",
+            where="--positive",
+            remedy="Write --positive away or --positive towards, seen from the workpiece",
+        )
+    return LineSettings(
+        positions_mm=exported.positions_mm,
+        away=arguments.positive == "away",
+        reference_mm=arguments.reference_position,
+    )
+
+
+def _name_of(arguments: argparse.Namespace, exported: Exported, line: LineSettings | None) -> str:
+    if arguments.name is not None:
+        return str(arguments.name)
+    first = exported.sources[0]
+    if line is not None and len(exported.sources) > 1:
+        return first.model.outputs[0].name.removesuffix("_um")
+    return first.name.removesuffix(".json")
+
+
+def _remarks(exported: Exported, target: Target, size: int) -> tuple[str, ...]:
+    said: list[str] = []
+    if target.variant == "s7-300" and size > LARGEST_S7_300_BYTES:
+        said.append(
+            f"the instance data take {size} bytes, which small CPUs of the S7-300 class have no"
+            " data block for: choose a longer cycle where delays are long"
+        )
+    if exported.compensation.spares:
+        said.append("the block has no second sensors: choose between two before it")
+    if len(exported.compensation.interlocks) > 1:
+        said.append(
+            "interlocks_met is one input for " + ", ".join(exported.compensation.interlocks)
+        )
+    return tuple(said)

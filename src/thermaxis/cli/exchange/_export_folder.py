@@ -1,0 +1,147 @@
+"""The folder of an export: written whole or not at all, nothing else is overwritten."""
+
+import json
+import shutil
+import tempfile
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+from typing import cast
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc.guide import REPORT_ENDING, REPORT_FORMAT, REPORT_HASH, report_sha256
+
+_LARGEST_REPORT_BYTES = 5_000_000
+_REMEDY = "Name a new or empty folder"
+
+
+def require_folder(folder: Path) -> None:
+    """Refuse a folder that holds anything but an older export that nobody has changed.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is no folder, its own folder does not exist, or something else lies in it.
+    """
+    if not folder.absolute().parent.is_dir():
+        raise ConfigurationError(
+            "its folder does not exist", where=str(folder), remedy="Make it first, or name another"
+        )
+    if not folder.exists() and not folder.is_symlink():
+        return
+    if not folder.is_dir() or folder.is_symlink():
+        raise ConfigurationError(
+            "this is no folder, or a link to one", where=str(folder), remedy=_REMEDY
+        )
+    _require_own(folder, folder)
+
+
+def _require_own(lies_in: Path, folder: Path) -> None:
+    """Refuse what is no older export that nobody has changed; errors name the folder."""
+    lying = {entry.name: entry for entry in lies_in.iterdir()}
+    if not lying:
+        return
+    known = _own_files(lying)
+    foreign = sorted(set(lying) - set(known))
+    if foreign:
+        raise ConfigurationError(
+            f"{foreign[0]} lies in it, which is no part of an older export",
+            where=str(folder),
+            remedy=_REMEDY,
+        )
+    for name, digest in known.items():
+        if name in lying and digest and _hash(lying[name]) != digest:
+            raise ConfigurationError(
+                f"{name} was changed since it was exported",
+                where=str(folder),
+                remedy=f"Keep it elsewhere first. {_REMEDY}",
+            )
+
+
+def _own_files(lying: Mapping[str, Path]) -> dict[str, str]:
+    """Return names and hashes of an older export; that of its report is empty if it is right."""
+    reports = [name for name in lying if name.endswith(REPORT_ENDING)]
+    if len(reports) != 1 or not lying[reports[0]].is_file():
+        return {}
+    with lying[reports[0]].open("rb") as stream:
+        content = stream.read(_LARGEST_REPORT_BYTES)
+    try:
+        report: object = json.loads(content)
+    except (ValueError, RecursionError):
+        return {}
+    if not isinstance(report, dict):
+        return {}
+    found = cast("dict[str, object]", report)
+    files = found.get("files")
+    if found.get("format") != REPORT_FORMAT or not isinstance(files, dict):
+        return {}
+    named = cast("dict[str, object]", files)
+    # A report of an older version has no hash of its own, and nothing is known of it.
+    own = found.get(REPORT_HASH)
+    right = own is not None and own == report_sha256(found)
+    return {
+        reports[0]: "" if right else "another",
+        **{name: str(digest) for name, digest in named.items()},
+    }
+
+
+def _hash(path: Path) -> str:
+    return sha256(path.read_bytes()).hexdigest() if path.is_file() else "no file"
+
+
+def write_folder(folder: Path, files: Mapping[str, str]) -> None:
+    """Write files into a folder that `require_folder` takes.
+
+    They are written beside it first; then the whole takes its place. What lay there is looked at
+    once more when nobody finds it under its name any more, and only then removed; whatever ends
+    the swap before puts it back.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    files : mapping
+        Content by name, ASCII or UTF-8.
+
+    Raises
+    ------
+    ConfigurationError
+        If something cannot be written: then the folder is as it was.
+    """
+    require_folder(folder)
+    place = folder.absolute()
+    try:
+        whole = Path(tempfile.mkdtemp(prefix=f".{place.name[:40]}.", dir=place.parent))
+    except OSError as error:
+        raise _unwritten(folder, error) from None
+    new, old, done = whole / "new", whole / "old", False
+    try:
+        new.mkdir()
+        for name, text in files.items():
+            (new / name).write_bytes(text.encode("utf-8"))
+        if place.exists():
+            place.replace(old)
+            _require_own(old, folder)
+        new.replace(place)
+        done = True
+    except OSError as error:
+        raise _unwritten(folder, error) from None
+    finally:
+        # After an error, or Ctrl-C, what lay there goes back to its place.
+        if old.exists() and not done and not place.exists():
+            old.replace(place)
+        if done or not old.exists():
+            shutil.rmtree(whole, ignore_errors=True)
+
+
+def _unwritten(folder: Path, error: OSError) -> ConfigurationError:
+    return ConfigurationError(
+        f"cannot be written ({error.strerror or type(error).__name__})",
+        where=str(folder),
+        remedy="Choose another place, or make room and permission there",
+    )

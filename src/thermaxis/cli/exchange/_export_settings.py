@@ -1,0 +1,447 @@
+"""What ``thermaxis export`` exports: models with rules and limits of a machine, or stated ones."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+from thermaxis.compensation import (
+    Compensation,
+    CompensationModel,
+    Limits,
+    Output,
+    Provenance,
+    SensorRules,
+    SupervisorRules,
+)
+from thermaxis.errors import ConfigurationError, printable
+
+if TYPE_CHECKING:
+    from thermaxis.runtime import MachineConfiguration
+
+_Value = TypeVar("_Value")
+_Named = tuple[str, _Value]
+
+
+class ModelSource(NamedTuple):
+    """A model and where it was read."""
+
+    name: str
+    """Name of the file, without its folder."""
+    sha256: str
+    """Hash of the model's content."""
+    model: CompensationModel
+    """The model."""
+
+
+class Exported(NamedTuple):
+    """What is exported, before it is at a PLC's cycle."""
+
+    sources: tuple[ModelSource, ...]
+    """Models that were read, in their order."""
+    compensation: Compensation
+    """Model, rules and limits."""
+    model_sha256: str
+    """Hash of the model that is exported."""
+    positions_mm: tuple[float, ...]
+    """Position by output; empty where there is no line. [mm]"""
+    machine: str
+    """Name of the machine whose rules these are; empty where they were stated."""
+    changed: tuple[str, ...] = ()
+    """What was changed in the models, in words."""
+    warnings: tuple[str, ...] = ()
+    """What in the machine's configuration does not fit the export, in words that may stand in a
+    remark."""
+
+
+# ---- words of the command line ------------------------------------------------------------------
+
+
+def named_number(text: str) -> _Named[float]:
+    """Return a number with or without a name before it: ``Z_um=100``.
+
+    Parameters
+    ----------
+    text : str
+        The words.
+
+    Returns
+    -------
+    tuple
+        Name, empty where there is none, and number.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If there is no finite number.
+    """
+    name, _, number = text.rpartition("=")
+    return name, _finite(number, text)
+
+
+def named_range(text: str) -> _Named[tuple[float, float]]:
+    """Return a range with or without a name before it: ``T_spindle_C=5:80``.
+
+    Parameters
+    ----------
+    text : str
+        The words.
+
+    Returns
+    -------
+    tuple
+        Name, empty where there is none, and the two ends.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If there are no two finite numbers.
+    """
+    name, _, ends = text.rpartition("=")
+    lowest, colon, highest = ends.partition(":")
+    if not colon:
+        raise argparse.ArgumentTypeError(f"'{printable(text, 60)}' is no range; write 5:80")
+    return name, (_finite(lowest, text), _finite(highest, text))
+
+
+def _finite(word: str, text: str) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        value = float("nan")
+    if value - value != 0.0:  # only of NaN and the infinities
+        raise argparse.ArgumentTypeError(f"'{printable(text, 60)}' has no number where one belongs")
+    return value
+
+
+# ---- models -------------------------------------------------------------------------------------
+
+
+def read_sources(paths: Sequence[Path]) -> tuple[ModelSource, ...]:
+    """Read models.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Their files.
+
+    Returns
+    -------
+    tuple of ModelSource
+        The models.
+
+    Raises
+    ------
+    ConfigurationError
+        If one cannot be read or is no model.
+    """
+    from thermaxis.files import model_sha256, read_model  # noqa: PLC0415  numpy comes with it
+
+    models = [(path.name, read_model(path)) for path in paths]
+    return tuple(ModelSource(name, model_sha256(model), model) for name, model in models)
+
+
+def _with_stated_references(source: ModelSource) -> ModelSource:
+    """Return a model that refers to its stated temperatures, in place of those at its start."""
+    from thermaxis.compensation import STATED  # noqa: PLC0415  beside its use
+
+    model = source.model
+    lacking = [channel for channel in model.channels if channel not in model.reference_c]
+    if lacking:
+        raise ConfigurationError(
+            f"{source.name} states no reference of {', '.join(lacking)}",
+            where="--reference",
+            remedy="Leave it out, or state reference_c of every channel in the model",
+        )
+    return source._replace(model=replace(model, reference=STATED))
+
+
+class _AtPositions(NamedTuple):
+    """A model whose outputs are displacements at positions of an axis."""
+
+    model: CompensationModel
+    positions_mm: tuple[float, ...]
+    origins: tuple[str, ...]
+
+
+def _at_positions(
+    sources: tuple[ModelSource, ...], stated: Sequence[_Named[float]]
+) -> _AtPositions:
+    """Return one model with an output for every position."""
+    from thermaxis.plc.build import (  # noqa: PLC0415  of this dialect only
+        at_position,
+        require_apart,
+    )
+
+    outputs = _placed_outputs(sources, stated)
+    require_apart([position_mm for _, position_mm in outputs])
+    named = tuple(replace(output, name=at_position(position_mm)) for output, position_mm in outputs)
+    first = sources[0].model
+    for source in sources:
+        if (source.model.reference, source.model.input_filter_s) != (
+            first.reference,
+            first.input_filter_s,
+        ):
+            raise ConfigurationError(
+                f"it refers to its {source.model.reference} temperatures with a filter of"
+                f" {source.model.input_filter_s:g} s, the first model to its {first.reference}"
+                f" ones with {first.input_filter_s:g} s",
+                where=source.name,
+                remedy="Identify all positions in the same way",
+            )
+    model = replace(
+        first,
+        outputs=named,
+        reference_c=_common_reference(sources),
+        longest_gap_s=min(source.model.longest_gap_s for source in sources),
+        longest_hold_s=min(source.model.longest_hold_s for source in sources),
+        provenance=_common_provenance(sources),
+        warnings=tuple(dict.fromkeys(w for source in sources for w in source.model.warnings)),
+    )
+    return _AtPositions(
+        model,
+        tuple(position_mm for _, position_mm in outputs),
+        tuple(output.name for output, _ in outputs),
+    )
+
+
+def _placed_outputs(
+    sources: tuple[ModelSource, ...], stated: Sequence[_Named[float]]
+) -> list[tuple[Output, float]]:
+    """Return outputs with their positions, in the order in which they were stated."""
+    if len(sources) > 1:
+        if any(name for name, _ in stated) or len(stated) != len(sources):
+            raise ConfigurationError(
+                f"there are {len(sources)} models and {len(stated)} positions",
+                where="--at",
+                remedy="State --at MM once for every MODEL, in their order",
+            )
+        for source in sources:
+            if len(source.model.outputs) != 1:
+                raise ConfigurationError(
+                    f"this model has {len(source.model.outputs)} outputs",
+                    where=source.name,
+                    remedy="Give models with one output each, or one model with all of them",
+                )
+        pairs = zip(sources, stated, strict=True)
+        return [(source.model.outputs[0], at_mm) for source, (_, at_mm) in pairs]
+    known = {output.name: output for source in sources for output in source.model.outputs}
+    positions = dict(stated)
+    if len(positions) != len(stated) or set(positions) - set(known) or len(positions) < 2:
+        raise ConfigurationError(
+            "a line needs two outputs of the model or more, each with its position",
+            where="--at",
+            remedy=f"State --at OUTPUT=MM for each; the model has {', '.join(known)}. Or give"
+            " several models with --at MM for each",
+        )
+    return [(known[name], at_mm) for name, at_mm in positions.items()]
+
+
+def _common_reference(sources: tuple[ModelSource, ...]) -> dict[str, float]:
+    from thermaxis.compensation import STATED  # noqa: PLC0415  beside its use
+
+    reference_c: dict[str, float] = {}
+    for source in sources:
+        for channel, value_c in source.model.reference_c.items():
+            if source.model.reference == STATED and reference_c.get(channel, value_c) != value_c:
+                raise ConfigurationError(
+                    f"it refers to {channel} at {value_c:g} degC, another model to"
+                    f" {reference_c[channel]:g} degC",
+                    where=source.name,
+                    remedy="Identify all positions with the same references",
+                )
+            reference_c.setdefault(channel, value_c)
+    return reference_c
+
+
+def _common_provenance(sources: tuple[ModelSource, ...]) -> Provenance:
+    if len(sources) == 1:
+        return sources[0].model.provenance
+    origins = [source.model.provenance for source in sources]
+    dates = sorted({origin.date for origin in origins if origin.date})
+    return Provenance(
+        method="models at positions: "
+        + ", ".join(f"{source.name} {source.sha256[:12]}" for source in sources),
+        program=origins[0].program,
+        date=" ".join(dates),
+        logs=tuple(dict.fromkeys(log for origin in origins for log in origin.logs)),
+    )
+
+
+# ---- rules and limits ---------------------------------------------------------------------------
+
+
+def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
+    """Return what the words of the command line ask for.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What ``thermaxis export`` declares.
+    line : bool
+        Whether the outputs are displacements at positions of an axis.
+
+    Returns
+    -------
+    Exported
+        Model, rules and limits.
+
+    Raises
+    ------
+    ConfigurationError
+        If a file cannot be read, the parts do not fit together, or something that has no default
+        is not stated; the text says what to write.
+    """
+    from thermaxis.files import model_sha256  # noqa: PLC0415  numpy comes with it
+
+    read = sources = read_sources(arguments.models)
+    changed: tuple[str, ...] = ()
+    if arguments.reference is not None:
+        sources = tuple(_with_stated_references(source) for source in read)
+        if any(a.model != b.model for a, b in zip(read, sources, strict=True)):
+            changed = ("references: those that the model states, in place of those at the start",)
+    positions: tuple[float, ...] = ()
+    if line:
+        placed = _at_positions(sources, arguments.at)
+        model, positions, origins = placed
+    else:
+        _require_one(sources, arguments)
+        model = sources[0].model
+        origins = tuple(output.name for output in model.outputs)
+    machine, warnings = "", ()
+    if arguments.machine is not None:
+        _require_nothing_stated(arguments)
+        compensation, configuration = _of_machine(arguments.machine, model, origins)
+        machine = configuration.name
+        warnings = _machine_warnings(configuration, read, arguments.cycle_s)
+    else:
+        compensation = _stated(model, origins, arguments)
+    digest = read[0].sha256 if model == read[0].model else model_sha256(model)
+    return Exported(sources, compensation, digest, positions, machine, changed, warnings)
+
+
+def _require_one(sources: tuple[ModelSource, ...], arguments: argparse.Namespace) -> None:
+    if len(sources) > 1:
+        raise ConfigurationError(
+            f"there are {len(sources)} models, and the block has one",
+            where="MODEL",
+            remedy="Combine them first with thermaxis combine; positions of an axis are for"
+            " --dialect sinumerik-tempcomp",
+        )
+    for option, value in (
+        ("--at", arguments.at),
+        ("--positive", arguments.positive),
+        ("--reference-position", arguments.reference_position),
+    ):
+        if value not in (None, []):
+            raise ConfigurationError(
+                "positions belong to --dialect sinumerik-tempcomp only", where=option
+            )
+
+
+def _require_nothing_stated(arguments: argparse.Namespace) -> None:
+    for option in ("limit", "rate", "plausible"):
+        if getattr(arguments, option):
+            raise ConfigurationError(
+                "limits and rules are those of the machine already",
+                where=f"--{option}",
+                remedy="Leave it out, or leave --machine out and state everything",
+            )
+
+
+def _of_machine(
+    path: Path, model: CompensationModel, origins: tuple[str, ...]
+) -> tuple[Compensation, "MachineConfiguration"]:
+    from thermaxis.runtime import read_machine  # noqa: PLC0415  pydantic comes with it
+
+    configuration = read_machine(path)
+    rules = configuration.rules
+    outputs = tuple(output.name for output in model.outputs)
+    if outputs == origins:
+        return rules.applied_to(model), configuration
+    lacking = sorted(set(origins) - set(rules.limits))
+    if lacking:
+        raise ConfigurationError(
+            f"there are no limits of output {', '.join(lacking)}",
+            where=str(path),
+            remedy=f"The machine has {', '.join(rules.limits)}",
+        )
+    limits = {name: rules.limits[origin] for name, origin in zip(outputs, origins, strict=True)}
+    return replace(rules, limits=limits).applied_to(model), configuration
+
+
+def _machine_warnings(
+    configuration: "MachineConfiguration", sources: tuple[ModelSource, ...], cycle_s: float
+) -> tuple[str, ...]:
+    """Return what was set up for another model or another cycle than the exported ones."""
+    from thermaxis.plc.tree import remark_text  # noqa: PLC0415  --help needs none
+
+    said: list[str] = []
+    own_s = configuration.rules.cycle_s
+    if own_s != cycle_s:
+        said.append(
+            f"the cycle is {cycle_s:g} s here and {own_s:g} s in the configuration of the machine:"
+            f" with its rate a call may move the correction {cycle_s / own_s:.3g} times as far"
+        )
+    model = configuration.model
+    if any(source.sha256 != model.sha256 for source in sources):
+        exported = ", ".join(f"{remark_text(s.name)} ({s.sha256[:12]})" for s in sources)
+        said.append(
+            f"the configuration of the machine is for the model {remark_text(model.path.name)}"
+            f" ({model.sha256[:12]}), exported is {exported}: its limits and rules may not suit it"
+        )
+    return tuple(said)
+
+
+def _stated(
+    model: CompensationModel, origins: tuple[str, ...], arguments: argparse.Namespace
+) -> Compensation:
+    outputs = tuple(output.name for output in model.outputs)
+    largest = _by_name(arguments.limit, origins, "--limit", "OUTPUT=UM", "Z_um=100")
+    rates = _by_name(arguments.rate, origins, "--rate", "OUTPUT=UM_PER_S", "Z_um=0.5")
+    ranges = _by_name(
+        arguments.plausible, model.channels, "--plausible", "CHANNEL=LOW:HIGH", "5:80"
+    )
+    return Compensation(
+        model=model,
+        sensors={
+            channel: SensorRules(lowest_c=lowest_c, highest_c=highest_c)
+            for channel, (lowest_c, highest_c) in ranges.items()
+        },
+        limits={
+            name: Limits(largest[origin], rates[origin])
+            for name, origin in zip(outputs, origins, strict=True)
+        },
+        supervisor=SupervisorRules(),
+    )
+
+
+def _by_name(
+    stated: Sequence[_Named[_Value]],
+    wanted: tuple[str, ...],
+    option: str,
+    form: str,
+    example: str,
+) -> Mapping[str, _Value]:
+    """Return what was stated of every name; one without a name counts for all the others."""
+    wanted = tuple(dict.fromkeys(wanted))
+    found = dict(stated)
+    if len(found) != len(stated):
+        raise ConfigurationError("one name is stated twice", where=option)
+    foreign = [name for name in found if name and name not in wanted]
+    if foreign:
+        raise ConfigurationError(
+            f"the model has no {', '.join(foreign)}",
+            where=option,
+            remedy=f"It has {', '.join(wanted)}",
+        )
+    lacking = [name for name in wanted if name not in found and "" not in found]
+    if lacking:
+        raise ConfigurationError(
+            f"nothing is stated of {', '.join(lacking)}, and there is no default",
+            where=option,
+            remedy=f"Write {option} {form} for each, or one without a name for all, such as"
+            f" {option} {example}; or take all rules of a machine by --machine MACHINE.toml",
+        )
+    return {name: found[name] if name in found else found[""] for name in wanted}

@@ -1,0 +1,190 @@
+"""``thermaxis export``: a compensation model as a function block for a PLC."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from thermaxis.cli.exchange._export_files import Export
+
+_DESCRIPTION = """\
+Write a compensation model as a function block that does what `thermaxis run` does: quality rules,
+model, supervisor and limits. DIR gets the program, test vectors, a commissioning guide and a
+report. Limits and rules are those of --machine, or stated: nothing that acts has a default.
+"""
+_DIALECTS = ("scl", "st", "c", "sinumerik-tempcomp")
+_CPUS = ("s7-1500", "s7-300")
+_FLAVOURS = ("iec", "twincat", "codesys")
+_BITS = ("32", "64")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    from thermaxis.cli.exchange._export_settings import (  # noqa: PLC0415  of this command only
+        named_number,
+        named_range,
+    )
+    from thermaxis.cli.thermal._thermal_logs import positive_seconds  # noqa: PLC0415
+
+    parser.description = _DESCRIPTION
+    add = parser.add_argument
+    add("models", metavar="MODEL", type=Path, nargs="+", help="compensation model (JSON)")
+    add(
+        "--dialect",
+        choices=_DIALECTS,
+        required=True,
+        help="scl: Siemens; st: IEC 61131-3; c: C99; sinumerik-tempcomp: SCL that lays a straight"
+        " line through models at positions of an axis",
+    )
+    add(
+        "--cycle-s",
+        metavar="S",
+        type=positive_seconds,
+        required=True,
+        help="time from call to call, 0.1 to 60 [s]",
+    )
+    add(
+        "-o", "--output", metavar="DIR", type=Path, required=True, help="folder, new or empty, or"
+        " of an older export that nobody has changed"
+    )  # fmt: skip
+    add(
+        "--real",
+        choices=_BITS,
+        help="bits of a number: 64 LREAL, 32 REAL (default: 64; 32 for --cpu s7-300)",
+    )
+    add("--cpu", choices=_CPUS, help="of SCL (default: s7-1500; s7-300 with --real 32)")
+    add("--flavour", choices=_FLAVOURS, help="of ST (default: iec)")
+    add(
+        "--name",
+        metavar="NAME",
+        help="of the block, behind tx_ (default: that of the model's file; with several models that"
+        " of the first one's output, without _um)",
+    )
+    add(
+        "--reference",
+        choices=("stated",),
+        help="take the temperatures that the model states as its references, in place of those at"
+        " the start (default: as the model says)",
+    )
+    add("--machine", metavar="MACHINE.toml", type=Path, help="take limits and rules from there")
+    for option, form, parsed, text in (
+        ("--limit", "OUTPUT=UM", named_number, "largest magnitude of a correction [um]"),
+        ("--rate", "OUTPUT=UM_PER_S", named_number, "its largest change in a second [um/s]"),
+        ("--plausible", "CHANNEL=LOW:HIGH", named_range, "range that is believed [degC]"),
+    ):
+        add(
+            option,
+            metavar=form,
+            type=parsed,
+            action="append",
+            default=[],
+            help=f"{text}; without a name for all",
+        )
+    add(
+        "--at",
+        metavar="MM",
+        type=named_number,
+        action="append",
+        default=[],
+        help="position of the axis, once for every MODEL; OUTPUT=MM for outputs of one [mm]",
+    )
+    add(
+        "--positive",
+        choices=("away", "towards"),
+        help="where a positive motion of the axis moves the tool point, seen from the workpiece",
+    )
+    add(
+        "--reference-position",
+        metavar="MM",
+        type=float,
+        help="reference position of the line (default: the mean of the positions) [mm]",
+    )
+    add("--json", metavar="FILE|-", help="write the report here too; - for standard output alone")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Export and write.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ThermaxisError
+        If a file cannot be read or written, something that has no default is not stated, or the
+        target cannot hold what is exported.
+    """
+    from thermaxis.cli._json import write_json  # noqa: PLC0415
+    from thermaxis.cli.exchange._export_files import (  # noqa: PLC0415  --help needs none of these
+        export_of,
+    )
+    from thermaxis.cli.exchange._export_folder import require_folder, write_folder  # noqa: PLC0415
+
+    folder: Path = arguments.output
+    require_folder(folder)
+    export = export_of(arguments)
+    write_folder(folder, export.files)
+    if arguments.json is not None:
+        write_json(export.report, arguments.json)
+    if arguments.json != "-":
+        sys.stdout.write(_summary(export, folder))
+    return 0
+
+
+def _summary(export: "Export", folder: Path) -> str:
+    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none
+    from thermaxis.plc.build import (  # noqa: PLC0415
+        bound_texts,
+        restart_warning,
+    )
+
+    settings = export.settings
+    model = settings.compensation.model
+    layout = model.layout
+    numbers = "LREAL" if settings.double else "REAL"
+    lines = [
+        (
+            f"{settings.names.block}: {len(model.outputs)} output(s), {len(layout.parts)} part(s),"
+            f" {len(layout.taus_s)} section(s), {len(model.channels)} temperature(s);"
+            f" every {settings.cycle_s:g} s in {numbers}"
+        )
+    ]
+    all_bounds = settings.compensation.bounds
+    for output, bounds, step_um in zip(model.outputs, all_bounds, settings.steps_um, strict=True):
+        lines.append(
+            f"  {printable(output.name, 40)}: at most {bounds.total_um:g} µm and"
+            f" {bounds.largest_rate_um_per_s:g} µm/s, at most {step_um:.6g} µm in one call"
+        )
+    if export.line is not None:
+        k0_mm, slope = bound_texts(settings, export.line)
+        lines.append(
+            f"  line: K0 at {export.line.origin_mm:g} mm at most {k0_mm} mm,"
+            f" slope at most {slope} mm/mm"
+        )
+    if export.difference is not None:
+        lines.append(
+            f"  REAL differs from LREAL by at most {export.difference.model_um:.2g} µm of the"
+            f" model in {export.difference.calls} calls without faults"
+        )
+    warned = [text] if (text := restart_warning(settings)) else []
+    lines += [f"changed: {text}" for text in settings.notes]
+    lines += [
+        f"warning: {printable(text, 400)}" for text in (*warned, *export.remarks, *model.warnings)
+    ]
+    lines += [f"written: {printable(str(folder / name))}" for name in export.files]
+    lines.append(f"not checked: {'; '.join(export.not_checked)}")
+    return "\n".join(lines) + "\n"

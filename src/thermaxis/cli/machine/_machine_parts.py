@@ -1,0 +1,434 @@
+"""Puts the parts of a machine's compensation together from its configuration."""
+
+import asyncio
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import TYPE_CHECKING, final
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import (
+    DIAMETER,
+    OTHER_COMPENSATION,
+    Clock,
+    EventRecord,
+    Historian,
+    RequestBox,
+    Sink,
+    Source,
+    interlock_name,
+    probe_name,
+    spare_name,
+)
+
+if TYPE_CHECKING:
+    from thermaxis.compensation import Compensation
+    from thermaxis.runtime import (
+        Borders,
+        LoopSettings,
+        MachineConfiguration,
+        MetricsServer,
+        OpcUaSession,
+        StatusServer,
+    )
+    from thermaxis.runtime.sources import NodeSettings, ReplayClock
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class MachineParts:
+    """Everything that touches the outside; nothing of it is open yet."""
+
+    sessions: "Mapping[str, OpcUaSession]"
+    """Connections by name, shared by source and sink."""
+    source: Source
+    """Where values come from."""
+    sink: Sink
+    """Where corrections go."""
+    historian: Historian
+    """Who remembers."""
+    clock: Clock
+    """The clock of all of them: that of the log where one is replayed."""
+    probes: "OpcUaSession | None" = None
+    """The connection of the probes, which the source opens; None where there are none."""
+
+    @property
+    def borders(self) -> "Borders":
+        """The parts as the loop takes them."""
+        from thermaxis.runtime import Borders  # noqa: PLC0415 - only to run
+
+        return Borders(self.source, self.sink, self.historian, self.clock)
+
+
+@final
+class PacedClock:
+    """The clock of a replayed log, at the pace of the day itself.
+
+    Parameters
+    ----------
+    replay : ReplayClock
+        The clock along the log.
+    real : Clock
+        The computer's clock.
+    """
+
+    def __init__(self, replay: "ReplayClock", real: Clock) -> None:
+        self._replay = replay
+        self._real = real
+        self._start_s = real.monotonic_s()
+
+    def monotonic_s(self) -> float:
+        """Return the time since the log's first row. [s]"""
+        return self._replay.monotonic_s()
+
+    def utc(self) -> datetime:
+        """Return the time of day on the day of the log."""
+        return self._replay.utc()
+
+    async def sleep_until(self, monotonic_s: float) -> None:
+        """Wait until that time has come on the computer's clock as well."""
+        await self._real.sleep_until(self._start_s + monotonic_s)
+        await self._replay.sleep_until(monotonic_s)
+
+
+@final
+class YieldingClock:
+    """The clock of a replayed log, as fast as the program can; others get their turn.
+
+    Parameters
+    ----------
+    replay : ReplayClock
+        The clock along the log.
+    """
+
+    def __init__(self, replay: "ReplayClock") -> None:
+        self._replay = replay
+
+    def monotonic_s(self) -> float:
+        """Return the time since the log's first row. [s]"""
+        return self._replay.monotonic_s()
+
+    def utc(self) -> datetime:
+        """Return the time of day on the day of the log."""
+        return self._replay.utc()
+
+    async def sleep_until(self, monotonic_s: float) -> None:
+        """Let that time be now, after everybody else has had a turn."""
+        await asyncio.sleep(0.0)
+        await self._replay.sleep_until(monotonic_s)
+
+
+def build_parts(configuration: "MachineConfiguration", clock: Clock) -> MachineParts:
+    """Make source, sink and historian; nothing is opened, connected or written.
+
+    Not protected: a configuration that names the wrong node or sign; see `self_test`.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        What to make.
+    clock : Clock
+        The computer's clock.
+
+    Returns
+    -------
+    MachineParts
+        The parts, and the clock that the loop must run by.
+
+    Raises
+    ------
+    ConfigurationError
+        If a log cannot be read or lacks a channel, or the historian's URL is none.
+    """
+    sessions = build_sessions(configuration, clock)
+    probes = build_probe_session(configuration, clock)
+    if configuration.source.kind == "replay":
+        source, running = _replay(configuration, clock)
+    else:
+        source, running = _opcua_source(configuration, sessions), clock
+    if probes is not None:
+        source = _probed(source, configuration, probes, running)
+    from thermaxis.runtime.historian import SqlHistorian  # noqa: PLC0415 - heavy
+
+    historian = SqlHistorian(configuration.historian_url, configuration.historian, running)
+    sink = build_sink(configuration, sessions, running)
+    return MachineParts(sessions, source, sink, historian, running, probes)
+
+
+def build_sessions(
+    configuration: "MachineConfiguration", clock: Clock
+) -> "dict[str, OpcUaSession]":
+    """Make the connections that source and sink share; none is opened.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    clock : Clock
+        The computer's clock.
+
+    Returns
+    -------
+    dict
+        Connections by name.
+    """
+    if not configuration.connections:
+        return {}
+    from thermaxis.runtime import OpcUaSession  # noqa: PLC0415 - asyncua is heavy
+
+    return {
+        name: OpcUaSession(settings, clock) for name, settings in configuration.connections.items()
+    }
+
+
+def build_probe_session(
+    configuration: "MachineConfiguration", clock: Clock
+) -> "OpcUaSession | None":
+    """Make the connection of the probes, of their own; it is not opened.
+
+    A request that is not answered in time costs its connection: a slow probe must not cost that
+    of the inputs.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    clock : Clock
+        The computer's clock.
+
+    Returns
+    -------
+    OpcUaSession or None
+        To the same server as the inputs; None where there are no probes.
+    """
+    if not configuration.probes:
+        return None
+    from thermaxis.runtime import OpcUaSession  # noqa: PLC0415 - asyncua is heavy
+
+    settings = configuration.connections[configuration.source.connection]
+    return OpcUaSession(replace(settings, name=f"{settings.name}, probes"), clock)
+
+
+def _probed(
+    source: Source, configuration: "MachineConfiguration", session: "OpcUaSession", clock: Clock
+) -> Source:
+    from thermaxis.runtime.sources import (  # noqa: PLC0415
+        OpcUaSource,
+        ProbedSource,
+    )
+
+    nodes = probes_read(configuration)
+    return ProbedSource(source, OpcUaSource(session, nodes), tuple(nodes), clock)
+
+
+def _opcua_source(
+    configuration: "MachineConfiguration", sessions: "Mapping[str, OpcUaSession]"
+) -> Source:
+    from thermaxis.runtime.sources import OpcUaSource  # noqa: PLC0415 - asyncua is heavy
+
+    return OpcUaSource(sessions[configuration.source.connection], nodes_read(configuration))
+
+
+def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
+    """Return what an OPC UA source reads, by the names of the ports.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+
+    Returns
+    -------
+    dict
+        Nodes with unit and scale: inputs, second sensors, interlocks, flag and diameter.
+    """
+    from thermaxis.runtime.sources import NodeSettings  # noqa: PLC0415 - asyncua is heavy
+
+    nodes: dict[str, NodeSettings] = {}
+    for name, entry in configuration.inputs.items():
+        nodes[name] = NodeSettings(node=entry.node, unit=entry.unit, scale=entry.scale)
+        if entry.spare_node:
+            nodes[spare_name(name)] = NodeSettings(
+                node=entry.spare_node, unit=entry.unit, scale=entry.scale
+            )
+    for name, flag in configuration.interlocks.items():
+        nodes[interlock_name(name)] = NodeSettings(node=flag.node, unit="bool")
+    other, diameter = configuration.other_compensation, configuration.diameter
+    if other is not None:
+        nodes[OTHER_COMPENSATION] = NodeSettings(node=other.node, unit="bool")
+    if diameter is not None:
+        nodes[DIAMETER] = NodeSettings(node=diameter.node, unit=diameter.unit, scale=diameter.scale)
+    return nodes
+
+
+def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
+    """Return which probes are read, by the names of the ports.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+
+    Returns
+    -------
+    dict
+        Nodes whose values are in micrometres after the scale; empty where there are no probes.
+    """
+    from thermaxis.runtime.sources import NodeSettings  # noqa: PLC0415 - asyncua is heavy
+
+    return {
+        probe_name(name): NodeSettings(node=entry.node, unit="um", scale=entry.factor)
+        for name, entry in configuration.probes.items()
+    }
+
+
+def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source, Clock]:
+    from thermaxis.files import (  # noqa: PLC0415
+        read_thermal_log,
+        read_thermal_mapping,
+    )
+    from thermaxis.runtime.sources import ReplayClock, ReplaySource  # noqa: PLC0415
+
+    settings = configuration.source
+    if settings.log is None:
+        raise ConfigurationError("a replay needs a log", where=f"{configuration.path}, [source]")
+    mapping = None if settings.mapping is None else read_thermal_mapping(settings.mapping)
+    log = read_thermal_log(settings.log, mapping=mapping)
+    replay = ReplayClock()
+    names = dict.fromkeys(configuration.compensation.model.channels, "degC")
+    source = ReplaySource(log, names, replay)
+    if settings.as_fast_as_possible:
+        return source, YieldingClock(replay)
+    return source, PacedClock(replay, clock)
+
+
+def build_sink(
+    configuration: "MachineConfiguration", sessions: "Mapping[str, OpcUaSession]", clock: Clock
+) -> Sink:
+    """Make the sink; it is not opened, and nothing is written.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    sessions : mapping
+        Connections by name.
+    clock : Clock
+        The clock of the loop.
+
+    Returns
+    -------
+    Sink
+        Where corrections go.
+    """
+    settings = configuration.sink
+    if settings.kind == "opcua":
+        from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink  # noqa: PLC0415
+
+        outputs = {
+            name: OpcUaOutput(
+                node=entry.node,
+                unit=entry.unit,
+                sign=entry.sign,
+                read_back_node=entry.read_back_node,
+                effective_node=entry.effective_node,
+            )
+            for name, entry in configuration.outputs.items()
+        }
+        return OpcUaSink(sessions[settings.connection], outputs, settings.heartbeat_node or None)
+    if settings.linuxcnc is not None:
+        from thermaxis.runtime.sinks import LinuxCncSink  # noqa: PLC0415
+
+        return LinuxCncSink(settings.linuxcnc, clock)
+    from thermaxis.runtime.sinks import DrySink  # noqa: PLC0415
+
+    return DrySink(tuple(configuration.outputs))
+
+
+def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
+    """Return what the loop needs besides the compensation.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+
+    Returns
+    -------
+    LoopSettings
+        Names, flags, and what happens at start and end.
+    """
+    from thermaxis.runtime import AtStop, LoopSettings  # noqa: PLC0415 - only to run
+    from thermaxis.runtime.config import configuration_sha256  # noqa: PLC0415 - only to run
+
+    other = configuration.other_compensation
+    return LoopSettings(
+        machine=configuration.name,
+        model_file=configuration.model.path.name,
+        model_sha256=configuration.model.sha256,
+        interlocks_met={name: flag.value for name, flag in configuration.interlocks.items()},
+        other_active=None if other is None else other.value,
+        reads_diameter=configuration.diameter is not None,
+        resume_enabled=configuration.resume_enabled,
+        resume_within_s=configuration.resume_within_s,
+        at_stop=AtStop(configuration.at_stop),
+        stop_within_s=configuration.stop_within_s,
+        configuration_sha256=configuration_sha256(configuration),
+    )
+
+
+def build_status_server(
+    configuration: "MachineConfiguration",
+    box: RequestBox,
+    clock: Clock,
+    *,
+    compensation: "Callable[[], Compensation | None]",
+    audit: Callable[[EventRecord], None],
+) -> "StatusServer | None":
+    """Make the status server, if one is configured; it does not listen yet.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    box : RequestBox
+        Where requests go: the loop.
+    clock : Clock
+        The computer's clock.
+    compensation : callable
+        Returns the compensation in force.
+    audit : callable
+        Takes log-ins and refusals: the historian's `event`.
+
+    Returns
+    -------
+    StatusServer or None
+        None where the file has no table for it.
+    """
+    if configuration.server is None:
+        return None
+    from thermaxis.runtime import StatusServer  # noqa: PLC0415 - asyncua is heavy
+
+    return StatusServer(configuration.server, box, clock, compensation=compensation, audit=audit)
+
+
+def build_metrics(configuration: "MachineConfiguration", clock: Clock) -> "MetricsServer | None":
+    """Make the server of figures for Prometheus, if one is configured; it does not listen yet.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+    clock : Clock
+        The computer's clock.
+
+    Returns
+    -------
+    MetricsServer or None
+        None where the file has no table for it.
+    """
+    if configuration.metrics is None:
+        return None
+    from thermaxis.runtime import MetricsServer  # noqa: PLC0415 - only where it is asked for
+
+    return MetricsServer(configuration.metrics, clock)

@@ -1,0 +1,252 @@
+"""``thermaxis certificate``: make an own certificate, show one, fetch and pin that of a machine."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from datetime import datetime
+
+    from thermaxis.runtime import Certificate
+    from thermaxis.runtime.opcua import ServerOffer
+
+_DESCRIPTION = """\
+Certificates of encrypted OPC UA connections. `new` makes an own certificate and its private key,
+which only the owner can read; `show` prints what a certificate says and when it expires; `fetch`
+asks a machine for its certificate, shows the fingerprint, and stores it once somebody has compared
+it with the one that the machine itself shows. No other certificate is then accepted from it.
+"""
+_ANSWER_LIMIT = 100
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+    _add_new(actions.add_parser("new", help="make a certificate and its key", allow_abbrev=False))
+    show = actions.add_parser("show", help="show what certificates say", allow_abbrev=False)
+    show.add_argument("files", metavar="CERTIFICATE", nargs="+", help="certificate, DER or PEM")
+    _add_fetch(
+        actions.add_parser("fetch", help="store a machine's certificate", allow_abbrev=False)
+    )
+
+
+def _add_new(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("certificate", metavar="CERTIFICATE", help="file of the certificate, such as own.der")
+    add("key", metavar="KEY", help="file of the private key, such as own.pem")
+    add(
+        "--uri",
+        metavar="URI",
+        default="urn:thermaxis:client",
+        help="address of the application (default: urn:thermaxis:client)",
+    )
+    add(
+        "--host",
+        metavar="NAME",
+        action="append",
+        help="name or address of this computer; may be given more than once (default: its name)",
+    )
+    add("--days", metavar="N", type=int, help="validity (default: 730, two years)")
+    add("--organisation", metavar="TEXT", default="", help="whose it is (default: not stated)")
+    add(
+        "--use",
+        choices=("client", "server", "both"),
+        default="client",
+        help="for connections to machines, for the status server, or both (default: client)",
+    )
+    add("--replace", action="store_true", help="renew files that are there already")
+
+
+def _add_fetch(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("url", metavar="URL", help="address of the server, such as opc.tcp://192.168.214.241:4840")
+    add("-o", "--output", metavar="CERTIFICATE", required=True, help="file to store it in")
+    add(
+        "--fingerprint",
+        metavar="HEX",
+        help="fingerprint that the machine shows, SHA-256 or SHA-1; stored without a question if"
+        " it is the same, not at all if it is another",
+    )
+    add("--timeout", metavar="S", type=float, default=5.0, help="longest time (default: 5)")
+    add("--replace", action="store_true", help="replace the stored certificate of a machine")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Make, show or fetch certificates.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ConfigurationError
+        If a file is there already, cannot be read or is no certificate, the machine cannot be
+        reached or has no certificate, or the fingerprint is another or not confirmed.
+    """
+    actions = {"new": _new, "show": _show, "fetch": _fetch}
+    actions[arguments.action](arguments)
+    return 0
+
+
+def _now() -> "datetime":
+    from datetime import UTC, datetime  # noqa: PLC0415  nothing is imported before a command runs
+
+    return datetime.now(UTC)
+
+
+def _new(arguments: argparse.Namespace) -> None:
+    import socket  # noqa: PLC0415  nothing but argparse is imported before a command runs
+    import sys  # noqa: PLC0415
+    from pathlib import Path  # noqa: PLC0415
+
+    from thermaxis.runtime import CertificateUse  # noqa: PLC0415
+    from thermaxis.runtime.opcua import (  # noqa: PLC0415
+        DEFAULT_DAYS,
+        NewCertificate,
+        certificate_of,
+        make_pair,
+        write_pair,
+    )
+
+    new = NewCertificate(
+        application_uri=arguments.uri,
+        hosts=tuple(arguments.host or (socket.gethostname(),)),
+        days=DEFAULT_DAYS if arguments.days is None else arguments.days,
+        organisation=arguments.organisation,
+        use=CertificateUse(arguments.use),
+    )
+    now = _now()
+    path, key = Path(arguments.certificate), Path(arguments.key)
+    write_pair(path, key, make_pair(new, now), replace=arguments.replace)
+    sys.stdout.write(_as_text(certificate_of(path), now, str(path)))
+    sys.stdout.write(f"private key   {key}, readable by its owner only\n")
+    if arguments.use != "server":
+        sys.stdout.write("Let the machine trust this certificate; compare its fingerprint there.\n")
+
+
+def _show(arguments: argparse.Namespace) -> None:
+    import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
+    from pathlib import Path  # noqa: PLC0415
+
+    from thermaxis.runtime.opcua import certificate_of  # noqa: PLC0415
+
+    now = _now()
+    files: Sequence[str] = arguments.files
+    certificates = [certificate_of(Path(name)) for name in files]
+    texts = [_as_text(c, now, name) for c, name in zip(certificates, files, strict=True)]
+    sys.stdout.write("\n".join(texts))
+
+
+def _as_text(certificate: "Certificate", now: "datetime", name: str) -> str:
+    from thermaxis.runtime.opcua import validity_warning  # noqa: PLC0415  where needed
+
+    begin, end = (
+        moment.strftime("%Y-%m-%d") for moment in (certificate.not_before, certificate.not_after)
+    )
+    lines = [
+        f"certificate   {name}",
+        f"names         {certificate.subject}",
+        f"application   {', '.join(certificate.application_uris) or 'not stated'}",
+        f"computer      {', '.join(certificate.hosts) or 'not stated'}",
+        f"valid         {begin} to {end}, {certificate.days_left(now):.0f} days left",
+        f"SHA-256       {certificate.sha256}",
+        f"SHA-1         {certificate.sha1}",
+    ]
+    warning = validity_warning(certificate, now, name="certificate")
+    if warning is not None:
+        lines.append(f"warning       {warning}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _fetch(arguments: argparse.Namespace) -> None:
+    import asyncio  # noqa: PLC0415  nothing but argparse is imported before a command runs
+    import logging  # noqa: PLC0415
+    import sys  # noqa: PLC0415
+    from pathlib import Path  # noqa: PLC0415
+
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+    from thermaxis.runtime.opcua import (  # noqa: PLC0415
+        fetch_offers,
+        write_certificate,
+    )
+
+    library = logging.getLogger("asyncua")
+    level = library.level
+    library.setLevel(logging.CRITICAL)  # what fails is said in words
+    try:
+        offers = asyncio.run(fetch_offers(arguments.url, arguments.timeout))
+    finally:
+        library.setLevel(level)
+    offer = _chosen(offers, arguments)
+    sys.stdout.write(_as_text(offer.certificate, _now(), arguments.url))
+    sys.stdout.write(f"policies      {', '.join(offer.policies) or 'none that encrypts'}\n")
+    sys.stdout.write(f"users         {', '.join(offer.users) or 'not stated'}\n")
+    if arguments.fingerprint is None and not _confirmed():
+        raise ConfigurationError(
+            "the fingerprint was not confirmed; nothing was stored",
+            where=arguments.url,
+            remedy="Look it up on the machine itself, then answer yes or give --fingerprint",
+        )
+    write_certificate(Path(arguments.output), offer.certificate, replace=arguments.replace)
+    sys.stdout.write(f"stored        {arguments.output}\n")
+
+
+def _chosen(offers: "Sequence[ServerOffer]", arguments: argparse.Namespace) -> "ServerOffer":
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+
+    if not offers:
+        raise ConfigurationError(
+            "the server has no certificate",
+            where=arguments.url,
+            remedy="Enable an encrypted endpoint on the machine",
+        )
+    if arguments.fingerprint is None:
+        usable = [offer for offer in offers if offer.policies] or list(offers)
+        if len(usable) == 1:
+            return usable[0]
+        shown = ", ".join(offer.certificate.sha256 for offer in usable)
+        raise ConfigurationError(
+            f"the server has several certificates: {shown}",
+            where=arguments.url,
+            remedy="Say by --fingerprint which one the machine shows as its own",
+        )
+    wanted = _digits(arguments.fingerprint)
+    for offer in offers:
+        if wanted in {_digits(offer.certificate.sha256), _digits(offer.certificate.sha1)}:
+            return offer
+    found = ", ".join(offer.certificate.sha256 for offer in offers)
+    raise ConfigurationError(
+        f"the server has another fingerprint, SHA-256 {found}",
+        where=arguments.url,
+        remedy="If it is typed as the machine shows it, somebody stands between: store nothing",
+    )
+
+
+def _digits(fingerprint: str) -> str:
+    return "".join(c for c in fingerprint.lower() if c not in ": -")
+
+
+def _confirmed() -> bool:
+    """Ask whether the machine shows the same fingerprint; no answer means no."""
+    import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
+
+    sys.stdout.write("Does the machine itself show this fingerprint? Write yes to store it: ")
+    sys.stdout.flush()
+    answer = sys.stdin.readline(_ANSWER_LIMIT)
+    if not sys.stdin.isatty():
+        sys.stdout.write("\n")
+    return answer.strip().lower() == "yes"

@@ -1,0 +1,267 @@
+"""``thermaxis commission``: prove sign and size of an offset on the machine."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from asyncua.ua import DataValue
+
+    from thermaxis.cli.machine._machine_parts import MachineParts
+    from thermaxis.runtime import CommissioningPlan, MachineConfiguration, StepProof
+    from thermaxis.runtime.checks import Measure
+
+_DESCRIPTION = """\
+Move one offset out by a small step and back, at the allowed rate, and compare with what a gauge or
+a probe shows. Nothing moves before you have said yes. The machine must be switched on, stand still,
+and touch nothing; the loop must not run. What was asked, accepted and measured is recorded.
+"""
+_ANSWERS_YES = {"yes", "y", "ja", "ano"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    add = parser.add_argument
+    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
+    add("--output", metavar="NAME", help="output to prove (default: the only one)")
+    add("--step", type=float, default=10.0, metavar="UM", help="size of the step, in um")
+    add("--probe", metavar="NODE", help="node of a probe that measures, in place of a gauge")
+    add(
+        "--probe-unit",
+        choices=("um", "mm"),
+        default="um",
+        help="unit of the probe; positive is away from the workpiece",
+    )
+    add("--yes", action="store_true", help="do not ask: with a probe only")
+    add("--json", type=Path, metavar="FILE", help="write the record there as well")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prove sign and size.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0 if they are proven, 1 if not or nobody said yes.
+
+    Raises
+    ------
+    ThermaxisError
+        If the configuration is wrong, the loop runs, the machine is not there, or the self-test
+        forbids a correction.
+    """
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+    from thermaxis.runtime import (  # noqa: PLC0415
+        CommissioningPlan,
+        read_machine,
+        sole_runner,
+    )
+
+    configuration = read_machine(arguments.configuration)
+    limits = configuration.compensation.limits
+    output = arguments.output or (next(iter(limits)) if len(limits) == 1 else "")
+    if output not in limits:
+        raise ConfigurationError(
+            f"there is no output {output or 'named'}",
+            where="--output",
+            remedy=f"Outputs are {', '.join(limits)}",
+        )
+    if configuration.sink.kind == "dry":
+        raise ConfigurationError("a dry run has no offset to prove", where="[sink], kind")
+    if arguments.yes and not arguments.probe:
+        raise ConfigurationError("without a probe somebody must read the gauge", where="--yes")
+    plan = CommissioningPlan(output=output, limits=limits[output], step_um=arguments.step)
+    sys.stdout.write(_intention(configuration, plan))
+    if not arguments.yes and not _asked("Shall the offset move now? Type yes: "):
+        sys.stdout.write("Nothing was moved.\n")
+        return 1
+    with sole_runner(configuration.state_file, configuration.name):
+        proof = asyncio.run(_prove(configuration, plan, arguments))
+    sys.stdout.write(_said(proof))
+    if arguments.json is not None:
+        arguments.json.write_text(json.dumps(_record(proof), indent=2) + "\n", encoding="utf-8")
+    return 0 if proof.passed else 1
+
+
+def _intention(configuration: "MachineConfiguration", plan: "CommissioningPlan") -> str:
+    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime import offset_factor  # noqa: PLC0415
+
+    output = configuration.outputs[plan.output]
+    raw = plan.step_um * offset_factor(output.unit, output.sign)
+    seconds = abs(plan.step_um) / plan.limits.largest_rate_um_per_s
+    direction = "away from" if plan.step_um > 0.0 else "towards"
+    return (
+        f"{printable(configuration.name)}, output {plan.output}: the offset goes by"
+        f" {plan.step_um:+g} um and comes back, {seconds:.0f} s each way.\n"
+        f"The configuration says: {output.sign}; unit {output.unit}.\n"
+        f"The node gets {raw:+g} {output.unit} more than it holds now.\n"
+        f"So the tool must move {abs(plan.step_um):g} um {direction} the workpiece.\n"
+    )
+
+
+def _asked(question: str) -> bool:
+    sys.stdout.write(question)
+    sys.stdout.flush()
+    return sys.stdin.readline().strip().casefold() in _ANSWERS_YES
+
+
+async def _prove(
+    configuration: "MachineConfiguration",
+    plan: "CommissioningPlan",
+    arguments: argparse.Namespace,
+) -> "StepProof":
+    from thermaxis.cli.machine._machine_parts import build_parts  # noqa: PLC0415 - only to run
+    from thermaxis.errors import DataError  # noqa: PLC0415
+    from thermaxis.runtime import (  # noqa: PLC0415  # noqa: PLC0415
+        EventRecord,
+        SystemClock,
+        prove_step,
+        reasons_against,
+        self_test,
+    )
+
+    clock = SystemClock()
+    parts = build_parts(configuration, clock)
+    await parts.historian.open(tuple(configuration.outputs), ())
+    await parts.source.open()
+    await parts.sink.open()
+    try:
+        await _wait_for_machine(parts)
+        forbidden = reasons_against(await self_test(parts, configuration))
+        if forbidden:
+            raise DataError(
+                f"the self-test forbids it: {'; '.join(forbidden)}",
+                where=configuration.name,
+                remedy="Run thermaxis check",
+            )
+        measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
+        probed = bool(arguments.probe)
+        proof = await prove_step(parts.sink, clock, plan, measure, automatic=probed)
+        parts.historian.event(
+            EventRecord(
+                clock.utc(), "commission", "the command line", proof.verdict, _record(proof)
+            )
+        )
+        return proof
+    finally:
+        await parts.sink.close()
+        await parts.source.close()
+        await parts.historian.close(5.0)
+
+
+async def _wait_for_machine(parts: "MachineParts") -> None:
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.errors import DataError  # noqa: PLC0415
+
+    for _ in range(100):
+        await parts.source.read(0.2)
+        if parts.sink.connected:
+            return
+        await asyncio.sleep(0.1)
+    said = [session.last_error for session in parts.sessions.values() if session.last_error]
+    raise DataError(
+        f"the machine is not there: {'; '.join(said) or 'no answer within 10 s'}",
+        where="the connection",
+        remedy="Run thermaxis check",
+    )
+
+
+async def _gauge(sentence: str) -> float:
+    """Ask a person for the gauge's reading; the heartbeat goes on meanwhile."""
+    import asyncio  # noqa: PLC0415  --help needs none of these
+    import math  # noqa: PLC0415
+
+    from thermaxis.errors import DataError  # noqa: PLC0415
+
+    while True:
+        sys.stdout.write(f"Now {sentence}. Gauge in um, away from the workpiece positive: ")
+        sys.stdout.flush()
+        line = await asyncio.to_thread(sys.stdin.readline)
+        if not line:
+            raise DataError("nobody answers any more: the offset goes back", where="the gauge")
+        try:
+            value = float(line.strip().replace(",", "."))
+        except ValueError:
+            value = math.nan
+        if math.isfinite(value):
+            return value
+        sys.stdout.write("That is no number.\n")
+
+
+def _probe(
+    parts: "MachineParts", configuration: "MachineConfiguration", arguments: argparse.Namespace
+) -> "Measure":
+    """Return what reads a probe: the median of some readings."""
+    import asyncio  # noqa: PLC0415  --help needs none of these
+    import math  # noqa: PLC0415
+    from statistics import median  # noqa: PLC0415
+
+    from thermaxis.errors import DataError  # noqa: PLC0415
+
+    session = parts.sessions[configuration.sink.connection or configuration.source.connection]
+    factor = 1.0 if arguments.probe_unit == "um" else 1e3
+
+    async def measure(sentence: str) -> float:
+        readings: list[float] = []
+        for _ in range(9):
+            found = await session.read([arguments.probe], 1.0)
+            value = None if found is None or found[0].Value is None else found[0].Value.Value
+            if (
+                found is not None
+                and _is_good(found[0])
+                and isinstance(value, int | float)
+                and math.isfinite(value)
+            ):
+                readings.append(factor * float(value))
+            await asyncio.sleep(0.2)
+        if len(readings) < 5:
+            raise DataError("the probe does not measure", where=arguments.probe)
+        sys.stdout.write(f"Now {sentence}: the probe shows {median(readings):.2f} um.\n")
+        return median(readings)
+
+    return measure
+
+
+def _is_good(value: "DataValue") -> bool:
+    return value.StatusCode is not None and value.StatusCode.is_good()
+
+
+def _record(proof: "StepProof") -> dict[str, str | float | bool | None]:
+    return {
+        "output": proof.output,
+        "asked_um": proof.asked_um,
+        "found_um": proof.found_um,
+        "accepted_um": proof.accepted_um,
+        "effective_um": proof.effective_um,
+        "measured_out_um": proof.out_um,
+        "measured_back_um": proof.back_um,
+        "passed": proof.passed,
+        "verdict": proof.verdict,
+    }
+
+
+def _said(proof: "StepProof") -> str:
+    accepted = "not read" if proof.accepted_um is None else f"{proof.accepted_um:.2f} um"
+    effective = "not told" if proof.effective_um is None else f"{proof.effective_um:.2f} um"
+    return (
+        f"offset found {proof.found_um:.2f} um, accepted {accepted}, effective {effective}\n"
+        f"{'PROVEN' if proof.passed else 'NOT PROVEN'}: {proof.verdict}.\n"
+    )

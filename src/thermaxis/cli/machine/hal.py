@@ -1,0 +1,90 @@
+"""``thermaxis hal``: write the part of LinuxCNC's HAL file that applies the offsets."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from thermaxis.runtime.sinks import LinuxCncSettings
+
+_DESCRIPTION = """\
+Write the part of a LinuxCNC machine's HAL file that adds the offsets of a configuration below the
+motion controller: clamp, rate and watchdog are those of the configuration. What else the machine's
+HAL file needs stands at the head of the result. The configuration names LinuxCNC as its sink.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    add = parser.add_argument
+    add("configuration", metavar="MACHINE.toml", type=Path, help="configuration of the machine")
+    add(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="write the lines to this file (default: to standard output)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the lines.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ConfigurationError
+        If the configuration has a mistake or another sink, or the file cannot be written.
+    """
+    from thermaxis.cli.axis._table_files import check_output, write_ascii  # noqa: PLC0415  --help
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  needs none of these
+    from thermaxis.runtime import read_machine  # noqa: PLC0415
+    from thermaxis.runtime.sinks import hal_text  # noqa: PLC0415
+
+    path: Path = arguments.configuration
+    output: str | None = arguments.output
+    if output is not None:
+        check_output(output, inputs=(path,))
+    settings = read_machine(path).sink.linuxcnc
+    if settings is None:
+        raise ConfigurationError(
+            "the sink is not LinuxCNC",
+            where=f"{path}, [sink], kind",
+            remedy='Say kind = "linuxcnc" there, and the joint of each output',
+        )
+    if output is None:
+        sys.stdout.write(hal_text(settings))
+        return 0
+    write_ascii(output, hal_text(settings, Path(output).name))
+    sys.stdout.write(_summary(settings, output))
+    return 0
+
+
+def _summary(settings: "LinuxCncSettings", output: str) -> str:
+    lines = [f"{output}: {len(settings.outputs)} offset(s)"]
+    for name, one in settings.outputs.items():
+        lines.append(
+            f"  {name}: joint {one.joint}, at most {one.limits.total_um:g} µm and"
+            f" {one.limits.largest_rate_um_per_s:g} µm/s; {one.sign}"
+        )
+    lines += [
+        f"  without a write for {settings.watchdog_s:g} s the machine takes the offsets back",
+        "Two changes in the machine's own HAL file stand at the head of it.",
+    ]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,297 @@
+"""``thermaxis history``: export a span, list events, check or copy what the loop has recorded."""
+
+import argparse
+import sys
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from thermaxis.cli.thermal._thermal_logs import positive_seconds
+
+if TYPE_CHECKING:
+    from thermaxis.runtime import EventRecord
+    from thermaxis.runtime.historian import Condition, HistoryReader
+
+_DESCRIPTION = """\
+Read the history that the loop writes, while it runs or later. HISTORY is a file of SQLite, the
+URL of a database, or a machine's configuration (MACHINE.toml), which names it. Nothing is changed.
+"""
+_APART = (
+    "Write it into a file that only its owner can read, give that as --password-file, and change"
+    " the password: other users of this computer may have seen it"
+)
+
+
+def _moment(text: str) -> datetime:
+    from thermaxis.files.table import parse_moment  # noqa: PLC0415  --help needs no numpy
+
+    found = parse_moment(text)
+    if found is None and len(text) == len("2026-11-20"):
+        found = parse_moment(f"{text}T00:00")
+    if found is None:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is no time; write 2026-11-20, 2026-11-20T14:03 or 2026-11-20T14:03:05+01:00"
+        )
+    return found.astimezone()  # a time without a zone is one of this computer's
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text[:9]) or len(text) > 8:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number from 1 up")
+    return int(text)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+    export = actions.add_parser(
+        "export", help="write a span as a thermal log, Parquet or CSV", allow_abbrev=False
+    )
+    _add_history(export)
+    add = export.add_argument
+    add("-o", "--output", metavar="LOG", type=Path, required=True, help=".parquet or .csv")
+    _add_span(export)
+    add(
+        "--column",
+        metavar="PATTERN",
+        action="append",
+        default=[],
+        help="headings that are wanted, with * and ?; may be given more than once (default: all)",
+    )
+    add(
+        "--all",
+        action="store_true",
+        help="also values of bad status, and status, state and reasons as words",
+    )
+    events = actions.add_parser("events", help="list what happened", allow_abbrev=False)
+    _add_history(events)
+    _add_span(events)
+    add = events.add_argument
+    add(
+        "--kind",
+        metavar="KIND",
+        action="append",
+        default=[],
+        help="start, stop, state, request, connection, alarm, commission or loss; may be given"
+        " more than once (default: all)",
+    )
+    add("--newest", metavar="N", type=_count, help="only the newest (default: all in the span)")
+    add("--json", metavar="FILE|-", help="write them as JSON; - for standard output alone")
+    check = actions.add_parser(
+        "check", help="read everything and say what is there", allow_abbrev=False
+    )
+    _add_history(check)
+    copy = actions.add_parser(
+        "copy", help="copy a file of SQLite, also while the loop writes to it", allow_abbrev=False
+    )
+    _add_history(copy)
+    copy.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, required=True, help="the copy, a new file"
+    )
+
+
+def _add_history(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("history", metavar="HISTORY", help="file, URL, or MACHINE.toml")
+    parser.add_argument(
+        "--password-file",
+        metavar="FILE",
+        type=Path,
+        help="file with the password that the database of a URL asks for",
+    )
+
+
+def _add_span(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    zone = "without a zone it is this computer's"
+    add("--from", dest="first", metavar="TIME", type=_moment, help=f"begin; {zone}")
+    add("--to", dest="last", metavar="TIME", type=_moment, help=f"end, not included; {zone}")
+    add(
+        "--last",
+        dest="length_s",
+        metavar="TIME",
+        type=positive_seconds,
+        help="so long before the end of the history, such as 90min or 8h",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Export, list, check or copy.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ThermaxisError
+        If the history cannot be found or read, is damaged, or has nothing of what is asked for.
+    """
+    url, password = _address_of(arguments.history, arguments.password_file)
+    actions = {"export": _export, "events": _events, "check": _check, "copy": _copy}
+    actions[arguments.action](arguments, url, password)
+    return 0
+
+
+def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
+    """Return URL and password of what the user names."""
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime.historian import refuse_password  # noqa: PLC0415
+    from thermaxis.runtime.host import read_secret  # noqa: PLC0415
+
+    if "://" in text:
+        refuse_password(text, where="HISTORY", remedy=_APART)
+        if password_file is None:
+            return text, ""
+        return text, read_secret(password_file, where="--password-file").reveal()
+    if password_file is not None:
+        raise ConfigurationError(
+            "a password belongs to the URL of a database",
+            where="--password-file",
+            remedy="Leave it out: a file has none, and a configuration names its own",
+        )
+    if text.casefold().endswith(".toml"):
+        from thermaxis.runtime import read_machine  # noqa: PLC0415  --help needs none
+
+        machine = read_machine(text)
+        return machine.historian_url, machine.historian.password.reveal()
+    return f"sqlite:///{text}", ""
+
+
+def _span(
+    arguments: argparse.Namespace, reader: "HistoryReader"
+) -> tuple[datetime | None, datetime | None]:
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
+
+    first: datetime | None = arguments.first
+    last: datetime | None = arguments.last
+    if arguments.length_s is not None:
+        if first is not None or last is not None:
+            raise ConfigurationError(
+                "a span has either ends or a length",
+                where="--last",
+                remedy="Leave --from and --to out, or --last",
+            )
+        whole = reader.span()
+        if whole is not None:
+            first = whole[1] - timedelta(seconds=arguments.length_s)
+    if first is not None and last is not None and first >= last:
+        raise ConfigurationError("the span ends before it begins", where="--from, --to")
+    return first, last
+
+
+def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
+    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415
+    from thermaxis.runtime.historian import (  # noqa: PLC0415
+        HistoryReader,
+        export_history,
+    )
+
+    output: Path = arguments.output
+    if output.suffix.casefold() not in {".parquet", ".csv"}:
+        raise ConfigurationError(
+            "the name tells no format", where=str(output), remedy="End it in .parquet or .csv"
+        )
+    with HistoryReader(url, password) as reader, Progress() as progress:
+        first, last = _span(arguments, reader)
+        written = export_history(
+            reader,
+            output,
+            first=first,
+            last=last,
+            patterns=arguments.column,
+            everything=arguments.all,
+            report=progress,
+        )
+    sys.stdout.write(
+        f"written: {printable(str(output))} ({written.rows} cycles,"
+        f" {len(written.columns)} columns)\n"
+    )
+
+
+def _events(arguments: argparse.Namespace, url: str, password: str) -> None:
+    from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime.historian import HistoryReader  # noqa: PLC0415
+
+    with HistoryReader(url, password) as reader:
+        first, last = _span(arguments, reader)
+        found = reader.events(first, last, kinds=arguments.kind, newest=arguments.newest)
+    if arguments.json is not None:
+        write_json({"events": [_event_as_json(event) for event in found]}, arguments.json)
+    if arguments.json != "-":
+        sys.stdout.write("".join(map(_event_line, found)) or "There are no such events.\n")
+
+
+def _event_as_json(event: "EventRecord") -> dict[str, object]:
+    import math  # noqa: PLC0415  --help needs none
+
+    details = {
+        name: str(value) if isinstance(value, float) and not math.isfinite(value) else value
+        for name, value in event.details.items()
+    }
+    return {
+        "utc": event.utc.isoformat(),
+        "kind": event.kind,
+        "who": event.who,
+        "text": event.text,
+        "details": details,
+    }
+
+
+def _event_line(event: "EventRecord") -> str:
+    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none
+
+    when = event.utc.astimezone().isoformat(sep=" ", timespec="seconds")
+    who = f" ({printable(event.who, 60)})" if event.who else ""
+    return f"{when}  {printable(event.kind, 20):<10}  {printable(event.text, 400)}{who}\n"
+
+
+def _check(_: argparse.Namespace, url: str, password: str) -> None:
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime.historian import check_history  # noqa: PLC0415
+
+    with Progress() as progress:
+        found = check_history(url, password, report=progress)
+    sys.stdout.write(_condition_text(found))
+
+
+def _condition_text(found: "Condition") -> str:
+    lines = ["The history is sound: everything in it could be read."]
+    if found.first is not None and found.last is not None:
+        times = (
+            found.first.isoformat(timespec="seconds"),
+            found.last.isoformat(timespec="seconds"),
+        )
+        lines.append(f"{found.cycles} cycles from {times[0]} to {times[1]}")
+    else:
+        lines.append("no cycles")
+    lines.append(f"{found.events} events, {found.starts} starts of the historian")
+    if found.lost_cycles or found.lost_events:
+        lines.append(
+            f"It says itself that {found.lost_cycles} cycles and {found.lost_events} events were"
+            " lost: thermaxis history events --kind loss"
+        )
+    if found.size_bytes is not None:
+        lines.append(f"{found.size_bytes / 1e6:.1f} MB")
+    return "\n".join(lines) + "\n"
+
+
+def _copy(arguments: argparse.Namespace, url: str, _: str) -> None:
+    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime.historian import copy_history  # noqa: PLC0415
+
+    copy_history(url, arguments.output)
+    sys.stdout.write(f"written: {printable(str(arguments.output))}\n")

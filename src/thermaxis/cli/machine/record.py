@@ -1,0 +1,258 @@
+"""``thermaxis record``: read nodes of OPC UA servers into logs that ``identify`` reads."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable
+
+    from thermaxis.runtime import RecordSettings, RecordSummary
+
+_DESCRIPTION = """\
+Read the nodes that a configuration names, each at its rate, into a log per day: time, and one
+column per channel. Status and source time stamp of every reading stand in a file beside it. What
+is not good, no number or no new measurement is an empty cell; gaps, losses and jumps of the clock
+are marked. It goes on until it is interrupted (Ctrl+C, or SIGTERM), through lost connections, a
+full disk and restarts.
+"""
+
+
+def _duration(text: str) -> float:
+    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415 - --help needs none
+        positive_seconds,
+    )
+
+    return positive_seconds(text)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    add = parser.add_argument
+    add("configuration", metavar="RECORD.toml", type=Path, help="servers, nodes, rates (TOML)")
+    add("-o", "--output", metavar="FOLDER", type=Path, help="where the logs are written")
+    add(
+        "--for",
+        dest="duration",
+        metavar="TIME",
+        type=_duration,
+        help="end after so long: a number of seconds, or with min or h (default: when interrupted)",
+    )
+    add(
+        "--try",
+        dest="only_try",
+        action="store_true",
+        help="read every node once, show what it says, and write nothing",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Record.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0; 1 if a node could not be read by ``--try``.
+
+    Raises
+    ------
+    ThermaxisError
+        If the configuration is wrong, the folder cannot be written to, another recording of the
+        same name runs there, or rows could not be written in the end.
+    """
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+    from thermaxis.runtime import read_record  # noqa: PLC0415
+
+    if (arguments.output is None) != bool(arguments.only_try):
+        raise ConfigurationError(
+            "nothing is written by --try" if arguments.only_try else "no folder is named",
+            where="--output",
+            remedy="Leave one of them out" if arguments.only_try else "Write -o FOLDER, or --try",
+        )
+    settings = read_record(arguments.configuration)
+    if arguments.only_try:
+        return asyncio.run(_tried(settings))
+    return _record(settings, arguments.output, arguments.duration)
+
+
+def _record(settings: "RecordSettings", folder: Path, duration_s: float | None) -> int:
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.errors import DataError  # noqa: PLC0415
+    from thermaxis.runtime.record import sole_writer  # noqa: PLC0415
+
+    with sole_writer(folder, settings.name):
+        for line in _about(settings, folder, duration_s):
+            _tell(line)
+        summary = asyncio.run(_recorded(settings, folder, duration_s))
+    for line in _summary(summary):
+        sys.stdout.write(f"{line}\n")
+    if summary.error:
+        raise DataError(
+            f"the last rows could not be written ({summary.error})",
+            where=str(folder),
+            remedy="Make room on the disk, and record again",
+        )
+    return 0
+
+
+async def _recorded(
+    settings: "RecordSettings", folder: Path, duration_s: float | None
+) -> "RecordSummary":
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.runtime import (  # noqa: PLC0415
+        OpcUaSession,
+        Recorder,
+        SystemClock,
+    )
+    from thermaxis.runtime.record import (  # noqa: PLC0415
+        files_of,
+        parquet_writer,
+    )
+
+    clock = SystemClock()
+    stop = asyncio.Event()
+    sessions = {n: OpcUaSession(c, clock) for n, c in settings.connections.items()}
+    recorder = Recorder(
+        settings,
+        sessions,
+        clock,
+        files_of(settings, folder),
+        tell=_tell,
+        finish=parquet_writer(_tell) if settings.parquet else None,
+    )
+    release = _stop_by_signals(stop)
+    try:
+        for session in sessions.values():
+            await session.open()
+        return await recorder.run(duration_s, stop)
+    finally:
+        release()
+        for session in sessions.values():
+            await session.close()
+
+
+def _stop_by_signals(stop: "asyncio.Event") -> "Callable[[], None]":
+    """Let Ctrl+C and SIGTERM end the recording with its last row; return what undoes it."""
+    import asyncio  # noqa: PLC0415  --help needs none of these
+    import signal  # noqa: PLC0415
+
+    loop = asyncio.get_running_loop()
+    signals = (signal.SIGINT, signal.SIGTERM)
+    try:
+        for number in signals:
+            loop.add_signal_handler(number, stop.set)
+    except (NotImplementedError, RuntimeError):  # Windows, and outside of the main thread
+        return lambda: None
+
+    def release() -> None:
+        for number in signals:
+            loop.remove_signal_handler(number)
+
+    return release
+
+
+def _tell(text: str) -> None:
+    """Say what happened, if anybody can be told: a full disk or a closed pipe ends no recording."""
+    from contextlib import suppress  # noqa: PLC0415  --help needs none of these
+    from datetime import UTC, datetime  # noqa: PLC0415
+
+    from thermaxis.errors import printable  # noqa: PLC0415
+
+    now = datetime.now(UTC).strftime("%H:%M:%SZ")
+    with suppress(OSError):
+        sys.stderr.write(f"{now} {printable(text, 500)}\n")
+        sys.stderr.flush()
+
+
+def _about(settings: "RecordSettings", folder: Path, duration_s: float | None) -> list[str]:
+    """Return what the user should know before it begins."""
+    import shutil  # noqa: PLC0415  --help needs none of these
+    from datetime import UTC, datetime, timedelta  # noqa: PLC0415
+
+    from thermaxis.runtime.record import bytes_per_day  # noqa: PLC0415
+
+    rates = sorted({channel.period_ms / 1000.0 for channel in settings.channels})
+    words = ", ".join(f"{rate:g} s" for rate in rates)
+    names = ", ".join(settings.connections)
+    lines = [
+        f"recording {len(settings.channels)} channels every {words} from {names} into {folder}"
+    ]
+    a_day = bytes_per_day(settings)
+    room = shutil.disk_usage(folder).free / a_day
+    lines.append(f"about {a_day / 1e6:.3g} MB a day; the disk has room for {room:.3g} days")
+    now = datetime.now(UTC)
+    if duration_s is not None:
+        days = (now + timedelta(seconds=duration_s)).date() - now.date()
+        if settings.days_per_file <= days.days:
+            lines.append(
+                "the recording ends on another day in UTC and will be in several files: for one"
+                f" test in one log write days_per_file = {days.days + 1}"
+            )
+    return lines
+
+
+def _summary(summary: "RecordSummary") -> list[str]:
+    lines = [
+        f"{summary.rows} rows were written" + (f", {summary.lost} lost" if summary.lost else "")
+    ]
+    for channel in summary.channels:
+        words = (
+            f"  {channel.settings.name}: {channel.recorded} of {channel.asked} readings recorded"
+        )
+        if channel.unchanged:
+            words += f", {channel.unchanged} with an unchanged source time stamp"
+        for status, count in channel.not_good.items():
+            words += f", {count} {status}"
+        lines.append(words)
+    lines += [f"written: {path}" for path in dict.fromkeys(summary.files)]
+    return lines
+
+
+async def _tried(settings: "RecordSettings") -> int:
+    """Read every node twice and show what it says; return the exit code."""
+    from thermaxis.cli._text_table import text_table  # noqa: PLC0415  --help needs none of these
+    from thermaxis.errors import printable  # noqa: PLC0415
+    from thermaxis.runtime import (  # noqa: PLC0415
+        OpcUaSession,
+        SystemClock,
+    )
+    from thermaxis.runtime.record import try_once  # noqa: PLC0415
+
+    clock = SystemClock()
+    sessions = {n: OpcUaSession(c, clock) for n, c in settings.connections.items()}
+    try:
+        for session in sessions.values():
+            await session.open()
+        tried = await try_once(settings, sessions, clock)
+        missing = {n: s.last_error for n, s in sessions.items() if not s.connected}
+    finally:
+        for session in sessions.values():
+            await session.close()
+    rows = [
+        (t.settings.name, t.settings.node, t.status, t.remark, t.value, t.settings.unit)
+        for t in tried
+    ]
+    heads = ("channel", "node", "status", "remark", "value", "unit")
+    cells = [[printable(cell, 70) for cell in row] for row in rows]
+    sys.stdout.write(text_table("read twice:", heads, cells, words=4))
+    for name, why in missing.items():
+        sys.stdout.write(f"connection {name} is not there: {printable(why, 400)}\n")
+    return 0 if all(t.recorded for t in tried) else 1

@@ -1,0 +1,238 @@
+"""``thermaxis rehearse``: let a configuration compensate the virtual lathe, hours in seconds."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from thermaxis.runtime import Clock, Historian, MachineConfiguration, RuntimeStatus
+    from thermaxis.virtual import VirtualLathe
+
+_DESCRIPTION = """\
+The model, rules and limits of a configuration run in the real loop against the virtual lathe of
+thermaxis machine, in the same program and in virtual time: a day takes some seconds. Nodes, sign
+and unit of the configuration are not used; its channels must be those of the lathe. At the end the
+true tool point with and without the compensation is shown for every measuring position.
+"""
+
+
+MOST_HOURS = 24.0 * 14
+"""Longest rehearsal: two weeks; every cycle is kept for the file. [h]"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    add = parser.add_argument
+    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
+    add("--scenario", default="verification", metavar="NAME", help="what the lathe does")
+    add("--seed", type=int, default=1, metavar="N", help="seed of hall and noise")
+    add("--hours", type=float, metavar="H", help="for how long (default: the scenario's length)")
+    add(
+        "--diameter",
+        metavar="MM",
+        type=float,
+        help="clamping diameter of the workpiece (default: none, the tool centre point)",
+    )
+    add(
+        "--fault",
+        metavar="SENTENCE",
+        action="append",
+        default=[],
+        help='what goes wrong, such as "stuck T_spindle_C at 2h for 10min"; may be given more than'
+        " once",
+    )
+    add("-o", "--output", metavar="FILE", type=Path, help="true displacements and states, as CSV")
+    add("--history", metavar="FILE", type=Path, help="record every cycle into this new SQLite file")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Rehearse.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ThermaxisError
+        If the configuration is wrong, its channels are not those of the lathe, or there is no such
+        scenario, fault or length.
+    """
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
+    from thermaxis.runtime import (  # noqa: PLC0415
+        read_machine,
+        run_in_virtual_time,
+    )
+    from thermaxis.virtual import (  # noqa: PLC0415
+        FAULTY,
+        SENSORS,
+        VirtualLathe,
+        parse_fault,
+    )
+
+    configuration = read_machine(arguments.configuration)
+    foreign = [c for c in configuration.compensation.model.channels if c not in SENSORS]
+    if foreign or len(configuration.outputs) != 1:
+        raise ConfigurationError(
+            f"the virtual lathe has no {', '.join(foreign)}"
+            if foreign
+            else "the virtual lathe has one offset; the configuration has more outputs",
+            where=str(arguments.configuration),
+            remedy=f"Its channels are {', '.join(SENSORS)}",
+        )
+    faults = [parse_fault(text, FAULTY) for text in arguments.fault]
+    lathe = VirtualLathe(arguments.scenario, arguments.seed, None, faults)
+    endless = lathe.scenario.endless
+    hours = arguments.hours or (24.0 if endless else lathe.scenario.duration_s / 3600.0)
+    if not 0.0 < hours <= MOST_HOURS:
+        raise ConfigurationError(f"not from more than 0 to {MOST_HOURS:g}", where="--hours")
+    if arguments.history is not None and arguments.history.exists():
+        raise ConfigurationError(
+            "the file is there already",
+            where=str(arguments.history),
+            remedy="Name a new one: invented cycles must not mix with measured ones",
+        )
+    rehearsal = _Rehearsal(configuration, lathe, arguments.diameter, arguments.history)
+    run_in_virtual_time(rehearsal.play(hours))
+    sys.stdout.write(rehearsal.said(hours))
+    if arguments.output is not None:
+        rehearsal.write(arguments.output)
+        sys.stdout.write(f"written: {arguments.output}\n")
+    return 0
+
+
+class _Rehearsal:
+    """One run of the loop against the lathe."""
+
+    def __init__(
+        self,
+        configuration: "MachineConfiguration",
+        lathe: "VirtualLathe",
+        diameter_mm: float | None,
+        history: Path | None,
+    ) -> None:
+        self.configuration, self.lathe, self.diameter_mm = configuration, lathe, diameter_mm
+        self.history = history
+        self.rows: list[tuple[float, ...]] = []
+        self.states: list[str] = []
+        self.reasons: dict[str, float] = {}
+
+    async def play(self, hours: float) -> None:
+        import asyncio  # noqa: PLC0415  --help needs none of these
+        from dataclasses import replace  # noqa: PLC0415
+
+        from thermaxis.cli.machine._machine_parts import loop_settings  # noqa: PLC0415
+        from thermaxis.compensation import Request, RequestKind  # noqa: PLC0415
+        from thermaxis.errors import DataError  # noqa: PLC0415
+        from thermaxis.runtime import (  # noqa: PLC0415
+            AtStop,
+            Borders,
+            CompensationLoop,
+            VirtualClock,
+        )
+        from thermaxis.virtual import LatheSink, LatheSource  # noqa: PLC0415
+        from thermaxis.virtual.lathe import INTERLOCKS  # noqa: PLC0415
+
+        configuration, clock = self.configuration, VirtualClock()
+        (output,) = configuration.outputs
+        rules = replace(configuration.compensation, interlocks=tuple(INTERLOCKS))
+        settings = replace(
+            loop_settings(configuration),
+            interlocks_met={},
+            other_active=True,
+            reads_diameter=False,
+            at_stop=AtStop.LEAVE,
+        )
+        loop = CompensationLoop(
+            rules,
+            settings,
+            Borders(
+                LatheSource(self.lathe, clock),
+                LatheSink(self.lathe, clock, output=output),
+                self._historian(clock),
+                clock,
+            ),
+        )
+        loop.listeners.append(self._see)
+        cycles = max(1, round(3600.0 * hours / rules.cycle_s))
+        running = asyncio.ensure_future(loop.run(asyncio.Event(), cycles))
+        for request in (
+            Request(RequestKind.DIAMETER, "the rehearsal", value=self.diameter_mm),
+            Request(RequestKind.ENABLE, "the rehearsal"),
+        ):
+            answer = await loop.submit(request)
+            if not answer.accepted:
+                running.cancel()
+                raise DataError(f"{request.kind} was refused: {answer.reason}", where="the loop")
+        await running
+
+    def _historian(self, clock: "Clock") -> "Historian":
+        if self.history is None:
+            from thermaxis.runtime.historian import NoHistorian  # noqa: PLC0415
+
+            return NoHistorian()
+        from thermaxis.runtime.historian import SqlHistorian  # noqa: PLC0415
+
+        url = f"sqlite:///{self.history.absolute()}"
+        return SqlHistorian(url, self.configuration.historian, clock)
+
+    def _see(self, status: "RuntimeStatus") -> None:
+        lathe, output = self.lathe, status.output
+        true, free = lathe.true_um.tolist(), lathe.uncorrected_um.tolist()
+        self.rows.append((lathe.time_s, *true, *free, output.correction_um[0]))
+        self.states.append(str(output.state))
+        for reason in output.reasons:
+            seconds = self.reasons.get(str(reason), 0.0)
+            self.reasons[str(reason)] = seconds + status.cycle_s
+
+    def said(self, hours: float) -> str:
+        """Return what the rehearsal showed, as lines."""
+        from thermaxis.virtual import POSITIONS  # noqa: PLC0415
+
+        where = "tool centre point" if self.diameter_mm is None else f"{self.diameter_mm:g} mm"
+        lines = [
+            f"{self.lathe.scenario.name}, seed {self.lathe.seed}, {hours:g} h, workpiece: {where}",
+            "",
+            "true peak-to-peak, um   without   with   times less",
+        ]
+        columns = list(zip(*self.rows, strict=True))
+        for k, position in enumerate(POSITIONS):
+            with_um = max(columns[1 + k]) - min(columns[1 + k])
+            free_um = max(columns[5 + k]) - min(columns[5 + k])
+            ratio = free_um / with_um if with_um > 0.0 else float("inf")
+            lines.append(f"  {position:<20} {free_um:8.1f} {with_um:8.1f} {ratio:8.1f}")
+        lines.append("")
+        counts = {state: self.states.count(state) for state in dict.fromkeys(self.states)}
+        cycle_s = self.configuration.compensation.cycle_s
+        shares = ", ".join(f"{s} {_length(n * cycle_s)}" for s, n in counts.items())
+        lines.append(f"states: {shares}")
+        lines.extend(f"  {reason}: {_length(s)}" for reason, s in self.reasons.items())
+        return "\n".join(lines) + "\n"
+
+    def write(self, path: Path) -> None:
+        """Write every cycle as a line of CSV."""
+        from thermaxis.virtual.lathe import TRUE, UNCORRECTED  # noqa: PLC0415
+
+        heads = ("time_s", *TRUE, *UNCORRECTED, "correction_um", "state")
+        with path.open("w", encoding="utf-8", newline="") as file:
+            file.write(",".join(heads) + "\n")
+            for row, state in zip(self.rows, self.states, strict=True):
+                file.write(",".join(f"{value:.10g}" for value in row) + f",{state}\n")
+
+
+def _length(seconds: float) -> str:
+    return f"{seconds / 3600.0:.2f} h" if seconds >= 3600.0 else f"{seconds:.0f} s"

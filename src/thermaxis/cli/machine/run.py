@@ -1,0 +1,239 @@
+"""``thermaxis run``: compensate a machine, cycle after cycle, until told to end."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable, Mapping
+
+    from thermaxis.cli.machine._machine_parts import MachineParts
+    from thermaxis.runtime import CompensationLoop, MachineConfiguration, RuntimeStatus
+
+_DESCRIPTION = """\
+Each cycle: read every input with status and time stamp, compute the limited correction, write it,
+read it back, record it. A machine that is not there is waited for. The compensation is off until
+somebody enables it; it is ended by Ctrl+C or SIGTERM, and fades out first. A second signal ends it
+at once.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    add = parser.add_argument
+    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
+    add("--enable", action="store_true", help="enable it at the start, as an operator would")
+    add("--diameter", type=float, metavar="MM", help="clamping diameter of the workpiece, in mm")
+    add("--cycles", type=int, metavar="N", help="end after so many cycles (default: when told)")
+    add("--quiet", action="store_true", help="print errors only, not every change")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the loop.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0 when it was told to end, or the log was at its end; 1 if an offset stands in the machine
+        that should have faded.
+
+    Raises
+    ------
+    ConfigurationError
+        If the configuration is wrong, or another program runs the machine.
+    """
+    import asyncio  # noqa: PLC0415  --help needs none of these
+    import logging  # noqa: PLC0415
+
+    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+    from thermaxis.runtime import (  # noqa: PLC0415
+        read_machine,
+        sole_runner,
+    )
+
+    if arguments.cycles is not None and arguments.cycles < 1:
+        raise ConfigurationError("at least one cycle is needed", where="--cycles")
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
+    configuration = read_machine(arguments.configuration)
+    with sole_runner(configuration.state_file, configuration.name):
+        standing = asyncio.run(_run(configuration, arguments))
+    for name, value in standing.items():
+        sys.stderr.write(f"thermaxis: {name}: an offset of {value:+.2f} um stands in the machine\n")
+    return 1 if standing and configuration.at_stop == "fade" else 0
+
+
+async def _run(
+    configuration: "MachineConfiguration", arguments: argparse.Namespace
+) -> dict[str, float]:
+    """Run the loop; return the offsets other than zero that it leaves in the machine. [um]"""
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.cli.machine._machine_parts import (  # noqa: PLC0415
+        build_metrics,
+        build_parts,
+        build_status_server,
+        loop_settings,
+    )
+    from thermaxis.runtime import (  # noqa: PLC0415
+        Borders,
+        CompensationLoop,
+        SignOfLife,
+        StateFile,
+        SystemClock,
+    )
+
+    clock = SystemClock()
+    parts = build_parts(configuration, clock)
+    replays = configuration.source.kind == "replay"
+    loop = CompensationLoop(
+        configuration.compensation,
+        loop_settings(configuration),
+        Borders(parts.source, parts.sink, parts.historian, parts.clock),
+        state_file=None if replays else StateFile(configuration.state_file),
+        models=configuration.other_model,
+        self_test=None if replays else _self_test(configuration, parts),
+    )
+    loop.listeners.append(SignOfLife().tell)
+    if not arguments.quiet:
+        loop.listeners.append(_Teller().tell)
+    server = build_status_server(
+        configuration,
+        loop,
+        clock,
+        compensation=lambda: loop.compensation,
+        audit=parts.historian.event,
+    )
+    if server is not None:
+        await server.open()
+        loop.listeners.append(server.publish)
+        _say(f"status server: {server.url}", quiet=arguments.quiet)
+    metrics = build_metrics(configuration, clock)
+    if metrics is not None:
+        await metrics.open()
+        loop.listeners.append(metrics.publish)
+        _say(f"metrics: port {metrics.port}", quiet=arguments.quiet)
+    stop = asyncio.Event()
+    running = asyncio.ensure_future(loop.run(stop, arguments.cycles))
+    _end_by_signal(stop, running)
+    asking = asyncio.ensure_future(_ask_first(loop, arguments))
+    standing: Mapping[str, float] = {}
+    try:
+        standing = await running
+    except asyncio.CancelledError:
+        _say("ended at once", quiet=False)
+        status = loop.status
+        if status is not None:
+            standing = dict(zip(status.outputs, status.output.correction_um, strict=True))
+    finally:
+        asking.cancel()
+        if metrics is not None:
+            await metrics.close()
+        if server is not None:
+            await server.close()
+    return {} if configuration.sink.kind == "dry" else {n: c for n, c in standing.items() if c}
+
+
+def _self_test(
+    configuration: "MachineConfiguration", parts: "MachineParts"
+) -> "Callable[[], asyncio.Future[tuple[str, ...]]]":
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    from thermaxis.runtime import reasons_against, self_test  # noqa: PLC0415
+
+    async def reasons() -> tuple[str, ...]:
+        return reasons_against(await self_test(parts, configuration))
+
+    return lambda: asyncio.ensure_future(reasons())
+
+
+async def _ask_first(loop: "CompensationLoop", arguments: argparse.Namespace) -> None:
+    """Ask what the command line asks for: to be enabled as soon as the machine is there."""
+    from thermaxis.compensation import Request, RequestKind  # noqa: PLC0415
+
+    requests: list[Request] = []
+    if arguments.diameter is not None:
+        requests.append(Request(RequestKind.DIAMETER, "the command line", value=arguments.diameter))
+    if arguments.enable:
+        requests.append(Request(RequestKind.ENABLE, "the command line"))
+    for request in requests:
+        if request.kind is RequestKind.ENABLE:
+            await _machine_there(loop)
+        answer = await loop.submit(request)
+        if not answer.accepted:
+            sys.stderr.write(f"thermaxis: {request.kind} was refused: {answer.reason}\n")
+
+
+async def _machine_there(loop: "CompensationLoop") -> None:
+    """Wait until the machine is read and can be written to: it says what forbids to enable."""
+    import asyncio  # noqa: PLC0415  --help needs none of these
+
+    there = asyncio.Event()
+
+    def look(status: "RuntimeStatus") -> None:
+        if status.source_connected and status.sink_connected:
+            there.set()
+
+    loop.listeners.append(look)
+    try:
+        await there.wait()
+    finally:
+        loop.listeners.remove(look)
+
+
+def _end_by_signal(stop: "asyncio.Event", running: "asyncio.Future[Mapping[str, float]]") -> None:
+    import asyncio  # noqa: PLC0415  --help needs none of these
+    import signal  # noqa: PLC0415
+
+    def end() -> None:
+        if stop.is_set():
+            running.cancel()
+        else:
+            _say("it is being ended: the correction fades first", quiet=False)
+            stop.set()
+
+    loop = asyncio.get_running_loop()
+    for wanted in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(wanted, end)
+
+
+def _say(text: str, *, quiet: bool) -> None:
+    from contextlib import suppress  # noqa: PLC0415  --help needs none of these
+
+    if not quiet:
+        with suppress(OSError):  # nobody reads any more: no reason to leave a machine alone
+            sys.stdout.write(f"{text}\n")
+            sys.stdout.flush()
+
+
+class _Teller:
+    """Prints a line when the state or its reasons change."""
+
+    def __init__(self) -> None:
+        self.last: tuple[object, ...] = ()
+
+    def tell(self, status: "RuntimeStatus") -> None:
+        output = status.output
+        now = (output.state, output.reasons)
+        if now != self.last:
+            self.last = now
+            corrections = ", ".join(
+                f"{name} {value:+.1f}"
+                for name, value in zip(status.outputs, output.correction_um, strict=True)
+            )
+            why = f" ({'; '.join(output.reasons)})" if output.reasons else ""
+            at = f"{status.utc:%Y-%m-%dT%H:%M:%SZ}"
+            _say(f"{at} {output.state}{why}; correction: {corrections}", quiet=False)

@@ -1,0 +1,65 @@
+"""``thermaxis screen``: serve the operator's and the engineer's pages of a running loop."""
+
+import argparse
+import sys
+from pathlib import Path
+
+_DESCRIPTION = """\
+Serve the pages of a machine: for the operator state, correction, alarms and interventions; for the
+engineer model, sensors, history, probe and positioning runs. The pages read the loop's status
+server, and ask it under the name of whoever has logged in. It is a program of its own: the loop
+does not notice whether it lives. Ended by Ctrl+C or SIGTERM.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    parser.description = _DESCRIPTION
+    add = parser.add_argument
+    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
+    add("--quiet", action="store_true", help="print errors only, not the address")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve the pages.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0 when it was told to end.
+
+    Raises
+    ------
+    ConfigurationError
+        If the configuration is wrong, or the address is taken.
+    """
+    import asyncio  # noqa: PLC0415  --help needs none of these
+    import logging  # noqa: PLC0415
+
+    from thermaxis.runtime import (  # noqa: PLC0415
+        SystemClock,
+        read_machine,
+    )
+    from thermaxis.screen import serve  # noqa: PLC0415
+
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
+    configuration = read_machine(arguments.configuration)
+
+    def tell(address: str) -> None:
+        if not arguments.quiet:
+            sys.stdout.write(f"screen: {address}\n")
+            sys.stdout.flush()
+
+    asyncio.run(serve(configuration, SystemClock(), tell))
+    return 0

@@ -1,0 +1,1 @@
+"""Commands that identify and verify thermal models."""

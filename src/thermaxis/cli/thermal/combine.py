@@ -1,0 +1,76 @@
+"""``thermaxis combine``: superpose models of separate calibration tests."""
+
+import argparse
+import sys
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    add = parser.add_argument
+    add("models", metavar="MODEL", type=Path, nargs="+", help="compensation models (JSON)")
+    add(
+        "--gain",
+        metavar="NAME=MM:G,...",
+        action="append",
+        default=[],
+        help="gain of a part, or of all parts of a model named by its file, by clamping diameter:"
+        " table=0:1,1500:1.6,3000:2.2; tcp:1 states it for the tool centre point (default 1)",
+    )
+    add("-o", "--output", metavar="M.json", type=Path, required=True, help="the superposed model")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Combine and write.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ThermaxisError
+        If a model cannot be read, they do not fit together, or the file cannot be written.
+    """
+    from thermaxis.cli.thermal._thermal_logs import check_written  # noqa: PLC0415  not for --help
+    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415
+    from thermaxis.files import read_model, write_model  # noqa: PLC0415
+    from thermaxis.thermal import combine_models, parse_gain  # noqa: PLC0415
+
+    paths: list[Path] = arguments.models
+    output: Path = arguments.output
+    check_written([("--output", output)], paths)
+    gains = dict(parse_gain(text) for text in arguments.gain)
+    if len(gains) < len(arguments.gain):
+        raise ConfigurationError("two gains name the same part", where="--gain")
+    model = combine_models([(path.stem, read_model(path)) for path in paths], gains)
+    write_model(model, output)
+    for entry in model.outputs:
+        sys.stdout.write(f"{printable(entry.name, 40)} is the sum of\n")
+        for part in entry.parts:
+            of = f"{part.plus} - {part.minus}" if part.minus else part.plus
+            line = f"  {printable(part.name, 30)}: ({printable(of, 80)}),"
+            line += f" {part.dc_gain_um_per_k:+.4g} µm/K in the end"
+            if part.gain_by_diameter:
+                listed = ", ".join(
+                    f"{p.gain:g} at {p.diameter_mm:g}" for p in part.gain_by_diameter
+                )
+                line += f", times g = {listed} mm, {part.tool_gain:g} at the tool centre point"
+            sys.stdout.write(line + "\n")
+    sys.stdout.write(
+        "Between the diameters g is interpolated; outside them the end value is held, and said.\n"
+        f"written: {printable(str(output))}\n"
+    )
+    return 0

@@ -1,0 +1,94 @@
+"""``thermaxis merge``: join the logs of two recorders by time."""
+
+import argparse
+import sys
+from pathlib import Path
+
+
+def _common(text: str) -> tuple[str, str]:
+    first, sign, second = text.partition("=")
+    first, second = first.strip(), second.strip()
+    if not first or (sign and not second):
+        raise argparse.ArgumentTypeError(f"'{text}' is no CHANNEL or CHANNEL_OF_A=CHANNEL_OF_B")
+    return first, second or first
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    add = parser.add_argument
+    add("first", metavar="A", type=Path, help="log whose clock holds")
+    add("second", metavar="B", type=Path, help="log of the other recorder")
+    add("-o", "--output", metavar="LOG.csv", type=Path, required=True, help="the joined log")
+    add(
+        "--shift",
+        metavar="S",
+        type=float,
+        help="seconds that are added to B's clock (default: found from channels in both logs; else"
+        " the times of day)",
+    )
+    add(
+        "--common",
+        metavar="CHANNEL[=CHANNEL]",
+        type=_common,
+        action="append",
+        default=[],
+        help="channels of A and B that measure the same, for the search of the shift",
+    )
+    add(
+        "--mapping",
+        metavar="FILE",
+        type=Path,
+        help="names, units and factors of the columns (TOML); default: the ends of their names",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Join and write.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ThermaxisError
+        If a log cannot be read, the shift can neither be found nor taken from the clocks, or the
+        file cannot be written.
+    """
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
+    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
+        check_csv_name,
+        check_written,
+        read_logs,
+    )
+    from thermaxis.errors import printable  # noqa: PLC0415
+    from thermaxis.files import write_thermal_log  # noqa: PLC0415
+    from thermaxis.thermal import merge_logs  # noqa: PLC0415
+
+    output: Path = arguments.output
+    check_csv_name(output)
+    check_written([("--output", output)], [arguments.first, arguments.second, arguments.mapping])
+    with Progress() as progress:
+        progress("reading", 0, 0)
+        a, b = read_logs([arguments.first, arguments.second], mapping=arguments.mapping)
+        progress("joining", 0, 0)
+        joined = merge_logs(a.log, b.log, shift_s=arguments.shift, common=arguments.common)
+        write_thermal_log(joined, output)
+    for remark in joined.remarks:
+        sys.stdout.write(f"{printable(remark, 400)}\n")
+    sys.stdout.write(
+        f"written: {printable(str(output))} ({joined.rows} rows, {len(joined.columns)} channels)\n"
+    )
+    return 0

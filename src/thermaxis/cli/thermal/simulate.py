@@ -1,0 +1,104 @@
+"""``thermaxis simulate``: a model in free run along a log."""
+
+import argparse
+import sys
+from pathlib import Path
+
+_LEAST_BEYOND = 0.01  # of the width of the training range: less is noise of the start
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
+        add_log_options,
+        diameter,
+    )
+
+    add = parser.add_argument
+    add("model", metavar="MODEL", type=Path, help="compensation model (JSON)")
+    add("log", metavar="LOG", type=Path, help="thermal log: CSV, Parquet, .xlsx, .mat or .tdms")
+    add("-o", "--output", metavar="OUT.csv", type=Path, required=True, help="the simulated log")
+    add(
+        "--diameter",
+        metavar="MM",
+        type=diameter,
+        help="clamping diameter (default: the tool centre)",
+    )
+    add("--contributions", action="store_true", help="a column for every part as well")
+    add_log_options(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulate and write.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ThermaxisError
+        If model or log cannot be read, the log lacks a channel, or the file cannot be written.
+    """
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
+    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
+        check_csv_name,
+        check_written,
+        read_logs,
+        remarks_of,
+    )
+    from thermaxis.compensation import Outcome  # noqa: PLC0415
+    from thermaxis.errors import printable  # noqa: PLC0415
+    from thermaxis.files import read_model, write_thermal_log  # noqa: PLC0415
+    from thermaxis.thermal import ThermalLog, simulate_log  # noqa: PLC0415
+
+    output: Path = arguments.output
+    check_csv_name(output)
+    check_written([("--output", output)], [arguments.model, arguments.log, arguments.mapping])
+    with Progress() as progress:
+        progress("reading", 0, 0)
+        model = read_model(arguments.model)
+        log = read_logs([arguments.log], mapping=arguments.mapping)[0].log
+        progress("simulating", 0, 0)
+        run_along = simulate_log(
+            model, log, diameter_mm=arguments.diameter, reference_s=arguments.reference
+        )
+    columns = {name: simulated.displacement_um for name, simulated in run_along.outputs.items()}
+    if arguments.contributions:
+        for name, simulated in run_along.outputs.items():
+            stem = name.removesuffix("_um")
+            for p, part in enumerate(simulated.parts):
+                columns[f"{stem}_{part}_um"] = simulated.contribution_um[:, p]
+    plain = ThermalLog.from_columns(columns, time_s=log.time_s)
+    write_thermal_log(plain, output, first_time_s=log.origin_s)
+    named = ", ".join(printable(name, 40) for name in columns)
+    sys.stdout.write(f"written: {printable(str(output))} ({log.rows} rows: {named})\n")
+    for remark in remarks_of([log]):
+        sys.stdout.write(f"reading: {printable(remark, 400)}\n")
+    for name, (share, beyond) in run_along.outside.items():
+        if beyond < _LEAST_BEYOND:
+            continue
+        sys.stdout.write(
+            f"warning: input {printable(name, 40)} lies outside the range of the training in"
+            f" {share:.1%} of the rows, by up to {beyond:.0%} of its width\n"
+        )
+    if run_along.bad_share > 0:
+        sys.stdout.write(
+            f"warning: in {run_along.bad_share:.1%} of the rows an input had failed for too long\n"
+        )
+    for outcome in (Outcome.DIAMETER_HELD, Outcome.GAP, Outcome.CLOCK_BACKWARD):
+        if outcome in run_along.outcomes:
+            sys.stdout.write(f"warning: {outcome}\n")
+    return 0

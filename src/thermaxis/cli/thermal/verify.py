@@ -1,0 +1,159 @@
+"""``thermaxis verify``: a model in free run against what was measured."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from thermaxis.compensation import Limits
+    from thermaxis.thermal import ThermalLog
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments of the command.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Parser of this command.
+    """
+    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
+        add_log_options,
+        measured_output,
+        span,
+    )
+
+    add = parser.add_argument
+    add("model", metavar="MODEL", type=Path, help="compensation model (JSON)")
+    add(
+        "logs",
+        metavar="LOG",
+        type=Path,
+        nargs="+",
+        help="independent tests: CSV, Parquet, .xlsx, .mat or .tdms",
+    )
+    add(
+        "--measured",
+        metavar="CHANNEL[=OUTPUT[@MM]]",
+        type=measured_output,
+        action="append",
+        help="measured channel, the model's output it is compared with, and the workpiece diameter"
+        " (default: channels named as the outputs)",
+    )
+    add(
+        "--span",
+        metavar="A:B",
+        type=span,
+        help="rows (0:6669) or times (0:8h) that count in the figures; the free run begins at the"
+        " first row all the same",
+    )
+    add(
+        "--limits",
+        metavar="FILE",
+        type=Path,
+        help="limits of the correction (TOML): adds the figures with the limited correction",
+    )
+    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
+    add(
+        "--report",
+        metavar="FILE",
+        type=Path,
+        action="append",
+        default=[],
+        help="write the report, .pdf or .html; may be given more than once",
+    )
+    add_log_options(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Verify, show and write.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        What `add_arguments` declares.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    ThermaxisError
+        If the model or a log cannot be read, a channel is missing, or a file cannot be written.
+    """
+    from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
+    from thermaxis.cli._progress import Progress  # noqa: PLC0415
+    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
+        check_written,
+        read_logs,
+        remarks_of,
+        rows_of_span,
+        sensor_warnings,
+    )
+    from thermaxis.cli.thermal._verification_result import (  # noqa: PLC0415
+        verification_as_json,
+        verification_as_text,
+    )
+    from thermaxis.errors import printable  # noqa: PLC0415
+    from thermaxis.files import model_sha256, read_model  # noqa: PLC0415
+    from thermaxis.thermal import verify  # noqa: PLC0415
+
+    check_written(
+        [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
+        [arguments.model, *arguments.logs, arguments.mapping, arguments.limits],
+    )
+    with Progress() as progress:
+        progress("reading", 0, 0)
+        model = read_model(arguments.model)
+        limits = _limits(arguments.limits, [output.name for output in model.outputs])
+        logs: list[ThermalLog] = [
+            entry.log for entry in read_logs(arguments.logs, mapping=arguments.mapping)
+        ]
+        progress("simulating", 0, 0)
+        rows = None if arguments.span is None else rows_of_span(logs, arguments.span)
+        result = verify(
+            model,
+            logs,
+            arguments.measured,
+            reference_s=arguments.reference,
+            rows=rows,
+            limits=limits,
+        )
+        if arguments.report:
+            from thermaxis.report import write_verification_report  # noqa: PLC0415  slow
+
+            progress("report", 0, 0)
+            for path in arguments.report:
+                write_verification_report(model, logs, result, path)
+    remarks = (*remarks_of(logs), *sensor_warnings(logs, model.channels))
+    if arguments.json is not None:
+        content = verification_as_json(result, model_sha256(model), remarks)
+        write_json(content, arguments.json)
+    if arguments.json != "-":
+        counted = "" if arguments.span is None else f", {arguments.span.text}"
+        title = f"Verification of {printable(arguments.model.name, 60)}{counted}"
+        sys.stdout.write(verification_as_text(result, title, remarks))
+        for path in arguments.report:
+            sys.stdout.write(f"written: {printable(str(path))}\n")
+    return 0
+
+
+def _limits(path: Path | None, outputs: "list[str]") -> "dict[str, Limits]":
+    """Return the limits by output; each must be one of the model."""
+    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415  not for --help
+    from thermaxis.files import read_correction_limits  # noqa: PLC0415
+
+    if path is None:
+        return {}
+    limits = read_correction_limits(path)
+    for name in limits:
+        if name not in outputs:
+            raise ConfigurationError(
+                f"the model has no output {printable(name, 40)}",
+                where=str(path),
+                remedy=f"Its outputs are {', '.join(outputs)}",
+            )
+    return limits

@@ -1,0 +1,41 @@
+from .images import (
+    format_field_csv as format_field_csv,
+    read_field_csv as read_field_csv,
+    read_flir as read_flir,
+    write_field_csv as write_field_csv,
+)
+from .logs import (
+    format_thermal_log as format_thermal_log,
+    read_thermal_log as read_thermal_log,
+    write_thermal_log as write_thermal_log,
+)
+from .runs import (
+    format_tidy_csv as format_tidy_csv,
+    read_iso230_dat as read_iso230_dat,
+    read_positioning as read_positioning,
+    read_positioning_with_sha256 as read_positioning_with_sha256,
+    read_rtl as read_rtl,
+    read_tidy_csv as read_tidy_csv,
+    read_wide_csv as read_wide_csv,
+    read_xlsx as read_xlsx,
+    write_rtl as write_rtl,
+    write_tidy_csv as write_tidy_csv,
+)
+from .settings import (
+    ColumnMapping as ColumnMapping,
+    ThermalMapping as ThermalMapping,
+    format_model as format_model,
+    format_plan as format_plan,
+    model_sha256 as model_sha256,
+    plan_as_json as plan_as_json,
+    plan_sha256 as plan_sha256,
+    read_correction_limits as read_correction_limits,
+    read_model as read_model,
+    read_plan as read_plan,
+    read_thermal_mapping as read_thermal_mapping,
+    write_model as write_model,
+    write_plan as write_plan,
+)
+from .table import (
+    FALLBACK_ENCODING as FALLBACK_ENCODING,
+)

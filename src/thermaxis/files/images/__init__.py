@@ -1,0 +1,5 @@
+"""Thermal images: one file per format."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,0 +1,318 @@
+"""Thermal fields as CSV: one line per row of pixels, degrees Celsius."""
+
+import codecs
+import csv
+import math
+import re
+import stat
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO, final
+
+import numpy as np
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table import kind_of_content, parse_number
+from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
+from thermaxis.thermal.images import ABSOLUTE_ZERO_C
+
+FIELD_LIMIT_BYTES = 1_600_000_000
+"""Largest file that is read: 100 million pixels of sixteen characters. [byte]"""
+HIGHEST_C = 3500.0
+"""Hotter pixels are raw numbers of a camera, not degrees. [°C]"""
+LONGEST_LINE = 2_000_000
+"""Longest row of pixels. [character]"""
+MOST_SIDE = 100_000
+"""Most rows, and most columns. [1]"""
+
+_KELVIN_FROM_C = 230.0
+"""A table is not that hot: a field with such a mean may be in kelvin. [°C]"""
+_PLAIN = re.compile(r"[0-9+\-. eE]*")
+_REMEDY = "Export the matrix of temperatures in degrees Celsius as CSV, one line per row of pixels"
+
+
+@final
+@dataclass(slots=True)
+class _Form:
+    """How the file separates cells and writes decimals; found out while it is read."""
+
+    path: str
+    """The file, for errors."""
+    delimiter: str = ""
+    """Sign between cells."""
+    decimal: str = ""
+    """Decimal sign; empty as long as none was met."""
+
+    def error(
+        self,
+        what: str,
+        line: int | None = None,
+        column: int | None = None,
+        *,
+        remedy: str = _REMEDY,
+    ) -> MeasurementFileError:
+        where = None if column is None else str(column)
+        return MeasurementFileError(what, path=self.path, line=line, column=where, remedy=remedy)
+
+
+def read_field_csv(path: Path | str) -> ThermalField:
+    """Read a thermal field from a CSV file.
+
+    One line per row of pixels, the upper row first. Cells are separated by commas, semicolons or
+    tabs; beside the last two the decimal sign may be a comma. An empty cell is a missing pixel.
+    Lines that start with # and empty lines are left out.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file: UTF-8 or UTF-16 with byte order mark; other encodings are read as far as their
+        digits are ASCII.
+
+    Returns
+    -------
+    ThermalField
+        The temperatures, with the file's name and remarks. [°C]
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file cannot be read or is no text, a cell is not a temperature, rows are not equally
+        long, or the image has fewer than 2 x 2 pixels or more than 100 million; such a one is
+        refused before it is read whole.
+    """
+    form = _Form(str(path))
+    encoding, size = _encoding(path, form)
+    if size > MOST_PIXELS:  # a pixel takes one byte or more
+        _refuse_if_too_large(path, encoding, form)
+    rows = _read_rows(path, encoding, form)
+    temperature_c, remarks = _without_empty_edge(rows, form)
+    if min(temperature_c.shape) < 2:
+        raise form.error(
+            f"the image has {temperature_c.shape[1]} x {temperature_c.shape[0]} pixels: it is no"
+            " matrix"
+        )
+    if bool(np.all(np.isnan(temperature_c))):
+        raise form.error("no pixel of the image has a temperature")
+    if float(np.nanmean(temperature_c)) > _KELVIN_FROM_C:
+        remarks.append("the mean of the pixels is above 230 °C: is the file in kelvin?")
+    temperature_c.setflags(write=False)
+    return ThermalField(temperature_c, name=Path(path).name, remarks=tuple(remarks))
+
+
+def format_field_csv(
+    temperature_c: FloatArray, *, decimals: int = 2, comments: Sequence[str] = ()
+) -> str:
+    """Return a thermal field as CSV text.
+
+    Parameters
+    ----------
+    temperature_c : FloatArray
+        Temperatures, (rows, columns); NaN where a pixel is missing. [°C]
+    decimals : int
+        Decimals of each temperature. Default: hundredths, below the noise of cameras. [1]
+    comments : sequence of str
+        Lines that stand above the matrix, each behind a #.
+
+    Returns
+    -------
+    str
+        Lines of cells separated by commas; a missing pixel is an empty cell.
+    """
+    lines = [f"# {' '.join(comment.split())}" for comment in comments]
+    lines += [
+        ",".join("" if math.isnan(v) else f"{v + 0.0:.{decimals}f}" for v in row)
+        for row in np.round(temperature_c, decimals).tolist()
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def write_field_csv(
+    temperature_c: FloatArray, path: Path | str, *, decimals: int = 2, comments: Sequence[str] = ()
+) -> None:
+    """Write a thermal field as CSV.
+
+    Parameters
+    ----------
+    temperature_c : FloatArray
+        Temperatures, (rows, columns); NaN where a pixel is missing. [°C]
+    path : Path or str
+        The file; it is replaced if it exists.
+    decimals : int
+        Decimals of each temperature. Default: hundredths, below the noise of cameras. [1]
+    comments : sequence of str
+        Lines that stand above the matrix, each behind a #.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file cannot be written.
+    """
+    text = format_field_csv(temperature_c, decimals=decimals, comments=comments)
+    try:
+        Path(path).write_bytes(text.encode())
+    except OSError as error:
+        raise MeasurementFileError(
+            f"the file cannot be written ({error.strerror or type(error).__name__})",
+            path=str(path),
+            remedy="Choose another place, or make room and permission there",
+        ) from error
+
+
+def _encoding(path: Path | str, form: _Form) -> tuple[str, int]:
+    """Return the encoding and the size of a file that may be read; look at its first bytes only."""
+    try:
+        status = Path(path).stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise form.error("this is not a regular file", remedy="Name a file")
+        with Path(path).open("rb") as stream:
+            start = stream.read(65_536)
+    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
+        reason = error.strerror if isinstance(error, OSError) else None
+        raise form.error(
+            f"the file cannot be read ({reason or type(error).__name__})",
+            remedy="Check the name, the folder and the permissions",
+        ) from error
+    if not start.strip():
+        raise form.error("the file is empty", remedy="Export the image again")
+    if status.st_size > FIELD_LIMIT_BYTES:
+        raise form.error(
+            f"the file has {status.st_size / 1e6:.0f} MB, more than the limit of"
+            f" {FIELD_LIMIT_BYTES / 1e6:.0f} MB",
+            remedy="Export one image per file, of at most 100 million pixels",
+        )
+    seems = kind_of_content(start[:16])
+    if seems is not None:
+        raise form.error(f"this is {seems}, not a matrix of temperatures")
+    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16", status.st_size
+    if b"\x00" in start:
+        raise form.error("the file contains zero bytes: it is binary")
+    return "utf-8-sig", status.st_size
+
+
+def _lines(stream: TextIO, form: _Form) -> Iterator[tuple[int, str]]:
+    """Yield each row of pixels with the number of its line."""
+    number = 0
+    while line := stream.readline(LONGEST_LINE + 1):
+        number += 1
+        if len(line) > LONGEST_LINE:
+            raise form.error(f"the line is longer than {LONGEST_LINE} characters", number)
+        text = line.rstrip("\r\n")
+        if text.strip(" ") and not text.lstrip().startswith(("#", '"#')):
+            yield number, text
+
+
+def _refuse_if_too_large(path: Path | str, encoding: str, form: _Form) -> None:
+    """Count rows and columns of a large file, without keeping a pixel."""
+    rows, columns = 0, 0
+    with Path(path).open(encoding=encoding, errors="replace") as stream:
+        for number, line in _lines(stream, form):
+            rows += 1
+            if rows == 1:
+                columns = line.count(_delimiter(line)) + 1
+            _check_size(rows, columns, number, form)
+
+
+def _check_size(rows: int, columns: int, line: int, form: _Form) -> None:
+    if rows * columns > MOST_PIXELS or max(rows, columns) > MOST_SIDE:
+        raise form.error(
+            f"the image has {columns} columns and {rows} rows or more: the limits are"
+            f" {MOST_PIXELS // 1_000_000} million pixels and {MOST_SIDE} of either",
+            line,
+            remedy="Export a smaller image, or average pixels",
+        )
+
+
+def _read_rows(path: Path | str, encoding: str, form: _Form) -> FloatArray:
+    rows: list[FloatArray] = []
+    with Path(path).open(encoding=encoding, errors="replace") as stream:
+        for number, line in _lines(stream, form):
+            if not rows:
+                form.delimiter = _delimiter(line)
+            row = _row(line, number, form)
+            columns = rows[0].size if rows else row.size
+            if row.size != columns:
+                raise form.error(
+                    f"this row has {row.size} pixels, the first one {columns}",
+                    number,
+                    min(row.size, columns) + 1,
+                    remedy="All rows are equally long; leave the cell of a missing pixel empty",
+                )
+            rows.append(row)
+            _check_size(len(rows), columns, number, form)
+    if not rows:
+        raise form.error("the file has no row of pixels")
+    return np.array(rows)
+
+
+def _delimiter(line: str) -> str:
+    """Return what separates the cells: a comma only where nothing else can."""
+    return next((sign for sign in ("\t", ";") if sign in line), ",")
+
+
+def _cells(line: str, number: int, form: _Form) -> list[str]:
+    if '"' not in line:
+        return line.split(form.delimiter)
+    try:
+        return next(csv.reader([line], delimiter=form.delimiter, strict=True))
+    except csv.Error:
+        raise form.error("the quotation marks of this line do not match", number) from None
+
+
+def _row(line: str, number: int, form: _Form) -> FloatArray:
+    """Read a row at once where it is plain, else cell by cell, with the error that names it."""
+    cells = _cells(line, number, form)
+    text = "".join(cells)
+    if not form.decimal:  # the first decimal sign holds for the file
+        form.decimal = next((sign for sign in text if sign in ".,"), "")
+    words = cells
+    foreign = form.decimal == "," and "." in text
+    if form.decimal == "," and not foreign:
+        words = [cell.replace(",", ".") for cell in cells]
+        text = text.replace(",", ".")
+    if not foreign and _PLAIN.fullmatch(text):
+        try:
+            row = np.array([float(word) if word.strip(" ") else np.nan for word in words])
+        except ValueError:
+            row = None
+        if row is not None and _are_temperatures(row):
+            return row
+    return np.array([_pixel(cell, number, k, form) for k, cell in enumerate(cells, start=1)])
+
+
+def _are_temperatures(row: FloatArray) -> bool:
+    return not (np.fmin.reduce(row) < ABSOLUTE_ZERO_C or np.fmax.reduce(row) > HIGHEST_C)
+
+
+def _pixel(text: str, line: int, column: int, form: _Form) -> float:
+    word = text.strip(" \t")
+    if not word:
+        return float("nan")
+    value = parse_number(
+        word, path=form.path, line=line, column=str(column), decimal=form.decimal or "."
+    )
+    if not ABSOLUTE_ZERO_C <= value <= HIGHEST_C:
+        why = "below absolute zero" if value < 0.0 else f"above {HIGHEST_C:g} °C"
+        raise form.error(
+            f"{value:g} °C is {why}",
+            line,
+            column,
+            remedy="Export temperatures in degrees Celsius, not the raw numbers of the camera",
+        )
+    return value
+
+
+def _without_empty_edge(image: FloatArray, form: _Form) -> tuple[FloatArray, list[str]]:
+    """Leave out a last column that only a separator at the end of each line makes."""
+    remarks: list[str] = []
+    if image.shape[1] > 2 and bool(np.all(np.isnan(image[:, -1]))):
+        image = np.ascontiguousarray(image[:, :-1])
+        remarks.append("every line ends in a separator: the empty last column was left out")
+    whole = form.delimiter == "," and not form.decimal and image.shape[1] % 2 == 0
+    if whole and bool(np.all((image == np.round(image)) | np.isnan(image))):
+        remarks.append(
+            "all temperatures are whole numbers separated by commas: if the program writes a"
+            " decimal comma, export with semicolons"
+        )
+    return image, remarks

@@ -1,0 +1,192 @@
+"""Thermal fields from radiometric JPEG of FLIR cameras, by the library flyr (extra ``flir``)."""
+
+import io
+import struct
+from datetime import datetime
+from importlib import import_module
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.files.table import read_content
+from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
+from thermaxis.thermal.images import ABSOLUTE_ZERO_C
+
+UNVERIFIED = "read by the library flyr; not verified on a real file"
+"""Stands in the remarks of every image that comes from a radiometric JPEG."""
+_JPEG = b"\xff\xd8\xff"
+_FLIR_SEGMENT = b"FLIR\x00"
+_MOST_RECORDS = 4096
+"""A damaged directory of records may claim billions of them, and be read for hours. [1]"""
+_PNG = b"\x89PNG\r\n\x1a\n"
+# what a parser of binary records meets in damaged ones; pictures that cannot be read are OSError
+_DAMAGED = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    OSError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    struct.error,
+)
+
+
+def is_jpeg(start: bytes) -> bool:
+    """Say whether a file starts as a JPEG.
+
+    Parameters
+    ----------
+    start : bytes
+        Its first bytes; three are enough.
+
+    Returns
+    -------
+    bool
+        Whether it does.
+    """
+    return start.startswith(_JPEG)
+
+
+def read_flir(
+    path: Path | str, *, emissivity: float | None = None, reflected_c: float | None = None
+) -> ThermalField:
+    """Read the temperatures of a radiometric JPEG.
+
+    The camera's own formula (Planck constants, emissivity, reflection, air) is evaluated by flyr
+    from the records of the file. Not verified on a real file; the remarks say so.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    emissivity : float, optional
+        Emissivity in place of the one that the camera was set to. [1]
+    reflected_c : float, optional
+        Reflected temperature in place of the one that the camera was set to. [°C]
+
+    Returns
+    -------
+    ThermalField
+        The temperatures, with the file's name, the settings and the remark 'not verified on a real
+        file'. [°C]
+
+    Raises
+    ------
+    ConfigurationError
+        If flyr is not installed, or the emissivity is not in (0, 1].
+    MeasurementFileError
+        If the file cannot be read, is no radiometric JPEG, is damaged, or holds an image of more
+        than 100 million pixels, which is refused before it is unpacked.
+    """
+    name = str(path)
+    content = read_content(path)
+    if not is_jpeg(content) or _FLIR_SEGMENT not in content:
+        raise MeasurementFileError(
+            "this is no radiometric JPEG of a FLIR camera: it holds no temperatures",
+            path=name,
+            remedy="Give the camera's original file, or export the temperatures as CSV",
+        )
+    _refuse_if_too_large(name, content)
+    _refuse_if_endless(name, content)
+    adjusted = _adjusted(emissivity, reflected_c)
+    temperature_c, settings, taken = _unpacked(name, content, adjusted)
+    said = [UNVERIFIED, *_settings_in_words(settings)]
+    if taken is not None:
+        said.append(f"taken {taken.isoformat(sep=' ')} by the clock of the camera")
+    return ThermalField(temperature_c, name=Path(path).name, remarks=tuple(said))
+
+
+def _adjusted(emissivity: float | None, reflected_c: float | None) -> dict[str, float]:
+    changed: dict[str, float] = {}
+    if emissivity is not None:
+        if not 0.0 < emissivity <= 1.0:
+            raise ConfigurationError(
+                f"{emissivity:g} is no emissivity",
+                where="emissivity",
+                remedy="Give a number above 0, at most 1",
+            )
+        changed["emissivity"] = emissivity
+    if reflected_c is not None:
+        changed["reflected_apparent_temperature"] = reflected_c - ABSOLUTE_ZERO_C
+    return changed
+
+
+def _unpacked(
+    name: str, content: bytes, adjusted: dict[str, float]
+) -> tuple[FloatArray, dict[str, float], datetime | None]:
+    flyr = _flyr()
+    try:
+        thermogram = flyr.unpack(io.BytesIO(content))
+        camera = getattr(thermogram, "camera_metadata", None)
+        taken = getattr(camera, "date_time", None)
+        settings = {**thermogram.metadata, **adjusted}
+        if adjusted:
+            thermogram = thermogram.adjust_metadata(**adjusted)
+        with np.errstate(all="ignore"):  # what is not finite is refused below
+            temperature_c = np.array(thermogram.celsius, dtype=np.float64)
+    except _DAMAGED as error:
+        raise _damaged(name, type(error).__name__) from error
+    if temperature_c.ndim != 2 or not bool(np.all(np.isfinite(temperature_c))):
+        raise MeasurementFileError(
+            "the thermal image of this file has pixels without a temperature",
+            path=name,
+            remedy="Export the temperatures as CSV with the camera's own software",
+        )
+    return temperature_c, settings, taken if isinstance(taken, datetime) else None
+
+
+def _flyr() -> Any:
+    try:
+        return cast("Any", import_module("flyr"))
+    except ImportError:
+        raise ConfigurationError(
+            "radiometric JPEG need the library flyr, which is not installed",
+            where="thermal field",
+            remedy="Run: pip install thermaxis[flir]",
+        ) from None
+
+
+def _refuse_if_too_large(name: str, content: bytes) -> None:
+    """Look at the heads of all pictures inside: a small one may unpack to a very large one."""
+    at = content.find(_PNG)
+    while at >= 0:
+        columns, rows = (int.from_bytes(content[at + k : at + k + 4], "big") for k in (16, 20))
+        if rows * columns > MOST_PIXELS:
+            raise MeasurementFileError(
+                f"the image has {columns} x {rows} pixels, more than"
+                f" {MOST_PIXELS // 1_000_000} million",
+                path=name,
+                remedy="Export a smaller image",
+            )
+        at = content.find(_PNG, at + 8)
+
+
+def _refuse_if_endless(name: str, content: bytes) -> None:
+    """Look at the number of records that the head of the camera's data states."""
+    at = content.find(_FLIR_SEGMENT)
+    while at >= 0:
+        first_chunk = content[at + 6 : at + 7] == b"\x00"
+        if first_chunk and int.from_bytes(content[at + 36 : at + 40], "big") > _MOST_RECORDS:
+            raise _damaged(name, "its directory")
+        at = content.find(_FLIR_SEGMENT, at + 1)
+
+
+def _damaged(name: str, what: str) -> MeasurementFileError:
+    return MeasurementFileError(
+        f"the thermal image of this file cannot be read ({what})",
+        path=name,
+        remedy="Give the camera's original file, or export the temperatures as CSV",
+    )
+
+
+def _settings_in_words(settings: dict[str, float]) -> list[str]:
+    said: list[str] = []
+    if "emissivity" in settings and "reflected_apparent_temperature" in settings:
+        reflected_c = settings["reflected_apparent_temperature"] + ABSOLUTE_ZERO_C
+        said.append(
+            f"emissivity {settings['emissivity']:.3g}, reflected temperature {reflected_c:.1f} °C"
+        )
+    return said

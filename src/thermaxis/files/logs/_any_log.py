@@ -1,0 +1,92 @@
+"""Tell the format of a thermal log from what is in it."""
+
+from pathlib import Path
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files.settings import ThermalMapping, read_thermal_mapping
+from thermaxis.files.table import FALLBACK_ENCODING
+from thermaxis.thermal import ThermalLog
+
+# Each reader is imported where its format is recognised: their packages are large.
+
+_MATLAB = b"MATLAB"
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+
+
+def read_thermal_log(
+    path: Path | str,
+    *,
+    mapping: ThermalMapping | Path | str | None = None,
+    sample_time_s: float | None = None,
+    fallback_encoding: str = FALLBACK_ENCODING,
+) -> ThermalLog:
+    """Read a thermal log from a file of any format that is known here.
+
+    The format is told from the content: CSV, Parquet, a workbook, a file of MATLAB or of LabVIEW;
+    an old file of MATLAB (version 4), which has no mark, from its name.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    mapping : ThermalMapping, Path or str, optional
+        What the columns are, or the file that says so.
+    sample_time_s : float, optional
+        Length of the blocks over which means are taken while reading. Default: rows as they
+        are. [s]
+    fallback_encoding : str
+        Encoding of a CSV file that is not UTF-8. Default: cp1250.
+
+    Returns
+    -------
+    ThermalLog
+        Rows in order of time; the remarks say what was done to get there.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file cannot be read, is of no known format, or does not hold what its format
+        promises.
+    ConfigurationError
+        If the mapping file is wrong, or there is no such fallback encoding.
+    DataError
+        If the sample time cannot be used.
+    """
+    if isinstance(mapping, Path | str):
+        mapping = read_thermal_mapping(mapping)
+    start = _start_of(path)
+    if start.startswith(b"PAR1"):
+        from thermaxis.files.logs.parquet_log import read_thermal_parquet as read  # noqa: PLC0415
+    elif start.startswith(b"TDSm"):
+        from thermaxis.files.logs.tdms_log import read_thermal_tdms as read  # noqa: PLC0415
+    elif start.startswith((b"PK\x03\x04", b"PK\x05\x06", _OLD_WORKBOOK)):
+        from thermaxis.files.logs.xlsx_log import read_thermal_xlsx as read  # noqa: PLC0415
+    elif _is_matlab(path, start):
+        from thermaxis.files.logs.mat_log import read_thermal_mat as read  # noqa: PLC0415
+    else:
+        from thermaxis.files.logs.csv_log import read_thermal_csv  # noqa: PLC0415
+
+        return read_thermal_csv(
+            path, mapping=mapping, sample_time_s=sample_time_s, fallback_encoding=fallback_encoding
+        )
+    return read(path, mapping=mapping, sample_time_s=sample_time_s)
+
+
+def _is_matlab(path: Path | str, start: bytes) -> bool:
+    marked = start.startswith((_MATLAB, _HDF5)) or start[512:520] == _HDF5
+    return marked or (Path(path).suffix.casefold() == ".mat" and b"\x00" in start)
+
+
+def _start_of(path: Path | str) -> bytes:
+    try:
+        if not Path(path).is_file():
+            return b""  # the reader of text says what it is instead
+        with Path(path).open("rb") as stream:
+            return stream.read(520)
+    except (OSError, ValueError) as error:
+        raise MeasurementFileError(
+            f"the file cannot be read ({type(error).__name__})",
+            path=str(path),
+            remedy="Check the name, the permissions and whether another program holds it open",
+        ) from error

@@ -1,0 +1,248 @@
+"""Thermal logs in files of MATLAB, ``.mat``: vectors, matrices and structures of them."""
+
+import struct
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files.logs._columns import (
+    ColumnValues,
+    LogTable,
+    build_log,
+    parse_log_heading,
+    plan_columns,
+)
+from thermaxis.files.logs._mat5 import mat5_arrays
+from thermaxis.files.logs.parquet_log import check_file
+from thermaxis.files.settings import ThermalMapping
+from thermaxis.files.table import first_few
+from thermaxis.positioning import FloatArray
+from thermaxis.thermal import ThermalLog
+from thermaxis.thermal.log import unit_of_name
+
+FILE_LIMIT_BYTES = 500_000_000
+"""Largest file. [byte]"""
+MOST_VALUES = 200_000_000
+"""Largest number of values of all variables. [1]"""
+_MOST_DEPTH = 4
+_MOST_COLUMNS = 4096
+# The readers have no error of their own for damaged files: whatever a wrong length or type
+# raises inside them comes out.
+_READER_ERRORS = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    NotImplementedError,
+    OSError,
+    RecursionError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    struct.error,
+)
+
+
+def read_thermal_mat(
+    path: Path | str,
+    *,
+    mapping: ThermalMapping | None = None,
+    sample_time_s: float | None = None,
+) -> ThermalLog:
+    """Read a thermal log from a file of MATLAB.
+
+    Variables and fields of structures are columns by their names; a matrix of k columns becomes
+    k channels, numbered before the unit: `T_C` becomes `T_1_C`, `T_2_C`. What is not as long as
+    the times is left out with a remark. Tables and timetables are stored in a form that only
+    MATLAB reads: save their columns as vectors.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file; one of version 7.3 needs the package h5py.
+    mapping : ThermalMapping, optional
+        What the columns are; it goes before their names.
+    sample_time_s : float, optional
+        Length of the blocks over which means are taken. [s]
+
+    Returns
+    -------
+    ThermalLog
+        Rows in order of time.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file is none of MATLAB's, damaged or too large, it is of version 7.3 and h5py is not
+        installed, or it has no times or no channels.
+    ThermaxisError
+        If the sample time cannot be used.
+    """
+    name = str(path)
+    check_file(path, FILE_LIMIT_BYTES, b"", "a file of MATLAB")
+    with Path(path).open("rb") as stream:
+        begins = stream.read(520)
+    is_hdf5 = b"\x89HDF\r\n\x1a\n" in (begins[:8], begins[512:520])
+    try:
+        if is_hdf5:
+            variables = _read_hdf5(path)
+        elif begins[126:128] in (b"IM", b"MI") and 0 not in begins[:4]:
+            variables = _read_level_5(Path(path).read_bytes())
+        elif 0 in begins[:4] and len(begins) > 20:
+            variables = _read_level_4(path)
+        else:
+            raise ValueError("no mark of MATLAB")
+    except _READER_ERRORS as error:
+        reason = str(error).partition("\n")[0] or type(error).__name__
+        raise MeasurementFileError(
+            f"this is no file of MATLAB, or a damaged one ({reason[:150]})",
+            path=name,
+            remedy="Save the variables again, with save -v7 or -v7.3",
+        ) from error
+    return _log_of(name, variables, mapping, sample_time_s)
+
+
+def _log_of(
+    name: str,
+    variables: Mapping[str, FloatArray],
+    mapping: ThermalMapping | None,
+    sample_time_s: float | None,
+) -> ThermalLog:
+    vectors = dict(_vectors(variables))
+    if not vectors:
+        raise MeasurementFileError(
+            "the file has no vector of numbers",
+            path=name,
+            remedy="Save times and channels as numeric vectors; a table or timetable is stored in"
+            " a form that only MATLAB reads",
+        )
+    rows = _rows_of(vectors, mapping)
+    kept = {key: values for key, values in vectors.items() if values.size == rows}
+    others = [key for key, values in vectors.items() if values.size != rows]
+    headings = tuple(kept)
+    remarks = (
+        (f"variables that are not as long as the times were left out: {first_few(others)}",)
+        if others
+        else ()
+    )
+    plan = plan_columns(name, headings, mapping)
+
+    def read(index: int) -> ColumnValues:
+        return kept[headings[index]]
+
+    table = LogTable(
+        path=name,
+        headings=headings,
+        rows=rows,
+        read=read,
+        place=lambda row: f"row {row + 1}",
+        remarks=remarks,
+    )
+    return build_log(table, plan, name=Path(name).stem, sample_time_s=sample_time_s)
+
+
+def _rows_of(vectors: Mapping[str, FloatArray], mapping: ThermalMapping | None) -> int:
+    """Return the length of the times, or else of the longest vector."""
+    stated = None if mapping is None else mapping.time_column
+    if stated is not None and stated in vectors:
+        return vectors[stated].size
+    ranked = [
+        (heading.time_rank, place, values.size)
+        for place, (key, values) in enumerate(vectors.items())
+        if (heading := parse_log_heading(key)).time_rank is not None and values.size > 1
+    ]
+    return min(ranked)[2] if ranked else max(values.size for values in vectors.values())
+
+
+def _vectors(variables: Mapping[str, FloatArray]) -> Iterator[tuple[str, FloatArray]]:
+    """Yield every vector, and the columns of every matrix."""
+    for key, values in variables.items():
+        if values.ndim > 2 or values.size == 0:
+            continue
+        if values.ndim < 2 or min(values.shape) == 1:
+            yield key, values.reshape(-1)
+            continue
+        across = values.T if values.shape[0] < values.shape[1] else values
+        if across.shape[1] > _MOST_COLUMNS:
+            continue
+        unit = f"_{key.rpartition('_')[2]}" if unit_of_name(key) else ""
+        stem = key.removesuffix(unit) if unit else key
+        for column in range(across.shape[1]):
+            yield f"{stem}_{column + 1}{unit}", np.ascontiguousarray(across[:, column])
+
+
+def _read_level_5(content: bytes) -> dict[str, FloatArray]:
+    found: dict[str, FloatArray] = {}
+    for name, values in mat5_arrays(content):
+        key, number = name, 2
+        while key in found:
+            key, number = f"{name}_{number}", number + 1
+        found[key] = values
+    return found
+
+
+def _read_level_4(path: Path | str) -> dict[str, FloatArray]:
+    from scipy import io  # noqa: PLC0415  takes a tenth of a second
+
+    read = cast("Callable[..., dict[str, object]]", io.loadmat)
+    try:
+        variables = read(str(path), appendmat=False)
+    except io.matlab.MatReadError as error:
+        raise ValueError(str(error)) from error
+    found: dict[str, FloatArray] = {}
+    for key, value in variables.items():
+        if isinstance(value, np.ndarray):
+            array = cast("np.ndarray[Any, np.dtype[Any]]", value)
+            if array.dtype.kind in "bifu":
+                found[key] = array.astype(np.float64)
+    return found
+
+
+def _read_hdf5(path: Path | str) -> dict[str, FloatArray]:
+    try:
+        import h5py  # noqa: PLC0415  # type: ignore[import-untyped]
+    except ImportError:
+        raise MeasurementFileError(
+            "this file of MATLAB is of version 7.3, and the package h5py is not installed",
+            path=str(path),
+            remedy="Install h5py, or save the variables with save -v7",
+        ) from None
+    found: dict[str, FloatArray] = {}
+    with cast("Any", h5py).File(str(path), "r") as file:
+        _collect_hdf5("", file, found, path=str(path), depth=0)
+    return found
+
+
+def _collect_hdf5(
+    name: str, node: Any, found: dict[str, FloatArray], *, path: str, depth: int
+) -> None:
+    """Add the arrays of a group; MATLAB's axes are in reverse order in such a file."""
+    if depth > _MOST_DEPTH or name.startswith("#"):
+        return
+    if hasattr(node, "keys"):
+        for key in list(node.keys())[:_MOST_COLUMNS]:
+            inner = str(key)
+            _collect_hdf5(
+                inner if inner not in found else f"{name}_{inner}",
+                node[key],
+                found,
+                path=path,
+                depth=depth + 1,
+            )
+        return
+    if getattr(node, "dtype", None) is None or node.dtype.kind not in "bifu" or node.ndim > 2:
+        return
+    total = float(np.prod(np.array(node.shape, dtype=np.float64)))
+    if total + sum(values.size for values in found.values()) > MOST_VALUES:
+        raise MeasurementFileError(
+            f"the file has more than {MOST_VALUES // 1_000_000} million values",
+            path=path,
+            remedy="Save fewer variables, or write the log as Parquet",
+        )
+    if node.attrs.get("MATLAB_class", b"double") != b"char":
+        found[name] = np.asarray(node[()], dtype=np.float64).T

@@ -1,0 +1,267 @@
+"""Columns of readings, one row per reading, become the arrays of a positioning test."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table import first_few
+from thermaxis.positioning import (
+    APPROACHES,
+    FloatArray,
+    PositioningTest,
+    is_single_run_axis,
+)
+
+IntArray: TypeAlias = NDArray[np.int64]
+
+MAX_CELLS = 20_000_000
+"""Largest m * n * 2 of one array of readings: 160 MB of float64. [1]"""
+MAX_CHANNEL_CELLS = 40_000_000
+"""Largest number of cells of all further readings together: 320 MB of float64. [1]"""
+CELLS_PER_READING = 20
+"""How many cells of the array one reading may stand for before the table is called absurd. [1]"""
+SMALL_TABLE = 20_000
+"""Number of cells below which a sparse table does no harm. [1]"""
+MAX_TARGETS = 10_000
+"""Largest number of targets of an axis: more is a continuous record, not a positioning run. [1]"""
+
+
+def _no_channels() -> dict[str, FloatArray]:
+    return {}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """Arrays of readings in the shape (m, n, 2): target, cycle, approach."""
+
+    deviation: FloatArray
+    """Deviations, NaN where no reading is. [µm or arcsec]"""
+    order: FloatArray | None = None
+    """Acquisition order, if it was given. [1]"""
+    time_s: FloatArray | None = None
+    """Times, if they were given. [s]"""
+    channels: Mapping[str, FloatArray] = field(default_factory=_no_channels)
+    """Further readings by the name of their column."""
+    remarks: tuple[str, ...] = ()
+    """What was noticed: cycles without any reading."""
+
+
+def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its name
+    *,
+    path: str,
+    target: FloatArray,
+    target_index: IntArray,
+    cycle: IntArray,
+    approach: IntArray,
+    deviation: FloatArray,
+    line: IntArray,
+    order: FloatArray | None = None,
+    time_s: FloatArray | None = None,
+    channels: Mapping[str, FloatArray] | None = None,
+    line_word: str = "line",
+) -> Assembled:
+    """Put readings listed one per row into arrays of targets, cycles and approaches.
+
+    Parameters
+    ----------
+    path : str
+        The file, for errors.
+    target : FloatArray
+        Target positions, (m,). [mm or deg]
+    target_index : IntArray
+        Index of the target of each reading, from 0, (k,). [1]
+    cycle : IntArray
+        Number of the cycle of each reading, from 1, (k,). [1]
+    approach : IntArray
+        0 forward or 1 backward, (k,). [1]
+    deviation : FloatArray
+        Deviation of each reading, NaN for a reading that the file lists as missing, (k,).
+        [µm or arcsec]
+    line : IntArray
+        Line of the file that holds each reading, for errors, (k,). [1]
+    order, time_s : FloatArray, optional
+        Acquisition order [1] and time [s] of each reading, (k,).
+    channels : Mapping of str to FloatArray, optional
+        Further columns, each (k,).
+    line_word : str
+        What a line is called in this kind of file. Default: text files have lines.
+
+    Returns
+    -------
+    Assembled
+        Arrays (m, n, 2) with n the largest cycle number; NaN where no reading is.
+
+    Raises
+    ------
+    MeasurementFileError
+        If there are no readings, a cycle number is below 1, a reading is listed twice, there are
+        more than 10000 targets, the numbers of targets and cycles are far larger than the number
+        of readings, or there are too many further columns.
+    """
+    if not bool(np.any(np.isfinite(deviation))):
+        raise MeasurementFileError(
+            "there are no readings in the file",
+            path=path,
+            remedy="Export the run again, with its measured values",
+        )
+    if target.size > MAX_TARGETS:
+        raise MeasurementFileError(
+            f"there are {target.size} different target positions, more than the limit of"
+            f" {MAX_TARGETS}",
+            path=path,
+            remedy="Check that each target has the same position in every cycle, and export one"
+            " reading per stop instead of a continuous record",
+        )
+    cycles = _number_of_cycles(path, line_word, cycle, line)
+    shape = (int(target.size), cycles, 2)
+    _check_size(path, shape, int(deviation.size), line_word, cycle, line)
+    _check_channels(path, shape, len(channels or {}))
+    flat = (target_index * cycles + (cycle - 1)) * 2 + approach
+    given = ~np.isnan(deviation)
+    _check_duplicates(path, line_word, flat, given, line, target, shape)
+
+    # A row that lists a reading as missing must not hide a row that has it.
+    rank = np.concatenate((np.flatnonzero(~given), np.flatnonzero(given)))
+
+    def spread(values: FloatArray) -> FloatArray:
+        cells = np.full(shape, np.nan)
+        cells.reshape(-1)[flat[rank]] = values[rank]
+        return cells
+
+    return Assembled(
+        deviation=spread(deviation),
+        order=None if order is None else spread(order),
+        time_s=None if time_s is None else spread(time_s),
+        channels={name: spread(values) for name, values in (channels or {}).items()},
+        remarks=_empty_cycles(cycle[given], cycles),
+    )
+
+
+def check_enough_readings(test: PositioningTest, path: str) -> None:
+    """Check that every target can be evaluated in every approach that was measured.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The run as read.
+    path : str
+        The file, for errors.
+
+    Raises
+    ------
+    MeasurementFileError
+        If there is only one target, or a target has fewer than two readings in an approach that
+        was measured; on a linear axis with more than 2000 mm between its first and last target,
+        where one run is the rule, fewer than one.
+
+    References
+    ----------
+    ISO 230-2:2014, clause 5.3 (tests up to and over 2000 mm), as described by
+    GOST ISO 230-2-2016, clause 6.2.
+    """
+    if test.target.size < 2:
+        raise MeasurementFileError(
+            f"the run has only one target position ({_number(test.target[0])})",
+            path=path,
+            remedy="A positioning run needs at least two targets",
+        )
+    needed = 1 if is_single_run_axis(test) else 2
+    too_few = (test.readings < needed) & np.array(test.measured_approaches)
+    if not bool(too_few.any()):
+        return
+    i, a = (int(k) for k in np.argwhere(too_few)[0])
+    count = int(test.readings[i, a])
+    more = int(too_few.sum()) - 1
+    others = f", and so on for {more} more" if more else ""
+    have = f"{count} reading" if count else "no reading"
+    raise MeasurementFileError(
+        f"target {i + 1} ({_number(test.target[i])} {test.kind.units.position}) has {have}"
+        f" {APPROACHES[a]}{others}; ISO 230-2 needs at least {needed} per target and direction",
+        path=path,
+        remedy="Measure the missing readings, or take the target out of the file",
+    )
+
+
+def _number(value: float) -> str:
+    return f"{value:.10g}"
+
+
+def _number_of_cycles(path: str, line_word: str, cycle: IntArray, line: IntArray) -> int:
+    lowest = int(np.argmin(cycle))
+    if cycle[lowest] < 1:
+        raise MeasurementFileError(
+            f"cycle {cycle[lowest]} in {line_word} {line[lowest]}: cycles count from 1",
+            path=path,
+            remedy="Number the cycles 1, 2, 3 and so on",
+        )
+    return int(cycle.max())
+
+
+def _check_size(
+    path: str,
+    shape: tuple[int, int, int],
+    readings: int,
+    line_word: str,
+    cycle: IntArray,
+    line: IntArray,
+) -> None:
+    targets, cycles, approaches = shape
+    cells = targets * cycles * approaches
+    if cells <= MAX_CELLS and cells <= max(SMALL_TABLE, CELLS_PER_READING * readings):
+        return
+    largest = int(np.argmax(cycle))
+    raise MeasurementFileError(
+        f"{targets} targets and cycle numbers up to {cycles} ({line_word} {line[largest]})"
+        f" do not fit {readings} readings",
+        path=path,
+        remedy="Check that each target has the same position in every cycle, and the cycle numbers",
+    )
+
+
+def _check_channels(path: str, shape: tuple[int, int, int], channels: int) -> None:
+    targets, cycles, approaches = shape
+    if channels * targets * cycles * approaches > MAX_CHANNEL_CELLS:
+        raise MeasurementFileError(
+            f"{channels} columns of further readings are too many for {targets} targets and"
+            f" {cycles} cycles",
+            path=path,
+            remedy="Remove the columns that are not needed",
+        )
+
+
+def _check_duplicates(
+    path: str,
+    line_word: str,
+    flat: IntArray,
+    given: NDArray[np.bool_],
+    line: IntArray,
+    target: FloatArray,
+    shape: tuple[int, int, int],
+) -> None:
+    cells = flat[given]
+    lines = line[given]
+    ranked = np.argsort(cells, kind="stable")
+    twice = np.flatnonzero(np.diff(cells[ranked]) == 0)
+    if not twice.size:
+        return
+    first = twice[np.argmin(lines[ranked[twice + 1]])]
+    i, j, a = (int(k) for k in np.unravel_index(int(cells[ranked[first]]), shape))
+    raise MeasurementFileError(
+        f"the reading of cycle {j + 1}, {APPROACHES[a]}, target {_number(target[i])} is given"
+        f" twice, in {line_word} {lines[ranked[first]]} and {line_word} {lines[ranked[first + 1]]}",
+        path=path,
+        remedy="Remove one of the two",
+    )
+
+
+def _empty_cycles(cycle: IntArray, cycles: int) -> tuple[str, ...]:
+    empty = np.flatnonzero(np.bincount(cycle - 1, minlength=cycles) == 0) + 1
+    if not empty.size:
+        return ()
+    named = first_few([str(k) for k in empty.tolist()])
+    return (f"cycle{'s' if empty.size > 1 else ''} without any reading: {named}",)

@@ -1,0 +1,395 @@
+"""Text of the ecmc tool chain, ``_ISO230.dat``: measured positions by target and cycle."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
+from thermaxis.files.table import (
+    FALLBACK_ENCODING,
+    SourceText,
+    clean_text,
+    first_few,
+    parse_number,
+    parse_whole_number,
+    read_text,
+)
+from thermaxis.positioning import APPROACHES, BACKWARD, FORWARD, FloatArray, PositioningTest
+from thermaxis.quantities import AxisKind
+
+DEFAULT_UNIT = "mm"
+"""Unit of a file without UNIT."""
+DEFAULT_CYCLES = 5
+"""Number of cycles of a file without CYCLES. [1]"""
+DEFAULT_POSITIONS = 8
+"""Number of targets of a file without POSITIONS. [1]"""
+
+_UNITS: dict[str, tuple[AxisKind, float, float]] = {
+    # kind, positions per unit of the file [mm or deg], deviations per unit [µm or arcsec]
+    "m": (AxisKind.LINEAR, 1e3, 1e6),
+    "mm": (AxisKind.LINEAR, 1.0, 1e3),
+    "um": (AxisKind.LINEAR, 1e-3, 1.0),
+    "nm": (AxisKind.LINEAR, 1e-6, 1e-3),
+    "deg": (AxisKind.ROTARY, 1.0, 3600.0),
+}
+_ARRAY_KEY = re.compile(r"(\w+) ?\[([^\]]*)\]", re.ASCII)
+_APPROACH_OF = {"REF_DATA_FWD": FORWARD, "REF_DATA_BWD": BACKWARD}
+_NOT_HEADER = frozenset({"UNIT", "CYCLES", "POSITIONS"})
+_MOST_SETTINGS = 200
+_MOST_DECLARED_PER_MEASURED = 2
+_TARGET_DECIMALS = 9
+
+
+@final
+@dataclass(slots=True)
+class _Content:
+    """The lines of a file, sorted by what they state."""
+
+    settings: dict[str, tuple[str, int]] = field(default_factory=dict[str, tuple[str, int]])
+    targets: dict[int, tuple[float, int]] = field(default_factory=dict[int, tuple[float, int]])
+    target_index: list[int] = field(default_factory=list[int])
+    cycle: list[int] = field(default_factory=list[int])
+    approach: list[int] = field(default_factory=list[int])
+    position: list[float] = field(default_factory=list[float])
+    line: list[int] = field(default_factory=list[int])
+    decimals: list[int] = field(default_factory=list[int])
+    unknown: list[str] = field(default_factory=list[str])
+
+
+def read_iso230_dat(
+    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
+) -> PositioningTest:
+    """Read an ``_ISO230.dat`` file of the ecmc tool chain.
+
+    The file holds measured positions by target and cycle, and neither times nor the acquisition
+    order. Deviations are measured minus target, in double precision.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    fallback_encoding : str
+        Encoding of a file that is not UTF-8. Default: cp1250, as for every text file.
+
+    Returns
+    -------
+    PositioningTest
+        Targets and deviations (mm and µm, or deg and arcsec); missing readings are NaN.
+
+    Raises
+    ------
+    MeasurementFileError
+        If a line states nothing known, the unit is not known, a number is not a number, targets
+        are missing or neither rise nor fall, a reading is given twice or lies outside CYCLES and
+        POSITIONS, CYCLES is more than twice the number of cycles with readings, the file is cut
+        short, or a target has too few readings.
+    ConfigurationError
+        If there is no such fallback encoding.
+
+    Notes
+    -----
+    The tool fits the reference to the targets with a gain and an offset before it writes the
+    file: the straight-line part of the error is not in it.
+    """
+    return dat_test(read_text(path, fallback_encoding=fallback_encoding))
+
+
+def dat_test(source: SourceText) -> PositioningTest:
+    """Make a positioning test from the text of an ``_ISO230.dat`` file.
+
+    Parameters
+    ----------
+    source : SourceText
+        The decoded file.
+
+    Returns
+    -------
+    PositioningTest
+        As `read_iso230_dat`.
+
+    Raises
+    ------
+    MeasurementFileError
+        As `read_iso230_dat`.
+    """
+    content = _read_lines(source)
+    if not content.position:
+        raise source.error(
+            "there are no readings (REF_DATA_FWD, REF_DATA_BWD) in the file",
+            remedy="Name the file whose name ends in _ISO230.dat",
+        )
+    kind, per_position, per_deviation = _read_unit(source, content)
+    targets = _read_count(source, content, "POSITIONS", DEFAULT_POSITIONS)
+    cycles = _read_count(source, content, "CYCLES", DEFAULT_CYCLES)
+    _check_indices(source, content, targets, cycles)
+    _check_declared_cycles(source, content, cycles)
+    listed = _read_targets(source, content, targets)
+
+    index = np.array(content.target_index, dtype=np.int64)
+    deviation = (np.array(content.position) - listed[index]) * per_deviation
+    descending = bool(listed[0] > listed[-1])
+    target = listed[::-1] if descending else listed
+    if per_position != 1.0:
+        target = np.round(target * per_position, _TARGET_DECIMALS)  # 35400 um are 35.4 mm
+    assembled = assemble_readings(
+        path=source.path,
+        target=target,
+        target_index=targets - 1 - index if descending else index,
+        cycle=np.array(content.cycle, dtype=np.int64),
+        approach=np.array(content.approach, dtype=np.int64),
+        deviation=deviation,
+        line=np.array(content.line, dtype=np.int64),
+    )
+    test = PositioningTest(
+        kind=kind,
+        target=target,
+        deviation=assembled.deviation,
+        header=_read_header(content),
+        remarks=(
+            *source.remarks,
+            *_unknown_remarks(content),
+            *_check_complete(source, content, targets, cycles),
+            *_direction_remarks(content, descending=descending),
+        ),
+    )
+    check_enough_readings(test, source.path)
+    return test
+
+
+def _read_lines(source: SourceText) -> _Content:
+    content = _Content()
+    for number, raw in enumerate(source.lines, start=1):
+        text = raw.partition("#")[0].strip()  # the comment may follow a key: TEST_DATA=# ...
+        if not text:
+            continue
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not key:
+            raise source.error(
+                f"'{text}' is neither a comment nor KEY=value",
+                line=number,
+                remedy="Start comments with #, or name an _ISO230.dat file",
+            )
+        array = _ARRAY_KEY.fullmatch(key)
+        if array is not None:
+            _add_element(source, content, array, value, number)
+        else:
+            _add_setting(source, content, key.upper(), value, number)
+    return content
+
+
+def _add_setting(source: SourceText, content: _Content, key: str, value: str, number: int) -> None:
+    known = content.settings.setdefault(key, (value, number))
+    if known[0] != value:
+        raise source.error(
+            f"{key} is stated twice, in line {known[1]} as '{known[0]}' and here as '{value}'",
+            line=number,
+            remedy="Keep one of the two",
+        )
+
+
+def _add_element(
+    source: SourceText, content: _Content, array: re.Match[str], value: str, number: int
+) -> None:
+    name = array[1].upper()
+    if name != "TGT_DATA" and name not in _APPROACH_OF:
+        content.unknown.append(f"{name} (line {number})")
+        return
+    label = f"{name}[{array[2]}]"
+    indices = [
+        parse_whole_number(word, path=source.path, line=number, column=label)
+        for word in array[2].split(",")
+    ]
+    position = parse_number(value, path=source.path, line=number, column=label)
+    if name == "TGT_DATA" and len(indices) == 1:
+        _add_target(source, content, indices[0], position, number)
+    elif name != "TGT_DATA" and len(indices) == 2:
+        content.target_index.append(indices[0] - 1)
+        content.cycle.append(indices[1])
+        content.approach.append(_APPROACH_OF[name])
+        content.position.append(position)
+        content.line.append(number)
+        content.decimals.append(len(value.partition(".")[2]))
+    else:
+        raise source.error(
+            f"{label} has {len(indices)} indices",
+            line=number,
+            remedy="Write TGT_DATA[target] and REF_DATA_FWD[target,cycle]",
+        )
+
+
+def _add_target(
+    source: SourceText, content: _Content, index: int, position: float, number: int
+) -> None:
+    if index in content.targets:
+        raise source.error(
+            f"target {index} is stated twice, in line {content.targets[index][1]} and here",
+            line=number,
+            remedy="Keep one of the two",
+        )
+    content.targets[index] = (position, number)
+
+
+def _read_unit(source: SourceText, content: _Content) -> tuple[AxisKind, float, float]:
+    text, number = content.settings.get("UNIT", ("", None))
+    unit = (text or DEFAULT_UNIT).lower().replace("µ", "u").replace("μ", "u")
+    if unit not in _UNITS:
+        raise source.error(
+            f"the unit '{text}' is not known",
+            line=number,
+            column="UNIT",
+            remedy=f"Write one of {', '.join(_UNITS)}, with the positions in it",
+        )
+    return _UNITS[unit]
+
+
+def _read_count(source: SourceText, content: _Content, key: str, default: int) -> int:
+    text, number = content.settings.get(key, ("", None))
+    if not text:
+        return default
+    count = parse_whole_number(text, path=source.path, line=number, column=key)
+    if count < 1:
+        raise source.error(
+            f"{key} is {count}", line=number, column=key, remedy="Write the number in the file"
+        )
+    return count
+
+
+def _check_indices(source: SourceText, content: _Content, targets: int, cycles: int) -> None:
+    index, cycle = np.array(content.target_index), np.array(content.cycle)
+    outside = np.flatnonzero((index < 0) | (index >= targets) | (cycle < 1) | (cycle > cycles))
+    if not outside.size:
+        return
+    k = int(outside[0])
+    raise source.error(
+        f"there is no target {content.target_index[k] + 1} in cycle {content.cycle[k]}:"
+        f" the file has {targets} targets and {cycles} cycles"
+        f" ({_stated_or_default(content, 'POSITIONS')}, {_stated_or_default(content, 'CYCLES')})",
+        line=content.line[k],
+        remedy="Correct the indices, or state POSITIONS and CYCLES of the run",
+    )
+
+
+def _check_declared_cycles(source: SourceText, content: _Content, cycles: int) -> None:
+    text, number = content.settings.get("CYCLES", ("", None))
+    measured = len(set(content.cycle))
+    if text and cycles > _MOST_DECLARED_PER_MEASURED * measured:
+        raise source.error(
+            f"CYCLES states {cycles} cycles, and the readings are of"
+            f" {measured} cycle{'s' if measured > 1 else ''} only",
+            line=number,
+            column="CYCLES",
+            remedy="Copy or export the file again; if the run was stopped early, set CYCLES to"
+            " the number that was measured",
+        )
+
+
+def _stated_or_default(content: _Content, key: str) -> str:
+    stated = bool(content.settings.get(key, ("", 0))[0])
+    return f"{key} {'stated' if stated else 'not stated, default'}"
+
+
+def _read_targets(source: SourceText, content: _Content, targets: int) -> FloatArray:
+    count = len(content.targets)
+    missing = next((k for k in range(1, targets + 1) if k not in content.targets), None)
+    if missing is not None or count != targets:
+        which = f"target {missing} is not" if missing else "other targets are"
+        raise source.error(
+            f"POSITIONS is {targets} ({_stated_or_default(content, 'POSITIONS')}), {count} targets"
+            f" are listed, and {which} among them",
+            remedy="List every target as TGT_DATA[1] and so on, and state their number",
+        )
+    listed = np.array([content.targets[k][0] for k in range(1, targets + 1)])
+    steps = np.diff(listed)
+    wrong = np.flatnonzero(steps >= 0 if listed[-1] < listed[0] else steps <= 0)
+    if wrong.size:
+        k = int(wrong[0]) + 2
+        raise source.error(
+            f"target {k} ({listed[k - 1]:.10g}) does not follow target {k - 1}"
+            f" ({listed[k - 2]:.10g}): targets neither rise nor fall throughout",
+            line=content.targets[k][1],
+            remedy="List every target once, in the order along the axis",
+        )
+    return listed
+
+
+def _read_header(content: _Content) -> dict[str, str]:
+    header = {
+        clean_text(re.sub(r"\W+", "_", key.lower()), limit=60): clean_text(value)
+        for key, (value, _) in islice(content.settings.items(), _MOST_SETTINGS)
+        if key not in _NOT_HEADER
+    }
+    return {key: value for key, value in header.items() if value}
+
+
+def _check_complete(
+    source: SourceText, content: _Content, targets: int, cycles: int
+) -> tuple[str, ...]:
+    approaches = sorted(set(content.approach))
+    stops = len(approaches) * cycles * targets
+    have = len(content.position)
+    _check_last_number(source, content)
+    if have == stops:
+        return ()
+    rank_of_approach = np.array([approaches.index(a) for a in content.approach], dtype=np.int64)
+    rank = (rank_of_approach * cycles + np.array(content.cycle) - 1) * targets + np.array(
+        content.target_index
+    )
+    if int(rank.max()) == have - 1:
+        # the tool writes forward before backward, cycle by cycle: only the tail is missing
+        raise source.error(
+            f"the file is cut short: it ends after {have} of {stops} readings",
+            line=content.line[int(np.argmax(rank))],
+            remedy="Copy or export the file again; if the run was stopped early, set CYCLES",
+        )
+    names = list(islice(_missing(rank, stops, cycles, targets, approaches), 6))
+    named = ", ".join(names[:5]) + (" and others" if len(names) > 5 else "")
+    return (f"{stops - have} of {stops} readings are missing: {named}",)
+
+
+def _missing(
+    rank: NDArray[np.int64], stops: int, cycles: int, targets: int, approaches: list[int]
+) -> Iterator[str]:
+    there = set(rank.tolist())
+    for k in range(stops):
+        if k not in there:
+            before, target = divmod(k, targets)
+            approach, cycle = divmod(before, cycles)
+            yield f"target {target + 1} cycle {cycle + 1} {APPROACHES[approaches[approach]]}"
+
+
+def _check_last_number(source: SourceText, content: _Content) -> None:
+    """Refuse a file that ends inside the last number, which would read as another position."""
+    last_line = source.text.count("\n") + 1
+    if content.line[-1] != last_line or len(content.decimals) < 2:
+        return
+    if content.decimals[-1] < min(content.decimals[:-1]):
+        raise source.error(
+            "the file is cut short inside a number",
+            line=last_line,
+            remedy="Copy or export the file again; if it is complete, add an empty line at the end",
+        )
+
+
+def _unknown_remarks(content: _Content) -> tuple[str, ...]:
+    if not content.unknown:
+        return ()
+    return (f"lists that are not known were not read: {first_few(content.unknown)}",)
+
+
+def _direction_remarks(content: _Content, *, descending: bool) -> tuple[str, ...]:
+    remarks: list[str] = []
+    approaches = set(content.approach)
+    if len(approaches) == 1:
+        remarks.append(f"the file has {APPROACHES[approaches.pop()]} readings only")
+    if descending:
+        remarks.append(
+            "the targets are listed from the largest to the smallest: forward is what the file"
+            " calls forward, and probably travels in the negative direction of the axis"
+        )
+    return tuple(remarks)

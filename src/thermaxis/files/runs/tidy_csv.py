@@ -1,0 +1,621 @@
+"""Tidy CSV: one reading per row, in columns with units in their names."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import DataError, MeasurementFileError
+from thermaxis.files.runs._assemble import Assembled, assemble_readings, check_enough_readings
+from thermaxis.files.runs._travel import (
+    FULL_TURN_DEG,
+    rows_against_direction,
+    targets_through_a_turn,
+)
+from thermaxis.files.table import (
+    CHANNEL_PREFIX,
+    FALLBACK_ENCODING,
+    MOMENT_REMEDY,
+    NUMBER_LIMIT,
+    TARGET_RESOLUTION,
+    Heading,
+    Layout,
+    ReadingTimes,
+    Role,
+    Table,
+    Unit,
+    check_start_and_end,
+    direction_named,
+    encoded,
+    group_targets,
+    listed,
+    metadata_lines,
+    numeric_cells,
+    parse_heading,
+    parse_moment,
+    protected,
+    read_csv_table,
+    reading_times,
+    target_column_of,
+    unique_names,
+    unit_of_kind,
+)
+from thermaxis.positioning import APPROACHES, FORWARD, FloatArray, PositioningTest, TimeSource
+from thermaxis.quantities import AxisKind
+
+_IntArray: TypeAlias = NDArray[np.int64]
+
+_MOST_DECIMALS = 9
+_AGREEMENT = 1e-6
+"""Smallest disagreement of measured and deviation that is told. [µm or arcsec]"""
+
+
+class _Times(NamedTuple):
+    """Columns of time and order, judged, with the time of day if it is known."""
+
+    readings: ReadingTimes
+    start: datetime | None
+    end: datetime | None
+
+
+def read_tidy_csv(
+    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
+) -> PositioningTest:
+    """Read a tidy CSV file: one reading per row.
+
+    Columns may come in any order. Required are the target (`target_mm`, `target_deg` or another
+    name with a unit in brackets), the deviation or the measured position, and cycle and direction
+    (or the number of the run: odd forward, even backward). `order`, `time` (ISO 8601) and `time_s`
+    are used if they are there; other columns of numbers are kept as channels without unit.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file: comma, semicolon or tab between cells; decimal comma only with the latter two.
+    fallback_encoding : str
+        Encoding of a file that is not UTF-8. Default: that of all text files here.
+
+    Returns
+    -------
+    PositioningTest
+        Targets and deviations (mm and µm, or deg and arcsec); missing readings are NaN.
+
+    Raises
+    ------
+    MeasurementFileError
+        If a column or its unit is missing, a cell does not hold what its column promises, a
+        reading is given twice, or a target has too few readings.
+    ConfigurationError
+        If there is no such fallback encoding.
+    """
+    table = read_csv_table(path, fallback_encoding=fallback_encoding)
+    if table.layout is not Layout.TIDY:
+        raise table.error(
+            "the columns are headed by run numbers: this is a wide table, not a tidy one",
+            remedy="Read it as a wide table",
+        )
+    return tidy_test(table)
+
+
+def tidy_test(table: Table) -> PositioningTest:
+    """Make a positioning test from a table with one reading per row.
+
+    Parameters
+    ----------
+    table : Table
+        The cells, from a text file or a workbook.
+
+    Returns
+    -------
+    PositioningTest
+        As `read_tidy_csv`.
+
+    Raises
+    ------
+    MeasurementFileError
+        As `read_tidy_csv`.
+    """
+    metadata = table.metadata
+    remarks = [*metadata.remarks]
+    target_column, unit = target_column_of(table)
+    row_target = unit.positions(table.numbers(target_column, required=True))
+    deviation, deviation_remarks = _deviations(table, unit, target_column, row_target)
+    cycle, approach, pass_remarks = _passes(table)
+    channels, channel_remarks = _channels(table)
+    remarks += [*deviation_remarks, *pass_remarks, *channel_remarks]
+
+    given = ~np.isnan(deviation)
+    if not bool(given.any()):
+        raise table.error(
+            "there are no readings in the file",
+            remedy="Export the run again, with its measured values",
+        )
+    times = _times(table, given)
+    order = times.readings.order
+    place = np.arange(row_target.size, dtype=np.float64) if order is None else order
+    row_target, turn_remarks = targets_through_a_turn(unit.kind, row_target, cycle, approach, place)
+    if order is None:
+        turn_remarks += rows_against_direction(row_target, cycle, approach)
+    target, target_index = group_targets(row_target)
+    assembled = assemble_readings(
+        path=table.source.place,
+        target=target,
+        target_index=target_index,
+        cycle=cycle,
+        approach=approach,
+        deviation=deviation,
+        line=table.row,
+        order=order,
+        time_s=times.readings.time_s,
+        channels=channels,
+        line_word=table.source.row_word,
+    )
+    remarks += [*turn_remarks, *times.readings.remarks, *assembled.remarks]
+    return _checked_test(table, unit.kind, target, assembled, times, remarks)
+
+
+def format_tidy_csv(test: PositioningTest) -> str:
+    """Write a positioning test as the text of a tidy CSV file.
+
+    Numbers are written so that reading gives the same floats. Header, environment and remarks
+    stand in lines of comment above the headings. A reading that is missing keeps its row, with an
+    empty cell.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The run.
+
+    Returns
+    -------
+    str
+        Lines that end in a line feed; `read_tidy_csv` gives the same test back.
+
+    Raises
+    ------
+    DataError
+        If the file could not be read again: two targets are equal after rounding to 1e-6 mm or
+        deg, or a number is larger than 1e9.
+    """
+    _check_readable(test)
+    i, j, a = np.nonzero(_cells_to_write(test))
+    if test.order is not None:
+        by_order = np.lexsort((i, a, j, np.nan_to_num(test.order[i, j, a], nan=np.inf)))
+        i, j, a = i[by_order], j[by_order], a[by_order]
+    else:
+        by_pass = np.lexsort((np.where(a == 0, i, -i), a, j))
+        i, j, a = i[by_pass], j[by_pass], a[by_pass]
+
+    units = test.kind.units
+    names = ["cycle", "direction", f"target_{units.position_suffix}"]
+    names += [f"deviation_{units.deviation_suffix}", *map(_channel_heading, test.channels)]
+    columns: list[Iterable[str]] = [
+        map(str, (j + 1).tolist()),
+        (APPROACHES[k] for k in a.tolist()),
+        _written(test.target[i]),
+        _written(test.deviation[i, j, a]),
+        *(_written(values[i, j, a]) for values in test.channels.values()),
+    ]
+    if test.time_s is not None:
+        names.insert(0, "time_s")
+        columns.insert(0, _written(test.time_s[i, j, a]))
+    if test.order is not None:
+        names.insert(0, "order")
+        columns.insert(0, _written(test.order[i, j, a]))
+    text = io.StringIO()
+    text.writelines(f"{line}\n" for line in metadata_lines(test))
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows(zip(*columns, strict=True))
+    return text.getvalue()
+
+
+def write_tidy_csv(test: PositioningTest, path: Path | str) -> None:
+    """Write a positioning test as a tidy CSV file, in UTF-8.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The run.
+    path : Path or str
+        The file; an existing one is replaced.
+
+    Raises
+    ------
+    DataError
+        If the file could not be read again: two targets are equal after rounding to 1e-6 mm or
+        deg, or a number is larger than 1e9.
+    MeasurementFileError
+        If the file cannot be written.
+    """
+    content = format_tidy_csv(test).encode()
+    try:
+        Path(path).write_bytes(content)
+    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
+        reason = getattr(error, "strerror", None) or "this cannot be the name of a file"
+        raise MeasurementFileError(
+            f"the file cannot be written ({reason})",
+            path=str(path),
+            remedy="Check the folder, its permissions and the space that is left",
+        ) from error
+
+
+def _deviations(
+    table: Table, unit: Unit, target_column: int, row_target: FloatArray
+) -> tuple[FloatArray, list[str]]:
+    measured_column = table.column_of(Role.MEASURED)
+    deviation_column = table.column_of(Role.DEVIATION)
+    stated = None
+    if deviation_column is not None:
+        stated_unit = unit_of_kind(table, deviation_column, unit.kind, "deviation_um")
+        stated = stated_unit.deviations(table.numbers(deviation_column))
+    if measured_column is None:
+        if stated is None:
+            raise table.error(
+                "there is no column of deviations and none of measured positions"
+                + _not_understood(table),
+                remedy="Name it deviation_um or measured_mm, or deviation_arcsec or measured_deg",
+            )
+        return stated, []
+    measured_unit = unit_of_kind(table, measured_column, unit.kind, "measured_mm")
+    measured = measured_unit.positions(table.numbers(measured_column))
+    deviation, remarks = _difference(unit.kind, measured, row_target)
+    exact = _exact_decimals(table, (measured_column, measured_unit), (target_column, unit))
+    if exact is not None:
+        deviation = np.round(deviation, exact)
+    if stated is None or deviation_column is None:
+        return deviation, remarks
+    step = max(
+        _last_digit(table, measured_column, measured_unit),
+        _last_digit(table, deviation_column, table.headings[deviation_column].unit),
+    )
+    remarks += _disagreement(table, deviation, stated, step)
+    remarks += _mixture(table, deviation, stated)
+    return np.where(np.isnan(deviation), stated, deviation), remarks
+
+
+def _difference(
+    kind: AxisKind, measured: FloatArray, target: FloatArray
+) -> tuple[FloatArray, list[str]]:
+    """Return measured minus target, and what was done to it."""
+    difference = measured - target
+    if kind is AxisKind.LINEAR:
+        return difference * kind.units.deviations_per_position, []
+    turns = np.rint(difference / FULL_TURN_DEG)
+    wrapped = int(np.count_nonzero(turns[~np.isnan(turns)]))
+    deviation = (difference - turns * FULL_TURN_DEG) * kind.units.deviations_per_position
+    if not wrapped:
+        return deviation, []
+    remark = f"whole turns were taken off the measured position of {wrapped} readings"
+    return deviation, [remark]
+
+
+def _decimals(table: Table, column: int) -> int | None:
+    """Return the largest number of decimals of a column, None where a number has an exponent."""
+    cells = table.columns[column]
+    if any("e" in cell or "E" in cell for cell in cells):
+        return None
+    return max(len(cell.partition(table.decimal)[2]) for cell in cells)
+
+
+def _exact_decimals(table: Table, *columns: tuple[int, Unit]) -> int | None:
+    """Return how many decimals in µm the difference of two decimal numbers can have."""
+    most = -_MOST_DECIMALS
+    for column, unit in columns:
+        decimals = _decimals(table, column)
+        if decimals is None or unit.decimals is None:
+            return None
+        most = max(most, decimals - unit.decimals)
+    return most if most <= _MOST_DECIMALS else None
+
+
+def _last_digit(table: Table, column: int, unit: Unit | None) -> float:
+    decimals = _decimals(table, column)
+    if decimals is None or unit is None:
+        return 0.0
+    return 10.0**-decimals * unit.deviation[0] / unit.deviation[1]
+
+
+def _disagreement(
+    table: Table, deviation: FloatArray, stated: FloatArray, step: float
+) -> list[str]:
+    tolerance = max(step * (1 + 1e-6), _AGREEMENT)
+    wrong = np.flatnonzero(np.abs(deviation - stated) > tolerance)
+    if not wrong.size:
+        return []
+    first = int(wrong[0])
+    remark = (
+        f"the column of deviations disagrees with measured minus target in {wrong.size} readings,"
+        f" first in {table.source.row_word} {table.row[first]} ({stated[first]:.6g} and"
+        f" {deviation[first]:.6g}): measured minus target is used"
+    )
+    return [remark]
+
+
+def _mixture(table: Table, deviation: FloatArray, stated: FloatArray) -> list[str]:
+    """Say which readings have a deviation only, beside others that have a measured position."""
+    alone = np.flatnonzero(np.isnan(deviation) & ~np.isnan(stated))
+    if not alone.size or bool(np.all(np.isnan(deviation))):
+        return []
+    remark = (
+        f"{alone.size} reading{'s have' if alone.size > 1 else ' has'} no measured position, first"
+        f" in {table.source.row_word} {table.row[alone[0]]}: there the column of deviations is used"
+    )
+    return [remark]
+
+
+def _passes(table: Table) -> tuple[_IntArray, _IntArray, list[str]]:
+    """Return cycle and approach of every row."""
+    cycle_column = table.column_of(Role.CYCLE)
+    run_column = table.column_of(Role.RUN)
+    direction_column = table.column_of(Role.DIRECTION)
+    if direction_column is not None:
+        approach = _directions(table, direction_column)
+        if cycle_column is not None:
+            return table.whole_numbers(cycle_column), approach, []
+        if run_column is not None:
+            return _cycles_of_runs(table.whole_numbers(run_column), approach)
+        raise table.error(
+            f"there is no column of cycle numbers{_not_understood(table)}",
+            remedy="Name it cycle: 1 for the first time through all targets, 2 for the second",
+        )
+    if run_column is None:
+        raise table.error(
+            f"there is no column that says the direction of approach{_not_understood(table)}",
+            remedy="Name it direction, with the words forward and backward",
+        )
+    run = table.whole_numbers(run_column)
+    cycle, approach = (run + 1) // 2, (run + 1) % 2
+    if cycle_column is not None:
+        wrong = np.flatnonzero(table.whole_numbers(cycle_column) != cycle)
+        if wrong.size:
+            raise table.error(
+                "the cycle number does not fit the run number, and no column says the direction",
+                index=int(wrong[0]),
+                column=cycle_column,
+                remedy="Add a column direction with the words forward and backward",
+            )
+    remark = "directions come from the run numbers: odd runs are forward, even runs are backward"
+    return cycle, approach, [remark]
+
+
+def _directions(table: Table, column: int) -> _IntArray:
+    words = table.columns[column]
+    known = {word: direction_named(word) for word in set(words)}
+    if None in known.values():
+        index = next(i for i, word in enumerate(words) if known[word] is None)
+        found = f"'{words[index]}' is not a direction" if words[index] else "a direction is missing"
+        raise table.error(
+            found, index=index, column=column, remedy="Write forward or backward, or + or -"
+        )
+    return np.array([known[word] for word in words], dtype=np.int64)
+
+
+def _cycles_of_runs(run: _IntArray, approach: _IntArray) -> tuple[_IntArray, _IntArray, list[str]]:
+    """Tell runs that are passes in one direction from runs that are whole cycles."""
+    numbers, first = np.unique(run, return_index=True)
+    direction = approach[first]
+    one_way = bool(np.all(direction[np.searchsorted(numbers, run)] == approach))
+    if not one_way or np.unique(direction).size < 2:
+        return run, approach, []
+    parity = (numbers + direction) % 2
+    if bool(np.any(parity != parity[0])):
+        remark = (
+            "every run has one direction only and the directions do not alternate with the run"
+            " numbers: each run is a cycle of its own, without readings in the other direction"
+        )
+        return run, approach, [remark]
+    # the first pass of the file opens cycle 1, also where the numbers begin with an even one
+    skipped = int(numbers[0] % 2 == 0 and direction[0] == FORWARD)
+    cycle = (run + 1 - skipped) // 2
+    k = 1 + skipped
+    remark = f"runs {k} and {k + 1} are cycle 1, runs {k + 2} and {k + 3} cycle 2, and so on"
+    return cycle, approach, [remark]
+
+
+def _not_understood(table: Table) -> str:
+    """Name the headings in which no role was found, for an error about one that is missing."""
+    unknown = [
+        heading.text
+        for heading in table.headings
+        if heading.text and heading.role is None and not heading.text.startswith(CHANNEL_PREFIX)
+    ]
+    return f" (headings that were not understood: {listed(unknown)})" if unknown else ""
+
+
+def _channels(table: Table) -> tuple[dict[str, FloatArray], list[str]]:
+    """Return the columns of numbers whose names are not known, and say what became of each."""
+    used = {table.column_of(role) for role in Role if role is not Role.TIME}
+    used.add(_time_column(table))
+    if table.column_of(Role.CYCLE) is not None and table.column_of(Role.DIRECTION) is not None:
+        used.discard(table.column_of(Role.RUN))
+    kept: dict[int, FloatArray] = {}
+    ignored: list[str] = []
+    for column, heading in enumerate(table.headings):
+        if column in used:
+            continue
+        values = numeric_cells(table.columns[column], table.decimal)
+        if values is not None and bool(np.any(np.isinf(values))):
+            values = None
+        if values is not None and not bool(np.all(np.isnan(values))):
+            kept[column] = values
+        elif heading.text or any(table.columns[column]):
+            ignored.append(heading.text or f"column {column + 1}")
+    names = unique_names(table.headings, list(kept))
+    remarks: list[str] = []
+    if names:
+        remarks.append(f"kept as channels without unit: {listed(names)}")
+    if ignored:
+        remarks.append(f"columns without numbers were left out: {listed(ignored)}")
+    return dict(zip(names, kept.values(), strict=True)), remarks
+
+
+def _times(table: Table, given: NDArray[np.bool_]) -> _Times:
+    order_column = table.column_of(Role.ORDER)
+    time_column = _time_column(table)
+    order = None if order_column is None else table.numbers(order_column)
+    time_s = None
+    start, end = table.metadata.start, table.metadata.end
+    if time_column is not None:
+        seconds = table.headings[time_column].seconds
+        if seconds is None:
+            moments = _moments(table, time_column)
+            read = [moment for moment, used in zip(moments, given.tolist(), strict=True) if used]
+            known = [moment for moment in read if moment is not None]
+            if known:
+                start, end = min(known), max(known)
+                time_s = _seconds_since(start, moments)
+        else:
+            time_s = table.numbers(time_column) * seconds
+            if bool(np.any(np.abs(time_s) > NUMBER_LIMIT)):
+                raise table.error(
+                    "a time is too large",
+                    column=time_column,
+                    remedy="Check the unit of the column",
+                )
+    readings = reading_times(
+        given=given,
+        order=order,
+        time_s=time_s,
+        line=table.row,
+        path=table.source.place,
+        line_word=table.source.row_word,
+    )
+    start, end = _bounds(table, start, end, readings.time_s, given)
+    return _Times(readings, start, end)
+
+
+def _time_column(table: Table) -> int | None:
+    """Return the column of times; one of dates with time goes before one of seconds."""
+    found = [i for i, heading in enumerate(table.headings) if heading.role is Role.TIME]
+    dated = [i for i in found if table.headings[i].seconds is None]
+    if len(dated) == 1 or not found:
+        return dated[0] if dated else None
+    return table.column_of(Role.TIME)
+
+
+def _moments(table: Table, column: int) -> list[datetime | None]:
+    moments: list[datetime | None] = []
+    zoned: bool | None = None
+    for index, cell in enumerate(table.columns[column]):
+        moment = parse_moment(cell) if cell else None
+        if cell and moment is None:
+            raise table.error(
+                f"'{cell}' is not a date with time",
+                index=index,
+                column=column,
+                remedy=f"{MOMENT_REMEDY}, or name a column of seconds time_s",
+            )
+        if moment is not None:
+            if zoned is not None and zoned != (moment.tzinfo is not None):
+                raise table.error(
+                    "some times state a zone and others do not",
+                    index=index,
+                    column=column,
+                    remedy="Write all times with a zone, or all without",
+                )
+            zoned = moment.tzinfo is not None
+        moments.append(moment)
+    return moments
+
+
+def _seconds_since(start: datetime, moments: Sequence[datetime | None]) -> FloatArray:
+    return np.array(
+        [np.nan if moment is None else (moment - start).total_seconds() for moment in moments]
+    )
+
+
+def _bounds(
+    table: Table,
+    start: datetime | None,
+    end: datetime | None,
+    time_s: FloatArray | None,
+    given: NDArray[np.bool_],
+) -> tuple[datetime | None, datetime | None]:
+    """Return the time of day of the first and of the last reading, as far as they are known."""
+    if start is not None and end is None and time_s is not None:
+        end = start + timedelta(seconds=float(time_s[given].max()))
+    check_start_and_end(table, start, end)
+    return start, end
+
+
+def _checked_test(
+    table: Table,
+    kind: AxisKind,
+    target: FloatArray,
+    assembled: Assembled,
+    times: _Times,
+    remarks: Sequence[str],
+) -> PositioningTest:
+    metadata = table.metadata
+    source = times.readings.source
+    if source is TimeSource.FILE and metadata.interpolated:
+        source = TimeSource.INTERPOLATED
+    test = PositioningTest(
+        kind=kind,
+        target=target,
+        deviation=assembled.deviation,
+        time_source=source,
+        time_s=assembled.time_s,
+        order=assembled.order,
+        order_deduced=metadata.order_deduced and assembled.order is not None,
+        start=times.start,
+        end=times.end,
+        cycle=metadata.cycle,
+        channels=assembled.channels,
+        environment=metadata.environment,
+        header=metadata.header,
+    )
+    check_enough_readings(test, table.source.place)
+    # A file that was written before carries the remarks of its first reading.
+    return replace(test, remarks=tuple(dict.fromkeys(remarks)))
+
+
+def _check_readable(test: PositioningTest) -> None:
+    if np.unique(np.rint(test.target / TARGET_RESOLUTION)).size < test.target.size:
+        raise DataError(
+            "two targets are closer together than 1e-6 mm or deg",
+            remedy="A tidy file cannot tell them apart: remove one of them",
+        )
+    stated = [v for pair in test.environment.values() for v in (pair.start, pair.end)]
+    environment = np.array([np.nan if value is None else value for value in stated])
+    for values in (test.target, test.deviation, test.time_s, environment):
+        if values is not None and bool(np.any(np.abs(values) > NUMBER_LIMIT)):
+            raise DataError(
+                f"a number is larger than {NUMBER_LIMIT:g} and could not be read again",
+                remedy="Check the units of the measurement",
+            )
+
+
+def _cells_to_write(test: PositioningTest) -> NDArray[np.bool_]:
+    """Say which readings get a row: all of an approach that was measured."""
+    rows = np.zeros(test.deviation.shape, dtype=bool)
+    rows[:, :, list(test.measured_approaches)] = True
+    for values in (test.time_s, test.order, *test.channels.values()):
+        if values is not None:
+            rows |= np.isfinite(values)
+    return rows
+
+
+def _written(values: FloatArray) -> list[str]:
+    """Write numbers in the shortest form that reads back as the same float."""
+    return [
+        (str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value))
+        if np.isfinite(value)
+        else ""
+        for value in values.tolist()
+    ]
+
+
+def _channel_heading(name: str) -> str:
+    heading: Heading = parse_heading(name)
+    plain = encoded(name) == name and not name.startswith((CHANNEL_PREFIX.strip(), "#"))
+    if name and plain and heading.role is None and heading.run is None:
+        return protected(name)
+    return CHANNEL_PREFIX + encoded(name)

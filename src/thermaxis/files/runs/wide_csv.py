@@ -1,0 +1,261 @@
+"""Wide CSV: one target per row, one run per column, headed by run numbers."""
+
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.files.runs._assemble import assemble_readings, check_enough_readings
+from thermaxis.files.runs._travel import targets_through_a_turn
+from thermaxis.files.table import (
+    FALLBACK_ENCODING,
+    Layout,
+    Table,
+    Unit,
+    check_start_and_end,
+    deviation_unit,
+    direction_named,
+    group_targets,
+    listed,
+    read_csv_table,
+    target_column_of,
+    unit_named,
+    unit_of_kind,
+)
+from thermaxis.positioning import (
+    APPROACHES,
+    BACKWARD,
+    FORWARD,
+    FloatArray,
+    PositioningTest,
+    TimeSource,
+)
+
+_IntArray: TypeAlias = NDArray[np.int64]
+
+_ORDER_REMARK = (
+    "odd runs were taken as forward and even runs as backward; the order of the readings was"
+    " deduced from the run numbers"
+)
+
+
+def read_wide_csv(
+    path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING
+) -> PositioningTest:
+    """Read a wide CSV file: one row per target, one column per run.
+
+    Run columns are headed by their numbers (`1`, `Run 1`, `run_1_um`); odd runs are forward, even
+    runs are backward. Cells are deviations. Their unit stands in the headings, or in a line
+    `# unit: um` above them; without one it is µm for targets in mm and arcsec for targets in deg,
+    and a remark says so.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file: comma, semicolon or tab between cells; decimal comma only with the latter two.
+    fallback_encoding : str
+        Encoding of a file that is not UTF-8. Default: that of all text files here.
+
+    Returns
+    -------
+    PositioningTest
+        Targets and deviations (mm and µm, or deg and arcsec); missing readings are NaN. The order
+        of the readings is deduced for standard cycles.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the target's unit is missing, a cell is no number, a run or a target is there twice, or
+        a target has too few readings.
+    ConfigurationError
+        If there is no such fallback encoding.
+    """
+    table = read_csv_table(path, fallback_encoding=fallback_encoding)
+    if table.layout is not Layout.WIDE:
+        raise table.error(
+            "the columns are not headed by run numbers: this is a tidy table, not a wide one",
+            remedy="Read it as a tidy table",
+        )
+    return wide_test(table)
+
+
+def wide_test(table: Table) -> PositioningTest:
+    """Make a positioning test from a table with one target per row and one run per column.
+
+    Parameters
+    ----------
+    table : Table
+        The cells, from a text file or a workbook.
+
+    Returns
+    -------
+    PositioningTest
+        As `read_wide_csv`.
+
+    Raises
+    ------
+    MeasurementFileError
+        As `read_wide_csv`.
+    """
+    target_column, target_unit = target_column_of(table)
+    row_target = target_unit.positions(table.numbers(target_column, required=True))
+    runs = _run_columns(table)
+    unit, remarks = _unit_of_runs(table, runs, target_unit)
+    values = np.column_stack([table.numbers(column) for column in runs.values()])
+    _check_not_positions(table, values, row_target, unit, target_unit)
+    remarks += _left_out(table, {target_column, *runs.values()})
+
+    rows = np.arange(row_target.size)
+    row_target, turn_remarks = targets_through_a_turn(
+        target_unit.kind,
+        row_target,
+        cycle=np.ones_like(rows),
+        approach=np.full_like(rows, FORWARD),
+        place=rows.astype(np.float64),
+    )
+    remarks += turn_remarks
+    target, index = group_targets(row_target)
+    falling = row_target.size > 1 and bool(np.all(np.diff(row_target) < 0))
+    if falling:
+        remarks.append(
+            "the file lists the targets in falling order: the runs called forward travel in the"
+            " negative direction"
+        )
+    travelled = target.size - 1 - index if falling else index
+    run = np.array(list(runs), dtype=np.int64)
+    assembled = assemble_readings(
+        path=table.source.place,
+        target=target,
+        target_index=np.repeat(index, run.size),
+        cycle=np.tile((run + 1) // 2, index.size),
+        approach=np.tile((run + 1) % 2, index.size),
+        deviation=unit.deviations(values).reshape(-1),
+        line=np.repeat(table.row, run.size),
+        order=_deduced_order(travelled, target.size, run, values).reshape(-1),
+        line_word=table.source.row_word,
+    )
+    metadata = table.metadata
+    check_start_and_end(table, metadata.start, metadata.end)
+    test = PositioningTest(
+        kind=target_unit.kind,
+        target=target,
+        deviation=assembled.deviation,
+        time_source=TimeSource.ORDER,
+        order=assembled.order,
+        order_deduced=True,
+        start=metadata.start,
+        end=metadata.end,
+        environment=metadata.environment,
+        header=metadata.header,
+        remarks=(*metadata.remarks, *remarks, _ORDER_REMARK, *assembled.remarks),
+    )
+    check_enough_readings(test, table.source.place)
+    return test.with_cycle(metadata.cycle)
+
+
+def _run_columns(table: Table) -> dict[int, int]:
+    """Return the index of the column of each run, by rising run number."""
+    columns: dict[int, int] = {}
+    for column, heading in enumerate(table.headings):
+        run = heading.run
+        if run is None:
+            continue
+        if run in columns:
+            raise table.error(
+                f"two columns are headed as run {run}",
+                column=column,
+                remedy="Number the runs 1, 2, 3 and so on",
+            )
+        stated = direction_named(heading.unit_text) if heading.unit_text else None
+        if stated is not None and stated != _approach(run):
+            raise table.error(
+                f"run {run} is headed as {APPROACHES[stated]}, but runs alternate from forward",
+                column=column,
+                remedy="Number the passes in the order in which they were taken, odd ones forward",
+            )
+        columns[run] = column
+    return dict(sorted(columns.items()))
+
+
+def _approach(run: int) -> int:
+    return FORWARD if run % 2 else BACKWARD
+
+
+def _unit_of_runs(table: Table, runs: dict[int, int], target_unit: Unit) -> tuple[Unit, list[str]]:
+    stated: Unit | None = None
+    for column in runs.values():
+        heading = table.headings[column]
+        if heading.unit is None and (
+            not heading.unit_text or direction_named(heading.unit_text) is not None
+        ):
+            continue
+        unit = unit_of_kind(table, column, target_unit.kind, "run_1_um")
+        if stated is not None and unit is not stated:
+            raise table.error(
+                f"the runs have different units, {stated.name} and {unit.name}",
+                column=column,
+                remedy="Give the deviations of all runs in one unit",
+            )
+        stated = unit
+    if stated is not None:
+        return stated, []
+    named = table.metadata.unit
+    if named is not None:
+        unit = unit_named(named)
+        if unit is None or unit.kind is not target_unit.kind:
+            raise table.error(
+                f"'{named}', stated above the headings, is no unit of the deviations of a"
+                f" {target_unit.kind} axis",
+                remedy="Write # unit: um, or # unit: arcsec",
+            )
+        return unit, []
+    assumed = deviation_unit(target_unit.kind)
+    word = assumed.kind.units.deviation_suffix
+    remark = (
+        f"no unit of the deviations is stated: {assumed.name} was assumed; to state it, write a"
+        f" line '# unit: {word}' above the headings, or head the runs as run_1_{word}"
+    )
+    return assumed, [remark]
+
+
+def _check_not_positions(
+    table: Table, values: FloatArray, row_target: FloatArray, unit: Unit, target_unit: Unit
+) -> None:
+    """Refuse measured positions: deviations in the unit of positions must stay near zero."""
+    if unit.kind.units.deviation == unit.name:
+        return
+    given = ~np.isnan(values)
+    if not bool(given.any()):
+        return
+    positions = unit.positions(values)
+    distance = np.abs(positions - row_target[:, None])[given]
+    if float(np.median(distance)) < float(np.median(np.abs(positions[given]))) / 2:
+        raise table.error(
+            f"the runs seem to hold measured positions in {unit.name}, not deviations",
+            remedy=f"Write one reading per row, with columns target_{target_unit.name} and"
+            f" measured_{unit.name}",
+        )
+
+
+def _left_out(table: Table, used: set[int]) -> list[str]:
+    names = [
+        heading.text or f"column {column + 1}"
+        for column, heading in enumerate(table.headings)
+        if column not in used and (heading.text or any(table.columns[column]))
+    ]
+    return [f"columns that hold no run were left out: {listed(names)}"] if names else []
+
+
+def _deduced_order(
+    travelled: _IntArray, targets: int, run: _IntArray, values: FloatArray
+) -> FloatArray:
+    """Count readings from 1 along passes that follow one another, each along all targets."""
+    measured = ~np.all(np.isnan(values), axis=0)
+    passes = np.cumsum(measured) - 1
+    place = np.where(run % 2 == 1, travelled[:, None], targets - 1 - travelled[:, None])
+    place = (passes * targets + place).astype(np.float64)
+    given = ~np.isnan(values)
+    order = np.full(values.shape, np.nan)
+    order[given] = np.argsort(np.argsort(place[given])) + 1
+    return order

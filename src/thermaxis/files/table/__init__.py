@@ -1,0 +1,5 @@
+"""Text and workbooks as tables: columns, units, times, quoting."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,0 +1,73 @@
+from ._columns import (
+    CHANNEL_PREFIX as CHANNEL_PREFIX,
+    Heading as Heading,
+    Role as Role,
+    Unit as Unit,
+    deviation_unit as deviation_unit,
+    direction_named as direction_named,
+    parse_heading as parse_heading,
+    unit_named as unit_named,
+)
+from ._csv_rows import (
+    csv_table as csv_table,
+    read_csv_table as read_csv_table,
+)
+from ._metadata import (
+    Metadata as Metadata,
+    metadata_lines as metadata_lines,
+)
+from ._quantities import (
+    TARGET_RESOLUTION as TARGET_RESOLUTION,
+    check_start_and_end as check_start_and_end,
+    group_targets as group_targets,
+    target_column_of as target_column_of,
+    unit_of_kind as unit_of_kind,
+)
+from ._quoting import (
+    decoded as decoded,
+    encoded as encoded,
+    protected as protected,
+    quoted as quoted,
+    unprotected as unprotected,
+)
+from ._source import (
+    FALLBACK_ENCODING as FALLBACK_ENCODING,
+    NUMBER_LIMIT as NUMBER_LIMIT,
+    SourceText as SourceText,
+    clean_text as clean_text,
+    decode_text as decode_text,
+    first_few as first_few,
+    is_number as is_number,
+    kind_of_content as kind_of_content,
+    parse_number as parse_number,
+    parse_whole_number as parse_whole_number,
+    read_content as read_content,
+    read_text as read_text,
+)
+from ._table import (
+    HEADER_ROWS as HEADER_ROWS,
+    Layout as Layout,
+    Row as Row,
+    Table as Table,
+    TableSource as TableSource,
+    build_table as build_table,
+    is_comment as is_comment,
+    listed as listed,
+    no_table as no_table,
+    numeric_cells as numeric_cells,
+    read_above as read_above,
+    read_comment_row as read_comment_row,
+    recognise as recognise,
+    unique_names as unique_names,
+)
+from ._times import (
+    MOMENT_REMEDY as MOMENT_REMEDY,
+    ReadingTimes as ReadingTimes,
+    parse_moment as parse_moment,
+    reading_times as reading_times,
+)
+from ._workbook_parts import (
+    CELL_LIMIT as CELL_LIMIT,
+    check_parts as check_parts,
+    damaged as damaged,
+)

@@ -1,0 +1,249 @@
+"""Rows of cells from the text of a CSV file."""
+
+import csv
+import re
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import TypeAlias
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table._columns import Heading
+from thermaxis.files.table._metadata import Metadata
+from thermaxis.files.table._source import FALLBACK_ENCODING, SourceText, read_text
+from thermaxis.files.table._table import (
+    HEADER_ROWS,
+    Layout,
+    Row,
+    Table,
+    TableSource,
+    build_table,
+    no_table,
+    numeric_cells,
+    read_above,
+    read_comment_row,
+    recognise,
+)
+
+DELIMITERS = (",", ";", "\t")
+"""Signs that may stand between cells."""
+LONGEST_LINE = 1_000_000
+"""Longest line of a table. [character]"""
+
+_LINES_ABOVE = 20_000
+_LINES_OF_A_CELL = 20
+_REMEDY = "Export one run per file, with one row per reading or per target"
+_SEPARATOR_LINE = re.compile(r"[ \t]*sep=.?[ \t]*", re.IGNORECASE)  # for spreadsheet programs
+_OPENING_QUOTE = re.compile(r'(?:^|[,;\t])[ ]*"')
+
+_Line: TypeAlias = tuple[int, str]
+
+
+def read_csv_table(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> Table:
+    """Read a CSV file as text cells, tidy or wide.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    fallback_encoding : str
+        Encoding of a file that is not UTF-8. Default: that of all text files here.
+
+    Returns
+    -------
+    Table
+        Its cells by column.
+
+    Raises
+    ------
+    MeasurementFileError
+        If the file is no text, no row of headings is found, or a row does not fit the headings.
+    """
+    return csv_table(read_text(path, fallback_encoding=fallback_encoding))
+
+
+def csv_table(text: SourceText) -> Table:
+    """Make a table from the text of a CSV file.
+
+    Parameters
+    ----------
+    text : SourceText
+        The decoded file.
+
+    Returns
+    -------
+    Table
+        As `read_csv_table`.
+
+    Raises
+    ------
+    MeasurementFileError
+        If no row of headings is found, or a row does not fit the headings.
+    """
+    source = TableSource(text.path)
+    table = _search(text, source, commented=False) or _search(text, source, commented=True)
+    if table is None:
+        rows = islice(_plain_rows(text, source), HEADER_ROWS)
+        raise no_table(source, [(source, row) for row in rows])
+    return table
+
+
+def _plain_rows(text: SourceText, source: TableSource) -> Iterator[Row]:
+    """Yield the rows in which headings were looked for, split where most cells come out."""
+    for number, line in _lines(text.text, source):
+        if number > _LINES_ABOVE:
+            return
+        if line.strip() and not _SEPARATOR_LINE.fullmatch(line) and not _is_comment(line):
+            split = (_split(line, delimiter) for delimiter in DELIMITERS)
+            cells = max((found for found in split if found), key=len, default=[line.strip()])
+            yield number, cells
+
+
+def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table | None:
+    """Look for the headings, which some programs write as a comment, and read what is below."""
+    metadata = Metadata(remarks=list(text.remarks))
+    lines = _lines(text.text, source)
+    above: list[_Line] = []
+    for number, line in lines:
+        if number > _LINES_ABOVE or len(above) == HEADER_ROWS:
+            return None
+        if not line.strip() or _SEPARATOR_LINE.fullmatch(line):
+            continue
+        comment = _is_comment(line)
+        found = None if comment and not commented else _headings(line.lstrip("# "))
+        if found is None:
+            if comment:
+                read_comment_row(metadata, (number, _comment_cells(line)), source)
+            else:
+                above.append((number, line))
+            continue
+        delimiter, layout, headings = found
+        for row, text_above in above:
+            cells = _split(text_above, delimiter)
+            read_above(metadata, (row, [text_above] if cells is None else cells))
+        rows = _rows(lines, delimiter, source)
+        decimal_comma = delimiter != ","
+        table = build_table(
+            source, layout, headings, number, metadata, rows, decimal_comma=decimal_comma
+        )
+        if not text.text.endswith("\n"):
+            _check_open_end(table, text.text.count("\n") + 1)
+        return table
+    return None
+
+
+def _headings(line: str) -> tuple[str, Layout, tuple[Heading, ...]] | None:
+    best: tuple[str, Layout, tuple[Heading, ...]] | None = None
+    for delimiter in DELIMITERS:
+        cells = _split(line, delimiter)
+        found = None if cells is None else recognise(cells)
+        if found is not None and (best is None or len(found[1]) > len(best[2])):
+            best = (delimiter, *found)
+    return best
+
+
+def _rows(lines: Iterator[_Line], delimiter: str, source: TableSource) -> Iterator[Row]:
+    for number, line in lines:
+        if not line:
+            continue
+        if _is_comment(line):
+            yield number, _comment_cells(line)
+            continue
+        cells = _split(line, delimiter)
+        if cells is None:
+            raise source.error(
+                "the quotation marks of this line do not match",
+                row=number,
+                remedy='Close every quotation mark, and write "" for one inside a text',
+            )
+        yield number, cells
+
+
+def _check_open_end(table: Table, last_line: int) -> None:
+    """Look whether a file without a last line end was cut short inside its last cell."""
+    if int(table.row[-1]) != last_line:
+        return
+    cells = table.columns[-1]
+    numeric = numeric_cells(cells, table.decimal) is not None
+    lengths = [
+        -1 if not cell else len(cell.partition(table.decimal)[2] if numeric else cell)
+        for cell in cells
+    ]
+    if len(lengths) > 1 and lengths[-1] < min(lengths[:-1]):
+        raise table.error(
+            "the file is cut short inside its last cell",
+            index=len(cells) - 1,
+            column=len(table.columns) - 1,
+            remedy="Copy or export the file again; if it is complete, add an empty line at the end",
+        )
+    table.metadata.remarks.append(
+        "the last line of the file has no line end: check that the file is complete"
+    )
+
+
+def _split(line: str, delimiter: str) -> list[str] | None:
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(delimiter)]
+    try:
+        rows = list(csv.reader([line], delimiter=delimiter, strict=True, skipinitialspace=True))
+    except csv.Error:
+        return None
+    return [cell.strip() for cell in rows[0]] if rows else None
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(("#", '"#'))
+
+
+def _comment_cells(line: str) -> list[str]:
+    """Return the comment as one cell, also where a spreadsheet program has put it in quotes."""
+    text = line.strip().rstrip(",;\t ")
+    if text.startswith('"'):
+        for delimiter in DELIMITERS:
+            cells = _split(text, delimiter)
+            if cells is not None:
+                return [cells[0]]
+        text = text.removeprefix('"')
+    return [text]
+
+
+def _lines(text: str, source: TableSource) -> Iterator[_Line]:
+    """Yield each line with its number; a text in quotation marks may hold line ends."""
+    start, number = 0, 1
+    while start <= len(text):
+        end = _end_of_line(text, start)
+        if end - start > LONGEST_LINE:
+            raise _too_long(source, number)
+        line = text[start:end]
+        joined = 0
+        if line.count('"') % 2 and not _is_comment(line) and _OPENING_QUOTE.search(line):
+            end, joined = _end_of_quoted(text, start, end)
+            line = text[start:end]
+        yield number, line
+        start, number = end + 1, number + 1 + joined
+
+
+def _end_of_line(text: str, start: int) -> int:
+    end = text.find("\n", start)
+    return len(text) if end < 0 else end
+
+
+def _end_of_quoted(text: str, start: int, first_end: int) -> tuple[int, int]:
+    end = first_end
+    for joined in range(1, _LINES_OF_A_CELL):
+        if end == len(text):
+            break
+        end = _end_of_line(text, end + 1)
+        if end - start > LONGEST_LINE:
+            break
+        if text.count('"', start, end) % 2 == 0:
+            return end, joined
+    return first_end, 0
+
+
+def _too_long(source: TableSource, number: int) -> MeasurementFileError:
+    return source.error(
+        f"the line is longer than {LONGEST_LINE} characters",
+        row=number,
+        remedy=_REMEDY,
+    )

@@ -1,0 +1,588 @@
+"""A table of text cells under a row of headings, whatever kind of file it came from."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import chain
+from typing import NoReturn, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table._columns import QUANTITIES, Heading, Role, parse_heading, unit_named
+from thermaxis.files.table._metadata import Metadata
+from thermaxis.files.table._quoting import unprotected
+from thermaxis.files.table._source import (
+    NUMBER_LIMIT,
+    clean_text,
+    first_few,
+    is_number,
+    parse_number,
+)
+from thermaxis.positioning import FloatArray
+
+Row: TypeAlias = tuple[int, Sequence[str]]
+"""Number of a row in its file, from 1, and its cells without blanks at their ends."""
+
+HEADER_ROWS = 100
+"""Rows among which the headings are looked for, comments not counted. [1]"""
+MAX_COLUMNS = 4096
+"""Largest number of columns of a table. [1]"""
+MAX_ROWS = 2_000_000
+"""Largest number of rows of a table. [1]"""
+
+_CHUNK_ROWS = 4096
+_BESIDE_REMARK = "cells to the right of the headings were left out"
+_NUMBER_CHARACTERS = frozenset("0123456789+-.eE\n")
+_CELL_ERRORS = ("#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!", "#DIV/0!", "#GETTING_DATA")
+_READING_ROLES = frozenset(
+    {Role.TARGET, Role.MEASURED, Role.DEVIATION, Role.CYCLE, Role.RUN, Role.DIRECTION}
+)
+_PASS_ROLES = frozenset({Role.CYCLE, Role.RUN, Role.DIRECTION})
+_REQUIRED = (
+    (Role.TARGET,),
+    (Role.DEVIATION, Role.MEASURED),
+    (Role.CYCLE, Role.RUN),
+    (Role.DIRECTION, Role.RUN),
+)
+_LONGEST_SHOWN = 40
+_SIGNS = str.maketrans({"\N{MINUS SIGN}": "-"})
+
+
+class Layout(StrEnum):
+    """How readings are laid out in a table."""
+
+    TIDY = "tidy"
+    """One reading per row."""
+    WIDE = "wide"
+    """One target per row, one run per column."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TableSource:
+    """Where a table comes from, for errors."""
+
+    path: str
+    """The file."""
+    sheet: str | None = None
+    """Sheet of a workbook, None for a text file."""
+
+    @property
+    def place(self) -> str:
+        """The file, and the sheet of a workbook."""
+        return self.path if self.sheet is None else f"{self.path}, sheet {self.sheet}"
+
+    @property
+    def row_word(self) -> str:
+        """What a row is called in this kind of file."""
+        return "line" if self.sheet is None else "row"
+
+    def cell(self, row: int, column: int) -> str | None:
+        """Name a cell of a workbook; None in a text file."""
+        return None if self.sheet is None else f"{self.sheet}!{column_letters(column)}{row}"
+
+    def error(
+        self,
+        what: str,
+        *,
+        row: int | None = None,
+        column: int | None = None,
+        heading: str | None = None,
+        remedy: str,
+    ) -> MeasurementFileError:
+        """Make the error that says what is wrong in which cell.
+
+        Parameters
+        ----------
+        what : str
+            What is wrong, without its full stop.
+        row : int, optional
+            Number of the row in the file, from 1. [1]
+        column : int, optional
+            Index of the column, from 0. [1]
+        heading : str, optional
+            Heading of the column.
+        remedy : str
+            What the reader can do.
+
+        Returns
+        -------
+        MeasurementFileError
+            To be raised by the caller.
+        """
+        if self.sheet is None:
+            return MeasurementFileError(
+                what, path=self.path, line=row, column=heading, remedy=remedy
+            )
+        place = self.sheet if row is None else self.cell(row, column or 0)
+        return MeasurementFileError(what, path=self.path, column=heading, cell=place, remedy=remedy)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Text cells by column, with what their headings mean."""
+
+    source: TableSource
+    """Where the table comes from."""
+    layout: Layout
+    """Tidy or wide."""
+    heading_row: int
+    """Number of the row of headings. [1]"""
+    headings: tuple[Heading, ...]
+    """One per column."""
+    row: NDArray[np.int64]
+    """Number of each row in its file, (k,). [1]"""
+    columns: tuple[Sequence[str], ...]
+    """Cells by column, each of length k."""
+    decimal: str
+    """Decimal sign of the numbers."""
+    metadata: Metadata
+    """What stands in comments and above the headings."""
+
+    def error(
+        self, what: str, *, index: int | None = None, column: int | None = None, remedy: str
+    ) -> MeasurementFileError:
+        """Make the error that says what is wrong in which cell.
+
+        Parameters
+        ----------
+        what : str
+            What is wrong, without its full stop.
+        index : int, optional
+            Index of the row in the arrays of this table, from 0; None for the heading. [1]
+        column : int, optional
+            Index of the column, from 0. [1]
+        remedy : str
+            What the reader can do.
+
+        Returns
+        -------
+        MeasurementFileError
+            To be raised by the caller.
+        """
+        row = self.heading_row if index is None else int(self.row[index])
+        heading = None if column is None else self.headings[column].text
+        return self.source.error(what, row=row, column=column, heading=heading, remedy=remedy)
+
+    def column_of(self, role: Role) -> int | None:
+        """Return the index of the column with a role, None if there is none.
+
+        Of several columns of a quantity the only one that states its unit is taken.
+
+        Raises
+        ------
+        MeasurementFileError
+            If two columns have the role.
+        """
+        found = [i for i, heading in enumerate(self.headings) if heading.role is role]
+        if len(found) > 1 and role in QUANTITIES:
+            with_unit = [i for i in found if self.headings[i].unit is not None]
+            found = with_unit if len(with_unit) == 1 else found
+        if len(found) > 1:
+            names = " and ".join(f"'{self.headings[i].text}'" for i in found[:2])
+            raise self.error(
+                f"the columns {names} both look like the {role}",
+                column=found[1],
+                remedy="Rename or remove one of them",
+            )
+        return found[0] if found else None
+
+    def numbers(self, column: int, *, required: bool = False) -> FloatArray:
+        """Return the numbers of a column, (k,), NaN where a cell is empty.
+
+        Parameters
+        ----------
+        column : int
+            Index of the column, from 0. [1]
+        required : bool
+            Whether an empty cell is an error. Default: it is a missing reading.
+
+        Raises
+        ------
+        MeasurementFileError
+            If a cell is not a finite number of at most 1e9 in magnitude, or is empty and may not.
+        """
+        values = numeric_cells(self.columns[column], self.decimal)
+        if values is None or bool(np.any(np.abs(values) > NUMBER_LIMIT)):
+            self._raise_first_wrong(column)
+        if required and bool(np.isnan(values).any()):
+            raise self.error(
+                "a number is missing",
+                index=int(np.flatnonzero(np.isnan(values))[0]),
+                column=column,
+                remedy="Write the number, or leave the whole reading out",
+            )
+        return values
+
+    def whole_numbers(self, column: int) -> NDArray[np.int64]:
+        """Return the whole numbers of a column without empty cells, (k,).
+
+        Raises
+        ------
+        MeasurementFileError
+            If a cell is empty or no whole number.
+        """
+        values = self.numbers(column, required=True)
+        wrong = np.flatnonzero(values != np.rint(values))
+        if wrong.size:
+            raise self.error(
+                f"'{self.columns[column][int(wrong[0])]}' is not a whole number",
+                index=int(wrong[0]),
+                column=column,
+                remedy="Write 1, 2, 3 and so on",
+            )
+        return values.astype(np.int64)
+
+    def _raise_first_wrong(self, column: int) -> NoReturn:
+        heading = self.headings[column].text
+        for index, cell in enumerate(self.columns[column]):
+            if not cell:
+                continue
+            if cell.startswith("=") and self.source.sheet is not None:
+                raise self.error(
+                    "the formula of this cell has no stored value",
+                    index=index,
+                    column=column,
+                    remedy="Open the workbook in a spreadsheet program and save it again",
+                )
+            row = int(self.row[index])
+            place = self.source.cell(row, column)
+            parse_number(
+                cell,
+                path=self.source.path,
+                line=row if place is None else None,
+                column=heading,
+                cell=place,
+                decimal=self.decimal,
+            )
+        raise self.error(
+            "the column holds something that is not a number", column=column, remedy="Remove it"
+        )
+
+
+def column_letters(column: int) -> str:
+    """Name a column of a workbook: 0 is A, 26 is AA."""
+    letters = ""
+    column += 1
+    while column:
+        column, rest = divmod(column - 1, 26)
+        letters = chr(ord("A") + rest) + letters
+    return letters
+
+
+def numeric_cells(cells: Sequence[str], decimal: str) -> FloatArray | None:
+    """Read a column of cells as numbers, NaN where a cell is empty.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        The cells.
+    decimal : str
+        The decimal sign.
+
+    Returns
+    -------
+    FloatArray or None
+        None if a cell is neither empty nor a number in plain decimal writing; infinite where a
+        number is too large for a float.
+    """
+    text = "\n".join(cells)
+    if decimal != ".":
+        if "." in text:
+            return None
+        text = text.replace(decimal, ".")
+    if not _NUMBER_CHARACTERS.issuperset(text) or text.count("\n") != len(cells) - 1:
+        return None
+    try:
+        return np.array([float(cell) if cell else np.nan for cell in text.split("\n")])
+    except ValueError:
+        return None
+
+
+def recognise(cells: Sequence[str]) -> tuple[Layout, tuple[Heading, ...]] | None:
+    """Say whether a row holds the headings of a table of readings.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        The cells of the row.
+
+    Returns
+    -------
+    tuple of Layout and headings, or None
+        None if it is another row.
+    """
+    if not 2 <= len(cells) <= MAX_COLUMNS:
+        return None
+    headings = tuple(parse_heading(unprotected(cell)) for cell in cells)
+    roles = {heading.role for heading in headings}
+    runs = sum(heading.run is not None for heading in headings)
+    target = next((h for h in headings if h.role is Role.TARGET), None)
+    enough = 2 if target is None or target.unit is None else 1
+    if target is not None and runs >= enough and not roles & _PASS_ROLES:
+        return Layout.WIDE, headings
+    if len(roles & _READING_ROLES) >= 2:
+        return Layout.TIDY, headings
+    return None
+
+
+def is_comment(cells: Sequence[str]) -> bool:
+    """Say whether a row is a comment: its first cell starts with a number sign."""
+    return cells[0].startswith("#") and not cells[0].startswith(_CELL_ERRORS)
+
+
+def read_above(metadata: Metadata, row: Row) -> None:
+    """Take a header field from a row above the headings: `key: value` or key and value cells.
+
+    Parameters
+    ----------
+    metadata : Metadata
+        Where the field is kept.
+    row : Row
+        The row; one text alone is the title.
+    """
+    filled = [cell for cell in row[1] if cell]
+    if not filled:
+        return
+    key, colon, value = filled[0].partition(":")
+    rest = [value.strip(), *filled[1:]] if colon else filled[1:]
+    text = ", ".join(cell for cell in rest if cell)
+    if text:
+        metadata.read_pair(key, unprotected(text))
+    elif not colon and "title" not in metadata.header:
+        metadata.read_pair("title", unprotected(key))
+
+
+def read_comment_row(metadata: Metadata, row: Row, source: TableSource) -> None:
+    """Take what a row of comment says."""
+    metadata.read_comment(row[1][0].lstrip("# \t"), path=source.place, line=row[0])
+
+
+def build_table(
+    source: TableSource,
+    layout: Layout,
+    headings: tuple[Heading, ...],
+    heading_row: int,
+    metadata: Metadata,
+    rows: Iterable[Row],
+    *,
+    decimal_comma: bool,
+) -> Table:
+    """Collect the rows below the headings.
+
+    Parameters
+    ----------
+    source : TableSource
+        Where the rows come from.
+    layout : Layout
+        Tidy or wide.
+    headings : tuple of Heading
+        One per column.
+    heading_row : int
+        Number of the row of headings. [1]
+    metadata : Metadata
+        What stands above them; comments between the rows are added to it.
+    rows : iterable of Row
+        The rows below the headings.
+    decimal_comma : bool
+        Whether a comma may be the decimal sign: not where it separates columns.
+
+    Returns
+    -------
+    Table
+        With the decimal sign that the numbers use.
+
+    Raises
+    ------
+    MeasurementFileError
+        If a row is shorter or longer than the row of headings, there are no rows or too many, or
+        some numbers have a decimal point and others a decimal comma.
+    """
+    width = len(headings)
+    while width and not headings[width - 1].text:
+        width -= 1
+    numbers: list[int] = []
+    columns: list[list[str]] = [[] for _ in range(width)]
+    chunk: list[Sequence[str]] = []
+    headings, rows = _with_units_below(headings, iter(rows))
+    for number, found in rows:
+        cells = found
+        if is_comment(cells):
+            read_comment_row(metadata, (number, cells), source)
+            continue
+        if len(cells) != width and any(cells):
+            cells = _fitted(cells, width, number, source, metadata)
+        if not any(cells):
+            continue
+        numbers.append(number)
+        chunk.append(cells)
+        if len(chunk) == _CHUNK_ROWS:
+            _move_to_columns(chunk, columns)
+        if len(numbers) > MAX_ROWS:
+            raise source.error(
+                f"the table has more than {MAX_ROWS} rows",
+                row=number,
+                remedy="Export one run per file",
+            )
+    _move_to_columns(chunk, columns)
+    if not numbers:
+        raise source.error(
+            "there are no readings below the headings",
+            row=heading_row,
+            remedy="Export the run again, with its measured values",
+        )
+    row = np.array(numbers, dtype=np.int64)
+    decimal = _decimal_sign(source, headings[:width], row, columns) if decimal_comma else "."
+    return Table(
+        source, layout, heading_row, headings[:width], row, tuple(columns), decimal, metadata
+    )
+
+
+def no_table(source: TableSource, rows: Sequence[tuple[TableSource, Row]]) -> MeasurementFileError:
+    """Make the error of a file in which no row of headings was found.
+
+    Parameters
+    ----------
+    source : TableSource
+        The file.
+    rows : sequence of TableSource and Row
+        The rows among which the headings were looked for, none of them blank.
+
+    Returns
+    -------
+    MeasurementFileError
+        With the words of the row that comes nearest to headings, and what these lack.
+    """
+    what = f"no column headings of a positioning run were found in the first {HEADER_ROWS} rows"
+    number = None
+    if rows:
+        known = [_reading_roles(cells) for _, (_, cells) in rows]
+        nearest = max(range(len(rows)), key=lambda k: len(known[k]))  # the first of equals
+        source, (number, cells) = rows[nearest]
+        words = listed([clean_text(cell, limit=_LONGEST_SHOWN) for cell in cells if cell])
+        missing = [" or ".join(one_of) for one_of in _REQUIRED if not known[nearest] & set(one_of)]
+        what += f"; nearest to them is {words}, which lacks {'; '.join(missing)}"
+    return source.error(
+        what,
+        row=number,
+        remedy=(
+            "Name the columns cycle, direction, target_mm and deviation_um, or target_mm and the"
+            " numbers of the runs; docs/files.md lists the words that are understood"
+        ),
+    )
+
+
+def _reading_roles(cells: Sequence[str]) -> set[Role]:
+    roles = {parse_heading(unprotected(cell)).role for cell in cells[:MAX_COLUMNS]}
+    return {role for role in _READING_ROLES if role in roles}
+
+
+def _with_units_below(
+    headings: tuple[Heading, ...], rows: Iterator[Row]
+) -> tuple[tuple[Heading, ...], Iterator[Row]]:
+    """Take units from a second row of headings, if the first one states none."""
+    needy = [k for k, heading in enumerate(headings) if _lacks_unit(heading)]
+    first = next(rows, None)
+    if first is None or not needy:
+        return headings, rows if first is None else chain((first,), rows)
+    cells = [*first[1], *([""] * len(headings))]
+    units = {k: unit_named(cells[k].strip("()[] ")) for k in needy}
+    if None in units.values():
+        return headings, chain((first,), rows)
+    return tuple(
+        replace(heading, unit=units.get(k, heading.unit)) for k, heading in enumerate(headings)
+    ), rows
+
+
+def _lacks_unit(heading: Heading) -> bool:
+    return heading.role in QUANTITIES and heading.unit is None and not heading.unit_text
+
+
+def _move_to_columns(chunk: list[Sequence[str]], columns: list[list[str]]) -> None:
+    for column, cells in zip(columns, zip(*chunk, strict=True), strict=bool(chunk)):
+        # the minus sign of typesetting: nothing else can be meant by it
+        plain = "\N{MINUS SIGN}" not in "".join(cells)
+        column.extend(cells if plain else [cell.translate(_SIGNS) for cell in cells])
+    chunk.clear()
+
+
+def _fitted(
+    cells: Sequence[str], width: int, row: int, source: TableSource, metadata: Metadata
+) -> Sequence[str]:
+    if len(cells) > width and not any(cells[width:]):
+        return cells[:width]
+    if source.sheet is None:
+        raise source.error(
+            f"the row has {len(cells)} cells under {width} headings",
+            row=row,
+            remedy="Complete the row, or remove it if it does not belong to the table",
+        )
+    if len(cells) > width and _BESIDE_REMARK not in metadata.remarks:
+        metadata.remarks.append(_BESIDE_REMARK)
+    return [*cells[:width], *([""] * (width - len(cells)))]
+
+
+def _decimal_sign(
+    source: TableSource,
+    headings: tuple[Heading, ...],
+    row: NDArray[np.int64],
+    columns: Sequence[Sequence[str]],
+) -> str:
+    first: dict[str, tuple[int, int]] = {}
+    for column, cells in enumerate(columns):
+        heading = headings[column]
+        text = "".join(cells)
+        numeric = _NUMBER_CHARACTERS.issuperset(text.replace(",", ""))
+        if not numeric and heading.role is None and heading.run is None:
+            continue
+        for sign, other in ((".", ","), (",", ".")):
+            if sign not in text or sign in first:
+                continue
+            for index, cell in enumerate(cells):
+                if sign in cell and other not in cell and is_number(cell, decimal=sign):
+                    first[sign] = (index, column)
+                    break
+    if len(first) == 2:
+        (i, _), (j, column) = first["."], first[","]
+        raise source.error(
+            f"this number has a decimal comma, another one has a decimal point"
+            f" ({source.row_word} {row[i]})",
+            row=int(row[j]),
+            column=column,
+            heading=headings[column].text,
+            remedy="Write all numbers with the same decimal sign",
+        )
+    return "," if "," in first else "."
+
+
+def unique_names(headings: Sequence[Heading], columns: Sequence[int]) -> list[str]:
+    """Name the channels of a table so that no two have the same name.
+
+    Parameters
+    ----------
+    headings : sequence of Heading
+        All headings.
+    columns : sequence of int
+        Indices of the columns that are channels, from 0. [1]
+
+    Returns
+    -------
+    list of str
+        The headings; `column 3` for the third without one, and `name (2)` for a second one.
+    """
+    names: dict[str, int] = {}
+    for column in columns:
+        name = base = headings[column].channel_name or f"column {column + 1}"
+        while name in names:
+            names[base] += 1
+            name = f"{base} ({names[base]})"
+        names[name] = 1
+    return list(names)
+
+
+def listed(names: Sequence[str]) -> str:
+    """List headings in quotation marks, the first few of many."""
+    return first_few([f"'{name}'" for name in names])

@@ -1,0 +1,509 @@
+"""A straight line through corrections at several positions: temperature compensation of SINUMERIK.
+
+The control corrects the actual value of an axis by K(P) = K0 + slope * (P - P0). The block
+computes a limited correction at every position that a model was identified at, as without a line,
+and lays the line through them by least squares; through two positions it is exact. What the
+control reports of its setting data is compared, and taken over once it is read, as corrections at
+the positions.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import pairwise
+from math import isfinite, nextafter
+from typing import final
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc.build._build import build_program
+from thermaxis.plc.build._draft import (
+    NO,
+    YES,
+    Draft,
+    above,
+    below,
+    both,
+    call,
+    choose,
+    less,
+    let,
+    minus,
+    no,
+    note,
+    plus,
+    times,
+    when,
+    within,
+)
+from thermaxis.plc.tree import remark_text
+from thermaxis.plc.tree import noted, outward_text, stored
+from thermaxis.plc._settings import PlcSettings
+from thermaxis.plc.tree import Block, Kind, Name, OutputOf, Program, Statement
+
+LARGEST_POSITION_MM = 1e5
+"""Largest magnitude of a position: a hundred metres. [mm]"""
+CLOSEST_MM = 1.0
+"""Shortest distance of two positions: a line through closer ones is made of noise. [mm]"""
+VELOCITY_FACTOR = 0.01
+"""Share of an axis's largest velocity that the control adds for a compensation. Default: that of
+MD32760 COMP_ADD_VELO_FACTOR. [1]"""
+LARGEST_READ = 1e6
+"""Largest magnitude of what the control reports, in the unit of each. [1]"""
+UNREAD_UM = 1e7
+"""What stands for a correction that was not read: more than a block takes for one. [µm]"""
+LINE, LINE_BACK = "tx_line", "tx_line_back"
+_UM_PER_MM = 1000
+_LEAST_POSITIONS = 2
+# Room for the roundings of the sum in REAL: the bound must not cut what the limits allow.
+_ROOM = Fraction(1_000_001, 1_000_000)
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineSettings:
+    """The line of an axis, and the positions that it is laid through.
+
+    Not protected: outside its positions the line goes on straight, and the correction there may
+    be larger than the limits of the corrections say; whether the axis is the one that the models
+    were identified on, and its positive direction the one stated, is proven at commissioning.
+
+    Raises
+    ------
+    ConfigurationError
+        If there are fewer than two positions, one is out of its range, two are closer together
+        than a millimetre, or a number is not finite.
+    """
+
+    positions_mm: tuple[float, ...]
+    """Position of the axis by output. [mm]"""
+    away: bool
+    """Whether a positive motion of the axis moves the tool point away from the workpiece."""
+    reference_mm: float | None = None
+    """Reference position P0 of the line, for SD43920. Default: the mean of the positions. [mm]"""
+    velocity_factor: float = VELOCITY_FACTOR
+    """Largest slope that the control follows. Default: `VELOCITY_FACTOR`. [1]"""
+    origin_mm: float = field(init=False)
+    """The reference position in force. [mm]"""
+
+    def __post_init__(self) -> None:
+        """Check the positions."""
+        positions = self.positions_mm
+        if len(positions) < _LEAST_POSITIONS:
+            raise ConfigurationError(
+                "a line needs corrections at two positions or more",
+                where="--at",
+                remedy="Give a model and a position for each",
+            )
+        stated = [("--at", position) for position in positions]
+        if self.reference_mm is not None:
+            stated.append(("--reference-position", self.reference_mm))
+        for where, position in stated:
+            if not (isfinite(position) and abs(position) <= LARGEST_POSITION_MM):
+                raise ConfigurationError(
+                    f"a position is no number of at most {LARGEST_POSITION_MM:g} mm", where=where
+                )
+        require_apart(positions)
+        if not 0.0 < self.velocity_factor <= 1.0:
+            raise ConfigurationError("not a number above 0 up to 1", where="--velocity-factor")
+        mean = sum(map(Fraction, positions)) / len(positions)
+        origin = float(mean) if self.reference_mm is None else self.reference_mm
+        object.__setattr__(self, "origin_mm", origin)
+
+    @property
+    def um_per_mm(self) -> float:
+        """Correction per millimetre of K: the axis moves against K. [µm/mm]"""
+        return float(-_UM_PER_MM if self.away else _UM_PER_MM)
+
+    def weights(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return what the corrections contribute to the line.
+
+        Returns
+        -------
+        k0_mm_per_um : tuple of float
+            By position, what a micrometre contributes to K0. [mm/µm]
+        slope_per_um : tuple of float
+            By position, what it contributes to the slope. [1/µm]
+
+        References
+        ----------
+        Least squares through (position, correction), in exact fractions, rounded once.
+        """
+        k0, slope = self._exact_weights()
+        return tuple(map(float, k0)), tuple(map(float, slope))
+
+    def reach(self, largest_um: tuple[float, ...]) -> tuple[float, float]:
+        """Return how large K0 and slope become, or change, while every correction does no more.
+
+        Parameters
+        ----------
+        largest_um : tuple of float
+            Largest magnitude, or change, of the correction by output. [µm]
+
+        Returns
+        -------
+        k0_mm : float
+            That of K0, rounded outward. [mm]
+        slope : float
+            That of the slope, in mm/mm, rounded outward. [1]
+        """
+        largest = [
+            sum(abs(w) * Fraction(t) for w, t in zip(weights, largest_um, strict=True)) * _ROOM
+            for weights in self._exact_weights()
+        ]
+        k0_mm, slope = (nextafter(float(value), float("inf")) for value in largest)
+        return k0_mm, slope
+
+    def _exact_weights(self) -> tuple[list[Fraction], list[Fraction]]:
+        positions = [Fraction(p) for p in self.positions_mm]
+        mean = sum(positions, Fraction()) / len(positions)
+        square = sum(((p - mean) * (p - mean) for p in positions), Fraction())
+        unit = 1 / Fraction(self.um_per_mm)
+        slope = [(p - mean) / square for p in positions]
+        away = Fraction(self.origin_mm) - mean
+        k0 = [Fraction(1, len(positions)) + s * away for s in slope]
+        return [unit * w for w in k0], [unit * w for w in slope]
+
+    def bounds(self, totals_um: tuple[float, ...]) -> tuple[float, float]:
+        """Return how large K0 and slope become while every correction lies within its total.
+
+        Parameters
+        ----------
+        totals_um : tuple of float
+            Largest magnitude of the correction with the trim, by output. [µm]
+
+        Returns
+        -------
+        k0_mm : float
+            Largest magnitude of K0. [mm]
+        slope : float
+            Largest magnitude of the slope, in mm/mm. [1]
+
+        Raises
+        ------
+        ConfigurationError
+            If the slope may become larger than the control follows.
+        """
+        k0_mm, slope = self.reach(totals_um)
+        if slope > self.velocity_factor:
+            raise ConfigurationError(
+                f"the limits allow a slope of {slope:.3g} mm/mm, more than the"
+                f" {self.velocity_factor:g} of its velocity that the control adds",
+                where="slope",
+                remedy="State narrower limits, or take positions that lie further apart",
+            )
+        return k0_mm, slope
+
+
+def require_apart(positions_mm: Sequence[float]) -> None:
+    """Refuse positions that are too close together for a line.
+
+    Parameters
+    ----------
+    positions_mm : sequence of float
+        Positions. [mm]
+
+    Raises
+    ------
+    ConfigurationError
+        If two are closer together than `CLOSEST_MM`.
+    """
+    if any(b - a < CLOSEST_MM for a, b in pairwise(sorted(positions_mm))):
+        raise ConfigurationError(
+            f"two positions are closer together than {CLOSEST_MM:g} mm",
+            where="--at",
+            remedy="Identify the models further apart",
+        )
+
+
+def bound_texts(settings: PlcSettings, line: LineSettings) -> tuple[str, str]:
+    """Return the bounds of K0 and slope as head, guide and summary say them.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported; an output for every position.
+    line : LineSettings
+        Positions and direction.
+
+    Returns
+    -------
+    k0_mm : str
+        Largest magnitude of K0, rounded outward from the number that the block has. [mm]
+    slope : str
+        Largest magnitude of the slope, likewise. [1]
+    """
+    exact = line.bounds(tuple(bounds.total_um for bounds in settings.compensation.bounds))
+    k0_mm, slope = (outward_text(stored(bound, double=settings.double)) for bound in exact)
+    return k0_mm, slope
+
+
+def at_position(position_mm: float) -> str:
+    """Return the name of the output at a position.
+
+    Parameters
+    ----------
+    position_mm : float
+        The position. [mm]
+
+    Returns
+    -------
+    str
+        Such as ``at_250_5``, or ``at_m100`` for a negative one.
+    """
+    digits = f"{abs(position_mm):.9g}".replace(".", "_")
+    return f"at_{'m' if position_mm < 0.0 else ''}{digits}"
+
+
+def build_line_program(settings: PlcSettings, line: LineSettings) -> Program:
+    """Return the program of a compensation with a line through the corrections of its outputs.
+
+    The block is that of `build_program` with other inputs in place of the reported corrections:
+    what the control reports of its line. Further outputs are K0, slope and reference position.
+
+    Not protected: what `LineSettings` and `build_program` say. K0, slope and reference position
+    are three values, and mean a line only together: whoever writes them must write all three of
+    the same call in one job, or the reference position while the slope is zero.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported; an output for every position.
+    line : LineSettings
+        Positions and direction.
+
+    Returns
+    -------
+    Program
+        The program.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is not one position per output, the limits allow a slope that the control does
+        not follow, or a number is none that the target's numbers hold.
+
+    References
+    ----------
+    SINUMERIK, description of functions K3, temperature compensation: straight line by SD43900,
+    SD43910 and SD43920.
+    """
+    if len(line.positions_mm) != len(settings.compensation.bounds):
+        raise ConfigurationError("there is not one position for every output", where="--at")
+    if settings.names.block in {LINE, LINE_BACK}:
+        raise ConfigurationError(
+            f"{settings.names.block} is a name that the program needs itself",
+            where="name",
+            remedy="Name it after its axis",
+        )
+    program = build_program(settings)
+    main = _LineDraft(settings, line).joined_to(program.blocks[-1])
+    own = _line_back_block(settings, line), _line_block(settings, line)
+    blocks = (*program.blocks[:-1], *own, main)
+    return replace(program, head=(*program.head, *_head(settings, line)), blocks=blocks)
+
+
+def _head(settings: PlcSettings, line: LineSettings) -> tuple[str, ...]:
+    model = settings.compensation.model
+    k0_mm, slope = bound_texts(settings, line)
+    direction = "away from" if line.away else "towards"
+    return (
+        "",
+        "Line for the temperature compensation of SINUMERIK:",
+        "  K(P) = k0_mm (SD43900) plus slope (SD43910) times (P minus reference_mm (SD43920)).",
+        f"  A positive motion of the axis moves the tool point {direction} the workpiece.",
+        "  The axis moves against K: it is the error of the actual value.",
+        *(
+            f"  {remark_text(output.name)}: at {noted(position, 9)} mm"
+            for output, position in zip(model.outputs, line.positions_mm, strict=True)
+        ),
+        f"  Largest K0 {k0_mm} mm, largest slope {slope} mm/mm, rounded outward: they follow",
+        "  from the limits of the corrections at the positions. Outside the positions the line",
+        "  goes on straight.",
+    )
+
+
+def _target_offsets(settings: PlcSettings, line: LineSettings) -> list[float]:
+    # The reference position that the control has is the rounded one.
+    origin = stored(line.origin_mm, double=settings.double)
+    return [stored(p, double=settings.double) - origin for p in line.positions_mm]
+
+
+def _line_block(settings: PlcSettings, line: LineSettings) -> Block:
+    """Return the block that lays the line."""
+    draft = Draft(
+        LINE,
+        "The straight line through the corrections at the positions, by least squares.",
+        double=settings.double,
+    )
+    totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
+    count = len(line.positions_mm)
+    corrections = [
+        draft.input(f"c{k}_um", f"correction at position {k} [um]") for k in range(1, count + 1)
+    ]
+    free = draft.input("free", "whether a correction lies outside its limits", Kind.BOOL)
+    k0 = draft.output("k0_mm", "line at the reference position [mm]")
+    slope = draft.output("slope", "slope of the line, mm/mm [1]")
+    residual = draft.output("residual_um", "largest distance of a correction from it [um]")
+    limited = draft.output("limited", "whether a bound of the line acts", Kind.BOOL)
+    term = draft.temporary("term", "a term of a sum")
+    at = draft.temporary("at_um", "the line at a position, as a correction [um]")
+    zero = draft.constant("zero", "nothing", 0.0)
+    factor = draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
+    body: list[Statement] = [let(k0, zero), let(slope, zero)]
+    k0_weights, slope_weights = line.weights()
+    for k, (c, a, b) in enumerate(zip(corrections, k0_weights, slope_weights, strict=True), 1):
+        to_k0 = draft.constant(f"k0_{k}", f"to K0 of position {k} [mm/um]", a)
+        to_slope = draft.constant(f"slope_{k}", f"to the slope of position {k} [1/um]", b)
+        body += [
+            let(term, times(to_k0, c)),
+            let(k0, plus(k0, term)),
+            let(term, times(to_slope, c)),
+            let(slope, plus(slope, term)),
+        ]
+    body.append(let(limited, NO))
+    k0_bound, slope_bound = line.bounds(totals_um)
+    for value, bound in (
+        (k0, draft.constant("largest_k0_mm", "largest magnitude of K0 [mm]", k0_bound)),
+        (slope, draft.constant("largest_slope", "largest magnitude of the slope [1]", slope_bound)),
+    ):
+        body += [
+            when(both(no(free), above(value, bound)), let(value, bound), let(limited, YES)),
+            when(
+                both(no(free), below(value, minus(bound))),
+                let(value, minus(bound)),
+                let(limited, YES),
+            ),
+        ]
+    body.append(let(residual, zero))
+    for k, (c, way) in enumerate(zip(corrections, _target_offsets(settings, line), strict=True), 1):
+        offset = draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way)
+        body += [
+            let(term, times(slope, offset)),
+            let(term, plus(k0, term)),
+            let(at, times(term, factor)),
+            let(term, less(c, at)),
+            when(below(term, zero), let(term, minus(term))),
+            when(above(term, residual), let(residual, term)),
+        ]
+    return draft.block(*body)
+
+
+def _line_back_block(settings: PlcSettings, line: LineSettings) -> Block:
+    """Return the block that says how far the control's line is from the one written."""
+    draft = Draft(
+        LINE_BACK,
+        "How far the line in the control is from the one that was written, at every position.",
+        double=settings.double,
+    )
+    k0 = draft.input("k0_mm", "K0 in the control [mm]")
+    slope = draft.input("slope", "slope in the control, mm/mm [1]")
+    origin = draft.input("reference_mm", "reference position in the control [mm]")
+    written_k0 = draft.input("written_k0_mm", "K0 that was written [mm]")
+    written_slope = draft.input("written_slope", "slope that was written [1]")
+    term = draft.temporary("term", "a term of a sum")
+    own = draft.temporary("own_mm", "the line that was written, at a position [mm]")
+    factor = draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
+    largest = draft.constant("largest", "more is no line: it was not read", LARGEST_READ)
+    none = draft.constant("unread_um", "said where it was not read [um]", UNREAD_UM)
+    body: list[Statement] = []
+    otherwise: list[Statement] = []
+    for k, (position, way) in enumerate(
+        zip(line.positions_mm, _target_offsets(settings, line), strict=True), 1
+    ):
+        at = draft.constant(f"position{k}_mm", f"position {k} [mm]", position)
+        offset = draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way)
+        apart = draft.output(f"apart{k}_um", f"distance at position {k} [um]")
+        body += [
+            let(own, times(written_slope, offset)),
+            let(own, plus(written_k0, own)),
+            let(term, less(at, origin)),
+            let(term, times(slope, term)),
+            let(term, plus(k0, term)),
+            let(term, less(term, own)),
+            let(apart, times(term, factor)),
+        ]
+        otherwise.append(let(apart, none))
+    told = both(*(within(value, minus(largest), largest) for value in (k0, slope, origin)))
+    return draft.block(choose((told, tuple(body)), otherwise=tuple(otherwise)))
+
+
+@final
+class _LineDraft:
+    """What the main block has besides."""
+
+    def __init__(self, settings: PlcSettings, line: LineSettings) -> None:
+        self._settings = settings
+        self._line = line
+        self._draft = Draft(settings.names.block, double=settings.double)
+
+    def joined_to(self, main: Block) -> Block:
+        """Return the main block with the line."""
+        stems = self._settings.names.outputs
+        reported = {f"read_{stem}": k for k, stem in enumerate(stems, 1)}
+        first = self._back(reported)
+        last = self._line_of(stems)
+        own = self._draft.block()
+        kept = [v for v in main.inputs if v.name not in reported]
+        ends = kept.pop()  # read_ok stays the last
+        return replace(
+            main,
+            inputs=(*kept, *own.inputs, ends),
+            outputs=(*own.outputs, *main.outputs),
+            states=(*main.states, *own.states),
+            temporaries=(
+                *main.temporaries,
+                *(v for v in main.inputs if v.name in reported),
+            ),
+            constants=(*main.constants, *own.constants),
+            instances=(*main.instances, *own.instances),
+            body=(*first, *main.body, *last),
+        )
+
+    def _back(self, reported: dict[str, int]) -> list[Statement]:
+        draft = self._draft
+        k0 = draft.input("read_k0_mm", "SD43900 that the control reports [mm]")
+        slope = draft.input("read_slope", "SD43910 that the control reports, mm/mm [1]")
+        origin = draft.input("read_reference_mm", "SD43920 that the control reports [mm]")
+        written_k0 = draft.state("line_k0_mm", "K0 that was said last [mm]")
+        written_slope = draft.state("line_slope", "slope that was said last [1]")
+        fb = draft.instance("fb_line_back", LINE_BACK)
+        return [
+            note("The line in the control, as corrections at the positions."),
+            call(
+                fb,
+                k0_mm=k0,
+                slope=slope,
+                reference_mm=origin,
+                written_k0_mm=written_k0,
+                written_slope=written_slope,
+            ),
+            *(
+                let(Name(name), plus(Name(f"in_force{k}_um"), OutputOf(fb, f"apart{k}_um")))
+                for name, k in reported.items()
+            ),
+        ]
+
+    def _line_of(self, stems: tuple[str, ...]) -> list[Statement]:
+        draft = self._draft
+        fb = draft.instance("fb_line", LINE)
+        origin = draft.constant(
+            "origin_mm", "reference position of the line [mm]", self._line.origin_mm
+        )
+        corrections = {f"c{k}_um": Name(f"in_force{k}_um") for k in range(1, len(stems) + 1)}
+        k0 = draft.output("k0_mm", "K0, for SD43900 [mm]")
+        slope = draft.output("slope", "slope, for SD43910, mm/mm [1]")
+        reference = draft.output("reference_mm", "reference position, for SD43920 [mm]")
+        residual = draft.output("residual_um", "largest distance of a correction from it [um]")
+        limited = draft.output("line_limited", "whether a bound of the line acts", Kind.BOOL)
+        last_k0, last_slope = Name("line_k0_mm"), Name("line_slope")
+        return [
+            note("The line through the corrections."),
+            call(fb, **corrections, free=Name("outside")),
+            let(last_k0, OutputOf(fb, "k0_mm")),
+            let(last_slope, OutputOf(fb, "slope")),
+            let(k0, last_k0),
+            let(slope, last_slope),
+            let(reference, origin),
+            let(residual, OutputOf(fb, "residual_um")),
+            let(limited, OutputOf(fb, "limited")),
+        ]

@@ -1,0 +1,304 @@
+"""The report beside an exported program: what it is, its bounds, what was checked and what not."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields
+from hashlib import sha256
+from math import expm1
+from typing import NamedTuple, final
+
+from thermaxis import __version__
+from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_stall
+from thermaxis.plc.build import LineSettings, restart_warning, setting_warnings
+from thermaxis.plc.tree import Block, Kind, Program
+from thermaxis.plc.vectors import Vectors
+
+REPORT_FORMAT = "thermaxis-plc-export"
+"""What the report calls itself."""
+REPORT_VERSION = 1
+"""Version of its keys. [1]"""
+REPORT_HASH = "report_sha256"
+"""Key of the report's own hash."""
+LARGEST_S7_300_BYTES = 16_384
+"""Instance data above which an S7-300 is warned of. Default: the
+data block of a small CPU. [byte]"""
+REPORT_ENDING = ".report.json"
+"""How the name of a report ends."""
+TEMPCOMP = "sinumerik-tempcomp"
+"""The dialect with a straight line."""
+NOT_CHECKED_BY_SIEMENS = (
+    "syntax and numbers checked through equivalent IEC text; acceptance by STEP 7 or TIA Portal"
+    " not checked"
+)
+"""What is not known of SCL."""
+_HALF_UNIT = {True: 2.0**-53, False: 2.0**-24}
+
+
+@final
+class Target(NamedTuple):
+    """Who gets the program."""
+
+    dialect: str
+    """``scl``, ``st``, ``c`` or ``sinumerik-tempcomp``."""
+    variant: str = ""
+    """``s7-1500`` or ``s7-300`` for SCL; ``iec``, ``twincat`` or ``codesys`` for ST."""
+
+
+@final
+class Difference(NamedTuple):
+    """What a program in REAL differs by from the same in LREAL, measured."""
+
+    model_um: float
+    """Largest difference of a displacement by the model. [µm]"""
+    calls: int
+    """Calls that were compared. [1]"""
+
+
+@final
+class ReportFacts(NamedTuple):
+    """What the report says besides the settings."""
+
+    target: Target
+    """Who gets the program."""
+    models: tuple[tuple[str, str], ...]
+    """Name of the file and hash of the content of every model that was read."""
+    difference: Difference | None
+    """Measured difference of REAL from LREAL; None where numbers are LREAL."""
+    line: LineSettings | None = None
+    """The line; None where there is none."""
+    vectors: Vectors | None = None
+    """The test vectors; None where there are none."""
+    instance_bytes: int | None = None
+    """Size of the instance data, about; None where nobody counted. [byte]"""
+    machine: str = ""
+    """Name of the machine whose rules these are; empty where they were stated."""
+    warnings: tuple[str, ...] = ()
+    """What else is to be warned of."""
+
+
+def instance_bytes(program: Program) -> int:
+    """Return about how much memory an instance takes.
+
+    Parameters
+    ----------
+    program : Program
+        The program.
+
+    Returns
+    -------
+    int
+        Inputs, outputs, states, and those of inner instances: 8 or 4 bytes a number, 2 an INT, 1 a
+        BOOL. A control adds what it needs to align them. Temporaries stand elsewhere, except in
+        ST, where they are of the instance too. [byte]
+    """
+    size = {Kind.NUMBER: 8 if program.double else 4, Kind.INT: 2, Kind.BOOL: 1}
+    blocks = {block.name: block for block in program.blocks}
+
+    def of(block: Block) -> int:
+        held = (*block.inputs, *block.outputs, *block.states)
+        own = sum(size[v.kind] * max(1, v.length) for v in held)
+        return own + sum(of(blocks[instance.block]) for instance in block.instances)
+
+    return of(program.blocks[-1])
+
+
+def report_of(
+    settings: PlcSettings, facts: ReportFacts, files: Mapping[str, str]
+) -> dict[str, object]:
+    """Return the report of an export.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What was exported.
+    facts : ReportFacts
+        What else is known.
+    files : mapping
+        Content of every other file by name.
+
+    Returns
+    -------
+    dict
+        Strings, numbers, lists and mappings; the same for the same input, whatever the day and
+        the machine. Keys: ``docs/how-to/export-to-a-plc.md``.
+    """
+    compensation, target = settings.compensation, facts.target
+    model = compensation.model
+    rules = compensation.supervisor
+    report: dict[str, object] = {
+        "format": REPORT_FORMAT,
+        "version": REPORT_VERSION,
+        "program": f"thermaxis {__version__}",
+        "block": settings.names.block,
+        "dialect": target.dialect,
+        "variant": target.variant,
+        "numbers": "LREAL" if settings.double else "REAL",
+        "cycle_s": settings.cycle_s,
+        "cycle_tolerance": CYCLE_TOLERANCE,
+        "models": [{"name": name, "sha256": digest} for name, digest in facts.models],
+        "machine": facts.machine,
+        "model_sha256": settings.model_sha256,
+        "changed": list(settings.notes),
+        "reference": model.reference,
+        "warnings": [
+            *filter(None, (restart_warning(settings),)),
+            *setting_warnings(settings),
+            *facts.warnings,
+            *model.warnings,
+        ],
+        "names": {
+            "channels": dict(zip(model.channels, settings.names.channels, strict=True)),
+            "outputs": dict(
+                zip([o.name for o in model.outputs], settings.names.outputs, strict=True)
+            ),
+        },
+        "limits": {
+            output.name: {entry.name: getattr(bounds, entry.name) for entry in fields(bounds)}
+            for output, bounds in zip(model.outputs, compensation.bounds, strict=True)
+        },
+        "sensors": {
+            channel: {
+                "lowest_c": rule.lowest_c,
+                "highest_c": rule.highest_c,
+                "largest_rate_k_per_s": rule.largest_rate_k_per_s,
+                "step_k": rule.step_k,
+                "frozen_s": rule.frozen_s,
+            }
+            for channel, rule in zip(model.channels, compensation.rules, strict=True)
+        },
+        "supervisor": {e.name: getattr(rules, e.name) for e in fields(rules) if e.init},
+        "validity": {
+            "margin_k": compensation.validity_margin_k,
+            "lowest_weight": compensation.lowest_weight,
+        },
+        "line": _line(settings, facts.line),
+        "arithmetic": {"sections": _sections(settings), "difference": _difference(facts)},
+        "instance_bytes": facts.instance_bytes,
+        "vectors": _vectors(facts.vectors),
+        "checked": _checked(target),
+        "not_checked": _not_checked(target),
+        "files": {name: sha256(text.encode("utf-8")).hexdigest() for name, text in files.items()},
+    }
+    return {**report, REPORT_HASH: report_sha256(report)}
+
+
+def report_sha256(report: Mapping[str, object]) -> str:
+    """Return the hash of a report without the field that holds it.
+
+    Parameters
+    ----------
+    report : mapping
+        A report, with or without its own hash.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    others = {key: value for key, value in report.items() if key != REPORT_HASH}
+    return sha256(report_text(others).encode("ascii")).hexdigest()
+
+
+def report_text(report: Mapping[str, object]) -> str:
+    """Return a report as the text of its file.
+
+    Parameters
+    ----------
+    report : mapping
+        What `report_of` returns.
+
+    Returns
+    -------
+    str
+        JSON in ASCII, with a line end.
+    """
+    return json.dumps(report, indent=1, allow_nan=False) + "\n"
+
+
+def _line(settings: PlcSettings, line: LineSettings | None) -> dict[str, object] | None:
+    if line is None:
+        return None
+    totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
+    k0_mm, slope = line.bounds(totals_um)
+    return {
+        "positions_mm": list(line.positions_mm),
+        "reference_mm": line.origin_mm,
+        "positive_motion": "away" if line.away else "towards",
+        "largest_k0_mm": k0_mm,
+        "largest_slope": slope,
+        "velocity_factor": line.velocity_factor,
+    }
+
+
+def _vectors(vectors: Vectors | None) -> dict[str, object] | None:
+    if vectors is None:
+        return None
+    return {
+        "rows": vectors.rows,
+        "calls": vectors.calls,
+        "not_in_the_rows": list(vectors.missing),
+        "cut": list(vectors.cuts),
+    }
+
+
+def _sections(settings: PlcSettings) -> list[dict[str, object]]:
+    """Return by section at which share of a step it would come to rest too early.
+
+    References
+    ----------
+    The law of the stall, ``docs/theory/plc-arithmetic.md``.
+    """
+    found: list[dict[str, object]] = []
+    for part in settings.compensation.model.layout.parts:
+        for section in part.sections:
+            alpha = -expm1(-settings.cycle_s / section.time_constant_s)
+            plain = _HALF_UNIT[settings.double] / alpha
+            found.append(
+                {
+                    "part": part.name,
+                    "time_constant_s": section.time_constant_s,
+                    "alpha": alpha,
+                    "rest_share": plain if settings.double else compensated_stall(alpha),
+                    "rest_share_uncompensated": plain,
+                }
+            )
+    return found
+
+
+def _difference(facts: ReportFacts) -> dict[str, object] | None:
+    if facts.difference is None:
+        return None
+    return {"model_um": facts.difference.model_um, "calls": facts.difference.calls}
+
+
+def _checked(target: Target) -> list[str]:
+    said = [
+        (
+            "every rule of the program's tree: kinds, names, written before read, one operation on"
+            " numbers per statement, whole numbers within 16 bits"
+        ),
+        (
+            "expected outputs of the vectors: computed by a second program in the same numbers, not"
+            " by the exported text"
+        ),
+    ]
+    if target.dialect == "c":
+        said.append("the C of the same printer compiled by gcc and run against the cycle, in tests")
+    else:
+        said.append(
+            "the text of the same printer run by an interpreter against the cycle, in tests"
+        )
+    return said
+
+
+def _not_checked(target: Target) -> list[str]:
+    said = ["wiring, signs and limits on the machine"]
+    if target.dialect in {"scl", TEMPCOMP}:
+        said.append(NOT_CHECKED_BY_SIEMENS)
+    if target.dialect == TEMPCOMP:
+        said.append("every step in the control: setting data, their writing, their sign")
+    if target.dialect == "st":
+        said.append("acceptance by the compiler of a control")
+    if target.dialect == "c":
+        said.append("other compilers than gcc, and other processors than that of the tests")
+    return said

@@ -1,0 +1,5 @@
+"""The program as a tree, its names, numbers and checks."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,0 +1,48 @@
+from ._check import (
+    BLOCK_PREFIX as BLOCK_PREFIX,
+    check_program as check_program,
+)
+from ._names import (
+    REMARK as REMARK,
+    PlcNames as PlcNames,
+    names_of as names_of,
+    remark_text as remark_text,
+)
+from ._numbers import (
+    figure as figure,
+    noted as noted,
+    number_text as number_text,
+    outward_text as outward_text,
+    stored as stored,
+)
+from ._own_names import (
+    with_own_names as with_own_names,
+)
+from ._tree import (
+    Assign as Assign,
+    Block as Block,
+    Call as Call,
+    Count as Count,
+    Element as Element,
+    Expression as Expression,
+    If as If,
+    Instance as Instance,
+    Kind as Kind,
+    Minus as Minus,
+    Name as Name,
+    Not as Not,
+    Operation as Operation,
+    OutputOf as OutputOf,
+    Program as Program,
+    Remark as Remark,
+    Statement as Statement,
+    Truth as Truth,
+    Two as Two,
+    Variable as Variable,
+)
+from ._walk import (
+    ProgramError as ProgramError,
+    names_read as names_read,
+    reachable as reachable,
+    walk as walk,
+)

@@ -1,0 +1,359 @@
+"""Checks of a program before it is text: every rule of the tree, in words where one is broken.
+
+What is checked here: names, texts, starts, kinds, that a number is computed alone, and that blocks
+stand before those that call them. `_check_flow` checks that everything is written before it is
+read, `_check_ranges` that no whole number overflows and no index leaves its array.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+
+from thermaxis.plc.tree._check_flow import check_flow
+from thermaxis.plc.tree._check_ranges import LARGEST_INT, SMALLEST_INT, check_ranges
+from thermaxis.plc.tree._names import REMARK, is_legal
+from thermaxis.plc.tree._numbers import stored
+from thermaxis.plc.tree._tree import (
+    Assign,
+    Block,
+    Call,
+    Count,
+    Element,
+    Expression,
+    If,
+    Kind,
+    Minus,
+    Name,
+    Not,
+    Operation,
+    OutputOf,
+    Program,
+    Remark,
+    Statement,
+    Truth,
+    Two,
+    Variable,
+)
+from thermaxis.plc.tree._walk import ProgramError, Scope, branches_of, names_read, reachable, walk
+
+LONGEST_ARRAY = 10_000
+"""Longest array. Origin: 80 000 bytes of LREAL, what small controls still give to one block. [1]"""
+BLOCK_PREFIX = "tx_"
+"""What the name of every block begins with, and that of no variable."""
+ARITHMETIC = frozenset({Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.DIVIDE})
+"""Operations that give a number."""
+
+_TEXT = re.compile(r"[A-Za-z0-9 \-_.,:()=/\[\]]*")
+_ENDINGS = ("_step", "_init")
+# In C inner blocks are named behind the main one: tx_lag of tx_z is the type tx_z_lag.
+_TAKEN = frozenset({"tx_number", "tx_step", "tx_init"})
+
+
+def check_program(program: Program) -> None:
+    """Check every rule of the tree.
+
+    Parameters
+    ----------
+    program : Program
+        The program.
+
+    Raises
+    ------
+    ProgramError
+        If a rule is broken; the error names the block and the statement.
+    ConfigurationError
+        If the target cannot keep a number.
+    """
+    for line in program.head:
+        _require_text(_TEXT, line, "the head")
+    known: dict[str, Block] = {}
+    scopes: list[Scope] = []
+    for block in program.blocks:
+        scope = _scope(block, known, double=program.double)
+        _check_block_name(block.name, known)
+        known[block.name] = block
+        scopes.append(scope)
+        for statement, where in walk(block.body, f"block {block.name}"):
+            _check_statement(scope, statement, where)
+        check_flow(scope)
+    if not program.blocks or program.blocks[-1].name != program.name:
+        raise ProgramError("the last block is not the one that a user calls", where=program.name)
+    check_ranges(tuple(scopes))
+
+
+def unused(program: Program) -> tuple[str, ...]:
+    """Return what is declared and never used: not wrong, but nothing that it should have.
+
+    Parameters
+    ----------
+    program : Program
+        A program that was checked.
+
+    Returns
+    -------
+    tuple of str
+        Constants, states and temporaries that are never read, and instances that are never
+        called, each as ``block.name``; blocks that nobody has an instance of, by their name.
+    """
+    found: list[str] = []
+    for block in program.blocks:
+        read = names_read(block)
+        called = {s.instance for s, _ in walk(block.body, "") if isinstance(s, Call)}
+        declared = (*block.states, *block.temporaries, *block.constants)
+        found += [f"{block.name}.{v.name}" for v in declared if v.name not in read]
+        found += [f"{block.name}.{i.name}" for i in block.instances if i.name not in called]
+    needed = reachable(program)
+    return (*found, *(b.name for b in program.blocks if b.name not in needed))
+
+
+# ---- declarations -------------------------------------------------------------------------------
+
+
+def _check_block_name(name: str, known: Mapping[str, Block]) -> None:
+    where = f"block {name}"
+    if not is_legal(name) or not name.startswith(BLOCK_PREFIX):
+        raise ProgramError("the name of the block is not legal in every target", where=where)
+    if name in known:
+        raise ProgramError("two blocks have this name", where=where)
+    taken = {other + ending for other in known for ending in _ENDINGS}
+    if name in _TAKEN or name in taken or any(name + e in known for e in _ENDINGS):
+        raise ProgramError("in C another type or function has this name", where=where)
+
+
+def _scope(block: Block, known: Mapping[str, Block], *, double: bool) -> Scope:
+    where = f"block {block.name}"
+    variables: dict[str, Variable] = {}
+    for variable in (
+        *block.inputs,
+        *block.outputs,
+        *block.states,
+        *block.temporaries,
+        *block.constants,
+    ):
+        _check_variable(variable, f"{where}, {variable.name}", double=double)
+        if variable.name in variables:
+            raise ProgramError("it is declared twice", where=f"{where}, {variable.name}")
+        if variable.length and variable not in block.states:
+            raise ProgramError("only a state is an array", where=f"{where}, {variable.name}")
+        variables[variable.name] = variable
+    if not block.outputs:
+        raise ProgramError("the block has no output", where=where)
+    blocks: dict[str, Block] = {}
+    for instance in block.instances:
+        place = f"{where}, {instance.name}"
+        _check_name(instance.name, place)
+        if instance.name in variables or instance.name in blocks:
+            raise ProgramError("it is declared twice", where=place)
+        if instance.block not in known:
+            raise ProgramError(
+                f"it is an instance of {instance.block}, which does not stand before", where=place
+            )
+        blocks[instance.name] = known[instance.block]
+    for remark in block.remarks:
+        _require_text(_TEXT, remark, where)
+    return Scope(
+        block,
+        variables,
+        blocks,
+        frozenset(v.name for v in (*block.inputs, *block.constants)),
+        frozenset(v.name for v in (*block.outputs, *block.temporaries)),
+    )
+
+
+def _check_name(name: str, where: str) -> None:
+    if not is_legal(name) or name.startswith(BLOCK_PREFIX):
+        raise ProgramError("the name is not legal in every target", where=where)
+
+
+def _check_variable(variable: Variable, where: str, *, double: bool) -> None:
+    _check_name(variable.name, where)
+    _require_text(_TEXT, variable.text, where)
+    if not 0 <= variable.length <= LONGEST_ARRAY:
+        raise ProgramError(f"an array has 1 to {LONGEST_ARRAY} elements", where=where)
+    start = variable.start
+    if variable.length:
+        if start != 0:
+            raise ProgramError("an array has no start", where=where)
+        return
+    if variable.kind is Kind.BOOL:
+        legal = isinstance(start, bool) or start == 0
+    elif variable.kind is Kind.INT:
+        whole = isinstance(start, int) and not isinstance(start, bool)
+        legal = whole and SMALLEST_INT <= start <= LARGEST_INT
+    else:
+        legal = not isinstance(start, bool) and math.isfinite(start)
+        if legal:
+            stored(float(start), double=double, where=where)
+    if not legal:
+        raise ProgramError(f"{start!r} is no {variable.kind.value}", where=where)
+
+
+def _require_text(pattern: re.Pattern[str], text: str, where: str) -> None:
+    if pattern.fullmatch(text) is None:
+        raise ProgramError(f"a remark has other signs than it may have: {text!r}", where=where)
+
+
+# ---- statements ---------------------------------------------------------------------------------
+
+
+def _check_statement(scope: Scope, statement: Statement, where: str) -> None:
+    match statement:
+        case Assign():
+            _check_assign(scope, statement, where)
+        case If(branches):
+            if not branches:
+                raise ProgramError("there is no branch", where=where)
+            for condition, _ in branches:
+                _require_kind(scope, condition, Kind.BOOL, where)
+            for body, place in branches_of(statement, where):
+                if all(isinstance(inner, Remark) for inner in body):
+                    raise ProgramError("a branch does nothing", where=place)
+        case Call():
+            _check_call(scope, statement, where)
+        case Remark(text):
+            _require_text(REMARK, text, where)
+
+
+def _check_assign(scope: Scope, statement: Assign, where: str) -> None:
+    target, value = statement.target, statement.value
+    name = target.name if isinstance(target, Name) else target.array
+    kind = kind_of(scope, target, where)
+    if name in scope.readonly:
+        raise ProgramError(f"{name} is an input or a constant and never written", where=where)
+    if kind is Kind.NUMBER and isinstance(value, Two) and value.operation in ARITHMETIC:
+        _check_computation(scope, value, where)
+    else:
+        _require_kind(scope, value, kind, where)
+
+
+def _check_computation(scope: Scope, value: Two, where: str) -> None:
+    """Check the one operation on numbers that a statement may have."""
+    for side in (value.left, value.right):
+        if not isinstance(side, Name | OutputOf | Element | Minus):
+            raise ProgramError("more than one operation on numbers in a statement", where=where)
+        _require_kind(scope, side, Kind.NUMBER, where)
+    if value.operation is Operation.DIVIDE:
+        divisor = value.right
+        constants = {c.name: c.start for c in scope.block.constants}
+        if not isinstance(divisor, Name) or constants.get(divisor.name, 0) == 0:
+            raise ProgramError("only a constant that is not zero divides", where=where)
+
+
+def _check_call(scope: Scope, statement: Call, where: str) -> None:
+    if statement.instance not in scope.blocks:
+        raise ProgramError(f"{statement.instance} is no instance of the block", where=where)
+    wanted = scope.blocks[statement.instance].inputs
+    given = tuple(name for name, _ in statement.inputs)
+    if given != tuple(variable.name for variable in wanted):
+        raise ProgramError(
+            f"the inputs of {statement.instance} are not all there, in their order", where=where
+        )
+    for (_, value), variable in zip(statement.inputs, wanted, strict=True):
+        if not isinstance(value, Name | Truth | Count):
+            raise ProgramError("an input gets a name, a truth or a count only", where=where)
+        _require_kind(scope, value, variable.kind, where)
+
+
+# ---- kinds --------------------------------------------------------------------------------------
+
+
+def _require_kind(scope: Scope, expression: Expression, kind: Kind, where: str) -> None:
+    found = kind_of(scope, expression, where)
+    if found is not kind:
+        raise ProgramError(f"a {found.value} stands where a {kind.value} belongs", where=where)
+
+
+def kind_of(scope: Scope, expression: Expression, where: str) -> Kind:
+    """Return the kind of an expression.
+
+    Parameters
+    ----------
+    scope : Scope
+        What may be named.
+    expression : Expression
+        The expression.
+    where : str
+        Place of the statement.
+
+    Returns
+    -------
+    Kind
+        Its kind.
+
+    Raises
+    ------
+    ProgramError
+        If something in it is not declared, or operands are not of the kind that they must be.
+    """
+    match expression:
+        case Name() | OutputOf() | Element():
+            return _kind_of_term(scope, expression, where)
+        case Truth():
+            return Kind.BOOL
+        case Count(value):
+            if not SMALLEST_INT <= value <= LARGEST_INT:
+                raise ProgramError(f"{value} is no INT", where=where)
+            return Kind.INT
+        case Minus(of):
+            _require_kind(scope, of, Kind.NUMBER, where)
+            return Kind.NUMBER
+        case Not(of):
+            _require_kind(scope, of, Kind.BOOL, where)
+            return Kind.BOOL
+        case Two():
+            return _kind_of_two(scope, expression, where)
+
+
+def _kind_of_term(scope: Scope, term: Name | OutputOf | Element, where: str) -> Kind:
+    match term:
+        case Name(name):
+            variable = _variable(scope, name, where)
+            if variable.length:
+                raise ProgramError(f"{name} is an array and needs an index", where=where)
+            return variable.kind
+        case Element(array, index):
+            variable = _variable(scope, array, where)
+            if not variable.length:
+                raise ProgramError(f"{array} is no array", where=where)
+            _require_kind(scope, Name(index), Kind.INT, where)
+            return variable.kind
+        case OutputOf(instance, output):
+            block = scope.blocks.get(instance)
+            if block is None:
+                raise ProgramError(f"{instance} is no instance of the block", where=where)
+            kinds = [variable.kind for variable in block.outputs if variable.name == output]
+            if not kinds:
+                raise ProgramError(f"{instance} has no output {output}", where=where)
+            return kinds[0]
+
+
+def _variable(scope: Scope, name: str, where: str) -> Variable:
+    variable = scope.variables.get(name)
+    if variable is None:
+        raise ProgramError(f"{name} is not declared", where=where)
+    return variable
+
+
+def _kind_of_two(scope: Scope, two: Two, where: str) -> Kind:
+    left = kind_of(scope, two.left, where)
+    _require_kind(scope, two.right, left, where)
+    operation = two.operation
+    if operation in {Operation.AND, Operation.OR}:
+        if left is not Kind.BOOL:
+            raise ProgramError(
+                f"a {left.value} stands where a {Kind.BOOL.value} belongs", where=where
+            )
+        return Kind.BOOL
+    if left is Kind.BOOL:
+        raise ProgramError(f"{operation.value} is no operation on BOOL", where=where)
+    if operation in ARITHMETIC:
+        if left is Kind.NUMBER:
+            raise ProgramError(
+                "an operation on numbers stands alone behind := and nowhere else", where=where
+            )
+        if operation is Operation.DIVIDE:
+            raise ProgramError("whole numbers are not divided", where=where)
+        return Kind.INT
+    if operation is Operation.EQUAL and any(isinstance(s, Minus) for s in (two.left, two.right)):
+        raise ProgramError("only numbers that were copied are compared with =", where=where)
+    return Kind.BOOL

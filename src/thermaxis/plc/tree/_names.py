@@ -1,0 +1,247 @@
+"""Names that every target takes, and text from people that may stand in a remark."""
+
+import re
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import final
+
+from thermaxis.compensation import CompensationModel
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc.tree._tree import LONGEST_NAME
+
+PREFIX = "tx_"
+"""What the name of every block begins with."""
+LONGEST_TEXT = 60
+"""Longest text from a person in a remark. Origin: a line of 100 signs with what stands before.
+[1]"""
+OWN_BLOCKS = frozenset(
+    {"lag", "sensor", "model", "trim", "requests", "supervisor", "wanted", "read_back", "limit"}
+)
+"""Blocks of every program, without their prefix; those with a number are told by `_NUMBERED`."""
+
+CUT = "..."
+"""Sign behind a text that was cut; its signs may stand in a remark."""
+REMARK = re.compile(r"[A-Za-z0-9 \-_.,:()=/]*")
+"""What our own sentences are made of, in a remark of any target."""
+
+_NUMBERED = re.compile(r"(delay|gain)_[0-9]+")
+# In C a block is a type and two functions; a name that ends like one could be that of another.
+_TAKEN_ENDINGS = ("_init", "_step", "_h")
+_LONGEST_CHANNEL = 14
+_LONGEST_OUTPUT = 13
+_LONGEST_PART = 18
+_LONGEST_BLOCK = LONGEST_NAME - len(PREFIX)
+# Names of the main block that are made of a prefix and one of these would mean something else.
+_TAKEN_STEMS = frozenset({"ok", "quality", "runs", "id_1", "id_2"})
+
+_IEC = """
+    action and any array at begin bool by byte case char configuration const constant continue
+    do dint dt dword else elsif en end eno eq exit exp expt false for from function function_block
+    ge goto gt if implements in int interface interval le len limit lint ln log lreal lt lword max
+    method min mod move mux namespace ne not null of on or override pointer private program
+    protected public r_edge read_only read_write real ref ref_to reference repeat resource retain
+    return rol ror r_trig f_trig rs sel shl shr single sint sqrt sr step string struct super
+    task then this time tod to tof ton tp transition true trunc type udint uint ulint union until
+    usint using var var_access var_config var_external var_global var_in_out var_input var_output
+    var_temp vars while with word wstring xor abs acos asin atan cos sin tan add sub mul div
+    concat delete find insert left mid replace right ctu ctd ctud f_edge non_retain date
+    date_and_time time_of_day
+"""
+_SCL = """
+    any_to block_db block_fb block_fc block_sdb block_sfb block_sfc counter data_block db di
+    end_const end_data_block end_label end_region end_var ib iw label ldt mb mw nil ok
+    organization_block overlap peek poke qb qw region s5time temp timer title variant version void
+"""
+_C = """
+    auto bool break char const default double enum extern float inline int int16_t long main
+    register restrict short signed sizeof static switch typedef unsigned void volatile errno
+    assert linux unix near far
+"""
+RESERVED = frozenset(f"{_IEC} {_SCL} {_C}".split())
+"""Words that are no name in one of the targets, lower case: those of IEC 61131-3 with its standard
+functions and blocks, those that STEP 7 and TIA Portal keep beside them, those of C."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PlcNames:
+    """Stems of names, each once, whatever the case: a variable is a prefix and a stem."""
+
+    block: str
+    """Name of the block that a user calls, with its prefix."""
+    channels: tuple[str, ...]
+    """By channel of the model, in its order."""
+    outputs: tuple[str, ...]
+    """By output."""
+    parts: tuple[str, ...]
+    """By part, in the order of the outputs."""
+
+
+def names_of(model: CompensationModel, name: str) -> PlcNames:
+    """Return the names of a program.
+
+    Parameters
+    ----------
+    model : CompensationModel
+        The model.
+    name : str
+        Name of the compensation, such as that of its axis.
+
+    Returns
+    -------
+    PlcNames
+        Legal names; the same model and name give the same names.
+
+    Raises
+    ------
+    ConfigurationError
+        If a name has no letter and no digit that every target knows, or if that of the block is
+        the name of another one.
+    """
+    outputs = _stems([o.name for o in model.outputs], "output", _LONGEST_OUTPUT, _TAKEN_STEMS)
+    parts = [part.name for output in model.outputs for part in output.parts]
+    return PlcNames(
+        _block_name(name),
+        _stems(model.channels, "channel", _LONGEST_CHANNEL, ()),
+        outputs,
+        _stems(parts, "part", _LONGEST_PART, ()),
+    )
+
+
+def _block_name(name: str) -> str:
+    stem = legal_stem(name, _LONGEST_BLOCK, where="name")
+    if stem in OWN_BLOCKS or stem == "number" or _NUMBERED.fullmatch(stem):
+        raise ConfigurationError(
+            f"{PREFIX}{stem} is a name that the program needs itself",
+            where="name",
+            remedy="Name it after its axis",
+        )
+    if stem.endswith(_TAKEN_ENDINGS):
+        raise ConfigurationError(
+            f"a name may not end in {', '.join(_TAKEN_ENDINGS)}",
+            where="name",
+            remedy="Name it after its axis",
+        )
+    return PREFIX + stem
+
+
+def _stems(texts: Iterable[str], what: str, longest: int, taken: Iterable[str]) -> tuple[str, ...]:
+    """Return a stem for every text; a text that needs no change keeps its own."""
+    used = set(taken)
+    wanted = [(text, legal_stem(text, longest, where=f"{what} {text}")) for text in texts]
+    stems: dict[int, str] = {}
+    for changed in (False, True):
+        for place, (text, stem) in enumerate(wanted):
+            if place in stems or (not changed and (text != stem or stem in used)):
+                continue
+            stems[place] = unique(stem, used, longest)
+            used.add(stems[place])
+    return tuple([stems[place] for place in range(len(wanted))])
+
+
+def unique(stem: str, used: Iterable[str], longest: int) -> str:
+    """Return a name that is not used yet: with a number behind it where it is.
+
+    Parameters
+    ----------
+    stem : str
+        The name.
+    used : iterable of str
+        Names that are used, in lower case.
+    longest : int
+        Longest name. [1]
+
+    Returns
+    -------
+    str
+        The name, or its beginning and a number from 2 on.
+    """
+    taken = set(used)
+    tried, number = stem, 1
+    while tried in taken:
+        number += 1
+        end = f"_{number}"
+        tried = stem[: longest - len(end)].rstrip("_") + end
+    return tried
+
+
+def legal_stem(text: str, longest: int, *, where: str) -> str:
+    """Return a text as a name behind a prefix: lower case, digits and single underscores.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    longest : int
+        Longest result; a longer name is cut. [1]
+    where : str
+        What the text names, for the error.
+
+    Returns
+    -------
+    str
+        The name.
+
+    Raises
+    ------
+    ConfigurationError
+        If no letter a to z and no digit is left of it.
+    """
+    plain = unicodedata.normalize("NFKD", _ascii_units(text)).encode("ascii", "ignore").decode()
+    stem = re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_")[:longest].rstrip("_")
+    if not stem:
+        raise ConfigurationError(
+            "the name has no letter and no digit that every control knows",
+            where=where,
+            remedy="Name it with the letters a to z",
+        )
+    return stem
+
+
+def is_legal(name: str) -> bool:
+    """Whether every target takes a name.
+
+    Parameters
+    ----------
+    name : str
+        The name.
+
+    Returns
+    -------
+    bool
+        Whether it is in lower case, begins with a letter, has single underscores inside, is no
+        longer than `LONGEST_NAME`, and is no reserved word.
+    """
+    formed = re.fullmatch(r"[a-z](_?[a-z0-9])*", name) is not None
+    return formed and len(name) <= LONGEST_NAME and name not in RESERVED
+
+
+def remark_text(text: str, longest: int = LONGEST_TEXT) -> str:
+    """Return text from a person so that it may stand in a remark of any target.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    longest : int
+        Longest result, at least 4: a longer text ends behind a word, and `CUT` says so; a single
+        word that is too long ends in it. Default: `LONGEST_TEXT`. [1]
+
+    Returns
+    -------
+    str
+        Its letters, digits, spaces, ``-``, ``_`` and ``.``, in ASCII; anything else is a space,
+        and spaces stand alone.
+    """
+    plain = unicodedata.normalize("NFKD", _ascii_units(text))
+    kept = "".join(c for c in plain if not unicodedata.combining(c))
+    whole = " ".join(re.sub(r"[^A-Za-z0-9 _.-]", " ", kept).split())
+    if len(whole) <= longest:
+        return whole
+    end = whole.rfind(" ", 0, longest - len(CUT))
+    return f"{whole[:end]} {CUT}" if end > 0 else whole[: longest - len(CUT)] + CUT
+
+
+def _ascii_units(text: str) -> str:
+    return text.replace("µ", "u").replace("μ", "u").replace("°", "deg").replace("ß", "ss")

@@ -1,0 +1,5 @@
+"""Test sequences and their expected outputs."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

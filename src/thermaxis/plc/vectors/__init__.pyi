@@ -1,0 +1,17 @@
+from ._course import (
+    Course as Course,
+    course_steps as course_steps,
+)
+from ._scenario import (
+    scenario as scenario,
+    scenario_steps as scenario_steps,
+)
+from ._vectors import (
+    Vectors as Vectors,
+    line_vectors_csv as line_vectors_csv,
+    vectors_csv as vectors_csv,
+    vectors_of as vectors_of,
+)
+from ._world import (
+    PlcStep as PlcStep,
+)

@@ -1,0 +1,542 @@
+"""Test vectors: inputs of the block and what it must say, as a table for a spreadsheet or a PLC.
+
+A row is one call, or several in which the inputs are the same and state, words and qualities do
+not change; the outputs are those after the last. Numbers are written with as many digits as give
+back the same number of the target: 17 for LREAL, 9 for REAL. A spreadsheet that keeps 15 digits
+shows them, but is no way to hand LREAL on. One writer for the block with and without a line.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple, final
+
+from thermaxis.compensation import Outcome, Reason, SampleQuality, SupervisorState
+from thermaxis.errors import ConfigurationError
+from thermaxis.plc._settings import PlcSettings
+from thermaxis.plc.build import NEVER_OUTCOMES, NEVER_QUALITIES, LineSettings
+from thermaxis.plc.twin import LineInputs, LineOutputs, LineTwin, PlcInputs, PlcOutputs, rounding
+from thermaxis.plc.vectors._course import (
+    LONG_ROW_CALLS,
+    MOST_CALLS,
+    MOST_ROWS,
+    NEAR_SHARE,
+    Course,
+    words_of,
+)
+from thermaxis.plc.vectors._world import PlcStep
+
+DEFAULT_SEED = 1
+"""Seed of the noise in the vectors. [1]"""
+LINE_LIMITED = "line_limited 1 - the limits of the corrections keep the line within its bounds"
+"""What the rows of a block with a line have not: its bounds stand behind those limits."""
+_LARGEST_ROWS = 1_000_000
+_DIGITS = {True: 17, False: 9}
+# Least squares through several positions may enlarge what a control rounds.
+_LINE_SHARE = 0.4
+_Cell = float | bool | int
+
+
+@final
+class Vectors(NamedTuple):
+    """Test vectors, and what is not in them."""
+
+    text: str
+    """The table: lines with ``#``, names of the columns, units, rows."""
+    rows: int
+    """Rows. [1]"""
+    calls: int
+    """Calls that they stand for. [1]"""
+    missing: tuple[str, ...]
+    """What the block may say or be told and that is not in the rows, in words."""
+    cuts: tuple[str, ...]
+    """Where the course was cut, in words."""
+
+
+def vectors_of(
+    settings: PlcSettings,
+    line: LineSettings | None = None,
+    *,
+    steps: Iterable[PlcStep] | None = None,
+    most_rows: int = MOST_ROWS,
+    most_calls: int = MOST_CALLS,
+) -> Vectors:
+    """Return the test vectors.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported.
+    line : LineSettings, optional
+        The line. Default: there is none.
+    steps : iterable of PlcStep, optional
+        Calls of a block without a line, as `scenario_steps` makes them. Default: the fixed
+        course, which leads through every state and every refusal that the model can reach.
+    most_rows : int
+        Rows after which the table ends; the phases of the course share them. Default:
+        `MOST_ROWS`. [1]
+    most_calls : int
+        Calls after which the course ends. Default: `MOST_CALLS`. [1]
+
+    Returns
+    -------
+    Vectors
+        The table; the same settings give the same bytes.
+
+    Raises
+    ------
+    ConfigurationError
+        If `most_rows` is not from 1 to a million.
+    """
+    if not 1 <= most_rows <= _LARGEST_ROWS:
+        raise ConfigurationError(f"not from 1 to {_LARGEST_ROWS}", where="most_rows")
+    block = None if line is None else _LineBlock(settings, line)
+    course = Course(
+        settings,
+        seed=DEFAULT_SEED,
+        most_rows=most_rows,
+        most_calls=most_calls,
+        block=block,
+        near_share=NEAR_SHARE if line is None else _LINE_SHARE,
+    )
+    seen = _Seen(settings)
+    rows: list[str] = []
+    calls = 0
+    cuts: list[str] = []
+    made = _calls_of(course.steps() if steps is None else steps, block)
+    for run in _runs(made):
+        if len(rows) == most_rows:
+            cuts.append(f"the table after {calls} calls for want of rows")
+            break
+        seen.note(run)
+        rows.append(_row(settings, run, first=calls + 1))
+        calls += run.calls
+    cuts += course.cuts
+    columns = [*_input_columns(settings, line), *_output_columns(settings, line)]
+    missing = seen.missing()
+    lines = [
+        *(f"# {text}" for text in _head(settings, line, calls, (*missing,), (*cuts,))),
+        ",".join(["call", "calls", "restart", *(column.name for column in columns)]),
+        "# unit," + ",".join(["1", "BOOL", *(column.unit for column in columns)]),
+        *rows,
+    ]
+    return Vectors("\n".join([*lines, ""]), len(rows), calls, missing, tuple(cuts))
+
+
+def vectors_csv(
+    settings: PlcSettings, steps: Iterable[PlcStep] | None = None, *, most_rows: int = MOST_ROWS
+) -> str:
+    """Return the test vectors of a block without a line as comma-separated text.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported.
+    steps : iterable of PlcStep, optional
+        Calls. Default: the fixed course.
+    most_rows : int
+        Rows after which the table ends. Default: `MOST_ROWS`. [1]
+
+    Returns
+    -------
+    str
+        What `vectors_of` has as text.
+
+    Raises
+    ------
+    ConfigurationError
+        As `vectors_of` says.
+    """
+    return vectors_of(settings, steps=steps, most_rows=most_rows).text
+
+
+def line_vectors_csv(
+    settings: PlcSettings, line: LineSettings, *, most_rows: int = MOST_ROWS
+) -> str:
+    """Return the test vectors of a block with a line.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported; an output for every position.
+    line : LineSettings
+        Positions and direction.
+    most_rows : int
+        Rows after which the table ends. Default: `MOST_ROWS`. [1]
+
+    Returns
+    -------
+    str
+        What `vectors_of` has as text.
+
+    Raises
+    ------
+    ConfigurationError
+        As `vectors_of` says.
+    """
+    return vectors_of(settings, line, most_rows=most_rows).text
+
+
+@final
+class LineStep(NamedTuple):
+    """One call of a block with a line: what goes in, and what must come out."""
+
+    inputs: LineInputs
+    """Inputs of the block."""
+    outputs: LineOutputs
+    """Outputs after the call."""
+
+
+def line_steps(settings: PlcSettings, line: LineSettings, *, seed: int) -> Iterator[LineStep]:
+    """Return the fixed course with a line in the control, call by call.
+
+    Parameters
+    ----------
+    settings : PlcSettings
+        What is exported; an output for every position.
+    line : LineSettings
+        Positions and direction.
+    seed : int
+        Seed of the noise.
+
+    Yields
+    ------
+    LineStep
+        One call.
+    """
+    block = _LineBlock(settings, line)
+    course = Course(settings, seed=seed, block=block, near_share=_LINE_SHARE)
+    for _ in course.steps():
+        if block.last is not None:
+            yield block.last
+
+
+# ---- calls --------------------------------------------------------------------------------------
+
+
+class _Call(NamedTuple):
+    inputs: PlcInputs
+    outputs: PlcOutputs
+    line_inputs: tuple[float, ...]
+    line_outputs: tuple[float | bool, ...]
+
+
+@final
+class _LineBlock:
+    """A block with a line and the control behind it: its corrections are those of the line."""
+
+    def __init__(self, settings: PlcSettings, line: LineSettings) -> None:
+        self._twin = LineTwin(settings, line)
+        self._line = line
+        self._weights = line.weights()
+        self.last: LineStep | None = None
+
+    def step(self, inputs: PlcInputs) -> PlcOutputs:
+        """Call it with the line that the control reports; return what is in force there."""
+        line = self._line
+        k0_mm, slope = (_product(weights, inputs.read_um) for weights in self._weights)
+        told = LineInputs(inputs, k0_mm, slope, line.origin_mm)
+        said = self._twin.step(told)
+        self.last = LineStep(told, said)
+        in_force_um = tuple(
+            [
+                line.um_per_mm * (said.k0_mm + said.slope * (position_mm - line.origin_mm))
+                for position_mm in line.positions_mm
+            ]
+        )
+        return said.plain._replace(correction_um=in_force_um)
+
+
+def _product(weights: tuple[float, ...], values: tuple[float, ...]) -> float:
+    total = 0.0
+    for weight, value in zip(weights, values, strict=True):
+        total += weight * value
+    return total
+
+
+def _calls_of(steps: Iterable[PlcStep], block: _LineBlock | None) -> Iterator[_Call]:
+    for step in steps:
+        if block is None or block.last is None:
+            yield _Call(step.inputs, step.outputs, (), ())
+        else:
+            told, said = block.last
+            yield _Call(step.inputs, said.plain, told[1:], said[1:])
+
+
+class _Run(NamedTuple):
+    """Calls with the same inputs."""
+
+    first: _Call
+    calls: int
+    last: _Call
+
+
+def _runs(made: Iterable[_Call]) -> Iterator[_Run]:
+    run: _Run | None = None
+    for call in made:
+        if run is not None and not call.inputs.restart and _same(run, call):
+            run = _Run(run.first, run.calls + 1, call)
+            continue
+        if run is not None:
+            yield run
+        run = _Run(call, 1, call)
+    if run is not None:
+        yield run
+
+
+def _same(run: _Run, call: _Call) -> bool:
+    """Return whether a call belongs to a run: a restart is of its first call only."""
+    first = run.first
+    return (
+        words_of(run.last.outputs) == words_of(call.outputs)
+        and run.last.line_outputs[4:] == call.line_outputs[4:]
+        and repr(first.line_inputs) == repr(call.line_inputs)
+        and repr(first.inputs._replace(restart=False)) == repr(call.inputs)
+    )
+
+
+# ---- what is in them ----------------------------------------------------------------------------
+
+
+@final
+class _Seen:
+    """What occurs in the rows."""
+
+    def __init__(self, settings: PlcSettings) -> None:
+        self._settings = settings
+        self._states: set[int] = set()
+        self._faults = self._outcomes = 0
+        self._qualities: set[int] = set()
+        self._limits: set[tuple[int, bool]] = set()
+        self._told: set[str] = set()
+        self._longest = 0
+        self._trims: tuple[float, ...] = ()
+        self._trimmed_calls, self._accepted = 0, False
+        self._has_line, self._line_limited = False, False
+        parts = settings.compensation.model.layout.parts
+        gains = [point for part in parts for point in part.gain_by_diameter]
+        self._diameters = (
+            (min(p.diameter_mm for p in gains), max(p.diameter_mm for p in gains))
+            if gains
+            else None
+        )
+
+    def note(self, run: _Run) -> None:
+        """Note what occurs in a row."""
+        inputs, outputs = run.first.inputs, run.last.outputs
+        self._has_line = bool(run.last.line_outputs)
+        self._line_limited = self._line_limited or any(run.last.line_outputs[4:])
+        self._states.add(outputs.state)
+        self._faults |= outputs.fault_word
+        self._outcomes |= outputs.outcome_word
+        self._qualities.update(outputs.qualities)
+        self._longest = max(self._longest, run.calls)
+        for k, (at_limit, wanted_um) in enumerate(
+            zip(outputs.at_limit, outputs.wanted_um, strict=True)
+        ):
+            if at_limit:
+                self._limits.add((k, wanted_um > 0.0))
+        for name, told in (
+            ("a restart", inputs.restart),
+            ("a request that is refused", outputs.refused),
+            ("another compensation", inputs.other_compensation),
+            ("a weight below 1", min(outputs.weight) < 1.0),
+            ("a trim that expires", self._expired(run)),
+            (self._workpiece(inputs), any(outputs.parts_um)),
+        ):
+            if told:
+                self._told.add(name)
+
+    def _expired(self, run: _Run) -> bool:
+        trims = run.first.inputs.trims_um
+        if repr(trims) != repr(self._trims) or run.first.inputs.restart:
+            self._trims, self._trimmed_calls = trims, 0
+            self._accepted = any(trims) and not run.first.outputs.refused
+        self._trimmed_calls += run.calls
+        longest_s = self._settings.compensation.supervisor.longest_trim_s
+        lasted_s = (self._trimmed_calls - 1) * self._settings.cycle_s
+        return self._accepted and lasted_s > longest_s
+
+    def _workpiece(self, inputs: PlcInputs) -> str:
+        if self._diameters is None:
+            return ""
+        if not inputs.diameter_known:
+            return "no diameter"
+        lowest_mm, highest_mm = self._diameters
+        if lowest_mm <= inputs.diameter_mm <= highest_mm:
+            return "a diameter within the gains"
+        return "a diameter outside the gains"
+
+    def missing(self) -> tuple[str, ...]:
+        """Return what may occur and does not."""
+        return tuple(text for text, there in self._demanded() if not there)
+
+    def _demanded(self) -> Iterator[tuple[str, bool]]:
+        settings = self._settings
+        compensation = settings.compensation
+        parts = compensation.model.layout.parts
+        for k, state in enumerate(SupervisorState):
+            yield f"state {state}", k in self._states
+        for k in range(len(Reason)):
+            yield f"fault_word {2**k}", bool(self._faults & 2**k)
+        ranged = any(part.lowest_k is not None for part in parts)
+        absent = set(NEVER_OUTCOMES)
+        absent |= set() if self._diameters else {Outcome.DIAMETER_HELD}
+        absent |= set() if ranged else {Outcome.OUTSIDE_VALIDITY}
+        for k, outcome in enumerate(Outcome):
+            if outcome not in absent:
+                yield f"outcome_word {2**k}", bool(self._outcomes & 2**k)
+        freezes = any(rule.frozen_s > 0.0 for rule in compensation.rules)
+        for k, quality in enumerate(SampleQuality):
+            if quality not in NEVER_QUALITIES and (freezes or quality != SampleQuality.FROZEN):
+                yield f"quality {k}", k in self._qualities
+        for k, stem in enumerate(settings.names.outputs):
+            for name, upper in (("upper", True), ("lower", False)):
+                yield f"{name} limit of {stem}", (k, upper) in self._limits
+        told = ["a restart", "a request that is refused", "another compensation"]
+        told += (
+            ["a trim that expires"] if any(b.largest_trim_um for b in compensation.bounds) else []
+        )
+        told += ["a weight below 1"] if ranged else []
+        if self._diameters is not None:
+            told += ["no diameter", "a diameter within the gains", "a diameter outside the gains"]
+        for name in told:
+            yield name, name in self._told
+        if self._has_line:
+            yield LINE_LIMITED, self._line_limited
+        yield f"{LONG_ROW_CALLS} calls without a change", self._longest >= LONG_ROW_CALLS
+
+
+# ---- columns ------------------------------------------------------------------------------------
+
+
+class _Column(NamedTuple):
+    name: str
+    unit: str
+
+
+def _input_columns(settings: PlcSettings, line: LineSettings | None) -> Iterator[_Column]:
+    names = settings.names
+    yield _Column("cycle_time_s", "s")
+    yield from (_Column(name, "BOOL") for name in ("enable", "hold", "reset"))
+    yield _Column("diameter_mm", "mm")
+    yield _Column("diameter_known", "BOOL")
+    for channel in names.channels:
+        yield _Column(f"t_{channel}", "degC")
+        yield _Column(f"ok_{channel}", "BOOL")
+    yield from (_Column(f"trim_{output}", "um") for output in names.outputs)
+    for name in ("interlocks_met", "connected", "other_compensation"):
+        yield _Column(name, "BOOL")
+    if line is None:
+        yield from (_Column(f"read_{output}", "um") for output in names.outputs)
+    else:
+        yield _Column("read_k0_mm", "mm")
+        yield _Column("read_slope", "mm/mm")
+        yield _Column("read_reference_mm", "mm")
+    yield _Column("read_ok", "BOOL")
+
+
+def _output_columns(settings: PlcSettings, line: LineSettings | None) -> Iterator[_Column]:
+    names = settings.names
+    if line is not None:
+        yield _Column("k0_mm", "mm")
+        yield _Column("slope", "mm/mm")
+        yield _Column("reference_mm", "mm")
+        yield _Column("residual_um", "um")
+        yield _Column("line_limited", "BOOL")
+    for output in names.outputs:
+        for what, unit in (
+            ("correction", "um"),
+            ("model", "um"),
+            ("wanted", "um"),
+            ("weight", "1"),
+            ("limit", "BOOL"),
+            ("added", "um"),
+        ):
+            yield _Column(f"{what}_{output}", unit)
+    yield from (_Column(f"part_{part}", "um") for part in names.parts)
+    yield from (_Column(f"quality_{channel}", "INT") for channel in names.channels)
+    yield _Column("state", "INT")
+    yield from (_Column(name, "BOOL") for name in ("enabled", "held", "linked"))
+    yield from (_Column(n, "INT") for n in ("fault_word", "model_quality", "outcome_word"))
+    yield _Column("refused", "BOOL")
+    yield _Column("heartbeat", "INT")
+
+
+# ---- rows ---------------------------------------------------------------------------------------
+
+
+def _row(settings: PlcSettings, run: _Run, *, first: int) -> str:
+    cells: list[_Cell] = [first, run.calls, run.first.inputs.restart]
+    cells += _input_cells(run.first)
+    cells += _output_cells(run.last)
+    return ",".join([_text(cell, double=settings.double) for cell in cells])
+
+
+def _input_cells(call: _Call) -> Iterator[_Cell]:
+    inputs = call.inputs
+    yield from (inputs.cycle_time_s, inputs.enable, inputs.hold, inputs.reset)
+    yield from (inputs.diameter_mm, inputs.diameter_known)
+    for temperature_c, ok in zip(inputs.temperatures_c, inputs.ok, strict=True):
+        yield from (temperature_c, ok)
+    yield from inputs.trims_um
+    yield from (inputs.interlocks_met, inputs.connected, inputs.other_compensation)
+    yield from call.line_inputs or inputs.read_um
+    yield inputs.read_ok
+
+
+def _output_cells(call: _Call) -> Iterator[_Cell]:
+    outputs = call.outputs
+    yield from call.line_outputs
+    for of_output in zip(
+        outputs.correction_um,
+        outputs.model_um,
+        outputs.wanted_um,
+        outputs.weight,
+        outputs.at_limit,
+        outputs.added_um,
+        strict=True,
+    ):
+        yield from of_output
+    yield from (*outputs.parts_um, *outputs.qualities)
+    yield from (outputs.state, outputs.enabled, outputs.held, outputs.linked)
+    yield outputs.fault_word
+    yield from (outputs.model_quality, outputs.outcome_word, outputs.refused, outputs.heartbeat)
+
+
+def _text(cell: _Cell, *, double: bool) -> str:
+    if isinstance(cell, int):
+        return str(int(cell))
+    held = rounding(double=double)(cell)
+    if math.isnan(held):
+        return "NaN"
+    if math.isinf(held):
+        return "+Inf" if held > 0.0 else "-Inf"
+    text = f"{held + 0.0:.{_DIGITS[double]}g}".upper()
+    return text if "." in text or "E" in text else f"{text}.0"
+
+
+def _head(
+    settings: PlcSettings,
+    line: LineSettings | None,
+    calls: int,
+    missing: tuple[str, ...],
+    cuts: tuple[str, ...],
+) -> Iterator[str]:
+    digits = _DIGITS[settings.double]
+    kind = "LREAL binary64" if settings.double else "REAL binary32"
+    yield f"test vectors of the block {settings.names.block}" + (
+        "" if line is None else " with a straight line"
+    )
+    yield f"model sha256: {settings.model_sha256 or 'not stated'}"
+    yield f"cycle: {settings.cycle_s:g} s"
+    yield f"numbers: {kind} - {digits} digits give back the same number"
+    yield f"calls: {calls}"
+    yield from (f"cut: {text}" for text in cuts)
+    yield from (f"not in the rows: {text}" for text in missing)
+    yield "call: number of the first call of the row"
+    yield "calls: how often the block is called with these inputs - the outputs are after the last"
+    yield "restart 1: a new instance of the block begins with the first call of the row"
+    yield "BOOL is 0 or 1 - NaN and +Inf and -Inf are such numbers"
+    yield "a PLC that cannot make them in an input leaves out the rows up to the next restart"
+    yield "the outputs are of the rules written a second time - in the arithmetic of the PLC"
+    yield "compare with equality - a zero has no sign"

@@ -1,0 +1,5 @@
+from ._diagnosis import (
+    COMMON_PITCHES_MM as COMMON_PITCHES_MM,
+    Finding as Finding,
+    diagnose as diagnose,
+)

@@ -1,0 +1,16 @@
+from ._drift import (
+    DriftModel as DriftModel,
+    DriftResult as DriftResult,
+    Outlier as Outlier,
+    evaluate_drift as evaluate_drift,
+    evaluate_drift_at as evaluate_drift_at,
+)
+from ._smooth_terms import (
+    Fit as Fit,
+    Readings as Readings,
+    Sums as Sums,
+    fit as fit,
+    levels_at as levels_at,
+    penalty_of as penalty_of,
+    sums_of as sums_of,
+)

@@ -1,0 +1,679 @@
+"""Separate the thermal drift of a run from the levels of its targets.
+
+The model of a reading of target i in one approach at time t is
+
+    deviation = level(i, approach) + a(t) + b(t) (position - mean position) + noise
+
+with a and b smooth functions of time. How smooth they are is not chosen but averaged over, with
+the restricted likelihood as weight, so that the bands hold what the run does not tell about it.
+Where the axis bows, a third function times a parabola of the position is added.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from statistics import NormalDist
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import DataError
+from thermaxis.positioning._positioning_test import (
+    APPROACHES,
+    FloatArray,
+    PositioningTest,
+    TimeSource,
+)
+from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE, DriftTests, FTest
+from thermaxis.positioning.drift._smooth_terms import (
+    IntArray,
+    Readings,
+    levels_at,
+    leverages_of,
+    slowest_rate,
+    sums_per,
+)
+from thermaxis.positioning.drift._smoothness import (
+    NO_DRIFT,
+    PLAIN_TIME,
+    TIMES,
+    Average,
+    Reported,
+    average_over_smoothness,
+    effective_parameters,
+    function_errors,
+    level_errors,
+    reported,
+)
+from thermaxis.positioning.drift._unequal_noise import weights_of_levels
+from thermaxis.positioning.standard import Iso230_2Figures, figures_of
+
+LONGEST_INTERVAL_S = 1800.0
+"""Knots of the splines are at most this far apart. [s]"""
+FEWEST_INTERVALS, MOST_INTERVALS = 6, 60
+"""Intervals of the splines of a run that is not longer than thirty hours. [1]"""
+FEWEST_LEFT_OVER = 4
+"""Readings that a run must have beyond its levels. [1]"""
+MOST_OUTLIERS = 0.05
+"""Share of the readings that the robust fit leaves out at most. [1]"""
+_NORMAL_MEDIAN = 1.4826
+"""Standard deviation over the median of the absolute values, of a normal distribution. [1]"""
+_LEAST_LEFT = 0.02
+"""Share of a reading that a fit leaves to its residual at least. [1]"""
+_MOST_LEVERAGES = 100_000_000
+"""Readings times coefficients up to which leverages are worked out in full. [1]"""
+_HIDDEN = 2.0
+"""Where a straight drift makes the levels' mean square error so much larger, the order of visits
+hides it; not to see it then says nothing. [1]"""
+_ROUND_OFF = 1e-13
+"""Differences below this share of the readings are rounding. [1]"""
+_BAND_TIMES = 121
+
+
+class DriftModel(StrEnum):
+    """What the run supports."""
+
+    NONE = "none"
+    """No drift is seen; the run is left as it was."""
+    LINE = "line"
+    """The drift is a straight line in time."""
+    SMOOTH = "smooth"
+    """The drift is a smooth curve in time."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Outlier:
+    """A reading that the robust fit left out."""
+
+    target: int
+    """Number of the target, from 1. [1]"""
+    cycle: int
+    """Number of the cycle, from 1. [1]"""
+    approach: int
+    """0 forward, 1 backward. [1]"""
+    residual: float
+    """How far it lies from the fit without it. [µm or arcsec]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class DriftResult:
+    """A run without its drift, at one thermal state."""
+
+    model: DriftModel
+    """What the run supports."""
+    p_no_drift: float
+    """Probability of readings that vary so much in time, without any drift. [1]"""
+    time_source: TimeSource
+    """FILE or INTERPOLATED; ORDER where the acquisition order served as time."""
+    reference_time_s: float | None
+    """Time t0 of the thermal state, from the first reading; None where order served as time. [s]"""
+    level: FloatArray
+    """Levels at t0, (m, 2); NaN where an approach was not measured. [µm or arcsec]"""
+    level_covariance: FloatArray
+    """Their covariance, (L, L): targets of the first measured approach, then of the second.
+    [µm² or arcsec²]"""
+    level_std: FloatArray
+    """Their standard uncertainties, (m, 2). [µm or arcsec]"""
+    noise_std: FloatArray
+    """Standard deviation of the noise per approach, (2,). [µm or arcsec]"""
+    residual_std: float
+    """Residual standard deviation; divisor: readings less effective parameters. [µm or arcsec]"""
+    effective_parameters: float
+    """Effective number of parameters, levels and drift. [1]"""
+    drift_parameters: float
+    """Effective number of parameters of the drift alone. [1]"""
+    weight: FloatArray
+    """Weight of the readings of each target and approach in the fit, (m, 2). [1]"""
+    time_s: FloatArray
+    """Times of the curves, (T,); number of the reading where order served as time. [s]"""
+    common: FloatArray
+    """a(t) - a(t0), (T,). [µm or arcsec]"""
+    common_std: FloatArray
+    """Its standard uncertainty, (T,). [µm or arcsec]"""
+    slope: FloatArray
+    """b(t) - b(t0), (T,). [µm/mm or arcsec/deg]"""
+    slope_std: FloatArray
+    """Its standard uncertainty, (T,). [µm/mm or arcsec/deg]"""
+    bow: FloatArray | None
+    """Third function at mid-axis relative to the ends, (T,), where the axis bows. [µm or arcsec]"""
+    drift: FloatArray
+    """Drift of every reading relative to t0, (m, n, 2); NaN where missing. [µm or arcsec]"""
+    deviation: FloatArray
+    """Readings without drift, at the thermal state of t0, (m, n, 2). [µm or arcsec]"""
+    figures: Iso230_2Figures
+    """Figures by the formulas of ISO 230-2 of the readings without drift; s is corrected for the
+    parameters that the drift took. They are no result of ISO 230-2. [µm or arcsec]"""
+    outliers: tuple[Outlier, ...]
+    """Readings that the robust fit left out."""
+    suspects: tuple[int, ...]
+    """Targets that drift otherwise than the model says, from 1: the model does not hold there."""
+    warnings: tuple[str, ...]
+    """What the reader of the result must know, in words."""
+
+    @property
+    def significant(self) -> bool:
+        """Whether drift was found at the 1 % level."""
+        return self.model is not DriftModel.NONE
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Readings less effective parameters. [1]"""
+        return float(np.sum(~np.isnan(self.drift))) - self.effective_parameters
+
+    @property
+    def total(self) -> float:
+        """Common drift from the first to the last reading. [µm or arcsec]"""
+        return float(self.common[-1] - self.common[0])
+
+    @property
+    def total_per_m(self) -> float:
+        """Growth of the axis from the first to the last reading. [µm/m; arcsec per 1000 deg]"""
+        return 1000.0 * float(self.slope[-1] - self.slope[0])
+
+    @property
+    def total_within(self) -> float:
+        """Two standard uncertainties of `total`, those of both ends added. [µm or arcsec]"""
+        return 2.0 * float(self.common_std[0] + self.common_std[-1])
+
+    @property
+    def total_per_m_within(self) -> float:
+        """Two standard uncertainties of `total_per_m` at most. [µm/m; arcsec per 1000 deg]"""
+        return 2000.0 * float(self.slope_std[0] + self.slope_std[-1])
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Run:
+    """A run as the fit sees it."""
+
+    readings: Readings
+    index: tuple[IntArray, IntArray, IntArray]
+    """Target, cycle and approach of each reading, (N,) each."""
+    approaches: tuple[int, ...]
+    shape_of_level: FloatArray
+    """(C, L)."""
+    offset: FloatArray
+    """Mean of each level, subtracted from its readings against round-off, (L,). [µm or arcsec]"""
+    start: float
+    """Time of the first reading. [s, or number of the reading]"""
+    duration: float
+    """Time from the first to the last reading. [s, or readings]"""
+    scale: float
+    """Root mean square distance of the levels from the mean position. [mm or deg]"""
+    cycles: float
+    """Readings per level, in the mean. [1]"""
+    bow: bool
+    """Whether a parabola of the position belongs to the drift."""
+
+
+def _shapes(target: FloatArray, scale: float, *, bow: bool) -> FloatArray:
+    """Return the shapes of the drift at the targets, (C, m): one, slope and, on request, bow.
+
+    The parabola of the bow is orthogonal to the others, so that a(t) stays the mean drift.
+    """
+    x = (target - np.mean(target)) / scale
+    rows = [np.ones_like(x), x]
+    if bow:
+        line = np.stack(rows, axis=1)
+        fitted, *_ = np.linalg.lstsq(line, x**2, rcond=None)
+        rows.append(x**2 - line @ fitted)
+    return np.stack(rows)
+
+
+def _bow_height(target: FloatArray, scale: float) -> float:
+    """Return how far a unit of the parabola lies lower at mid-axis than at the ends. [1]"""
+    half = 0.5 * float(target[-1] - target[0]) / scale
+    return -(half**2)
+
+
+def _check_readings(test: PositioningTest) -> None:
+    """Refuse a run whose readings do not tell its drift from its levels."""
+    readings = test.readings
+    for approach, measured in enumerate(test.measured_approaches):
+        short = np.flatnonzero(readings[:, approach] < 2) if measured else np.zeros(0)
+        if short.size:
+            i = int(short[0])
+            raise DataError(
+                f"{int(readings[i, approach])} reading(s) {APPROACHES[approach]}: what a target"
+                " and what the time did to a single reading cannot be told apart",
+                where=f"drift, target {i + 1} at {test.target[i]:g} {test.kind.units.position}",
+                remedy="Measure at least two cycles",
+            )
+    left_over = int(np.sum(readings)) - test.target.size * sum(test.measured_approaches)
+    if test.target.size < 2 or left_over < FEWEST_LEFT_OVER:
+        raise DataError(
+            f"{int(np.sum(readings))} readings at {test.target.size} target(s) are too few to"
+            " tell drift from noise",
+            where="drift",
+            remedy="Measure more targets or more cycles",
+        )
+
+
+def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
+    time = test.time_s if test.time_s is not None else test.order
+    if time is None:
+        raise DataError(
+            "the order in which the readings were taken is not known",
+            where="drift",
+            remedy="Give the file a column 'time_s', 'time' or 'order'",
+        )
+    _check_readings(test)
+    approaches = tuple(a for a, measured in enumerate(test.measured_approaches) if measured)
+    i, j, a = np.nonzero(~np.isnan(test.deviation))
+    m = test.target.size
+    levels = m * len(approaches)
+    level = np.asarray(i + m * np.searchsorted(np.array(approaches), a), dtype=np.intp)
+    at = time[i, j, a]
+    start, duration = float(np.min(at)), float(np.ptp(at))
+    if not duration > 0.0:
+        raise DataError(
+            "all readings have the same time",
+            where="drift",
+            remedy="Correct the times of the file",
+        )
+    scale = float(np.std(test.target))
+    shape = _shapes(test.target, scale, bow=bow)
+    value = test.deviation[i, j, a]
+    offset = _means(level, value, levels)
+    centred = value - offset[level]
+    centred[np.abs(centred) <= _ROUND_OFF * np.max(np.abs(value))] = 0.0
+    readings = Readings(
+        value=centred,
+        level=level,
+        time=(at - start) / duration,
+        shape=shape[:, i],
+        weight=np.ones(i.size),
+        levels=levels,
+    )
+    return _Run(
+        readings=readings,
+        index=(i, j, a),
+        approaches=approaches,
+        shape_of_level=np.tile(shape, len(approaches)),
+        offset=offset,
+        start=start,
+        duration=duration,
+        scale=scale,
+        cycles=i.size / levels,
+        bow=bow,
+    )
+
+
+def _means(level: IntArray, value: FloatArray, levels: int) -> FloatArray:
+    """Return the mean of the values of each level, (L,)."""
+    return sums_per(level, value, levels) / sums_per(level, np.ones(level.size), levels)
+
+
+# ---- the whole evaluation -----------------------------------------------------------------------
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Estimate:
+    """What is reported of the averaged fits."""
+
+    model: DriftModel
+    average: Average
+    reported: Reported
+    no_drift: float
+    """Weight of the statement that there is no drift at all, in the bands. [1]"""
+    still: float
+    """Variance of a reading of weight one, if there is no drift."""
+    drift: FloatArray
+    """Since the first reading, (N,)."""
+    residual: FloatArray
+    """(N,)."""
+    effective_parameters: float
+
+
+def _average(run: _Run, *, seconds: bool) -> Average:
+    """Average the fits with knots that lie close enough together.
+
+    Logarithmic time stretches the intervals at the end of the run, so it takes more of them. A
+    run of more than thirty hours is resolved well enough in plain time alone.
+    """
+    wanted = int(np.clip(round(2.0 * run.cycles), FEWEST_INTERVALS, MOST_INTERVALS))
+    needed = int(np.ceil(run.duration / LONGEST_INTERVAL_S)) if seconds else 0
+    if needed > MOST_INTERVALS:
+        return average_over_smoothness(run.readings, needed, PLAIN_TIME)
+    slowest = min(slowest_rate(warm_up, plain) for warm_up, plain in TIMES)
+    stretched = int(np.ceil(needed / slowest))
+    return average_over_smoothness(run.readings, max(wanted, stretched), TIMES)
+
+
+def _weight_of_no_drift(drift: FTest) -> float:
+    """Return how much of what looks like a drift chance alone explains, from 0 to 1.
+
+    The smooth functions alone would claim that every run drifts by about its uncertainty.
+    """
+    return 1.0 / max(drift.ratio, 1.0)
+
+
+def _hides_drift(run: _Run, average: Average) -> bool:
+    """Return whether the order of visits hides a drift in the levels, as a step cycle does."""
+    readings = run.readings
+    _, covariance = levels_at(average.line, float(np.mean(readings.time)), run.shape_of_level)
+    still = average.line.variance / sums_per(readings.level, readings.weight, readings.levels)
+    return float(np.trace(covariance)) > _HIDDEN * float(np.sum(still))
+
+
+def _estimate(run: _Run, drift_test: FTest, *, seconds: bool) -> _Estimate:
+    readings = run.readings
+    average = _average(run, seconds=seconds)
+    model, stated, no_drift = DriftModel.NONE, NO_DRIFT, 0.0
+    parameters = float(readings.levels)
+    if run.bow or drift_test.found:
+        parameters = effective_parameters(average)
+        model = DriftModel.LINE if average.line_is_enough else DriftModel.SMOOTH
+        stated = reported(average)
+    else:
+        no_drift = 0.0 if _hides_drift(run, average) else _weight_of_no_drift(drift_test)
+    drift = stated.drift(readings, 0.0)
+    without = readings.value - drift
+    residual = without - _means(readings.level, without, readings.levels)[readings.level]
+    still = float(np.sum(readings.weight * residual**2)) / (residual.size - readings.levels)
+    return _Estimate(
+        model=model,
+        average=average,
+        reported=stated,
+        no_drift=no_drift,
+        still=still,
+        drift=drift,
+        residual=residual,
+        effective_parameters=parameters,
+    )
+
+
+def _curves(
+    estimate: _Estimate, time: FloatArray, reference: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the reported functions relative to t0 and their root mean square error, (C, T)."""
+    shapes = estimate.average.line.sums.shapes
+    stated = estimate.reported.functions(shapes, time, reference)
+    square = function_errors(estimate.average, stated, time, reference)
+    return stated, np.sqrt((1.0 - estimate.no_drift) * square)
+
+
+def _level_covariance(
+    run: _Run, estimate: _Estimate, level: FloatArray, reference: float
+) -> FloatArray:
+    """Return the mean square error of the stated levels; `level` is relative to the offset."""
+    drifting = level_errors(estimate.average, level, reference, run.shape_of_level)
+    count = sums_per(run.readings.level, run.readings.weight, level.size)
+    still = np.diag(estimate.still / count)
+    return (1.0 - estimate.no_drift) * drifting + estimate.no_drift * still
+
+
+def _placed(run: _Run, targets: int, values: FloatArray) -> FloatArray:
+    """Return values per level as (m, 2), NaN where an approach was not measured."""
+    placed = np.full((targets, 2), np.nan)
+    for k, approach in enumerate(run.approaches):
+        placed[:, approach] = values[k * targets : (k + 1) * targets]
+    return placed
+
+
+def _reference(run: _Run, reference_time_s: float | None, *, seconds: bool) -> float:
+    """Return the time of the thermal state as the run counts it, in seconds or readings."""
+    end = run.start + run.duration
+    if reference_time_s is None:
+        return run.start + run.duration * float(np.mean(run.readings.time))
+    if not seconds:
+        raise DataError(
+            "the readings have no times",
+            where="reference time",
+            remedy="Leave the reference time out; the mean of the order is taken",
+        )
+    if not min(run.start, 0.0) <= reference_time_s <= end:
+        raise DataError(
+            f"{reference_time_s / 3600.0:g} h lies outside the run, which ends at"
+            f" {end / 3600.0:.3g} h",
+            where="reference time",
+            remedy="Choose a time within the run; a drift is not extrapolated",
+        )
+    return max(reference_time_s, run.start)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fitted:
+    run: _Run
+    estimate: _Estimate
+    tests: DriftTests
+    drift_test: FTest
+
+
+def _fit(test: PositioningTest) -> _Fitted:
+    """Fit twice where the noise is unequal: the second time with weights."""
+    seconds = test.time_s is not None
+    run = _flatten(test, bow=False)
+    tests = DriftTests(run.readings, test.target.size, run.cycles)
+    if tests.bow().found:
+        run = _flatten(test, bow=True)
+    while True:
+        drift_test = tests.drift()
+        estimate = _estimate(run, drift_test, seconds=seconds)
+        parameters = estimate.effective_parameters - run.readings.levels
+        readings = run.readings
+        weight = weights_of_levels(readings.level, estimate.residual, readings.levels, parameters)
+        if np.all(weight == 1.0) or not np.all(run.readings.weight == 1.0):
+            return _Fitted(run, estimate, tests, drift_test)
+        weighted = replace(run.readings, weight=weight[run.readings.level])
+        run = replace(run, readings=weighted)
+        tests = DriftTests(weighted, test.target.size, run.cycles)
+
+
+def _leverages(fitted: _Fitted) -> FloatArray:
+    """Return how far the fit follows each reading, (N,); at the ends of a run often far."""
+    readings, average = fitted.run.readings, fitted.estimate.average
+    count = sums_per(readings.level, np.ones(readings.value.size), readings.levels)
+    plain = 1.0 / count[readings.level]
+    if fitted.estimate.model is DriftModel.NONE:
+        return plain
+    chosen = average.line if average.line_is_enough else average.best
+    if chosen.sums.right.size * readings.value.size > _MOST_LEVERAGES:
+        return plain
+    return leverages_of(chosen, readings)
+
+
+def _outlying(fitted: _Fitted) -> FloatArray:
+    """Return how far each reading lies out, in units of the limit; above one it is an outlier.
+
+    The scatter of a level is judged without its farthest reading, which would hide itself.
+    """
+    readings = fitted.run.readings
+    level, levels, residual = readings.level, readings.levels, fitted.estimate.residual
+    order = np.lexsort((np.abs(residual), level))
+    near = order[:-1][np.diff(level[order]) == 0]
+    others = residual[near] - _means(level[near], residual[near], levels)[level[near]]
+    drift_parameters = fitted.estimate.effective_parameters - levels
+    weight = weights_of_levels(level[near], others, levels, drift_parameters)
+    left = np.maximum(1.0 - _leverages(fitted), _LEAST_LEFT)
+    scaled = np.abs(residual) * np.sqrt(weight[level] / left)
+    spread = _NORMAL_MEDIAN * float(np.median(scaled))
+    limit = NormalDist().inv_cdf(1.0 - 0.5 * SIGNIFICANCE / residual.size)
+    uncertain = 1.0 + 2.0 * levels / residual.size  # the spread and the weights are estimates
+    count = sums_per(level, np.ones(residual.size), levels)
+    kept = count[level] > 2.0  # no level may lose its last repetition
+    return np.where(kept, scaled, 0.0) / max(spread * limit * uncertain, 1e-300)
+
+
+def _left_out(
+    test: PositioningTest, fitted: _Fitted, worst: int
+) -> tuple[PositioningTest, Outlier]:
+    i, j, a = (int(index[worst]) for index in fitted.run.index)
+    left = max(1.0 - float(_leverages(fitted)[worst]), _LEAST_LEFT)
+    residual = float(fitted.estimate.residual[worst]) / left  # from the fit without it
+    deviation = test.deviation.copy()
+    deviation[i, j, a] = np.nan
+    outlier = Outlier(target=i + 1, cycle=j + 1, approach=a, residual=residual)
+    return replace(test, deviation=deviation), outlier
+
+
+def evaluate_drift(
+    test: PositioningTest, *, reference_time_s: float | None = None, robust: bool = False
+) -> DriftResult:
+    """Separate the drift of a run from the levels of its targets.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The measured run, at least two cycles, with times or at least the acquisition order.
+    reference_time_s : float, optional
+        Time t0 of the thermal state at which levels are stated, from the first reading.
+        Default: the mean time of the readings. [s]
+    robust : bool
+        Leave readings out that lie further from the fit than one in a hundred runs without
+        outliers has, and name them. Default: no; a reading counts as it was measured.
+
+    Returns
+    -------
+    DriftResult
+        Levels at t0 with their covariance, the drift with bands, and the readings without it.
+
+    Raises
+    ------
+    DataError
+        If the order of the readings is not known, there are too few of them, or the reference
+        time lies outside the run.
+
+    References
+    ----------
+    G. Wahba 1978 and W. Wecker and C. Ansley 1983 (smoothing splines as integrated random walks);
+    H. D. Patterson and R. Thompson 1971 (restricted likelihood); G. K. Smyth 2004 (moderated
+    variances); all from memory.
+    """
+    return evaluate_drift_at(test, (reference_time_s,), robust=robust)[0]
+
+
+def evaluate_drift_at(
+    test: PositioningTest, reference_times_s: Sequence[float | None], *, robust: bool = False
+) -> tuple[DriftResult, ...]:
+    """Separate the drift of a run from its levels and state them at several thermal states.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The measured run, as in `evaluate_drift`.
+    reference_times_s : sequence of float or None
+        Times t0 of the thermal states, from the first reading; None is the mean time. [s]
+    robust : bool
+        As in `evaluate_drift`.
+
+    Returns
+    -------
+    tuple of DriftResult
+        One for each time; the run is fitted once.
+
+    Raises
+    ------
+    DataError
+        As in `evaluate_drift`.
+
+    References
+    ----------
+    As in `evaluate_drift`.
+    """
+    run = _flatten(test, bow=False)
+    references = [_reference(run, t, seconds=test.time_s is not None) for t in reference_times_s]
+    outliers: list[Outlier] = []
+    kept = test
+    fitted = _fit(kept)
+    most = MOST_OUTLIERS * fitted.run.readings.value.size
+    while robust and len(outliers) + 1 <= most:
+        excess = _outlying(fitted)
+        worst = int(np.argmax(excess))
+        if excess[worst] <= 1.0:
+            break
+        kept, outlier = _left_out(kept, fitted, worst)
+        outliers.append(outlier)
+        fitted = _fit(kept)
+    return tuple(_result(test, fitted, r, tuple(outliers)) for r in references)
+
+
+def _noise_std(run: _Run, residual: FloatArray, drift_parameters: float) -> FloatArray:
+    """Return the standard deviation of the residuals per approach, (2,)."""
+    noise = np.full(2, np.nan)
+    targets = run.readings.levels // len(run.approaches)
+    for approach in run.approaches:
+        own = residual[run.index[2] == approach]
+        share = drift_parameters * own.size / residual.size
+        noise[approach] = np.sqrt(np.sum(own**2) / (own.size - targets - share))
+    return noise
+
+
+def _warnings(test: PositioningTest, fitted: _Fitted, suspects: tuple[int, ...]) -> tuple[str, ...]:
+    said: list[str] = []
+    if test.time_s is None:
+        said.append("the readings have no times: their acquisition order serves as time")
+    if fitted.run.bow:
+        said.append("the axis bows with time: a parabola of the position was added to the drift")
+    if _hides_drift(fitted.run, fitted.estimate.average):
+        said.append(
+            "each target was measured in a short part of the run: this order of visits hides drift"
+            " in the levels, and only the bands of the levels show how much"
+        )
+    if suspects:
+        named = ", ".join(str(i) for i in suspects)
+        said.append(
+            f"target {named} drifts otherwise than the rest of the axis: the drift model does not"
+            " hold there, and its bands are too narrow"
+        )
+    return tuple(said)
+
+
+def _result(
+    test: PositioningTest, fitted: _Fitted, reference: float, outliers: tuple[Outlier, ...]
+) -> DriftResult:
+    run, estimate = fitted.run, fitted.estimate
+    fraction = float(np.clip((reference - run.start) / run.duration, 0.0, 1.0))
+    m = test.target.size
+    readings = run.readings
+    at_reference = estimate.reported.functions(readings.shape.shape[0], np.array([fraction]), 0.0)
+    from_reference = estimate.drift - at_reference[:, 0] @ readings.shape
+    level = _means(readings.level, readings.value - from_reference, readings.levels)
+    covariance = _level_covariance(run, estimate, level, fraction)
+    drift_parameters = estimate.effective_parameters - readings.levels
+    free = readings.value.size - estimate.effective_parameters
+    time = np.linspace(0.0, 1.0, _BAND_TIMES)
+    curve, curve_std = _curves(estimate, time, fraction)
+    drift = np.full(test.deviation.shape, np.nan)
+    drift[run.index] = from_reference
+    deviation = test.deviation - drift
+    mean = _placed(run, m, level + run.offset)
+    residual = estimate.residual
+    square = sums_per(readings.level, residual**2, readings.levels)
+    count = sums_per(readings.level, np.ones(residual.size), readings.levels)
+    taken = 1.0 - drift_parameters / (readings.value.size - readings.levels)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = _placed(run, m, np.sqrt(square / (count - 1.0) / taken))
+    suspects = fitted.tests.targets_alone(bow=run.bow)
+    levels_std = np.sqrt(np.diag(covariance))
+    weight = sums_per(readings.level, readings.weight, readings.levels) / count
+    return DriftResult(
+        model=estimate.model,
+        p_no_drift=fitted.drift_test.probability,
+        time_source=test.time_source,
+        reference_time_s=None if test.time_s is None else reference,
+        level=mean,
+        level_covariance=covariance,
+        level_std=_placed(run, m, levels_std),
+        noise_std=_noise_std(run, residual, drift_parameters),
+        residual_std=float(np.sqrt(np.sum(residual**2) / free)),
+        effective_parameters=estimate.effective_parameters,
+        drift_parameters=drift_parameters,
+        weight=_placed(run, m, weight),
+        time_s=run.start + time * run.duration,
+        common=curve[0],
+        common_std=curve_std[0],
+        slope=curve[1] / run.scale,
+        slope_std=curve_std[1] / run.scale,
+        bow=curve[2] * _bow_height(test.target, run.scale) if fitted.run.bow else None,
+        drift=drift,
+        deviation=deviation,
+        figures=figures_of(mean, s),
+        outliers=outliers,
+        suspects=suspects,
+        warnings=_warnings(test, fitted, suspects),
+    )

@@ -1,0 +1,298 @@
+"""Average fits of a run over the smoothness that its drift may have.
+
+How smooth a drift is, a run tells only roughly. So it is not chosen: every smoothness counts with
+its restricted likelihood as weight, and the bands hold the differences between the fits as well.
+The prior is flat: on the logarithm of the departure from a straight line, and over four times
+in which the functions may be smooth, from plain time to one that runs a hundred times faster at
+the start, as a warming does.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias, final
+
+import numpy as np
+
+from thermaxis.positioning._positioning_test import FloatArray
+from thermaxis.positioning.drift._smooth_terms import (
+    Fit,
+    Readings,
+    Sums,
+    drift_of,
+    fit,
+    functions_at,
+    levels_at,
+    penalty_of,
+    sums_of,
+)
+
+TIMES = ((0.0, 1.0), (20.0, 0.5), (20.0, 0.0), (100.0, 0.0))
+"""Times that are averaged over, as warm-up and share of plain time: plain, half and half, and
+logarithmic. A time that runs so much faster at the start resolves time constants down to about
+the run over this number. [1]"""
+PLAIN_TIME = ((0.0, 1.0),)
+"""Plain time alone. [1]"""
+LEAST_DEPARTURE, LARGEST_DEPARTURE = 0.02, 60.0
+"""Prior root mean square departures from a straight line, in units of the noise. Below the first
+a departure cannot be seen; the last follows whatever a run of some hours does. [1]"""
+_STEP = 3000.0**0.1
+"""Ratio of neighbouring departures. [1]"""
+_PLAIN_INTERVALS = 60
+"""Up to so many intervals the largest departure is as above; it grows with their square, as more
+swings pass in a longer run. [1]"""
+LINE_CRITERION = 4.0
+"""Restricted likelihood ratio (minus twice the logarithm) below which a straight line is kept:
+about the 95 % point with two variances at their border. [1]"""
+_NEGLIGIBLE = 12.0
+"""A smoothness whose criterion is this much larger has a weight of a four-hundredth. [1]"""
+_COARSE = 5
+"""The search starts on a grid of every fifth departure. [1]"""
+
+_Cell: TypeAlias = tuple[int, int, int]
+"""Departure of a, departure of the other functions, and time, as indices."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Average:
+    """Fits of different smoothness with their weights."""
+
+    fits: tuple[Fit, ...]
+    """The fits that matter."""
+    weight: FloatArray
+    """Their weights, one in sum. [1]"""
+    line: Fit
+    """The fit that is practically a straight line."""
+    line_is_enough: bool
+    """Whether nothing more than a line is supported."""
+    best: Fit
+    """The likeliest of them."""
+    best_departure: FloatArray
+    """Its departures, (C,). [1]"""
+
+
+class _Search:
+    """Fits by their cell, each made once."""
+
+    def __init__(self, all_sums: Sequence[Sums]) -> None:
+        intervals = all_sums[0].intervals
+        longer = max(1.0, intervals / _PLAIN_INTERVALS) ** 2
+        steps = round(math.log(LARGEST_DEPARTURE * longer / LEAST_DEPARTURE) / math.log(_STEP))
+        self.departures = [LEAST_DEPARTURE * _STEP**k for k in range(steps + 1)]
+        self.known: dict[_Cell, Fit] = {}
+        self._spread: set[_Cell] = set()
+        self._sums = all_sums
+        self._penalty = penalty_of(intervals)
+
+    def departure(self, cell: _Cell) -> FloatArray:
+        others = [self.departures[cell[1]]] * (self._sums[0].shapes - 1)
+        return np.array([self.departures[cell[0]], *others])
+
+    def fit(self, cell: _Cell) -> None:
+        inside = 0 <= cell[0] < len(self.departures) and 0 <= cell[1] < len(self.departures)
+        if inside and cell not in self.known:
+            self.known[cell] = fit(self._sums[cell[2]], self._penalty, self.departure(cell))
+
+    def likely(self) -> list[_Cell]:
+        lowest = min(fitted.criterion for fitted in self.known.values())
+        return [c for c, f in self.known.items() if f.criterion < lowest + _NEGLIGIBLE]
+
+    def spread(self) -> bool:
+        """Fit the neighbours of what is likely; return whether there were new ones."""
+        before = len(self.known)
+        fresh = [cell for cell in self.likely() if cell not in self._spread]
+        self._spread.update(fresh)
+        for a, b, time in fresh:
+            for cell in ((a + 1, b, time), (a - 1, b, time), (a, b + 1, time), (a, b - 1, time)):
+                self.fit(cell)
+            for other in range(len(self._sums)):
+                self.fit((a, b, other))
+        return len(self.known) > before
+
+
+def average_over_smoothness(
+    readings: Readings, intervals: int, times: Sequence[tuple[float, float]]
+) -> Average:
+    """Fit a run with every smoothness that matters.
+
+    Parameters
+    ----------
+    readings : Readings
+        The run.
+    intervals : int
+        Number of equal intervals of the splines. [1]
+    times : sequence of (float, float)
+        Times that are averaged over, as warm-up and share of plain time; plain time first. [1]
+
+    Returns
+    -------
+    Average
+        The search begins on a coarse grid and follows what is likely.
+    """
+    search = _Search([sums_of(readings, intervals, warm_up, plain) for warm_up, plain in times])
+    coarse = range(0, len(search.departures), _COARSE)
+    for a in coarse:
+        for b in coarse:
+            search.fit((a, b, 0))
+    while search.spread():
+        pass
+    kept = search.likely()
+    fits = tuple(search.known[cell] for cell in kept)
+    criterion = np.array([fitted.criterion for fitted in fits])
+    lowest = int(np.argmin(criterion))
+    weight = np.exp(-0.5 * (criterion - criterion[lowest]))
+    line = search.known[0, 0, 0]
+    return Average(
+        fits=fits,
+        weight=weight / np.sum(weight),
+        line=line,
+        line_is_enough=bool(line.criterion < criterion[lowest] + LINE_CRITERION),
+        best=fits[lowest],
+        best_departure=search.departure(kept[lowest]),
+    )
+
+
+def effective_parameters(average: Average) -> float:
+    """Return the effective number of parameters at the likeliest smoothness.
+
+    Parameters
+    ----------
+    average : Average
+        The fits.
+
+    Returns
+    -------
+    float
+        Levels and drift. [1]
+
+    Notes
+    -----
+    The trace of the inverse normal equations times the penalty is the derivative of the logarithm
+    of their determinant by that of the penalty's factor; it is taken by central differences.
+    """
+    if average.line_is_enough:
+        sums = average.line.sums
+        return float(sums.levels + sums.shapes)
+    sums = average.best.sums
+    penalty = penalty_of(sums.intervals)
+    step = 0.01
+    total = sums.levels + sums.shapes * (sums.intervals + 2.0)
+    for c in range(sums.shapes):
+        change = np.ones(sums.shapes)
+        change[c] = np.exp(-0.5 * step)  # the penalty's factor is departure to the power -2
+        up = fit(sums, penalty, average.best_departure * change).log_determinant
+        down = fit(sums, penalty, average.best_departure / change).log_determinant
+        total -= (up - down) / (2.0 * step)
+    return total
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Reported:
+    """Fits whose weighted sum is the drift that is reported; none where there is no drift."""
+
+    fits: tuple[Fit, ...]
+    """One for each time, with the mean splines; or the line alone."""
+    weight: tuple[float, ...]
+    """Their weights, one in sum. [1]"""
+
+    def drift(self, readings: Readings, reference: float) -> FloatArray:
+        """Return the drift of every reading relative to a reference time, (N,)."""
+        drift = np.zeros(readings.value.size)
+        for weight, fitted in zip(self.weight, self.fits, strict=True):
+            drift += weight * drift_of(fitted, readings, reference)
+        return drift
+
+    def functions(self, shapes: int, time: FloatArray, reference: float) -> FloatArray:
+        """Return the functions of time relative to a reference time, (C, T)."""
+        value = np.zeros((shapes, time.size))
+        for weight, fitted in zip(self.weight, self.fits, strict=True):
+            value += weight * functions_at(fitted, time, reference)[0]
+        return value
+
+
+NO_DRIFT = Reported((), ())
+"""What is reported of a run that does not drift."""
+
+
+def reported(average: Average) -> Reported:
+    """Return the mean of the fits, or the line alone where it is enough.
+
+    Parameters
+    ----------
+    average : Average
+        The fits.
+
+    Returns
+    -------
+    Reported
+        Fits in the same time are put together, so that the sum is short.
+    """
+    if average.line_is_enough:
+        return Reported((average.line,), (1.0,))
+    fits: list[Fit] = []
+    weights: list[float] = []
+    for sums in {id(fitted.sums): fitted.sums for fitted in average.fits}.values():
+        own = [(w, f) for w, f in zip(average.weight, average.fits, strict=True) if f.sums is sums]
+        weight = float(sum(w for w, _ in own))
+        spline = np.asarray(sum(w * f.spline for w, f in own), dtype=np.float64) / weight
+        fits.append(replace(own[0][1], spline=spline))
+        weights.append(weight)
+    return Reported(tuple(fits), tuple(weights))
+
+
+def level_errors(
+    average: Average, level: FloatArray, reference: float, shape_of_level: FloatArray
+) -> FloatArray:
+    """Return the mean square errors of stated levels, averaged over the smoothness.
+
+    Parameters
+    ----------
+    average : Average
+        The fits.
+    level : FloatArray
+        What is stated for the reference time, (L,). [µm or arcsec]
+    reference : float
+        Time of the levels. [1]
+    shape_of_level : FloatArray
+        Value of every shape at the position of each level, (C, L). [1]
+
+    Returns
+    -------
+    FloatArray
+        Covariance about what is stated, (L, L). [µm² or arcsec²]
+    """
+    spread = np.zeros((level.size, level.size))
+    for w, fitted in zip(average.weight, average.fits, strict=True):
+        mean, covariance = levels_at(fitted, reference, shape_of_level)
+        spread += w * (covariance + np.outer(mean - level, mean - level))
+    return spread
+
+
+def function_errors(
+    average: Average, stated: FloatArray, time: FloatArray, reference: float
+) -> FloatArray:
+    """Return the mean square errors of stated functions, averaged over the smoothness.
+
+    Parameters
+    ----------
+    average : Average
+        The fits.
+    stated : FloatArray
+        What is stated relative to the reference time, (C, T).
+    time : FloatArray
+        Times as a fraction of the run, (T,). [1]
+    reference : float
+        Time at which every function is zero. [1]
+
+    Returns
+    -------
+    FloatArray
+        (C, T).
+    """
+    square = np.zeros_like(stated)
+    for w, fitted in zip(average.weight, average.fits, strict=True):
+        mean, variance = functions_at(fitted, time, reference)
+        square += w * (variance + (mean - stated) ** 2)
+    return square

@@ -1,0 +1,109 @@
+"""Weigh the levels of a run where some scatter more than others."""
+
+from typing import Any
+
+import numpy as np
+
+from thermaxis.positioning._positioning_test import FloatArray
+from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE
+from thermaxis.positioning.drift._smooth_terms import IntArray, sums_per
+
+_FEWEST_FREE = 2.0
+"""Degrees of freedom that every level must have. [1]"""
+_LEAST_SHARE = 1e-12
+"""Share of the sum of squares below which a variance is rounding. [1]"""
+
+
+def _special() -> Any:
+    """Return the module without its annotations, which are incomplete."""
+    from scipy import special  # noqa: PLC0415 - it takes longer to import than most runs take
+
+    return special
+
+
+def _inverse_trigamma(value: float) -> float:
+    """Return x with trigamma(x) = value, by Newton's method on its reciprocal."""
+    polygamma = _special().polygamma
+    x = 0.5 + 1.0 / value
+    for _ in range(50):
+        trigamma = float(polygamma(1, x))
+        step = trigamma * (1.0 - trigamma / value) / float(polygamma(2, x))
+        x += step
+        if abs(step) < 1e-10 * x:
+            break
+    return x
+
+
+def _scatter_alike(variance: FloatArray, free: FloatArray) -> bool:
+    """Return whether chance explains how the variances differ, by Bartlett's test."""
+    pooled = float(np.sum(variance * free) / np.sum(free))
+    statistic = float(np.sum(free * np.log(pooled / variance)))
+    correction = float(np.sum(1.0 / free) - 1.0 / np.sum(free)) / (3.0 * (free.size - 1.0))
+    probability = float(_special().chdtrc(free.size - 1, statistic / (1.0 + correction)))
+    return probability > SIGNIFICANCE
+
+
+def moderated_variances(variance: FloatArray, free: FloatArray) -> FloatArray:
+    """Draw variances towards their common value by as much as chance explains.
+
+    Parameters
+    ----------
+    variance : FloatArray
+        Estimated variances, (L,).
+    free : FloatArray
+        Their degrees of freedom, (L,). [1]
+
+    Returns
+    -------
+    FloatArray
+        (L,); all alike where chance explains every difference.
+
+    References
+    ----------
+    G. K. Smyth 2004, section 6.2 (fit of a scaled F distribution by its logarithm), from memory.
+    """
+    digamma, polygamma = _special().digamma, _special().polygamma
+    half = free / 2.0
+    z = np.log(variance) - np.asarray(digamma(half), dtype=np.float64) + np.log(half)
+    chance = np.asarray(polygamma(1, half), dtype=np.float64)
+    excess = float(np.var(z, ddof=1)) - float(np.mean(chance))
+    if excess <= 0.0:
+        return np.full_like(variance, np.sum(variance * free) / np.sum(free))
+    prior = 2.0 * _inverse_trigamma(excess)
+    centre = np.exp(float(np.mean(z)) + float(digamma(prior / 2.0)) - np.log(prior / 2.0))
+    return (prior * centre + free * variance) / (prior + free)
+
+
+def weights_of_levels(
+    level: IntArray, residual: FloatArray, levels: int, drift_parameters: float
+) -> FloatArray:
+    """Return a weight per level, inverse to its variance, or ones where all scatter alike.
+
+    Parameters
+    ----------
+    level : IntArray
+        Level of each reading, (N,). [1]
+    residual : FloatArray
+        Residuals of a fit with equal weights, (N,). [µm or arcsec]
+    levels : int
+        Number L of levels. [1]
+    drift_parameters : float
+        Effective number of parameters of the drift. [1]
+
+    Returns
+    -------
+    FloatArray
+        (L,), relative to the mean variance. Ones where Bartlett's test does not tell the levels
+        apart at the 1 % level. [1]
+    """
+    alike = np.ones(levels)
+    count = sums_per(level, np.ones(residual.size), levels)
+    free = count * (1.0 - drift_parameters / residual.size) - 1.0
+    square = sums_per(level, residual**2, levels)
+    total = float(np.sum(square))
+    if levels < 2 or np.min(free) < _FEWEST_FREE or total <= 0.0:
+        return alike
+    variance = np.maximum(square / free, _LEAST_SHARE * total)
+    if _scatter_alike(variance, free):
+        return alike
+    return (total / float(np.sum(free))) / moderated_variances(variance, free)

@@ -1,0 +1,5 @@
+"""Which targets, how many cycles and how long a run should be."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

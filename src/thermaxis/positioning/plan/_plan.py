@@ -1,0 +1,756 @@
+"""Plan of a positioning run: targets, order of the visits, how long it takes, and its checks."""
+
+import re
+from dataclasses import dataclass
+from typing import ClassVar, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.positioning._positioning_test import (
+    APPROACHES,
+    BACKWARD,
+    FORWARD,
+    Cycle,
+    FloatArray,
+    PositioningTest,
+    TimeSource,
+)
+from thermaxis.positioning.standard import check_test_conditions
+from thermaxis.quantities import AxisKind
+
+IndexArray: TypeAlias = NDArray[np.intp]
+
+MOST_TARGETS = 10_000
+"""Largest number of targets of a plan. [1]"""
+MOST_STOPS = 1_000_000
+"""Largest number of stops of a plan: the longest run that the drift evaluation is made for. [1]"""
+LONGEST_TITLE = 200
+"""Longest title of a plan. [character]"""
+RANDOM_SHARE = 0.3
+"""Largest random part of a target unless stated, as a share of the interval; what ISO 230-2:2014
+gives where nothing is known of periodic errors (from memory). [1]"""
+DISTANCE_FROM_MULTIPLE = 0.1
+"""An interval nearer than this to a multiple of the pitch counts as a multiple of it; at this
+distance ten neighbouring targets go through all phases. [pitch]"""
+VISIBLE_SHARE = 0.3
+"""Warn if less than this share of a periodic error's amplitude is sure to be seen. [1]"""
+TARGET_TOLERANCE = 0.0015
+"""Targets that differ by less are the same: a file has three decimals. [mm or deg]"""
+STOP_TOLERANCE_S = 0.1
+"""Stops whose median is shorter than planned by more are told. [s]"""
+WHOLE_SECONDS_TOLERANCE_S = 0.6
+"""The same where all times are whole seconds. [s]"""
+LONG_STOP_TOLERANCE_S = 2.0
+"""Stops whose median is longer than planned by more are told: acceleration and recording. [s]"""
+PAUSE_S = 60.0
+"""A stop that is longer than planned by more is a pause. [s]"""
+
+_NAMED = 3  # of the same kind in a sentence
+_DECIMALS = 3
+_LARGEST = 1e6
+_MEASURES = ("feed", "dwell_s", "recording_s", "overrun", "pitch", "interval", "random_part")
+_AXIS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,15}")
+
+
+def _require(condition: bool, what: str, where: str, remedy: str = "") -> None:  # noqa: FBT001 - reads as a sentence
+    if not condition:
+        raise ConfigurationError(what, where=where, remedy=remedy)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TestPlan:
+    """What is to be measured on one axis: where, in which order, how often and how fast.
+
+    Not protected: a plan knows neither the limits of the axis nor what stands in its way. Whoever
+    makes an NC program of it compares `lowest` and `highest` with the travel of the axis.
+
+    Raises
+    ------
+    ConfigurationError
+        If targets are not strictly increasing at a thousandth of their unit, a number is not
+        finite or out of its range, or the plan has more than a million stops; `where` is the
+        name of the field.
+
+    References
+    ----------
+    Stejskal et al. 2017, equation (1); ISO 230-2:2014, clause 5.3 and Annex B.
+    """
+
+    __test__: ClassVar[bool] = False
+    """It is no test case, whatever a collector of tests makes of its name."""
+
+    kind: AxisKind
+    """Linear (mm, µm) or rotary (deg, arcsec)."""
+    axis: str
+    """Name of the axis, a letter and up to 15 letters, digits or underscores."""
+    target: FloatArray
+    """Target positions, (m,), strictly increasing, rounded to three decimals. [mm or deg]"""
+    cycles: int
+    """Number of cycles n. [1]"""
+    feed: float
+    """Feed between targets. [mm/min or deg/min]"""
+    dwell_s: float
+    """Standstill before the laser records. [s]"""
+    overrun: float
+    """How far the axis passes a target before it comes back to it. [mm or deg]"""
+    cycle: Cycle = Cycle.STANDARD
+    """Order of the visits."""
+    approaches: tuple[int, ...] = (FORWARD, BACKWARD)
+    """Approaches that are recorded; one of them alone makes a unidirectional run."""
+    recording_s: float = 0.0
+    """Time in which the laser averages at each stop; the reading bears the time of its end. [s]"""
+    pitch: float | None = None
+    """Pitch of the screw or period of the scale, None if not stated. [mm or deg]"""
+    interval: float | None = None
+    """Interval p of equation (1), None if the targets were chosen otherwise. [mm or deg]"""
+    random_part: float | None = None
+    """Half width of the random part r of equation (1), None as above. [mm or deg]"""
+    seed: int | None = None
+    """Seed of the random part, None as above. [1]"""
+    title: str = ""
+    """Title in free words; it is data and is escaped wherever it is shown."""
+
+    def __post_init__(self) -> None:
+        """Check the numbers and freeze the targets."""
+        target = np.round(np.array(self.target, dtype=np.float64), _DECIMALS) + 0.0
+        target.setflags(write=False)
+        object.__setattr__(self, "target", target)
+        object.__setattr__(self, "approaches", tuple(self.approaches))
+        self._check_targets()
+        self._check_motion()
+        self._check_words()
+
+    def _check_targets(self) -> None:
+        m = self.target.size
+        _require(self.target.ndim == 1 and m >= 2, "a run needs at least two targets", "target")
+        _require(m <= MOST_TARGETS, f"{m} targets are more than {MOST_TARGETS}", "target")
+        _require(
+            bool(np.all(np.abs(self.target) <= _LARGEST)),
+            f"a target is not a number of at most {_LARGEST:g} in magnitude",
+            "target",
+        )
+        _require(
+            bool(np.all(np.diff(self.target) > 0)),
+            "the targets are not strictly increasing at three decimals",
+            "target",
+            "Take a wider interval or a smaller random part",
+        )
+        _require(self.cycles >= 1, "a run needs at least one cycle", "cycles")
+        _require(
+            self.approaches in {(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)},
+            "the approaches are not forward, backward, or both in this order",
+            "approaches",
+        )
+        stops = m * self.cycles * len(self.approaches)
+        _require(
+            stops <= MOST_STOPS,
+            f"the run would have {stops} stops, more than {MOST_STOPS}",
+            "cycles",
+            "Ask for fewer cycles or targets",
+        )
+
+    def _check_motion(self) -> None:
+        for name in _MEASURES:
+            value: float | None = getattr(self, name)
+            _require(
+                value is None or abs(value) <= _LARGEST,  # false for NaN
+                f"not a number of at most {_LARGEST:g} in magnitude",
+                name,
+            )
+        _require(self.feed > 0, "the feed is not positive", "feed")
+        _require(
+            self.overrun > 0,
+            "the overrun is not positive",
+            "overrun",
+            "Without it a target is not approached from the planned side",
+        )
+        _require(self.dwell_s >= 0, "a time is negative", "dwell_s")
+        _require(self.recording_s >= 0, "a time is negative", "recording_s")
+        _require(self.pitch is None or self.pitch > 0, "the pitch is not positive", "pitch")
+        _require(
+            self.interval is None or self.interval > 0, "the interval is not positive", "interval"
+        )
+        _require(
+            self.random_part is None or self.random_part >= 0,
+            "the random part is negative",
+            "random_part",
+        )
+        _require(self.seed is None or self.seed >= 0, "the seed is negative", "seed")
+
+    def _check_words(self) -> None:
+        _require(
+            _AXIS_NAME.fullmatch(self.axis) is not None,
+            f"'{printable(self.axis, 40)}' is no name of an axis",
+            "axis",
+            "Write a letter and up to 15 letters, digits or underscores, such as X or B1",
+        )
+        _require(
+            len(self.title) <= LONGEST_TITLE,
+            f"the title has {len(self.title)} characters, more than {LONGEST_TITLE}",
+            "title",
+        )
+        odd = next((c for c in self.title if not c.isprintable()), "")
+        _require(
+            not odd,
+            f"character {self.title.index(odd) + 1} of the title, {_code_point(odd)}, is none"
+            " that prints",
+            "title",
+            "Write letters, digits, signs and plain spaces in one line",
+        )
+
+    @property
+    def stops(self) -> int:
+        """Number of stops of the whole run. [1]"""
+        return self.target.size * self.cycles * len(self.approaches)
+
+    @property
+    def lowest(self) -> float:
+        """Lowest position that the axis reaches. [mm or deg]"""
+        return float(self.target[0]) - self.overrun
+
+    @property
+    def highest(self) -> float:
+        """Highest position that the axis reaches. [mm or deg]"""
+        return float(self.target[-1]) + self.overrun
+
+
+def _code_point(character: str) -> str:
+    """Return the name by which a character is looked up, such as U+00A0."""
+    return f"U+{ord(character):04X}" if character else ""
+
+
+# ---- targets ------------------------------------------------------------------------------------
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TargetChoice:
+    """Targets by equation (1) and how they were chosen."""
+
+    target: FloatArray
+    """Target positions, (m,). [mm or deg]"""
+    interval: float
+    """Interval p. [mm or deg]"""
+    random_part: float
+    """Half width of the random part r. [mm or deg]"""
+    remarks: tuple[str, ...]
+    """What was adjusted, in words."""
+
+
+def choose_targets(
+    *,
+    start: float,
+    length: float,
+    targets: int,
+    pitch: float | None = None,
+    random_share: float | None = None,
+    seed: int = 1,
+) -> TargetChoice:
+    """Choose targets by equation (1) of the paper: equal steps plus a random part.
+
+    Every target lies from `start` to `start + length`, its random part included. An interval that
+    is a multiple of the pitch, within a tenth of the pitch, is made smaller, so that the targets
+    meet a periodic error in all its phases.
+
+    Parameters
+    ----------
+    start : float
+        Lowest position of a target. [mm or deg]
+    length : float
+        Length within which all targets lie. [mm or deg]
+    targets : int
+        Number of targets m. [1]
+    pitch : float, optional
+        Pitch of the screw or period of the scale. Default: unknown. [mm or deg]
+    random_share : float, optional
+        Half width of the random part as a share of the interval, from 0 to less than 0.5.
+        Default: half the pitch, but at most 0.3 of the interval; without a pitch 0.3. [1]
+    seed : int
+        Seed of the random part. Default: 1. [1]
+
+    Returns
+    -------
+    TargetChoice
+        The targets, rounded to three decimals. The same arguments give the same targets.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is not finite or out of its range, or targets would change places.
+
+    References
+    ----------
+    Stejskal et al. 2017, equation (1); ISO 230-2:2014 for the share (from memory); Agilent 5530
+    measurements reference guide, p. 1-4, for the rule of the pitch.
+    """
+    _require(abs(start) <= _LARGEST, f"not a number of at most {_LARGEST:g} in magnitude", "start")
+    _require(0 < length <= _LARGEST, f"not a length of at most {_LARGEST:g}", "length")
+    _require(2 <= targets <= MOST_TARGETS, f"not from 2 to {MOST_TARGETS} targets", "targets")
+    _require(pitch is None or 0 < pitch <= _LARGEST, "the pitch is not positive", "pitch")
+    _require(
+        random_share is None or 0 <= random_share < 0.5,
+        "the random part is not from 0 to less than half the interval",
+        "random_share",
+        "Neighbouring targets must not change places",
+    )
+    _require(seed >= 0, "the seed is negative", "seed")
+    interval, amplitude = _equal_steps(length, targets, pitch, random_share)
+    remarks: list[str] = []
+    if pitch is None:
+        remarks.append("no pitch is stated: whether the interval is a multiple of it was not asked")
+    else:
+        smaller = _beside_multiple(interval, pitch)
+        if smaller < interval:
+            remarks.append(
+                f"the interval was made smaller, from {interval:.4g} to {smaller:.4g}: it was a"
+                f" multiple of the pitch {pitch:g} within a tenth of it, and periodic errors would"
+                f" have been met in the same phase; {(targets - 1) * (interval - smaller):.3g} of"
+                " the length at its far end stay without a target"
+            )
+            interval = smaller
+            limit = RANDOM_SHARE if random_share is None else random_share
+            amplitude = min(amplitude, limit * interval)
+        if random_share is None and amplitude < 0.5 * pitch * (1.0 - 1e-9):
+            remarks.append(
+                f"the random part is {RANDOM_SHARE:g} of the interval and less than half the pitch"
+                f" {pitch:g}: with half the pitch neighbours would come too near to each other"
+            )
+    random = np.random.default_rng(seed)
+    offset = random.uniform(-amplitude, amplitude, targets)
+    position = start + amplitude + interval * np.arange(targets) + offset
+    target = np.round(np.clip(position, start, start + length), _DECIMALS) + 0.0
+    _require(
+        bool(np.all(np.diff(target) > 0)),
+        f"{targets} targets do not keep their order within {length:g}",
+        "targets",
+        "Take fewer targets or a smaller random part",
+    )
+    return TargetChoice(target, interval, amplitude, tuple(remarks))
+
+
+def _equal_steps(
+    length: float, targets: int, pitch: float | None, share: float | None
+) -> tuple[float, float]:
+    """Return interval and half width of the random part, so that all targets fit the length."""
+    steps = targets - 1
+    if share is None and pitch is not None:
+        interval = (length - pitch) / steps
+        if interval > 0 and 0.5 * pitch <= RANDOM_SHARE * interval:
+            return interval, 0.5 * pitch
+    share = RANDOM_SHARE if share is None else share
+    interval = length / (steps + 2.0 * share)
+    return interval, share * interval
+
+
+def _beside_multiple(interval: float, pitch: float) -> float:
+    """Return the interval, made smaller where it is a multiple of the pitch."""
+    multiple = round(interval / pitch)
+    if multiple < 1 or abs(interval / pitch - multiple) >= DISTANCE_FROM_MULTIPLE:
+        return interval
+    return (multiple - DISTANCE_FROM_MULTIPLE) * pitch
+
+
+def periodic_error_visibility(target: FloatArray, pitch: float) -> float:
+    """Return how much of a periodic error the targets show in its worst phase.
+
+    The smallest root mean square, over all phases, of a sine with the period of the pitch at the
+    targets, after a straight line was taken out, relative to that of a sine met in all phases.
+
+    Parameters
+    ----------
+    target : FloatArray
+        Target positions, (m,). [mm or deg]
+    pitch : float
+        Period of the error. [mm or deg]
+
+    Returns
+    -------
+    float
+        0 where it is hidden, about 1 where all phases are met. [1]
+    """
+    angle = 2.0 * np.pi * target / pitch
+    waves = np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    x = (target - np.mean(target)) / np.ptp(target)
+    line, _ = np.linalg.qr(np.stack((np.ones_like(x), x), axis=1))
+    left = waves - line @ (line.T @ waves)
+    return float(np.linalg.svd(left, compute_uv=False)[-1] / np.sqrt(target.size / 2.0))
+
+
+# ---- order and time of the stops ----------------------------------------------------------------
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Visits:
+    """All stops of a run in the order in which they are driven to."""
+
+    target: IndexArray
+    """Index of the target of each stop, from 0, (N,). [1]"""
+    cycle: IndexArray
+    """Index of its cycle, from 0, (N,). [1]"""
+    approach: IndexArray
+    """Its approach, 0 forward, 1 backward, (N,). [1]"""
+
+    @property
+    def place(self) -> tuple[IndexArray, IndexArray, IndexArray]:
+        """Index of each stop in an array of readings (m, n, 2)."""
+        return self.target, self.cycle, self.approach
+
+
+def order_of_visits(plan: TestPlan) -> Visits:
+    """Return the stops of a plan in the order in which they are driven to.
+
+    standard
+        All targets forward, then all backward, cycle after cycle.
+    step
+        A target from its approaches in turn, all cycles of it, before the next target.
+    pilgrim
+        A window of n targets, forward and back, that moves on by one target at a time; windows
+        that overlap an end of the axis are cut. So every target is visited n times.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+
+    Returns
+    -------
+    Visits
+        The stops.
+
+    References
+    ----------
+    ISO 230-2:2014, clause 5.3 and Annex B; the pilgrim step as laser software offers it.
+    """
+    shape = (plan.target.size, plan.cycles, len(plan.approaches))
+    index: tuple[IndexArray, ...] = np.unravel_index(np.arange(plan.stops), shape)
+    i, j, k = index
+    approach = np.array(plan.approaches, dtype=np.intp)[k]
+    along = np.where(approach == FORWARD, i, -i)
+    keys = {
+        Cycle.STANDARD: (along, approach, j),
+        Cycle.STEP: (approach, j, i),
+        Cycle.PILGRIM: (along, approach, i + j),  # the window starts at i + j - n + 1
+    }[plan.cycle]
+    order = np.lexsort(keys)
+    return Visits(i[order], j[order], approach[order])
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Duration:
+    """How long a plan takes, by its parts; acceleration and block changes are not in it."""
+
+    moves_s: float
+    """Travel from target to target at the feed. [s]"""
+    overrun_s: float
+    """Further travel to pass a target and come back to it, and to the first one. [s]"""
+    dwell_s: float
+    """Standstill before the laser records. [s]"""
+    recording_s: float
+    """Time in which the laser records. [s]"""
+
+    @property
+    def total_s(self) -> float:
+        """From the start of the motion to the last reading. [s]"""
+        return self.moves_s + self.overrun_s + self.dwell_s + self.recording_s
+
+
+def _travel(plan: TestPlan, visits: Visits) -> tuple[FloatArray, FloatArray]:
+    """Return the direct way to each stop and what is driven in addition, (N,) each.
+
+    The axis starts one overrun before the first stop. A target that is not ahead in the wanted
+    direction is passed by the overrun and then approached from there.
+    """
+    direction = np.where(visits.approach == FORWARD, 1.0, -1.0)
+    position = plan.target[visits.target]
+    turn = position - direction * plan.overrun
+    before = np.concatenate((position[:1], position[:-1]))
+    direct = np.abs(position - before)
+    ahead = direction * (position - before) > 0
+    more = np.where(ahead, 0.0, np.abs(turn - before) + plan.overrun - direct)
+    more[0] = plan.overrun
+    return direct, more
+
+
+def evaluate_duration(plan: TestPlan) -> Duration:
+    """Return how long a plan takes by its motion, dwell and recording alone.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+
+    Returns
+    -------
+    Duration
+        The parts of the time; the axis moves at the feed from the first instant.
+    """
+    direct, more = _travel(plan, order_of_visits(plan))
+    minute = 60.0 / plan.feed
+    return Duration(
+        moves_s=float(np.sum(direct)) * minute,
+        overrun_s=float(np.sum(more)) * minute,
+        dwell_s=plan.stops * plan.dwell_s,
+        recording_s=plan.stops * plan.recording_s,
+    )
+
+
+def planned_test(plan: TestPlan) -> PositioningTest:
+    """Return the run that a plan asks for, as if it had been measured without any deviation.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+
+    Returns
+    -------
+    PositioningTest
+        Deviations are zero; times count from the first reading. [µm or arcsec, s]
+    """
+    visits = order_of_visits(plan)
+    direct, more = _travel(plan, visits)
+    time = np.cumsum((direct + more) * (60.0 / plan.feed) + plan.dwell_s + plan.recording_s)
+    shape = (plan.target.size, plan.cycles, 2)
+    deviation, time_s, order = (np.full(shape, np.nan) for _ in range(3))
+    deviation[visits.place] = 0.0
+    time_s[visits.place] = time - time[0]
+    order[visits.place] = np.arange(1.0, time.size + 1.0)
+    return PositioningTest(
+        kind=plan.kind,
+        target=plan.target,
+        deviation=deviation,
+        time_source=TimeSource.FILE,
+        time_s=time_s,
+        order=order,
+        cycle=plan.cycle,
+        header={"axis": plan.axis},
+    )
+
+
+# ---- checks -------------------------------------------------------------------------------------
+
+
+def check_plan(plan: TestPlan) -> tuple[str, ...]:
+    """Compare a plan with the test conditions of ISO 230-2 and with the pitch.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+
+    Returns
+    -------
+    tuple of str
+        One sentence for each condition that the plan does not meet. Empty if it meets all.
+
+    References
+    ----------
+    As of `check_test_conditions`; Agilent 5530 measurements reference guide, p. 1-4 (pitch).
+    """
+    return (*check_test_conditions(planned_test(plan)), *_check_pitch(plan))
+
+
+def _check_pitch(plan: TestPlan) -> list[str]:
+    if plan.pitch is None or plan.target.size < 4:
+        return []
+    visible = periodic_error_visibility(plan.target, plan.pitch)
+    if visible >= VISIBLE_SHARE:
+        return []
+    of = f"{plan.pitch:g} {plan.kind.units.position}"
+    said = f"a periodic error of the pitch {of} may show only {visible:.0%} of its size at these"
+    return [f"{said} targets: take another seed, more targets or another interval"]
+
+
+def check_against_plan(test: PositioningTest, plan: TestPlan) -> tuple[str, ...]:
+    """Compare a measured run with the plan that it was to follow.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The measured run.
+    plan : TestPlan
+        The plan.
+
+    Returns
+    -------
+    tuple of str
+        One sentence for each difference, and for each comparison that the file does not allow.
+        Empty if the run follows the plan.
+    """
+    if test.kind is not plan.kind:
+        return (f"the run was measured on a {test.kind} axis; the plan is for a {plan.kind} one",)
+    said = [*_other_axis(test, plan), *_other_cycle(test, plan)]
+    targets = _other_targets(test, plan)
+    said += targets
+    if targets:
+        said.append(
+            "targets differ from the plan: readings, order and times were not compared with it"
+        )
+        return tuple(said)
+    said += [*_other_readings(test, plan), *_other_order(test, plan)]
+    return tuple(said)
+
+
+def _other_axis(test: PositioningTest, plan: TestPlan) -> list[str]:
+    stated = test.header.get("axis", "").strip()
+    if not stated or stated.casefold() == plan.axis.casefold():
+        return []
+    return [f"the run names the axis '{printable(stated, 40)}'; the plan is for axis {plan.axis}"]
+
+
+def _other_cycle(test: PositioningTest, plan: TestPlan) -> list[str]:
+    said: list[str] = []
+    if test.cycle is not plan.cycle:
+        said.append(f"the run is of the {test.cycle} cycle; the plan asks for the {plan.cycle} one")
+    if test.cycles != plan.cycles:
+        said.append(f"{test.cycles} cycles were measured; the plan asks for {plan.cycles}")
+    for approach, measured in enumerate(test.measured_approaches):
+        planned = approach in plan.approaches
+        if measured and not planned:
+            said.append(f"{APPROACHES[approach]} approaches were measured without being planned")
+        elif planned and not measured:
+            said.append(f"the planned {APPROACHES[approach]} approaches were not measured")
+    return said
+
+
+def _other_targets(test: PositioningTest, plan: TestPlan) -> list[str]:
+    unit = test.kind.units.position
+    if test.target.size == plan.target.size:
+        off = np.flatnonzero(np.abs(test.target - plan.target) > TARGET_TOLERANCE)
+        return _listed(
+            [
+                f"target {i + 1} is at {test.target[i]:.10g} {unit} in place of"
+                f" {plan.target[i]:.10g} {unit}"
+                for i in off[:_NAMED].tolist()
+            ],
+            off.size,
+        )
+    said = [f"{test.target.size} targets were measured; the plan has {plan.target.size}"]
+    for ours, theirs, words in (
+        (plan.target, test.target, "planned and not measured"),
+        (test.target, plan.target, "measured and not planned"),
+    ):
+        apart = ours[_distance(ours, theirs) > TARGET_TOLERANCE]
+        if apart.size:
+            named = ", ".join(f"{p:.10g}" for p in apart[:_NAMED].tolist())
+            more = f" and {apart.size - _NAMED} more" if apart.size > _NAMED else ""
+            said.append(f"targets {words}: {named}{more} {unit}")
+    return said
+
+
+def _distance(ours: FloatArray, theirs: FloatArray) -> FloatArray:
+    """Return the distance of each of our positions from the nearest of theirs, both ascending."""
+    above = np.searchsorted(theirs, ours)
+    below = np.maximum(above - 1, 0)
+    above = np.minimum(above, theirs.size - 1)
+    return np.minimum(np.abs(ours - theirs[below]), np.abs(ours - theirs[above]))
+
+
+def _listed(sentences: list[str], count: int) -> list[str]:
+    if count > len(sentences):
+        return [*sentences, f"{count - len(sentences)} more targets are elsewhere than planned"]
+    return sentences
+
+
+def _other_readings(test: PositioningTest, plan: TestPlan) -> list[str]:
+    """Name planned readings that are missing; whole approaches and cycles are told elsewhere."""
+    shared = min(test.cycles, plan.cycles)
+    said: list[str] = []
+    for approach in plan.approaches:
+        if not test.measured_approaches[approach]:
+            continue
+        missing = np.argwhere(np.isnan(test.deviation[:, :shared, approach]))
+        if missing.size:
+            named = ", ".join(
+                f"target {i + 1} in cycle {j + 1}" for i, j in missing[:_NAMED].tolist()
+            )
+            more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+            said.append(
+                f"{len(missing)} planned reading(s) {APPROACHES[approach]} are missing:"
+                f" {named}{more}"
+            )
+    return said
+
+
+def _other_order(test: PositioningTest, plan: TestPlan) -> list[str]:
+    if test.order is None:
+        return ["the order of the readings is not known: order and dwell were not compared"]
+    if test.order_deduced:
+        return ["the order was deduced from run numbers: order and dwell were not compared"]
+    visits = order_of_visits(plan)
+    shared = visits.cycle < test.cycles
+    place = tuple(index[shared] for index in visits.place)
+    number = np.flatnonzero(shared)
+    measured = ~np.isnan(test.deviation[place])
+    place = tuple(index[measured] for index in place)
+    number = number[measured]
+    order = test.order[place]
+    difference = _first_difference(place, order)
+    if difference:
+        return [difference]
+    if test.time_s is None or test.time_source is not TimeSource.FILE:
+        return ["the file does not state the time of each reading: the dwell was not compared"]
+    return _other_stops(test, plan, place, number)
+
+
+def _first_difference(place: tuple[IndexArray, ...], order: FloatArray) -> str:
+    """Return where the measured order leaves the planned one; readings stand in planned order."""
+    rank = np.argsort(order, kind="stable")
+    wrong = np.flatnonzero(rank != np.arange(rank.size))
+    if not wrong.size:
+        return ""
+    k = int(wrong[0])
+    i, j, a = (int(index[rank[k]]) for index in place)
+    p, q, b = (int(index[k]) for index in place)
+    return (
+        f"the order of the readings leaves the plan at reading {int(order[rank[k]])}: target"
+        f" {i + 1} {APPROACHES[a]} in cycle {j + 1}, where target {p + 1} {APPROACHES[b]} in cycle"
+        f" {q + 1} was planned; {wrong.size} of {rank.size} readings are out of their place, the"
+        " dwell was not compared"
+    )
+
+
+def _other_stops(
+    test: PositioningTest, plan: TestPlan, place: tuple[IndexArray, ...], number: IndexArray
+) -> list[str]:
+    """Compare the times between readings that follow each other in the plan as well."""
+    if test.time_s is None:
+        return []
+    planned = planned_test(plan).time_s
+    if planned is None or number.size < 2:
+        return []
+    next_to = np.diff(number) == 1
+    excess = (np.diff(test.time_s[place]) - np.diff(planned[place]))[next_to]
+    if not excess.size:
+        return []
+    median = float(np.median(excess))
+    stop_s = plan.dwell_s + plan.recording_s
+    whole = bool(np.all(test.time_s[place] == np.round(test.time_s[place])))
+    said: list[str] = []
+    if median < -(WHOLE_SECONDS_TOLERANCE_S if whole else STOP_TOLERANCE_S):
+        said.append(
+            f"readings follow each other {-median:.2g} s sooner than planned (median):"
+            f" {max(stop_s + median, 0.0):.2g} s are left of the planned {stop_s:g} s at each stop,"
+            f" unless the feed was higher than {plan.feed:g} {plan.kind.units.position}/min"
+        )
+    elif median > LONG_STOP_TOLERANCE_S:
+        said.append(
+            f"readings follow each other {median:.2g} s later than planned (median): acceleration"
+            f" or recording take longer, or the stops were longer than {stop_s:g} s"
+        )
+    pauses = np.flatnonzero(excess - median > PAUSE_S)
+    if pauses.size:
+        longest = int(pauses[np.argmax(excess[pauses])])
+        after = np.flatnonzero(next_to)[longest] + 1
+        i, j, a = (int(index[after]) for index in place)
+        said.append(
+            f"the run paused {pauses.size} time(s); the longest pause,"
+            f" {(excess[longest] - median) / 60.0:.3g} min, came before target {i + 1}"
+            f" {APPROACHES[a]} in cycle {j + 1}"
+        )
+    return said

@@ -1,0 +1,581 @@
+"""What uncertainty a plan will reach once the drift is separated from the levels.
+
+The covariance of the levels needs times and positions only. How freely the drift may curve is
+taken from an assumed warming, amplitude · (1 - exp(-t / time constant)), which begins with the
+first reading and is half as large again at one end of the axis, half as large at the other.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from types import MappingProxyType
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning._positioning_test import (
+    BACKWARD,
+    FORWARD,
+    FloatArray,
+    PositioningTest,
+)
+from thermaxis.positioning.drift import (
+    Fit,
+    Readings,
+    Sums,
+    evaluate_drift,
+    fit,
+    levels_at,
+    penalty_of,
+    sums_of,
+)
+from thermaxis.positioning.plan._plan import MOST_STOPS, TestPlan, evaluate_duration, planned_test
+from thermaxis.positioning.standard import FIGURE_KEYS, Iso230_2Figures, figures_of
+
+MOST_LEVELS = 1000
+"""Largest number of levels whose covariance is worked out. [1]"""
+MOST_SIMULATED_STOPS, MOST_SIMULATED_LEVELS = 5000, 100
+"""Largest plan that is also tried on simulated runs, a matter of a second. [1]"""
+SAMPLES, FEWEST_SAMPLES = 1000, 100
+"""Random draws for the figures: up to a hundred levels, and where there are many. [1]"""
+LONGEST_RUN_S = 86400.0
+"""Longest run that the search for a plan allows unless stated: a day. [s]"""
+FEWEST_CYCLES = 2
+"""Cycles below which drift and levels cannot be told apart. [1]"""
+LEVEL_KEY = "level"
+"""Key of the largest standard uncertainty of a level, beside the keys of the figures."""
+
+_FEWEST_FREE = 6  # as the drift evaluation asks
+_LEAST_DEPARTURE = 0.02  # of the noise; less cannot be seen
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RunAssumptions:
+    """What is assumed of an axis that was not measured yet.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is not finite, the noise or the time constant is not positive, or another
+        number is negative.
+    """
+
+    noise: float = 0.4
+    """Standard deviation of one approach. Default: a good milling machine. [µm or arcsec]"""
+    drift: float = 10.0
+    """Drift at mid-axis after infinite time. Default: of the paper's order. [µm or arcsec]"""
+    time_constant_s: float = 3600.0
+    """Time to 63 % of the drift. Default: order of magnitude of a machine's structure. [s]"""
+    systematic: float = 3.0
+    """Range of the assumed forward levels, one wave over the axis. [µm or arcsec]"""
+    reversal: float = 1.0
+    """Reversal value of the assumed axis. [µm or arcsec]"""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for entry in fields(self):
+            value: float = getattr(self, entry.name)
+            least = 0.0 if entry.name in {"drift", "systematic", "reversal"} else 1e-9
+            if not least <= value <= 1e9:
+                raise ConfigurationError(
+                    f"{value:g} is not a {'positive ' if least else ''}number of at most 1e9",
+                    where=entry.name,
+                )
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ExpectedFigure:
+    """What is expected of a figure of the run without its drift."""
+
+    standard_uncertainty: float
+    """Standard deviation of the figure over many runs. [µm or arcsec]"""
+    bias: float
+    """By how much it will be too large on average, as a maximum over scatter is. [µm or arcsec]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ExpectedUncertainty:
+    """What a plan will reach, by the drift model and the assumptions."""
+
+    assumptions: RunAssumptions
+    """What was assumed of the axis."""
+    reference_time_s: float
+    """Mean time of the readings, t0, from the first reading. [s]"""
+    level_std: FloatArray
+    """Standard uncertainties of the levels at t0, (m, 2); NaN in an approach that is not planned.
+    [µm or arcsec]"""
+    figures: Mapping[str, ExpectedFigure]
+    """Figures by their key, those that the plan gives."""
+    mean_std: float
+    """Standard uncertainty of a level if there were no drift at all. [µm or arcsec]"""
+    drift_in_means: float
+    """Largest error that the assumed drift would leave in a plain mean, referred to the state of
+    t0. [µm or arcsec]"""
+
+    @property
+    def largest_level_std(self) -> float:
+        """Largest standard uncertainty of a level. [µm or arcsec]"""
+        return float(np.nanmax(self.level_std))
+
+    def of(self, key: str) -> float | None:
+        """Return a standard uncertainty by its key.
+
+        Parameters
+        ----------
+        key : str
+            `level`, or the key of a figure.
+
+        Returns
+        -------
+        float or None
+            The standard uncertainty, None if the plan does not give this figure.
+            [µm or arcsec]
+        """
+        if key == LEVEL_KEY:
+            return self.largest_level_std
+        expected = self.figures.get(key)
+        return None if expected is None else expected.standard_uncertainty
+
+
+def why_nothing_is_expected(plan: TestPlan) -> str | None:
+    """Say why the uncertainty of a plan cannot be foretold.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+
+    Returns
+    -------
+    str or None
+        The reason in words, None if the uncertainty can be foretold.
+    """
+    levels = plan.target.size * len(plan.approaches)
+    if plan.cycles < FEWEST_CYCLES or plan.stops - levels < _FEWEST_FREE:
+        return (
+            f"{plan.stops} readings of {levels} levels cannot tell drift from the levels:"
+            " plan more cycles"
+        )
+    if levels > MOST_LEVELS:
+        return f"the covariance of {levels} levels is too large to be worked out"
+    return None
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Separation:
+    """The drift model at the stops of a plan."""
+
+    fitted: Fit
+    departure: FloatArray
+    penalty: FloatArray
+    level_covariance: FloatArray
+    reference: float
+    test: PositioningTest
+
+
+def _warming(assumptions: RunAssumptions, time_s: FloatArray) -> FloatArray:
+    """Return the assumed drift at mid-axis."""
+    return -assumptions.drift * np.expm1(-time_s / assumptions.time_constant_s)
+
+
+def _assumed_drift(test: PositioningTest, assumptions: RunAssumptions) -> FloatArray:
+    """Return the assumed drift of every stop, (m, n, 2); NaN where nothing is planned."""
+    if test.time_s is None:
+        return np.full(test.deviation.shape, np.nan)
+    return _warming(assumptions, test.time_s) * _along(test.target)[:, None, None]
+
+
+def _along(target: FloatArray) -> FloatArray:
+    """Return the assumed drift of each target in units of that at mid-axis, 0.5 ... 1.5."""
+    return 1.0 + (target - 0.5 * (target[0] + target[-1])) / (target[-1] - target[0])
+
+
+def _readings(plan: TestPlan, test: PositioningTest) -> tuple[Readings, FloatArray, FloatArray]:
+    """Return the stops as the fit sees them, the shapes at the targets and the times."""
+    time = np.empty(0) if test.time_s is None else test.time_s
+    i, j, a = np.nonzero(~np.isnan(test.deviation))
+    at = time[i, j, a]
+    approaches = np.array(plan.approaches)
+    m = plan.target.size
+    shape = np.stack((np.ones(m), (plan.target - plan.target.mean()) / plan.target.std()))
+    readings = Readings(
+        value=np.zeros(i.size),
+        level=i + m * np.searchsorted(approaches, a),
+        time=at / np.max(at),
+        shape=shape[:, i],
+        weight=np.ones(i.size),
+        levels=m * approaches.size,
+    )
+    return readings, np.tile(shape, approaches.size), at
+
+
+def _departure(assumptions: RunAssumptions, at: FloatArray, shape: FloatArray) -> FloatArray:
+    """Return how far the assumed drift departs from a straight line, in units of the noise."""
+    drift = _warming(assumptions, at)
+    line, _ = np.linalg.qr(np.stack((np.ones_like(at), at / np.max(at)), axis=1))
+    rest = float(np.sqrt(np.mean((drift - line @ (line.T @ drift)) ** 2))) / assumptions.noise
+    ends = 0.5 / float(np.max(np.abs(shape[1])))
+    return np.maximum(rest * np.array([1.0, ends]), _LEAST_DEPARTURE)
+
+
+def _separate(plan: TestPlan, assumptions: RunAssumptions) -> _Separation:
+    test = planned_test(plan)
+    readings, shape, at = _readings(plan, test)
+    intervals = int(np.clip(2 * plan.cycles, 6, 60))
+    penalty = penalty_of(intervals)
+    departure = _departure(assumptions, at, shape)
+    fitted = fit(sums_of(readings, intervals, 0.0), penalty, departure)
+    fitted = replace(fitted, variance=assumptions.noise**2)  # the assumed one: nothing was read
+    reference = float(np.mean(readings.time))
+    _, covariance = levels_at(fitted, reference, shape)
+    return _Separation(fitted, departure, penalty, covariance, reference, test)
+
+
+def _drift_parameters(separation: _Separation) -> float:
+    """Return the effective number of parameters of the drift.
+
+    Each penalised direction counts by what the penalty leaves of it: the derivative of the
+    logarithm of the determinant of the normal equations by that of the penalty's factor.
+    """
+    sums: Sums = separation.fitted.sums
+    total = sums.shapes * (sums.intervals + 2.0)
+    step = 0.01
+    for c in range(sums.shapes):
+        change = np.ones(sums.shapes)
+        change[c] = np.exp(-0.5 * step)
+        up = fit(sums, separation.penalty, separation.departure * change).log_determinant
+        down = fit(sums, separation.penalty, separation.departure / change).log_determinant
+        total -= (up - down) / (2.0 * step)
+    return total
+
+
+def _placed(plan: TestPlan, values: FloatArray) -> FloatArray:
+    """Return values per level, (..., L), as (..., m, 2), NaN in an approach that is not planned."""
+    m = plan.target.size
+    placed = np.full((*values.shape[:-1], m, 2), np.nan)
+    for k, approach in enumerate(plan.approaches):
+        placed[..., approach] = values[..., k * m : (k + 1) * m]
+    return placed
+
+
+def assumed_levels(plan: TestPlan, assumptions: RunAssumptions) -> FloatArray:
+    """Return the levels of the assumed axis: one wave along it, and the reversal value.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+    assumptions : RunAssumptions
+        Range and reversal value.
+
+    Returns
+    -------
+    FloatArray
+        (m, 2); both approaches, planned or not. [µm or arcsec]
+    """
+    wave = 0.5 * assumptions.systematic * np.sin(2.0 * np.pi * (_along(plan.target) - 0.5))
+    half = 0.5 * assumptions.reversal
+    level = np.empty((plan.target.size, 2))
+    level[:, FORWARD], level[:, BACKWARD] = wave + half, wave - half
+    return level
+
+
+def _by_key(figures: Iso230_2Figures) -> dict[str, FloatArray]:
+    found: dict[str, FloatArray] = {}
+    for key in FIGURE_KEYS:
+        name, _, side = key.partition("_")
+        if side in {"forward", "backward"}:
+            both: FloatArray = getattr(figures, f"{name}_unidirectional")
+            found[key] = both[..., FORWARD if side == "forward" else BACKWARD]
+        else:
+            found[key] = np.asarray(getattr(figures, key))
+    return found
+
+
+def _expected_figures(
+    plan: TestPlan, separation: _Separation, assumptions: RunAssumptions, samples: int, seed: int
+) -> Mapping[str, ExpectedFigure]:
+    """Draw levels and standard deviations as many runs of this plan would give them."""
+    from scipy.special import gammaincinv  # noqa: PLC0415  it takes longer to import than a whole run
+
+    random = np.random.default_rng(seed)
+    levels = plan.target.size * len(plan.approaches)
+    root = np.linalg.cholesky(separation.level_covariance)
+    normal = random.standard_normal((samples, levels))
+    drawn = _placed(plan, np.asarray(normal @ root.T, dtype=np.float64))
+    share = 1.0 - _drift_parameters(separation) / (plan.stops - levels)
+    free = max((plan.cycles - 1.0) * share, 0.5)
+    # by the inverse distribution, so that plans that differ little draw numbers that differ little
+    rank = random.random((samples, levels))
+    variance = np.asarray(gammaincinv(free / 2.0, rank), dtype=np.float64) * (2.0 / free)
+    s = np.asarray(assumptions.noise * np.sqrt(variance), dtype=np.float64)
+    true = assumed_levels(plan, assumptions)
+    noise = _placed(plan, np.full(levels, assumptions.noise, dtype=np.float64))
+    truth = _by_key(figures_of(true + 0.0 * noise, noise))
+    seen = _by_key(figures_of(true + drawn, _placed(plan, s)))
+    return MappingProxyType(
+        {
+            key: ExpectedFigure(float(np.std(values)), float(np.mean(values) - truth[key]))
+            for key, values in seen.items()
+            if bool(np.isfinite(truth[key]))
+        }
+    )
+
+
+def expected_uncertainty(
+    plan: TestPlan,
+    assumptions: RunAssumptions | None = None,
+    *,
+    samples: int | None = None,
+    seed: int = 1,
+) -> ExpectedUncertainty:
+    """Foretell the uncertainty of the drift-free levels and figures that a plan will give.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+    assumptions : RunAssumptions, optional
+        Noise, drift and shape of the axis. Default: those that `RunAssumptions` states.
+    samples : int, optional
+        Random draws for the figures. Default: 1000, which gives their standard deviation to about
+        2 %; fewer where there are more than a hundred levels. [1]
+    seed : int
+        Seed of the draws. Default: 1. [1]
+
+    Returns
+    -------
+    ExpectedUncertainty
+        Standard uncertainties (k = 1) of noise and drift alone; instrument and environment come
+        on top. The levels by the covariance of the drift model at the planned stops, the figures
+        by seeded Monte Carlo on the assumed axis.
+
+    Raises
+    ------
+    ConfigurationError
+        If the plan does not allow it: fewer than two cycles, or too many levels.
+    """
+    reason = why_nothing_is_expected(plan)
+    if reason is not None:
+        raise ConfigurationError(reason, where="expected uncertainty")
+    assumptions = RunAssumptions() if assumptions is None else assumptions
+    if samples is None:
+        levels = plan.target.size * len(plan.approaches)
+        samples = max(FEWEST_SAMPLES, min(SAMPLES, 100 * SAMPLES // levels))
+    separation = _separate(plan, assumptions)
+    drift = _assumed_drift(separation.test, assumptions)
+    time = separation.test.time_s
+    reference_s = separation.reference * (0.0 if time is None else float(np.nanmax(time)))
+    at_reference = _warming(assumptions, np.array(reference_s)) * _along(plan.target)
+    planned = list(plan.approaches)
+    error = np.mean(drift[..., planned], axis=1) - at_reference[:, None]
+    return ExpectedUncertainty(
+        assumptions=assumptions,
+        reference_time_s=reference_s,
+        level_std=_placed(plan, np.sqrt(np.diag(separation.level_covariance))),
+        figures=_expected_figures(plan, separation, assumptions, samples, seed),
+        mean_std=assumptions.noise / float(np.sqrt(plan.cycles)),
+        drift_in_means=float(np.max(np.abs(error))),
+    )
+
+
+# ---- simulated runs -----------------------------------------------------------------------------
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SimulatedUncertainty:
+    """What the drift evaluation makes of simulated runs of a plan."""
+
+    runs: int
+    """Number of simulated runs. [1]"""
+    level_error: float
+    """Root mean square error of the levels at t0. [µm or arcsec]"""
+    level_std: float
+    """Root mean square of the standard uncertainties that the evaluation states for them.
+    [µm or arcsec]"""
+
+
+def simulate_uncertainty(
+    plan: TestPlan, assumptions: RunAssumptions | None = None, *, runs: int = 4, seed: int = 1
+) -> SimulatedUncertainty | None:
+    """Try a plan on simulated runs of the assumed axis, with the whole drift evaluation.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan.
+    assumptions : RunAssumptions, optional
+        Noise, drift and shape of the axis. Default: those that `RunAssumptions` states.
+    runs : int
+        Number of runs. Default: four, so that it takes less than a second. [1]
+    seed : int
+        Seed of the noise. Default: 1. [1]
+
+    Returns
+    -------
+    SimulatedUncertainty or None
+        Error and stated uncertainty of the levels; None where nothing can be expected of the
+        plan, or it has more than five thousand stops or a hundred levels.
+    """
+    levels = plan.target.size * len(plan.approaches)
+    if plan.stops > MOST_SIMULATED_STOPS or levels > MOST_SIMULATED_LEVELS:
+        return None
+    if why_nothing_is_expected(plan) is not None:
+        return None
+    assumptions = RunAssumptions() if assumptions is None else assumptions
+    random = np.random.default_rng(seed)
+    test = planned_test(plan)
+    true = assumed_levels(plan, assumptions)
+    noiseless = true[:, None, :] + _assumed_drift(test, assumptions)
+    error: list[float] = []
+    stated: list[float] = []
+    for _ in range(runs):
+        noise = assumptions.noise * random.standard_normal(noiseless.shape)
+        result = evaluate_drift(replace(test, deviation=noiseless + noise))
+        reference_s = np.array(0.0 if result.reference_time_s is None else result.reference_time_s)
+        level = true + (_warming(assumptions, reference_s) * _along(plan.target))[:, None]
+        error.append(float(np.nanmean((result.level - level) ** 2)))
+        stated.append(float(np.nanmean(result.level_std**2)))
+    return SimulatedUncertainty(
+        runs=runs,
+        level_error=float(np.sqrt(np.mean(error))),
+        level_std=float(np.sqrt(np.mean(stated))),
+    )
+
+
+# ---- the shortest plan --------------------------------------------------------------------------
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ShortestPlan:
+    """The smallest number of cycles that reaches an uncertainty, or the limit."""
+
+    plan: TestPlan
+    """The plan with the cycles that were found; where none reaches it, the longest one."""
+    reached: bool
+    """Whether the plan reaches the uncertainty."""
+    standard_uncertainty: float
+    """What it reaches. [µm or arcsec]"""
+    tried: Mapping[int, float]
+    """What was worked out on the way: standard uncertainty by number of cycles.
+    [µm or arcsec]"""
+
+
+def _reaches(plan: TestPlan, assumptions: RunAssumptions, key: str) -> float:
+    if key == LEVEL_KEY:
+        covariance = _separate(plan, assumptions).level_covariance
+        return float(np.sqrt(np.max(np.diag(covariance))))
+    value = expected_uncertainty(plan, assumptions).of(key)
+    if value is None:
+        raise ConfigurationError(
+            f"this plan gives no figure {key}",
+            where="target figure",
+            remedy="B, M, E, R and A without a direction need both approaches",
+        )
+    return value
+
+
+def _most_cycles(plan: TestPlan, fewest: int, longest_s: float) -> int:
+    """Return the largest number of cycles within the time and the number of stops."""
+    most = MOST_STOPS // (plan.stops // plan.cycles)
+
+    def fits(cycles: int) -> bool:
+        return evaluate_duration(replace(plan, cycles=cycles)).total_s <= longest_s
+
+    if fewest > most or not fits(fewest):
+        raise ConfigurationError(
+            f"{fewest} cycles already take longer than {longest_s / 3600.0:g} h",
+            where="longest",
+            remedy="Allow more time, or plan fewer targets or a shorter dwell",
+        )
+    low, high = fewest, fewest
+    while high < most and fits(min(2 * high, most)):
+        low = high = min(2 * high, most)
+    high = min(2 * high, most)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return high if fits(high) else low
+
+
+def shortest_plan(
+    plan: TestPlan,
+    target_uncertainty: float,
+    assumptions: RunAssumptions | None = None,
+    *,
+    key: str = LEVEL_KEY,
+    fewest_cycles: int = FEWEST_CYCLES,
+    longest_s: float = LONGEST_RUN_S,
+) -> ShortestPlan:
+    """Find the smallest number of cycles that reaches a standard uncertainty.
+
+    Parameters
+    ----------
+    plan : TestPlan
+        The plan whose number of cycles is changed, nothing else.
+    target_uncertainty : float
+        Standard uncertainty (k = 1) to be reached. [µm or arcsec]
+    assumptions : RunAssumptions, optional
+        Noise, drift and shape of the axis. Default: those that `RunAssumptions` states.
+    key : str
+        `level` for the largest standard uncertainty of a level, or the key of a figure, without
+        its bias. Default: the levels, of which all figures are made.
+    fewest_cycles : int
+        Smallest number of cycles. Default: two, without which nothing can be separated; the
+        standard asks for five. [1]
+    longest_s : float
+        Longest run. Default: a day. [s]
+
+    Returns
+    -------
+    ShortestPlan
+        The plan, and whether it reaches the uncertainty.
+
+    Raises
+    ------
+    ConfigurationError
+        If the uncertainty is not positive, the plan gives no such figure, or the smallest number
+        of cycles takes longer than the longest run or has too many stops or levels.
+    """
+    if not 0 < target_uncertainty <= 1e9:
+        raise ConfigurationError("the uncertainty is not positive", where="target uncertainty")
+    if key != LEVEL_KEY and key not in FIGURE_KEYS:
+        raise ConfigurationError(
+            f"there is no figure {key}",
+            where="target figure",
+            remedy=f"Name {LEVEL_KEY} or one of {', '.join(FIGURE_KEYS)}",
+        )
+    assumptions = RunAssumptions() if assumptions is None else assumptions
+    smallest = replace(plan, cycles=max(fewest_cycles, FEWEST_CYCLES))
+    while why_nothing_is_expected(smallest) is not None and smallest.cycles < 8:
+        smallest = replace(smallest, cycles=smallest.cycles + 1)
+    reason = why_nothing_is_expected(smallest)
+    if reason is not None:
+        raise ConfigurationError(reason, where="expected uncertainty")
+    most = _most_cycles(plan, smallest.cycles, longest_s)
+    tried: dict[int, float] = {}
+
+    def reaches(cycles: int) -> bool:
+        if cycles not in tried:
+            tried[cycles] = _reaches(replace(plan, cycles=cycles), assumptions, key)
+        return tried[cycles] <= target_uncertainty
+
+    low, high = smallest.cycles, smallest.cycles
+    while not reaches(high) and high < most:
+        low, high = high, min(2 * high, most)
+    reached = reaches(high)
+    while reached and high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if reaches(middle) else (middle, high)
+    return ShortestPlan(
+        plan=replace(plan, cycles=high),
+        reached=reached,
+        standard_uncertainty=tried[high],
+        tried=MappingProxyType(dict(sorted(tried.items()))),
+    )

@@ -1,0 +1,5 @@
+"""Uncertainty of figures with and without drift."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,0 +1,700 @@
+"""Expanded uncertainty of the figures of ISO 230-2 by Monte Carlo, free of the bias of maxima.
+
+B, M, E, R and A are extremes over the targets. An extreme of noisy values is too large on average:
+noise adds to every one of them, and the largest is the one to which it added most. So the noise is
+not added to the estimates once more. What is drawn instead is where the true levels and standard
+deviations may lie, given the estimates:
+
+levels
+    The mean of the approaches scatters from target to target about a straight line, the reversal
+    value about a constant, by amounts that the run itself tells (restricted likelihood), and the
+    estimates scatter about them by the covariance of the levels.
+standard deviations
+    Those of the targets scatter about a common one of their approach by an amount that the run
+    itself tells; the estimates scatter about them as chi does for their degrees of freedom.
+
+The figures of each draw are where the true figures may lie. The expanded uncertainty U is half the
+shortest interval that is symmetric about the figure and holds 95.45 % of them, what a coverage
+factor k = 2 means for a normal distribution.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.positioning._positioning_test import FloatArray, PositioningTest
+from thermaxis.positioning.standard import FIGURE_KEYS, Iso230_2Figures, figures_of, mean_and_s
+from thermaxis.positioning.uncertainty._true_values import Estimate, draw_levels, draw_std
+from thermaxis.quantities import AxisKind
+
+if TYPE_CHECKING:
+    from thermaxis.positioning.drift import DriftResult
+
+LABEL = "GUM"
+"""How the uncertainties were evaluated; they are not those of the annex of ISO 230-2."""
+COVERAGE_FACTOR = 2.0
+"""Factor k of expanded uncertainties. [1]"""
+PROBABILITY = 0.954499736
+"""What k = 2 encloses of a normal distribution. [1]"""
+RECTANGULAR = 0.6
+"""Expanded uncertainty (k = 2) of a rectangular interval of unit width: 2 / (2 sqrt(3)) = 0.577,
+rounded as the annex of ISO 230-2 does (from memory). [1]"""
+OWN = "own"
+"""Mark of a formula that was derived for this program."""
+FROM_MEMORY = "M"
+"""Mark of a formula that is from memory and was not read in the standard."""
+
+_FEWEST_SAMPLES, _MOST_SAMPLES = 100, 1_000_000
+_NUMBERS_AT_A_TIME = 2_000_000
+"""Levels that are drawn at a time, so that memory is bounded. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class UncertaintyBudget:
+    """What is known of the instrument and the environment; None where it is not known.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number is negative or not finite, or the device is stated in two ways.
+    """
+
+    device: float | None = None
+    """Expanded uncertainty (k = 2) of the instrument, of its certificate. [µm or arcsec]"""
+    device_um_per_m: float | None = None
+    """Part of it in proportion to the measured length; it is added. [µm/m]"""
+    device_range: float | None = None
+    """Width of the interval of the instrument's errors, in place of `device`. [µm or arcsec]"""
+    device_range_um_per_m: float | None = None
+    """Part of it in proportion to the measured length; it is added. [µm/m]"""
+    misalignment_mm: float | None = None
+    """Largest lateral misalignment of the beam over the measured length. [mm]"""
+    material_temperature_interval_k: float | None = None
+    """Width of the interval that holds the error of the material's temperature. [K]"""
+    expansion_coefficient_interval_ppm_per_k: float | None = None
+    """Width of the interval that holds the error of the expansion coefficient. [ppm/K]"""
+    expansion_coefficient_ppm_per_k: float | None = None
+    """Expansion coefficient of the machine. Default: what the run's environment says. [ppm/K]"""
+    largest_difference_to_20_c_k: float | None = None
+    """Largest difference of the material's temperature to 20 °C, without its sign. Default: what
+    the run's environment says. [K]"""
+    environmental_variation: float | None = None
+    """Range E_VE of a drift test with the axis at rest. [µm or arcsec]"""
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in self.__dataclass_fields__:
+            value: float | None = getattr(self, name)
+            if value is not None and not 0.0 <= value < 1e9:
+                raise ConfigurationError(
+                    f"{name} is not a finite number from zero", where="uncertainty budget"
+                )
+        certified = (self.device, self.device_um_per_m)
+        ranges = (self.device_range, self.device_range_um_per_m)
+        if any(v is not None for v in certified) and any(v is not None for v in ranges):
+            raise ConfigurationError(
+                "the instrument is stated by its expanded uncertainty and by its range of errors",
+                where="uncertainty budget",
+                remedy="State one of them, else it counts twice",
+            )
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class UncertaintyTerm:
+    """One contribution to the uncertainty."""
+
+    key: str
+    """`noise`, `drift`, `device`, `misalignment`, `material_temperature`,
+    `expansion_coefficient` or `environmental_variation`."""
+    text: str
+    """What it is, in words."""
+    expanded: float | None
+    """Expanded uncertainty (k = 2) over the measured length, of `environmental_variation` of one
+    reading; None for terms that are different for every figure. [µm or arcsec]"""
+    mark: str
+    """Origin of its formula: `own` or `M` (from memory)."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FigureUncertainty:
+    """Uncertainties of the figures of one run; figures without a statement are absent."""
+
+    expanded_uncertainty: Mapping[str, float]
+    """U, k = 2: the true figure lies within figure ± U in 95 % of cases, although the figure is
+    biased. [µm or arcsec]"""
+    bias: Mapping[str, float]
+    """How much the figure is too large on average: figure - bias is the better estimate.
+    [µm or arcsec]"""
+    standard_uncertainty: Mapping[str, float]
+    """Standard uncertainty of figure - bias; its expanded uncertainty is twice this.
+    [µm or arcsec]"""
+    closed_form: Mapping[str, float]
+    """Expanded uncertainty (k = 2) from the terms of the budget alone, by plain formulas; empty
+    without a budget. [µm or arcsec]"""
+    closed_form_mark: Mapping[str, str]
+    """Origin of each of these formulas: `own` or `M` (from memory)."""
+    terms: tuple[UncertaintyTerm, ...]
+    """What is in it."""
+    left_out: tuple[str, ...]
+    """What is not in it, in words."""
+
+    @property
+    def included(self) -> tuple[str, ...]:
+        """What is in it, in words."""
+        return tuple(term.text for term in self.terms)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class UncertaintyResult:
+    """Uncertainties of the measured and of the drift-free figures."""
+
+    measured: FigureUncertainty
+    """Of the figures as measured. What is uncertain is how far they are from those of the axis
+    in one thermal state, so that the drift of the run is part of the bias where it is known."""
+    drift_free: FigureUncertainty | None
+    """Of the figures of the run without its drift; None where the drift is not known."""
+    samples: int
+    """Number of draws. [1]"""
+    seed: int
+    """Seed of the draws. [1]"""
+    label: str = LABEL
+    """Method, as it is printed beside the numbers."""
+
+
+# ---- terms of the budget ------------------------------------------------------------------------
+
+
+def _sum_or_none(fixed: float | None, per_m: float | None, length_m: float) -> float | None:
+    if fixed is None and per_m is None:
+        return None
+    return (fixed or 0.0) + (per_m or 0.0) * length_m
+
+
+def _device(budget: UncertaintyBudget, length_m: float) -> UncertaintyTerm | None:
+    certified = _sum_or_none(budget.device, budget.device_um_per_m, length_m)
+    if certified is not None:
+        text = "instrument, by its certificate, in full over the measured length"
+        return UncertaintyTerm("device", text, certified, OWN)
+    width = _sum_or_none(budget.device_range, budget.device_range_um_per_m, length_m)
+    if width is None:
+        return None
+    text = "instrument, by its range of errors, in full over the measured length"
+    return UncertaintyTerm("device", text, RECTANGULAR * width, FROM_MEMORY)
+
+
+def _misalignment(budget: UncertaintyBudget, length_m: float) -> UncertaintyTerm | None:
+    if budget.misalignment_mm is None:
+        return None
+    cosine_error_um = 1000.0 * budget.misalignment_mm**2 / (2.0 * 1000.0 * length_m)
+    return UncertaintyTerm(
+        "misalignment", "misalignment of the beam", RECTANGULAR * cosine_error_um, FROM_MEMORY
+    )
+
+
+def _stated_in_run(test: PositioningTest, prefix: str) -> list[float]:
+    return [
+        value
+        for key, both in test.environment.items()
+        if key.startswith(prefix)
+        for value in (both.start, both.end)
+        if value is not None
+    ]
+
+
+def _expansion_coefficient_ppm_per_k(test: PositioningTest, budget: UncertaintyBudget) -> float:
+    if budget.expansion_coefficient_ppm_per_k is not None:
+        return budget.expansion_coefficient_ppm_per_k
+    stated = _stated_in_run(test, "expansion_coefficient_ppm_per_k")
+    if not stated:
+        raise DataError(
+            "the expansion coefficient is stated neither in the budget nor in the run",
+            where="uncertainty budget",
+            remedy="State it beside the interval of the material's temperature",
+        )
+    return max(stated)
+
+
+def _difference_to_20_c_k(test: PositioningTest, budget: UncertaintyBudget) -> float:
+    if budget.largest_difference_to_20_c_k is not None:
+        return budget.largest_difference_to_20_c_k
+    stated = _stated_in_run(test, "material_temperature_")
+    if not stated:
+        raise DataError(
+            "the material's temperature is stated neither in the budget nor in the run",
+            where="uncertainty budget",
+            remedy="State the largest difference to 20 °C beside the interval of the expansion"
+            " coefficient",
+        )
+    return max(abs(value - 20.0) for value in stated)
+
+
+def _material_temperature(
+    test: PositioningTest, budget: UncertaintyBudget, length_m: float
+) -> UncertaintyTerm | None:
+    width_k = budget.material_temperature_interval_k
+    if width_k is None:
+        return None
+    expanded_um = RECTANGULAR * _expansion_coefficient_ppm_per_k(test, budget) * length_m * width_k
+    text = "temperature of the material"
+    return UncertaintyTerm("material_temperature", text, expanded_um, FROM_MEMORY)
+
+
+def _expansion_coefficient(
+    test: PositioningTest, budget: UncertaintyBudget, length_m: float
+) -> UncertaintyTerm | None:
+    width = budget.expansion_coefficient_interval_ppm_per_k
+    if width is None:
+        return None
+    expanded_um = RECTANGULAR * _difference_to_20_c_k(test, budget) * length_m * width
+    text = "expansion coefficient"
+    return UncertaintyTerm("expansion_coefficient", text, expanded_um, FROM_MEMORY)
+
+
+def _environmental_variation(budget: UncertaintyBudget) -> UncertaintyTerm | None:
+    if budget.environmental_variation is None:
+        return None
+    expanded = RECTANGULAR * budget.environmental_variation
+    text = "environmental variation, as independent noise of every reading"
+    return UncertaintyTerm("environmental_variation", text, expanded, FROM_MEMORY)
+
+
+_SYSTEMATIC = {
+    "device": "instrument",
+    "misalignment": "misalignment of the beam",
+    "material_temperature": "temperature of the material",
+    "expansion_coefficient": "expansion coefficient",
+}
+"""Terms that are the same for all readings, in words."""
+_LINEAR_ONLY = (
+    "device_um_per_m",
+    "device_range_um_per_m",
+    "misalignment_mm",
+    "material_temperature_interval_k",
+    "expansion_coefficient_interval_ppm_per_k",
+)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Terms:
+    """Terms of the budget, evaluated for one run."""
+
+    systematic: tuple[UncertaintyTerm, ...]
+    environment: UncertaintyTerm | None
+    left_out: tuple[str, ...]
+    """Systematic terms that the budget does not state."""
+
+    @property
+    def systematic_expanded(self) -> float:
+        """Root sum of squares of the systematic terms."""
+        return float(np.sqrt(sum((term.expanded or 0.0) ** 2 for term in self.systematic)))
+
+    @property
+    def environment_expanded(self) -> float:
+        """U_EVE of one reading."""
+        return 0.0 if self.environment is None else (self.environment.expanded or 0.0)
+
+
+def _terms(test: PositioningTest, budget: UncertaintyBudget) -> _Terms:
+    found: list[UncertaintyTerm | None]
+    names = dict(_SYSTEMATIC)
+    if test.kind is AxisKind.ROTARY:
+        stated = [name for name in _LINEAR_ONLY if getattr(budget, name) is not None]
+        if stated:
+            raise ConfigurationError(
+                f"{stated[0]} does not exist on a rotary axis",
+                where="uncertainty budget",
+                remedy="Leave it out: angles neither expand nor have a length",
+            )
+        found = [_device(budget, 0.0)]
+        names = {"device": names["device"]}
+    else:
+        length_m = test.measured_length / 1000.0
+        found = [
+            _device(budget, length_m),
+            _misalignment(budget, length_m) if length_m > 0.0 else None,
+            _material_temperature(test, budget, length_m),
+            _expansion_coefficient(test, budget, length_m),
+        ]
+    systematic = tuple(term for term in found if term is not None)
+    known = {term.key for term in systematic}
+    return _Terms(
+        systematic=systematic,
+        environment=_environmental_variation(budget),
+        left_out=tuple(text for key, text in names.items() if key not in known),
+    )
+
+
+def _closed_form(terms: _Terms, readings: float, targets: int) -> dict[str, float]:
+    """Return the expanded uncertainties that the terms of the budget alone give.
+
+    Noise u = U_EVE / 2 of every reading moves a mean by u / sqrt(n) and an s by u / sqrt(n - 1).
+    A figure is made of the two means, or the two means and the two s, where its extremes lie.
+    """
+    systematic, noise = terms.systematic_expanded, terms.environment_expanded
+    of_mean = noise / np.sqrt(readings)
+    of_s = noise / np.sqrt(readings - 1.0) if readings > 1.0 else np.nan
+    e = np.sqrt(systematic**2 + 2.0 * of_mean**2)
+    a = np.sqrt(e**2 + 2.0 * (2.0 * of_s) ** 2)
+    values = {
+        "B": np.sqrt(2.0) * of_mean,
+        "B_mean": np.sqrt(2.0 / targets) * of_mean,
+        "M": np.sqrt(systematic**2 + of_mean**2),
+        "E_forward": e,
+        "E_backward": e,
+        "E": e,
+        "R_forward": 4.0 * of_s,
+        "R_backward": 4.0 * of_s,
+        "R": np.sqrt(2.0 * of_mean**2 + 2.0 * (2.0 * of_s) ** 2),
+        "A_forward": a,
+        "A_backward": a,
+        "A": a,
+    }
+    return {key: float(value) for key, value in values.items()}
+
+
+_CLOSED_FORM_MARK = MappingProxyType(
+    {key: OWN if key[0] in "BR" else FROM_MEMORY for key in FIGURE_KEYS}
+)
+"""M, E and A combine terms whose formulas are from memory; their combination is own algebra."""
+
+
+# ---- levels and standard deviations of a run ---------------------------------------------------
+
+
+def _flat(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
+    """Return values per target and approach, (m, 2), as values per level, (L,)."""
+    return np.concatenate([values[:, a] for a in approaches])
+
+
+def _placed(values: FloatArray, approaches: tuple[int, ...]) -> FloatArray:
+    """Return draws per level, (S, L), as (S, m, 2); NaN where an approach was not measured."""
+    targets = values.shape[1] // len(approaches)
+    placed = np.full((values.shape[0], targets, 2), np.nan)
+    for k, approach in enumerate(approaches):
+        placed[:, :, approach] = values[:, k * targets : (k + 1) * targets]
+    return placed
+
+
+def _measured_approaches(test: PositioningTest) -> tuple[int, ...]:
+    return tuple(a for a, measured in enumerate(test.measured_approaches) if measured)
+
+
+def _estimate_with_drift(test: PositioningTest, drift: "DriftResult") -> Estimate:
+    approaches = _measured_approaches(test)
+    readings = np.sum(~np.isnan(drift.deviation), axis=1)
+    count = _flat(np.asarray(readings, dtype=np.float64), approaches)
+    spare = float(np.sum(count) - count.size)
+    return Estimate(
+        position=test.target,
+        approaches=approaches,
+        level=_flat(drift.level, approaches),
+        covariance=drift.level_covariance,
+        s=_flat(drift.figures.s, approaches),
+        free=(count - 1.0) * (1.0 - drift.drift_parameters / spare),
+        readings=count,
+    )
+
+
+def _estimate_without_drift(test: PositioningTest) -> Estimate | None:
+    """Return plain means and s; None where one reading tells nothing of the noise."""
+    approaches = _measured_approaches(test)
+    count = _flat(test.readings, approaches)
+    if float(np.min(count)) < 2.0:
+        return None
+    mean, s = mean_and_s(test.deviation)
+    free = count - 1.0
+    flat_s = _flat(s, approaches)
+    targets = test.target.size
+    variance = np.concatenate(
+        [
+            np.full(targets, np.sum(free[own] * flat_s[own] ** 2) / np.sum(free[own]))
+            for own in np.split(np.arange(count.size), len(approaches))
+        ]
+    )
+    return Estimate(
+        position=test.target,
+        approaches=approaches,
+        level=_flat(mean, approaches),
+        covariance=np.diag(variance / count),
+        s=flat_s,
+        free=free,
+        readings=count,
+    )
+
+
+# ---- figures ------------------------------------------------------------------------------------
+
+
+def _by_key(figures: Iso230_2Figures) -> dict[str, FloatArray]:
+    return {
+        "B": figures.B,
+        "B_mean": figures.B_mean,
+        "M": figures.M,
+        "E_forward": figures.E_unidirectional[..., 0],
+        "E_backward": figures.E_unidirectional[..., 1],
+        "E": figures.E,
+        "R_forward": figures.R_unidirectional[..., 0],
+        "R_backward": figures.R_unidirectional[..., 1],
+        "R": figures.R,
+        "A_forward": figures.A_unidirectional[..., 0],
+        "A_backward": figures.A_unidirectional[..., 1],
+        "A": figures.A,
+    }
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Draws:
+    """Where levels and standard deviations may lie, before the terms of the budget."""
+
+    estimate: Estimate
+    level: FloatArray
+    """(S, L)."""
+    std: FloatArray
+    """(S, L)."""
+
+
+def _without_noise(test: PositioningTest) -> Estimate:
+    """Return the plain means of a run whose noise is not known."""
+    approaches = _measured_approaches(test)
+    mean, _ = mean_and_s(test.deviation)
+    level = _flat(mean, approaches)
+    nothing = np.full(level.size, np.nan)
+    return Estimate(
+        position=test.target,
+        approaches=approaches,
+        level=level,
+        covariance=np.zeros((level.size, level.size)),
+        s=nothing,
+        free=np.ones(level.size),
+        readings=_flat(test.readings, approaches),
+    )
+
+
+def _with_terms(
+    draws: _Draws,
+    systematic: float,
+    environment: float,
+    rng: np.random.Generator,
+) -> dict[str, FloatArray]:
+    """Return the figures of every draw, (S,) each, with the terms of the budget in them."""
+    estimate = draws.estimate
+    position = estimate.position - np.mean(estimate.position)
+    length = float(np.ptp(estimate.position))
+    level, std = draws.level, draws.std
+    if systematic > 0.0 and length > 0.0:
+        ramp = np.tile(position / length, len(estimate.approaches))
+        error = systematic / COVERAGE_FACTOR * rng.standard_normal((level.shape[0], 1))
+        level = level + error * ramp
+    if environment > 0.0:
+        noise = environment / COVERAGE_FACTOR
+        level = level + noise / np.sqrt(estimate.readings) * rng.standard_normal(level.shape)
+        spare = np.maximum(estimate.readings - 1.0, 1.0)
+        std = np.abs(std + noise / np.sqrt(spare) * rng.standard_normal(std.shape))
+    placed = _placed(level, estimate.approaches), _placed(std, estimate.approaches)
+    return _by_key(figures_of(*placed))
+
+
+def _joined(parts: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
+    return {key: np.concatenate([part[key] for part in parts]) for key in FIGURE_KEYS}
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Truths:
+    """Where the true figures may lie, (S,) each, to be held against those of a run."""
+
+    measured: dict[str, FloatArray]
+    drift_free: dict[str, FloatArray]
+
+
+def _draw_figures(
+    estimate: Estimate, terms: _Terms, samples: int, seed: int, *, noise_known: bool
+) -> _Truths:
+    level_rng, std_rng, term_rng = (
+        np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)
+    )
+    at_once = max(_FEWEST_SAMPLES, _NUMBERS_AT_A_TIME // estimate.level.size)
+    change: list[dict[str, FloatArray]] = []
+    drift_free: list[dict[str, FloatArray]] = []
+    systematic, environment = terms.systematic_expanded, terms.environment_expanded
+    for start in range(0, samples, at_once):
+        count = min(at_once, samples - start)
+        std = np.full((count, estimate.level.size), np.nan)
+        if noise_known:
+            std = draw_std(estimate, count, std_rng)
+        draws = _Draws(estimate, draw_levels(estimate, count, level_rng), std)
+        drift_free.append(_with_terms(draws, systematic, 0.0, term_rng))
+        if environment > 0.0:
+            moved = _with_terms(draws, 0.0, environment, term_rng)
+            still = _with_terms(draws, 0.0, 0.0, term_rng)
+            change.append({key: moved[key] - still[key] for key in FIGURE_KEYS})
+    free = _joined(drift_free)
+    return _Truths(_widened(free, _joined(change)) if change else free, free)
+
+
+def _widened(truths: dict[str, FloatArray], change: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the truths with what the environment may have changed, without its mean.
+
+    The environment scattered the readings already, so it makes a true figure uncertain; that
+    extremes of scattered values are larger must not count a second time.
+    """
+    return {key: truths[key] + change[key] - np.mean(change[key]) for key in FIGURE_KEYS}
+
+
+def _compared(
+    figures: Iso230_2Figures, truths: dict[str, FloatArray]
+) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+    """Return U, bias and standard uncertainty of every figure to which something contributes."""
+    expanded: dict[str, float] = {}
+    bias: dict[str, float] = {}
+    standard: dict[str, float] = {}
+    for key, value in _by_key(figures).items():
+        figure, truth = float(value), truths[key]
+        if np.isnan(figure) or np.isnan(truth[0]):
+            continue
+        u = float(np.quantile(np.abs(truth - figure), PROBABILITY))
+        if u <= 1e-9 * (abs(figure) + 1e-9):  # nothing that is known moves this figure
+            continue
+        expanded[key] = u
+        bias[key] = figure - float(np.mean(truth))
+        standard[key] = float(np.std(truth, ddof=1))
+    return expanded, bias, standard
+
+
+_NOISE = UncertaintyTerm("noise", "scatter of the readings", None, OWN)
+_DRIFT_FREE = UncertaintyTerm("drift", "estimate of the drift", None, OWN)
+_DRIFT_MEASURED = UncertaintyTerm(
+    "drift", "drift during the run, as part of the bias, and its estimate", None, OWN
+)
+_NO_BUDGET = "instrument and environment: no budget was given"
+
+
+def _left_out(
+    terms: _Terms, drift: "DriftResult | None", *, budget: bool, drift_free: bool
+) -> tuple[str, ...]:
+    said: list[str] = []
+    if not budget:
+        said.append(_NO_BUDGET)
+    else:
+        said += [f"{text}: not stated in the budget" for text in terms.left_out]
+        if drift_free and terms.environment is not None:
+            said.append("environmental variation: it would count the drift twice")
+        elif not drift_free and terms.environment is None:
+            said.append("environmental variation: not stated in the budget")
+    if drift is None:
+        said.append("drift: it is not known")
+    elif drift.suspects:
+        named = ", ".join(str(i) for i in drift.suspects)
+        said.append(f"drift of target {named}, which the drift model does not describe")
+    return tuple(said)
+
+
+def _figure_uncertainty(
+    figures: Iso230_2Figures,
+    truths: dict[str, FloatArray],
+    terms: tuple[UncertaintyTerm, ...],
+    closed_form: dict[str, float],
+    left_out: tuple[str, ...],
+) -> FigureUncertainty:
+    expanded, bias, standard = _compared(figures, truths)
+    stated = {k: v for k, v in closed_form.items() if k in expanded and np.isfinite(v)}
+    return FigureUncertainty(
+        expanded_uncertainty=MappingProxyType(expanded),
+        bias=MappingProxyType(bias),
+        standard_uncertainty=MappingProxyType(standard),
+        closed_form=MappingProxyType(stated),
+        closed_form_mark=MappingProxyType({key: _CLOSED_FORM_MARK[key] for key in stated}),
+        terms=terms,
+        left_out=left_out,
+    )
+
+
+def evaluate_uncertainty(
+    test: PositioningTest,
+    drift: "DriftResult | None",
+    *,
+    budget: UncertaintyBudget | None = None,
+    samples: int = 2000,
+    seed: int = 1,
+) -> UncertaintyResult:
+    """Evaluate the expanded uncertainties (k = 2) of the figures of a run.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The measured run.
+    drift : DriftResult or None
+        Its drift and levels; None where they are not known.
+    budget : UncertaintyBudget, optional
+        Terms of instrument and environment. Default: none; the result says that they are left
+        out.
+    samples : int
+        Number of draws, 100 to 1,000,000. Default: U is then known to about 3 %. [1]
+    seed : int
+        Seed of the draws; the same seed gives the same result. [1]
+
+    Returns
+    -------
+    UncertaintyResult
+        Of the figures as measured and without the drift. A figure to which no known term
+        contributes is absent, as are figures that the run does not have.
+
+    Raises
+    ------
+    ConfigurationError
+        If the number of samples is out of its range, the seed is negative, or the budget has
+        terms that a rotary axis does not have.
+    DataError
+        If a term needs the expansion coefficient or the material's temperature and neither the
+        budget nor the run states it.
+
+    References
+    ----------
+    JCGM 100:2008 (GUM), clause 6, and JCGM 101:2008 (propagation of distributions); ISO 230-2,
+    annex on uncertainty, terms from memory. G. K. Smyth 2004 (moderated variances) and A. Gelman
+    2006 (prior of a scatter), from memory.
+    """
+    if not _FEWEST_SAMPLES <= samples <= _MOST_SAMPLES or seed < 0:
+        raise ConfigurationError(
+            f"{samples} samples with the seed {seed} are not possible",
+            where="uncertainty",
+            remedy=f"Ask for {_FEWEST_SAMPLES} to {_MOST_SAMPLES} samples and a seed from zero",
+        )
+    terms = _terms(test, budget or UncertaintyBudget())
+    estimate = _estimate_without_drift(test) if drift is None else _estimate_with_drift(test, drift)
+    noise_known = estimate is not None
+    estimate = estimate or _without_noise(test)
+    truths = _draw_figures(estimate, terms, samples, seed, noise_known=noise_known)
+    noise = (_NOISE,) if noise_known else ()
+    no_noise = () if noise_known else ("scatter: one reading does not tell it",)
+    closed = (float(np.min(estimate.readings)), test.target.size)
+    given = budget is not None
+    environment = () if terms.environment is None else (terms.environment,)
+    measured = _figure_uncertainty(
+        figures_of(*mean_and_s(test.deviation)),
+        truths.measured,
+        (*noise, *(() if drift is None else (_DRIFT_MEASURED,)), *terms.systematic, *environment),
+        _closed_form(terms, *closed) if given else {},
+        (*no_noise, *_left_out(terms, drift, budget=given, drift_free=False)),
+    )
+    if drift is None:
+        return UncertaintyResult(measured, None, samples, seed)
+    without = _Terms(terms.systematic, None, terms.left_out)
+    drift_free = _figure_uncertainty(
+        drift.figures,
+        truths.drift_free,
+        (_NOISE, _DRIFT_FREE, *terms.systematic),
+        _closed_form(without, *closed) if given else {},
+        _left_out(terms, drift, budget=given, drift_free=True),
+    )
+    return UncertaintyResult(measured, drift_free, samples, seed)

@@ -1,0 +1,53 @@
+from ._names import (
+    FIGURE_NAMES as FIGURE_NAMES,
+    FIGURE_SYMBOLS as FIGURE_SYMBOLS,
+    OTHER_NAMES as OTHER_NAMES,
+    absence_reason as absence_reason,
+    edition_name as edition_name,
+    other_standard_name as other_standard_name,
+)
+from ._output import (
+    write_bytes as write_bytes,
+)
+from ._positioning_report import (
+    PositioningReport as PositioningReport,
+)
+from ._progress import (
+    Progress as Progress,
+)
+from ._text import (
+    fixed as fixed,
+)
+from .certificate import (
+    unshowable as unshowable,
+    write_certificate_html as write_certificate_html,
+    write_certificate_pdf as write_certificate_pdf,
+    write_report as write_report,
+)
+from .charts import (
+    write_field_figures as write_field_figures,
+    write_figures as write_figures,
+    write_montecarlo_figures as write_montecarlo_figures,
+)
+from .settings import (
+    check_limits as check_limits,
+    read_budget as read_budget,
+    read_header as read_header,
+    read_limits as read_limits,
+    read_regions as read_regions,
+)
+from .thermal import (
+    write_identification_figures as write_identification_figures,
+    write_identification_report as write_identification_report,
+    write_verification_figures as write_verification_figures,
+    write_verification_report as write_verification_report,
+)
+from .trend import (
+    Trend as Trend,
+    TrendChange as TrendChange,
+    TrendFigure as TrendFigure,
+    TrendRun as TrendRun,
+    evaluate_trend as evaluate_trend,
+    trend_table as trend_table,
+    write_trend_figures as write_trend_figures,
+)

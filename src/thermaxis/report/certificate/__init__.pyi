@@ -1,0 +1,11 @@
+from ._files import (
+    write_certificate_html as write_certificate_html,
+    write_certificate_pdf as write_certificate_pdf,
+    write_report as write_report,
+)
+from ._html import (
+    render_html as render_html,
+)
+from ._showable import (
+    unshowable as unshowable,
+)

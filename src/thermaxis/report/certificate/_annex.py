@@ -1,0 +1,150 @@
+"""The certificate's annex: results of each target and all readings."""
+
+import math
+
+import numpy as np
+
+from thermaxis.positioning import FloatArray
+from thermaxis.report._document import Block, Column, Paragraph, Section, Table
+from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._style import ARROWS
+from thermaxis.report._text import MISSING, decimals_of, fixed, plain_text, positions
+from thermaxis.report.certificate._drift import level_tables
+from thermaxis.report.charts import detail_decimals, measured_approaches
+
+_MOST_PRINTED = 20_000
+"""More readings than these fill a hundred pages that nobody reads. [1]"""
+_LINE_PT, _CHARACTER_PT, _GUTTER_PT = 445.0, 2.9, 4.8
+"""Width of a row of readings, of one of its digits, and between columns, as printed. [pt]"""
+_MOST_CHANNELS = 30
+
+
+def target_section(report: PositioningReport) -> Section:
+    """Return the results of each target.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    """
+    result, test = report.iso230_2, report.test
+    decimals = detail_decimals(report)
+    columns = [Column("i", "left"), Column(f"Target [{test.kind.units.position}]")]
+    values: list[FloatArray] = []
+    approaches = measured_approaches(report)
+
+    def add(label: str, numbers: FloatArray) -> None:
+        columns.append(Column(label))
+        values.append(numbers)
+
+    for symbol, numbers in (("x̄", result.mean), ("s", result.s)):
+        for approach in approaches:
+            add(f"{symbol}{ARROWS[approach]}", numbers[:, approach])
+    if not test.unidirectional:
+        add("x̄", result.mean_bidirectional)
+        add("B", result.B_i)
+    for approach in approaches:
+        add(f"R{ARROWS[approach]}", result.R_i_unidirectional[:, approach])
+    if not test.unidirectional:
+        add("R", result.R_i)
+    rows = tuple(
+        (str(i + 1), where, *(fixed(float(numbers[i]), decimals) for numbers in values))
+        for i, where in enumerate(positions(result.target))
+    )
+    caption = (
+        f"Results of each target, in {test.kind.units.deviation}: mean unidirectional deviations,"
+        " estimated standard deviations (divisor n - 1), mean bidirectional deviation, reversal"
+        " and repeatabilities, as far as they exist."
+    )
+    tables = (Table(tuple(columns), rows, caption), *level_tables(report))
+    return Section("Annex A: results of each target", tables)
+
+
+def raw_section(report: PositioningReport) -> Section:
+    """Return all readings, so that anybody can recompute the results.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated. More than 20 000 readings, missing ones counted, are not printed;
+        the heading says so, and the file's check sum says where they are.
+    """
+    test = report.test
+    readings = int(np.sum(~np.isnan(test.deviation)))
+    if test.target.size * test.cycles * len(measured_approaches(report)) > _MOST_PRINTED:
+        heading = f"Annex B: raw data (not printed: more than {_MOST_PRINTED} readings)"
+        words = (
+            f"The {readings} readings are not printed here. They are in the measurement file whose"
+            " SHA-256 this certificate states."
+        )
+        return Section(heading, (Paragraph(words), *_channels(report)))
+    heading = "Annex B: raw data (all readings)"
+    missing = sum(
+        int(np.sum(np.isnan(test.deviation[:, :, approach])))
+        for approach in measured_approaches(report)
+    )
+    words = (
+        f"{readings} readings, {missing or 'none'} missing: deviations, measured minus target, in"
+        f" {test.kind.units.deviation}, with all their decimals; one row per run, one column per"
+        f" target (in {test.kind.units.position})."
+    )
+    return Section(
+        heading,
+        (Paragraph(words), *_reading_tables(report), *_channels(report)),
+    )
+
+
+def _reading_tables(report: PositioningReport) -> list[Block]:
+    test = report.test
+    decimals = decimals_of(test.deviation)
+    approaches = measured_approaches(report)
+    texts = {
+        approach: [
+            [fixed(value, decimals, absent=MISSING) for value in row]
+            for row in test.deviation[:, :, approach].T.tolist()
+        ]
+        for approach in approaches
+    }
+    where = positions(test.target)
+    widest = max(len(cell) for rows in texts.values() for row in rows for cell in row)
+    width = max(widest, *(len(position) for position in where)) * _CHARACTER_PT + _GUTTER_PT
+    blocks = math.ceil(len(where) / max(1, int(_LINE_PT / width)))
+    per_block = math.ceil(len(where) / blocks)
+    tables: list[Block] = []
+    for first in range(0, len(where), per_block):
+        part = slice(first, first + per_block)
+        columns = (Column("Cycle"), Column("", "left"), *(Column(w) for w in where[part]))
+        rows = tuple(
+            (str(cycle + 1), ARROWS[approach], *texts[approach][cycle][part])
+            for cycle in range(test.cycles)
+            for approach in approaches
+        )
+        last = min(first + per_block, len(where))
+        caption = "" if blocks == 1 else f"Targets {first + 1} to {last}."
+        tables.append(Table(columns, rows, caption, dense=True))
+    return tables
+
+
+def _channels(report: PositioningReport) -> list[Block]:
+    """Return the range of every further reading that was taken at the stops."""
+    channels = report.test.channels
+    if not channels:
+        return []
+    rows: list[tuple[str, ...]] = []
+    for name, values in list(channels.items())[:_MOST_CHANNELS]:
+        known = values[~np.isnan(values)]
+        decimals = min(6, decimals_of(values) + 1)
+        statistics = (np.min, np.mean, np.max) if known.size else ()
+        numbers = [fixed(float(of(known)), decimals) for of in statistics] or [MISSING] * 3
+        rows.append((plain_text(name, 60) or "?", str(known.size), *numbers))
+    if len(channels) > _MOST_CHANNELS:
+        rows.append((f"… {len(channels) - _MOST_CHANNELS} more", "", "", "", ""))
+    columns = (
+        Column("Channel", "left", wide=True),
+        Column("Readings"),
+        Column("Least"),
+        Column("Mean"),
+        Column("Largest"),
+    )
+    words = "Further channels of the file, in the unit of the file, which is not stated."
+    return [Table(columns, tuple(rows), words)]

@@ -1,0 +1,350 @@
+"""The certificate of a positioning run: what it says, in which order."""
+
+import numpy as np
+
+from thermaxis.positioning import FIGURE_KEYS, UNVERIFIED, Cycle, is_single_run_axis
+from thermaxis.positioning.standard import RUNS_PER_DIRECTION
+from thermaxis.report._document import (
+    Block,
+    Column,
+    Document,
+    ItemList,
+    Paragraph,
+    Picture,
+    Section,
+    Signature,
+    Table,
+    Verdict,
+)
+from thermaxis.report._names import (
+    CYCLE_NAMES,
+    FIGURE_NAMES,
+    FIGURE_SYMBOLS,
+    OTHER_NAMES,
+    absence_reason,
+    edition_name,
+    other_standard_name,
+)
+from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._progress import Progress
+from thermaxis.report._text import ABSENT, as_given, fixed, plain_text, two_digits
+from thermaxis.report.certificate._adjacent import adjacent_section
+from thermaxis.report.certificate._annex import raw_section, target_section
+from thermaxis.report.certificate._drift import (
+    diagnosis_section,
+    drift_section,
+    evaluated_uncertainty,
+    uncertainty_words,
+)
+from thermaxis.report.certificate._header import condition_section, identification, prevailing
+from thermaxis.report.certificate._showable import unshowable
+from thermaxis.report.charts import charts_of, runs_of_targets
+from thermaxis.report.settings import FigureCheck, Verdict as LimitVerdict
+
+_CAPTIONS = {
+    "iso230_2": "Means, bands of ±2s, single runs, and the extents of the figures.",
+    "drift": (
+        "The run in time order as measured and without drift, each less the level of its target,"
+        " on the same scale; below, the estimated drift relative to t₀ with bands of ±2 standard"
+        " uncertainties."
+    ),
+    "figure_10_standard_deviation": (
+        "Spread between adjacent positions (figure 10 of the paper). Above: standard uncertainty"
+        " of the mean mutual deviation. Below: sample standard deviation of the difference beside"
+        " the standard's s."
+    ),
+    "figure_12_deviation_chart": (
+        "Deviation chart by progressive addition of the mean mutual deviations (figure 12 of the"
+        " paper). The bounds say where the mean lies, not where the next approach will land."
+    ),
+    "figure_06_all_cycles": "All cycles over position (figure 6 of the paper).",
+    "against_cycles": "Figures from the first 2, 3, ... cycles only.",
+    "figure_07_one_position": (
+        "The position with the largest range over the cycles (figure 7 of the paper)."
+    ),
+}
+"""Charts that a certificate shows, in their order, with their captions."""
+
+_OVER_CYCLES = ("figure_06_all_cycles", "against_cycles", "figure_07_one_position")
+
+
+def draw_pictures(report: PositioningReport, progress: Progress) -> dict[str, Picture]:
+    """Return the charts of a certificate, with their captions, by name.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    progress : callable
+        Called before each chart and at the end, with one step left for the pages.
+    """
+    charts = {chart.name: chart for chart in charts_of(report)}
+    wanted = [name for name in _CAPTIONS if name in charts and _is_shown(name, report)]
+    pictures: dict[str, Picture] = {}
+    for done, name in enumerate(wanted):
+        progress(f"chart {name}", done, len(wanted) + 1)
+        svg = charts[name].svg(report).decode("utf-8")
+        caption = _CAPTIONS[name]
+        if name == "iso230_2" and not bool(np.any(np.isfinite(report.iso230_2.s))):
+            caption = "Means of each direction, and the extents of the figures."
+        pictures[name] = Picture(svg, f"Figure {done + 1}. {caption}")
+    progress("pages", len(wanted), len(wanted) + 1)
+    return pictures
+
+
+def _is_shown(name: str, report: PositioningReport) -> bool:
+    """Return whether a certificate shows a chart: one cycle alone is seen in the first chart."""
+    return report.test.cycles > 1 or name not in _OVER_CYCLES
+
+
+def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -> Document:
+    """Return the content of the certificate of a run.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    pictures : dict
+        Charts by name, from `draw_pictures`; a chart that is not there is left out.
+
+    Returns
+    -------
+    Document
+        Strings only; every text from files has passed `plain_text`.
+    """
+    axis = prevailing(report, "axis")
+    title = "Accuracy and repeatability of positioning"
+    date = report.document_date
+    sections = [
+        _result_section(report, pictures),
+        *_warning_section(report),
+        *drift_section(report, pictures),
+        *diagnosis_section(report),
+        *adjacent_section(report, pictures),
+        *_other_section(report),
+        *_cycles_section(pictures),
+        condition_section(report),
+        target_section(report),
+        raw_section(report),
+    ]
+    return Document(
+        title=f"{title}{f', axis {plain_text(axis, 40)}' if axis else ''}",
+        subtitle=f"Test certificate, {edition_name(report.iso230_2.edition)}",
+        date=None if date is None else date.isoformat(),
+        footer=f"{plain_text(report.source_name, 60)} · SHA-256 {report.source_sha256[:12]}…",
+        author=f"thermaxis {report.version}",
+        opening=(
+            identification(report),
+            *_verdict(report),
+            Signature(("Place and date", "Name and signature")),
+        ),
+        sections=tuple(sections),
+    )
+
+
+def _verdict(report: PositioningReport) -> list[Block]:
+    check = report.limits
+    if check is None:
+        return []
+    word = {
+        LimitVerdict.PASS: "PASS",
+        LimitVerdict.FAIL: "FAIL",
+        LimitVerdict.NOT_DECIDED: "NOT DECIDED",
+    }[check.verdict]
+    concerned = [FIGURE_SYMBOLS[c.key] for c in check.figures if c.verdict is check.verdict]
+    which = ", ".join(concerned)
+    outcome = {
+        LimitVerdict.PASS: f"All limited figures ({which}) pass.",
+        LimitVerdict.FAIL: f"{which}: above the limit.",
+        LimitVerdict.NOT_DECIDED: f"{which}: not decided; no limited figure fails.",
+    }[check.verdict]
+    # no break between the sign and what it subtracts
+    rule = check.limits.decision_rule.in_words.replace("figure - U", "figure\N{NBSP}-\N{NBSP}U")
+    source = plain_text(check.limits.source_name, 80)
+    sentence = f"{outcome} Decision rule: {rule}. Limits from {source}."
+    return [Verdict(word, sentence, _reservation(report))]
+
+
+def _reservation(report: PositioningReport) -> str:
+    """Return what keeps a verdict from being one on the standard's test; empty if nothing."""
+    unusual = report.test.cycle is not Cycle.STANDARD
+    if not (report.conditions or unusual):
+        return ""
+    not_met = "Test conditions of the standard not met: see remarks."
+    return f"{not_met} Not for acceptance unless agreed." if unusual else not_met
+
+
+def _result_section(report: PositioningReport, pictures: dict[str, Picture]) -> Section:
+    return Section(
+        f"Results according to {edition_name(report.iso230_2.edition)}",
+        (
+            _result_table(report),
+            ItemList(tuple(_notes(report)), numbered=True),
+            *([pictures["iso230_2"]] if "iso230_2" in pictures else []),
+        ),
+    )
+
+
+def _printed(value: float, decimals: int, check: FigureCheck | None) -> str:
+    """Return a figure with more digits where rounding would hide on which side of a limit it is."""
+    text = fixed(value, decimals)
+    if check is None:
+        return text
+    above = abs(value) > check.limit
+    while decimals < 9 and (abs(float(text)) > check.limit) != above:
+        decimals += 1
+        text = fixed(value, decimals)
+    return text
+
+
+def _printed_limit(limit: float, decimals: int) -> str:
+    """Return a limit with all digits that were given, at least with those of the figures."""
+    given = as_given(limit)
+    return given if len(given.partition(".")[2]) > decimals else fixed(limit, decimals)
+
+
+def _result_table(report: PositioningReport) -> Table:
+    result, check = report.iso230_2, report.limits
+    unit = report.test.kind.units.deviation
+    decimals = report.figure_decimals
+    evaluated = evaluated_uncertainty(report)
+    uncertainty, label = {}, "U (k = 2)"
+    if check is not None:
+        uncertainty = dict(check.limits.expanded_uncertainty)
+    if evaluated is not None:
+        uncertainty, label = dict(evaluated.expanded_uncertainty), "U (k = 2, GUM)"
+    columns = [Column("", "left"), Column("Figure", "left", wide=True), Column(f"Value [{unit}]")]
+    if uncertainty:
+        columns.append(Column(f"{label} [{unit}]"))
+    if check is not None:
+        columns += [Column(f"Limit [{unit}]"), Column("Verdict", "left")]
+    rows: list[tuple[str, ...]] = []
+    for key in FIGURE_KEYS:
+        value: float | None = getattr(result, key)
+        figure = check.of(key) if check is not None else None
+        name = FIGURE_NAMES[result.edition][key]
+        shown = ABSENT
+        if value is None:
+            name = f"{name} (absent: {absence_reason(key, result, report.test)})"
+        else:
+            shown = _printed(value, decimals, figure)
+        row = [FIGURE_SYMBOLS[key], name, shown]
+        if uncertainty:
+            row.append(two_digits(uncertainty[key]) if key in uncertainty else "not evaluated")
+        if check is not None:
+            row.append("" if figure is None else _printed_limit(figure.limit, decimals))
+            row.append("" if figure is None else str(figure.verdict))
+        rows.append(tuple(row))
+    strong = tuple(i for i, key in enumerate(FIGURE_KEYS) if key in ("B", "M", "E", "R", "A"))
+    return Table(tuple(columns), tuple(rows), strong_rows=strong)
+
+
+def _notes(report: PositioningReport) -> list[str]:
+    test, result = report.test, report.iso230_2
+    number = runs_of_targets(report)
+    runs = f"{number} run{'s' * (number != '1')} per direction"
+    if test.unidirectional:
+        direction = "forward" if test.measured_approaches[0] else "backward"
+        runs = f"{number} run{'s' * (number != '1')}, {direction} only"
+    edition = edition_name(result.edition)
+    targets = f"{test.target.size} target{'s' * (test.target.size > 1)}"
+    notes = [
+        f"{targets}, {runs}, {CYCLE_NAMES[test.cycle]}.",
+        *_condition_notes(report),
+        (
+            f"{edition}; factor of s: 2. Formulas checked against four independent implementations"
+            " and the clause list of GOST ISO 230-2-2016; names of the figures from memory (2014:"
+            " error, before: deviation or value). The text of ISO 230-2 itself was not available."
+        ),
+    ]
+    absent = [key for key in FIGURE_KEYS if getattr(result, key) is None]
+    if absent:
+        reasons = {absence_reason(key, result, test): None for key in absent}
+        listed = ", ".join(FIGURE_SYMBOLS[key] for key in absent)
+        notes.append(f"Not evaluated: {listed} ({'; '.join(reasons)}).")
+    if report.other_standard is not None:
+        name = other_standard_name(report.other_standard)
+        notes.append(f"Figures after {name} stand in a section of their own: {UNVERIFIED}.")
+    if report.adjacent_difference is not None:
+        notes.append(
+            "Results of the adjacent-difference method stand in a section of their own; they do"
+            " not change the figures above."
+        )
+    if report.limits is None:
+        notes.append("No limits were stated: this certificate gives no verdict.")
+    notes.append(_uncertainty_note(report))
+    return notes
+
+
+def _condition_notes(report: PositioningReport) -> list[str]:
+    """Return in which respects the run is not the standard's test."""
+    if report.conditions:
+        listed = "; ".join(plain_text(condition, 600) for condition in report.conditions)
+        return [f"Test conditions of the standard that this run does not meet: {listed}."]
+    test = report.test
+    notes: list[str] = []
+    number = runs_of_targets(report)
+    if number != str(RUNS_PER_DIRECTION) and not is_single_run_axis(test):
+        asked = f"ISO 230-2 asks for {RUNS_PER_DIRECTION} runs per direction"
+        notes.append(f"{asked}; these figures are of {number}.")
+    if test.cycle is not Cycle.STANDARD:
+        name = CYCLE_NAMES[test.cycle]
+        notes.append(f"A {name} is not the standard's: not for acceptance unless agreed.")
+    return notes
+
+
+def _uncertainty_note(report: PositioningReport) -> str:
+    if report.limits is None or not report.limits.limits.expanded_uncertainty:
+        return uncertainty_words(report)
+    return (
+        "The expanded uncertainties were taken from the limits file; which terms they contain and"
+        " which inputs were assumed is not stated there."
+    )
+
+
+def _warning_section(report: PositioningReport) -> list[Section]:
+    warnings = dict.fromkeys((*report.warnings, *unshowable(report)))
+    if not warnings:
+        return []
+    items = tuple(plain_text(warning, 600) for warning in warnings)
+    return [Section("Remarks and warnings", (ItemList(items),))]
+
+
+def _other_section(report: PositioningReport) -> list[Section]:
+    other = report.other_standard
+    if other is None:
+        return []
+    unit = report.test.kind.units.deviation
+    decimals = report.figure_decimals
+    rows: list[tuple[str, ...]] = []
+    for key in type(other).__dataclass_fields__:
+        if key == "mark":
+            continue
+        symbol, name = OTHER_NAMES[key]
+        rows.append((symbol, name, fixed(getattr(other, key), decimals)))
+    columns = (Column("", "left"), Column("Figure", "left"), Column(f"Value [{unit}]"))
+    warning = (
+        f"The formulas of this section are {other.mark}. They were not checked against the text of"
+        " the standard: do not use them for acceptance."
+    )
+    return [
+        Section(
+            f"Figures after {other_standard_name(other)} ({other.mark})",
+            (Paragraph(warning, strong=True), Table(columns, tuple(rows))),
+        )
+    ]
+
+
+def _cycles_section(pictures: dict[str, Picture]) -> list[Section]:
+    names = [name for name in _OVER_CYCLES if name in pictures]
+    if not names:
+        return []
+    numbers = [list(pictures).index(name) + 1 for name in names]
+    words = (
+        "With thermal drift the figures of the standard depend on how long the test lasts. Figures"
+        f" {numbers[0]} to {numbers[-1]} show the cycles one by one, the figures that fewer cycles"
+        " would have given, and one position over the cycles."
+    )
+    return [
+        Section("The run over its cycles", (Paragraph(words), *(pictures[name] for name in names)))
+    ]

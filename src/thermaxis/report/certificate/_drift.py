@@ -1,0 +1,318 @@
+"""The certificate's sections on the drift, on uncertainties and on the diagnosis."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from thermaxis.positioning import FIGURE_KEYS, DriftResult, FloatArray, figures_by_key
+from thermaxis.report._document import Block, Column, ItemList, Paragraph, Picture, Section, Table
+from thermaxis.report._names import FIGURE_SYMBOLS
+from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._style import ARROWS
+from thermaxis.report._text import fixed, plain_text, positions, two_digits
+from thermaxis.report.charts import (
+    at_position,
+    detail_decimals,
+    growth_unit,
+    measured_approaches,
+    reference_place,
+    time_words,
+)
+
+if TYPE_CHECKING:
+    from thermaxis.positioning import FigureUncertainty
+
+_HEADING = "Drift eliminated (not results of ISO 230-2)"
+_WHAT_IT_IS = (
+    "The values of this section are not results of ISO 230-2 and do not replace them. Method: each"
+    " deviation is taken as the level of its target and direction, plus a(t), plus b(t) times the"
+    " distance from the mean position, plus noise; a and b are smooth functions of time whose"
+    " smoothness the run itself tells (restricted maximum likelihood)."
+)
+_WHY_REVERSAL = (
+    "while the axis drifts, the later visit of a target biases each of its reversal values"
+)
+_PROMPTS = (
+    "Prompts to look, not verdicts: found in levels, reversal values and residuals, the largest"
+    " effect on the accuracy of the axis first."
+)
+_MODELS = {"line": "a straight line in time", "smooth": "a smooth curve in time"}
+_MOST_NAMED = 20
+_NOT_EVALUATED = "not evaluated"
+
+
+def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> list[Section]:
+    """Return the section on the run without its drift; none if it was not evaluated.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    pictures : dict
+        Charts of the certificate by name.
+    """
+    drift = report.drift
+    if drift is None:
+        return []
+    points = (
+        _model(drift),
+        _state(report, drift),
+        _noise(report, drift),
+        _reversal(report, drift),
+        *_outliers(report, drift),
+        *(f"{warning[:1].upper()}{warning[1:]}." for warning in _warnings(drift)),
+    )
+    blocks: tuple[Block, ...] = (
+        Paragraph(_WHAT_IT_IS),
+        ItemList(points),
+        _drift_table(report, drift),
+        _figure_table(report, drift),
+        *_uncertainty_items(report),
+        *([pictures["drift"]] if "drift" in pictures else []),
+    )
+    return [Section(_HEADING, blocks)]
+
+
+def diagnosis_section(report: PositioningReport) -> list[Section]:
+    """Return the section of what is wrong with the axis; none if nothing is said of it.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    """
+    if not report.diagnosis:
+        return []
+    items = tuple(plain_text(finding.text, 600) for finding in report.diagnosis)
+    return [Section("Diagnosis", (Paragraph(_PROMPTS), ItemList(items, numbered=True)))]
+
+
+def level_tables(report: PositioningReport) -> tuple[Table, ...]:
+    """Return the levels of each target with their standard uncertainties; none without drift.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    """
+    drift = report.drift
+    if drift is None:
+        return ()
+    decimals = detail_decimals(report)
+    columns = [Column("i", "left"), Column(f"Target [{report.test.kind.units.position}]")]
+    values: list[FloatArray] = []
+    for approach in measured_approaches(report):
+        columns += [Column(f"level {ARROWS[approach]}"), Column(f"u {ARROWS[approach]}")]
+        values += [drift.level[:, approach], drift.level_std[:, approach]]
+    rows = tuple(
+        (str(i + 1), where, *(fixed(float(numbers[i]), decimals) for numbers in values))
+        for i, where in enumerate(positions(report.test.target))
+    )
+    caption = (
+        f"Levels without drift at t₀ ({_reference_words(report, drift)}), in"
+        f" {report.test.kind.units.deviation}, with their standard uncertainties u (k = 1); not"
+        " results of ISO 230-2."
+    )
+    return (Table(tuple(columns), rows, caption),)
+
+
+def evaluated_uncertainty(report: PositioningReport) -> "FigureUncertainty | None":
+    """Return the evaluated uncertainties of the measured figures, where they are to be printed.
+
+    Uncertainties that the limits file states come first: the decision rule uses them.
+    """
+    stated = report.limits is not None and bool(report.limits.limits.expanded_uncertainty)
+    if stated or report.uncertainty is None:
+        return None
+    measured = report.uncertainty.measured
+    return measured if measured.expanded_uncertainty else None
+
+
+def uncertainty_words(report: PositioningReport) -> str:
+    """Return what the evaluated uncertainties of the measured figures are, in words."""
+    found = evaluated_uncertainty(report)
+    if found is None or report.uncertainty is None:
+        return "The measurement uncertainty was not evaluated."
+    return f"{_method(report)} {_contents('In U', found)} U does not decide any verdict here."
+
+
+def _method(report: PositioningReport) -> str:
+    result = report.uncertainty
+    assert result is not None  # noqa: S101 - asked for only then
+    return (
+        f"U (k = 2, {plain_text(result.label, 20)}): expanded uncertainty by Monte Carlo"
+        f" ({result.samples} draws, seed {result.seed}), not by the annex of ISO 230-2; the figure"
+        " of the axis in one thermal state lies within ± U of the stated one in 95 % of cases."
+    )
+
+
+def _contents(where: str, figures: "FigureUncertainty") -> str:
+    included = "; ".join(figures.included) or "nothing"
+    return f"{where}: {included}. Left out: {'; '.join(figures.left_out) or 'nothing known'}."
+
+
+def _probability(p: float) -> str:
+    return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
+
+
+def _model(drift: DriftResult) -> str:
+    p = f"{_probability(drift.p_no_drift)}; tested at the 1 % level"
+    if not drift.significant:
+        return f"No drift is seen ({p}): the run is left as it was."
+    bow = ", with a bow of the axis" if drift.bow is not None else ""
+    return (
+        f"Model: {_MODELS[str(drift.model)]}{bow} (probability of so much change without any"
+        f" drift: {p})."
+    )
+
+
+def _reference_words(report: PositioningReport, drift: DriftResult) -> str:
+    time_s = drift.reference_time_s
+    if time_s is None:
+        return f"at reading {reference_place(report):.1f} in the order of acquisition"
+    duration_s = float(drift.time_s[-1])
+    amount = f"{time_s / 3600.0:.2f} h" if duration_s >= 3600.0 else f"{time_s / 60.0:.1f} min"
+    return f"{amount} after the first reading"
+
+
+def _state(report: PositioningReport, drift: DriftResult) -> str:
+    when = _reference_words(report, drift)
+    words = f"Levels and figures are those of the thermal state at t₀, {when}."
+    time = time_words(report)
+    return f"{words} {time[:1].upper()}{time[1:]}." if time else words
+
+
+def _noise(report: PositioningReport, drift: DriftResult) -> str:
+    unit = report.test.kind.units.deviation
+    decimals = detail_decimals(report)
+    noise = ", ".join(
+        f"{ARROWS[a]} {fixed(float(drift.noise_std[a]), decimals)}"
+        for a in measured_approaches(report)
+    )
+    return (
+        f"Standard deviation of the noise per approach: {noise} {unit}; of all residuals:"
+        f" {fixed(drift.residual_std, decimals)} {unit}, with {drift.degrees_of_freedom:.1f}"
+        f" degrees of freedom (readings less {drift.effective_parameters:.1f} effective"
+        " parameters)."
+    )
+
+
+def _reversal(report: PositioningReport, drift: DriftResult) -> str:
+    if report.test.unidirectional:
+        return "Measured in one direction: there are no reversal values."
+    decimals, unit = report.figure_decimals, report.test.kind.units.deviation
+    without = figures_by_key(drift.figures)
+    said = [
+        f"{FIGURE_SYMBOLS[key]} {fixed(getattr(report.iso230_2, key), decimals)} {unit} as measured"
+        f" and {fixed(without[key], decimals)} {unit} without drift"
+        for key in ("B", "B_mean")
+    ]
+    return f"{said[0]}, {said[1]}: {_WHY_REVERSAL}."
+
+
+def _outliers(report: PositioningReport, drift: DriftResult) -> list[str]:
+    if not drift.outliers:
+        return []
+    unit, decimals = report.test.kind.units.deviation, report.figure_decimals
+    named = [
+        f"target {o.target} ({at_position(report, float(report.test.target[o.target - 1]))}),"
+        f" cycle {o.cycle} {ARROWS[o.approach]}, {fixed(o.residual, decimals)} {unit} off"
+        for o in drift.outliers[:_MOST_NAMED]
+    ]
+    if len(drift.outliers) > _MOST_NAMED:
+        named.append(f"{len(drift.outliers) - _MOST_NAMED} more")
+    return [f"Outliers, left out of this section only: {'; '.join(named)}."]
+
+
+def _warnings(drift: DriftResult) -> list[str]:
+    return [plain_text(warning, 600) for warning in drift.warnings]
+
+
+def _with_band(value: float, band: float) -> str:
+    if not (math.isfinite(value) and math.isfinite(band) and band > 0.0):
+        return fixed(value, 2)
+    text = two_digits(band)
+    return f"{fixed(value, len(text.partition('.')[2]))} ± {text}"
+
+
+def _drift_table(report: PositioningReport, drift: DriftResult) -> Table:
+    unit = report.test.kind.units.deviation
+    columns = (
+        Column("Drift relative to t₀", "left"),
+        Column("at the first reading"),
+        Column("at the last reading"),
+        Column("from first to last"),
+    )
+    rows: list[tuple[str, ...]] = []
+    for label, total, values, std in (
+        (
+            f"a, in common [{unit}]",
+            _with_band(drift.total, drift.total_within),
+            drift.common,
+            drift.common_std,
+        ),
+        (
+            f"b, growth [{growth_unit(report)}]",
+            _with_band(drift.total_per_m, drift.total_per_m_within),
+            1e3 * drift.slope,
+            1e3 * drift.slope_std,
+        ),
+    ):
+        ends = (_with_band(float(values[k]), 2.0 * float(std[k])) for k in (0, -1))
+        rows.append((label, *ends, total))
+    if drift.bow is not None:
+        ends = [float(drift.bow[k]) for k in (0, -1)]
+        cells = (fixed(end, 2) for end in (*ends, ends[1] - ends[0]))
+        rows.append((f"bow, mid-axis against the ends [{unit}]", *cells))
+    caption = (
+        "Drift over the run, ± two standard uncertainties (from first to last: the sum of those"
+        " at both ends, which is their upper bound)."
+        f"{' Those of the bow are not evaluated.' if drift.bow is not None else ''}"
+    )
+    return Table(columns, tuple(rows), caption)
+
+
+def _figure_table(report: PositioningReport, drift: DriftResult) -> Table:
+    unit, decimals = report.test.kind.units.deviation, report.figure_decimals
+    uncertainty = report.uncertainty
+    columns = [Column("", "left"), Column(f"as measured [{unit}]"), Column(f"drift-free [{unit}]")]
+    if uncertainty is not None:
+        heading = f"U (k = 2, {plain_text(uncertainty.label, 20)}) [{unit}]"
+        columns.insert(2, Column(heading))
+        columns.append(Column(heading))
+    without = figures_by_key(drift.figures)
+    rows: list[tuple[str, ...]] = []
+    for key in FIGURE_KEYS:
+        row = [FIGURE_SYMBOLS[key]]
+        sides = ((getattr(report.iso230_2, key), True), (without[key], False))
+        for value, measured in sides:
+            row.append(fixed(value, decimals))
+            if uncertainty is not None:
+                figures = uncertainty.measured if measured else uncertainty.drift_free
+                row.append(_u(figures, key, value))
+        rows.append(tuple(row))
+    strong = tuple(i for i, key in enumerate(FIGURE_KEYS) if key in ("B", "M", "E", "R", "A"))
+    caption = (
+        "Figures as measured, after ISO 230-2, beside those of the same formulas from the readings"
+        " without drift, with s corrected for the degrees of freedom that the drift took."
+    )
+    return Table(tuple(columns), tuple(rows), caption, strong_rows=strong)
+
+
+def _u(figures: "FigureUncertainty | None", key: str, value: float | None) -> str:
+    if value is None or not np.isfinite(value):
+        return ""
+    found = None if figures is None else figures.expanded_uncertainty.get(key)
+    return _NOT_EVALUATED if found is None or not np.isfinite(found) else two_digits(found)
+
+
+def _uncertainty_items(report: PositioningReport) -> list[Block]:
+    uncertainty = report.uncertainty
+    if uncertainty is None:
+        return []
+    items = [_method(report), _contents("In U of the measured figures", uncertainty.measured)]
+    if uncertainty.drift_free is not None:
+        words = "In U of the drift-free figures"
+        items.append(_contents(words, uncertainty.drift_free))
+    return [ItemList(tuple(items))]

@@ -1,0 +1,285 @@
+"""The head of the certificate: what was stated about machine, instrument and environment."""
+
+from collections.abc import Mapping
+
+from thermaxis.positioning import PositioningTest, StartEnd
+from thermaxis.report._document import Block, Fields, Section
+from thermaxis.report._names import CYCLE_NAMES, edition_name
+from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._text import NOT_STATED, as_given, plain_text
+from thermaxis.report.charts import runs_of_targets
+from thermaxis.report.settings import (
+    HEADER_FIELDS,
+    HEADER_GROUPS,
+    LONGEST_COMMENT,
+    LONGEST_TEXT,
+    NORMALISED,
+    ZONE_NOT_STATED,
+    HeaderField,
+    duration_words,
+    in_file,
+    moment_of,
+    moment_words,
+    number_of,
+    prevailing_moment,
+    same_moment,
+)
+
+_MOST_OTHER_LINES = 40
+_FRONT_PAGE_TEXT = 120
+"""Longest text on the first page; the whole of it stands among the conditions. [1]"""
+
+
+_BY_INSTRUMENT = (
+    "instrument: the deviations are already reduced to 20 °C (evidence: the environment factor;"
+    " the rule was found from one published file)"
+)
+_MOMENTS = ("start", "end")
+_SMALL = 0.1
+"""A value of the environment below this keeps three digits. [any]"""
+
+
+def _with_unit(text: str, unit: str) -> str:
+    return f"{text} {unit}" if text and unit else text
+
+
+def _shown(value: float) -> str:
+    """Return a value of the environment; where three decimals say nothing, with three digits."""
+    return as_given(round(value, 3)) if abs(value) >= _SMALL else as_given(float(f"{value:.3g}"))
+
+
+def _start_end(value: StartEnd, unit: str) -> str:
+    if value.start is not None and value.start == value.end:
+        return f"{_with_unit(_shown(value.start), unit)} (start and end)"
+    parts = [
+        f"{_with_unit(_shown(number), unit)} ({moment})"
+        for number, moment in ((value.start, "start"), (value.end, "end"))
+        if number is not None
+    ]
+    return ", ".join(parts)
+
+
+def _text(header: Mapping[str, str], key: str) -> str:
+    limit = LONGEST_COMMENT if key == "comments" else LONGEST_TEXT
+    return plain_text(header.get(key, ""), limit)
+
+
+def _typed(report: PositioningReport, key: str) -> str:
+    """Return what was stated about a field beside the measured file; empty if nothing."""
+    text = _text(report.header, key)
+    return "" if text == _text(report.test.header, key) else text
+
+
+def _measured(report: PositioningReport, field: HeaderField) -> str:
+    """Return what the measured file says about a field, as it is printed; empty if nothing."""
+    test = report.test
+    if field.key in _MOMENTS and (moment := in_file(test, field.key)) is not None:
+        return moment_words(moment)
+    if text := _text(test.header, field.key):
+        return _with_unit(text, field.unit)
+    if text := _text(report.header, field.in_file):
+        return text
+    if field.key in test.environment:
+        return _start_end(test.environment[field.key], field.unit)
+    if field.key == "nde_applied_by" and _text(report.header, NORMALISED).startswith("yes"):
+        return _BY_INSTRUMENT
+    return ""
+
+
+def _same_number(report: PositioningReport, field: HeaderField, measured: str) -> bool:
+    """Return whether a typed number is the one of the measured file, there perhaps twice."""
+    typed = number_of(_typed(report, field.key))
+    both = report.test.environment.get(field.key)
+    if both is not None and field.key not in report.test.header:
+        return typed is not None and {both.start, both.end} - {None} == {typed}
+    return typed is not None and typed == number_of(measured.removesuffix(field.unit))
+
+
+def _same_moment(report: PositioningReport, key: str) -> bool:
+    typed, measured = moment_of(_typed(report, key)), in_file(report.test, key)
+    return typed is not None and measured is not None and same_moment(typed, measured)
+
+
+def _both(typed: str, measured: str) -> str:
+    """Return two statements about one thing, or the only one."""
+    if typed and measured and typed != measured:
+        return f"stated {typed}; in the file {measured}"
+    return typed or measured
+
+
+def prevailing(report: PositioningReport, key: str) -> str:
+    """Return the value of a field without what else was said about it; empty if nobody stated it.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated. The head goes before the measured file.
+    key : str
+        Key of the field.
+    """
+    field = HEADER_FIELDS[key]
+    typed = _typed(report, key)
+    if key in _MOMENTS and (moment := moment_of(typed)) is not None:
+        return moment_words(moment)
+    return _with_unit(typed, field.unit) or _measured(report, field)
+
+
+def stated(report: PositioningReport, key: str) -> str:
+    """Return the value of a field as it is printed; empty if nobody stated it.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated. Where head and measured file differ, both are printed.
+    key : str
+        Key of the field.
+    """
+    field = HEADER_FIELDS[key]
+    shown, measured = prevailing(report, key), _measured(report, field)
+    if measured.startswith((f"{shown},", f"{shown}:")):
+        return measured
+    if key in _MOMENTS and _same_moment(report, key):
+        return measured if shown.endswith(ZONE_NOT_STATED) else shown
+    return shown if _same_number(report, field, measured) else _both(shown, measured)
+
+
+def _duration(report: PositioningReport) -> str:
+    """Return the time between the start and the end that are printed."""
+    test, header = report.test, report.header
+    measured = duration_words(in_file(test, "start"), in_file(test, "end"))
+    typed = duration_words(
+        prevailing_moment(test, header, "start"), prevailing_moment(test, header, "end")
+    )
+    return _both(typed, measured) or NOT_STATED
+
+
+def _date_row(report: PositioningReport) -> tuple[str, str]:
+    """Return the date of the certificate if one was stated, else that of the measurement."""
+    if report.date is not None:
+        return "Date of the certificate", report.date
+    date = report.measurement_date
+    return "Date of the measurement", NOT_STATED if date is None else date.isoformat()
+
+
+def _known_by_the_run(report: PositioningReport, group: str) -> list[tuple[str, str]]:
+    """Return fields of a group that nobody states, as the run or the program knows them."""
+    test = report.test
+    if group == "procedure":
+        unit = test.kind.units.position
+        first, last = as_given(float(test.target[0])), as_given(float(test.target[-1]))
+        directions = "unidirectional" if test.unidirectional else "bidirectional"
+        return [
+            ("Targets", f"{test.target.size}, from {first} to {last} {unit}"),
+            ("Runs per direction", runs_of_targets(report)),
+            ("Kind of cycle", CYCLE_NAMES[test.cycle]),
+            ("Directions", directions),
+        ]
+    if group == "time":
+        return [("Duration", _duration(report)), ("Source of the times", _time_source(test))]
+    return []
+
+
+def _time_source(test: PositioningTest) -> str:
+    return {
+        "file": "a time for every reading",
+        "interpolated": "spread evenly between start and end",
+        "order": "none; the order of readings is known",
+        "none": "none",
+    }[str(test.time_source)]
+
+
+def _group_fields(
+    report: PositioningReport, name: str, fields: tuple[HeaderField, ...]
+) -> tuple[tuple[str, str], ...]:
+    kind = report.test.kind
+    rows = [
+        (field.label, stated(report, field.key) or NOT_STATED)
+        for field in fields
+        if field.only in (None, kind)
+    ]
+    return (*rows, *_known_by_the_run(report, name))
+
+
+def _traceability(report: PositioningReport) -> Fields:
+    return Fields(
+        "Data and program",
+        (
+            ("Measurement file", plain_text(report.source_name, 200) or NOT_STATED),
+            ("SHA-256 of the measurement file", report.source_sha256),
+            ("Software", f"thermaxis {report.version}"),
+            ("SHA-256 of the settings in effect", report.settings_sha256),
+            ("Edition of the standard", edition_name(report.iso230_2.edition)),
+        ),
+        code=True,
+    )
+
+
+def _other_lines(report: PositioningReport) -> list[Block]:
+    """Return header lines and environment values that no field of the certificate takes."""
+    shown_elsewhere = {field.in_file for field in HEADER_FIELDS.values()}
+    lines = [
+        (plain_text(key, 60).replace("_", " ") or "?", plain_text(value, 300) or NOT_STATED)
+        for key, value in report.header.items()
+        if key not in HEADER_FIELDS and key not in shown_elsewhere
+    ]
+    lines += [
+        (plain_text(key, 60).replace("_", " ") or "?", _start_end(value, "") or NOT_STATED)
+        for key, value in report.test.environment.items()
+        if key not in HEADER_FIELDS
+    ]
+    if not lines:
+        return []
+    shown = lines[:_MOST_OTHER_LINES]
+    if len(lines) > len(shown):
+        shown.append(("…", f"{len(lines) - len(shown)} more"))
+    return [Fields("Further lines of the measurement file", tuple(shown))]
+
+
+def identification(report: PositioningReport) -> Fields:
+    """Return the few lines that say what was tested, for the top of the first page.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    """
+    machine = [stated(report, key) for key in ("machine", "machine_model", "machine_type")]
+
+    def first(text: str) -> str:
+        return plain_text(text, _FRONT_PAGE_TEXT) or NOT_STATED
+
+    return Fields(
+        "",
+        (
+            ("Machine", first(" · ".join(part for part in machine if part))),
+            ("Serial number", first(stated(report, "serial_number"))),
+            ("Axis under test", first(stated(report, "axis"))),
+            ("Title", first(stated(report, "title"))),
+            ("Customer", first(stated(report, "customer"))),
+            ("Inspector", first(stated(report, "inspector"))),
+            _date_row(report),
+            ("Measurement file", first(report.source_name)),
+        ),
+    )
+
+
+def condition_section(report: PositioningReport) -> Section:
+    """Return every field of the head, group by group.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated. A field that nobody stated is printed as not stated.
+    """
+    groups = [
+        Fields(group.title, _group_fields(report, group.name, group.fields))
+        for group in HEADER_GROUPS
+    ]
+    return Section(
+        "Conditions of the test",
+        (
+            *groups,
+            _traceability(report),
+            *_other_lines(report),
+        ),
+    )

@@ -1,0 +1,93 @@
+"""Which characters of a run the fonts of a certificate cannot show."""
+
+from collections.abc import Iterable
+
+from matplotlib.ft2font import FT2Font
+
+from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._style import chart_font, typeface
+from thermaxis.report._text import plain_text
+from thermaxis.report.settings import HEADER_GROUPS
+
+_MOST_FIELDS = 8
+_SHARED = ("Name", "Serial number")
+"""Labels that several groups have."""
+_BLOCKS = (
+    (0x0300, 0x052F),
+    (0x0590, 0x05FF),
+    (0x0900, 0x097F),
+    (0x1E00, 0x1EFF),
+    (0x2000, 0x2BFF),
+    (0x1D400, 0x1D7FF),
+)
+"""Blocks that other typefaces inside the typesetter show: combining marks, Greek and Cyrillic,
+Hebrew, Devanagari, more Latin, symbols, letters of mathematics. First and last code point."""
+_NAMES = {
+    field.key: f"{field.label} ({group.title.lower()})" if field.label in _SHARED else field.label
+    for group in HEADER_GROUPS
+    for field in group.fields
+}
+
+
+def unshowable(report: PositioningReport) -> tuple[str, ...]:
+    """Return which texts of a run have characters that its certificate cannot show.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+
+    Returns
+    -------
+    tuple of str
+        Sentences that name the fields; empty if every character has a sign in the fonts of the
+        PDF and of the charts, as those of Latin, Greek and Cyrillic scripts have. Other scripts
+        show in the text of the HTML page, with the fonts of the reader's machine.
+    """
+    header = report.header
+    texts = [(_NAMES.get(key, "further lines"), key + value) for key, value in header.items()]
+    texts += [("name of the measurement file", report.source_name)]
+    texts += [("names of channels", name) for name in report.test.channels]
+    texts += [("further lines", name) for name in report.test.environment]
+    texts += [("remarks", text) for text in report.warnings]
+    if report.limits is not None:
+        texts.append(("name of the limits file", report.limits.limits.source_name))
+    drawn = [
+        (_NAMES["axis"], header.get("axis", "")),
+        (_NAMES["title"], header.get("title", "")),
+        ("name of the measurement file", report.source_name),
+    ]
+    page = "the page that --report NAME.html writes shows them in its text"
+    return (
+        *_sentence(texts, typeface("DejaVuSansMono"), _BLOCKS, "the PDF", page),
+        *_sentence(drawn, chart_font(), (), "the charts", "there each is drawn as an empty box"),
+    )
+
+
+def _sentence(
+    texts: Iterable[tuple[str, str]],
+    font: FT2Font,
+    blocks: tuple[tuple[int, int], ...],
+    where: str,
+    comfort: str,
+) -> list[str]:
+    found: dict[str, set[str]] = {}
+    for name, text in texts:
+        if not text.isascii() and (absent := _absent(text, font, blocks)):
+            found.setdefault(name, set()).update(absent)
+    if not found:
+        return []
+    count = len(set[str]().union(*found.values()))
+    names = list(found)
+    listed = ", ".join(names[:_MOST_FIELDS]) + (", ..." if len(names) > _MOST_FIELDS else "")
+    signs = "1 character" if count == 1 else f"{count} characters"
+    return [f"{signs} in {listed} cannot be shown in {where}; {comfort}"]
+
+
+def _absent(text: str, font: FT2Font, blocks: tuple[tuple[int, int], ...]) -> set[str]:
+    return {
+        c
+        for c in plain_text(text, 2000)
+        if not any(first <= ord(c) <= last for first, last in blocks)
+        and not font.get_char_index(ord(c))
+    }

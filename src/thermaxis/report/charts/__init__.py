@@ -1,0 +1,5 @@
+"""Charts of a positioning run and of thermal images."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,0 +1,214 @@
+"""All charts of a run: PNG, SVG and the numbers behind them."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import final
+
+from matplotlib.figure import Figure
+
+from thermaxis.positioning import AdjacentDifferenceResult, DifferenceMonteCarlo
+from thermaxis.report._output import NumberTable, make_folder, write_bytes
+from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._progress import Progress
+from thermaxis.report._style import drawing, png_bytes, svg_bytes
+from thermaxis.report.charts import _numbers as numbers
+from thermaxis.report.charts._adjacent import (
+    draw_deviation_chart,
+    draw_mean_mutual_deviation,
+    draw_standard_deviation,
+)
+from thermaxis.report.charts._against_cycles import draw_against_cycles
+from thermaxis.report.charts._drift import (
+    draw_all_cycles,
+    draw_one_position,
+    draw_shifted_to_first_position,
+    shifted_to_first_position,
+    widest_position,
+)
+from thermaxis.report.charts._drift_model import draw_drift, drift_curve_numbers, drift_numbers
+from thermaxis.report.charts._iso230_2 import draw_iso230_2
+from thermaxis.report.charts._montecarlo import draw_montecarlo
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """One chart of a run."""
+
+    name: str
+    """Name of its files, without suffix."""
+    draw: Callable[[PositioningReport], Figure]
+    """Draws it."""
+    numbers: Callable[[PositioningReport], NumberTable]
+    """The numbers behind it."""
+    more_numbers: Mapping[str, Callable[[PositioningReport], NumberTable]] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
+    """Further tables of numbers, by the ending of their name."""
+
+    def svg(self, report: PositioningReport) -> bytes:
+        """Return the chart as SVG.
+
+        Parameters
+        ----------
+        report : PositioningReport
+            What was evaluated.
+        """
+        with drawing(self.name):
+            return svg_bytes(self.draw(report))
+
+
+def _with_adjacent(
+    table: Callable[[PositioningReport, AdjacentDifferenceResult], NumberTable],
+) -> Callable[[PositioningReport], NumberTable]:
+    def of(report: PositioningReport) -> NumberTable:
+        assert report.adjacent_difference is not None  # noqa: S101 - asked for only then
+        return table(report, report.adjacent_difference)
+
+    return of
+
+
+_ISO230_2 = Chart("iso230_2", draw_iso230_2, numbers.iso230_2_numbers)
+_ALL_CYCLES = Chart(
+    "figure_06_all_cycles",
+    draw_all_cycles,
+    lambda r: numbers.reading_numbers(r, r.test.deviation, "deviation"),
+)
+_ONE_POSITION = Chart(
+    "figure_07_one_position",
+    draw_one_position,
+    lambda r: numbers.one_position_numbers(r, widest_position(r)),
+)
+_ADJACENT = (
+    Chart(
+        "figure_10_standard_deviation",
+        draw_standard_deviation,
+        _with_adjacent(numbers.standard_deviation_numbers),
+    ),
+    Chart(
+        "figure_11_mean_mutual_deviation",
+        draw_mean_mutual_deviation,
+        _with_adjacent(numbers.mean_mutual_deviation_numbers),
+    ),
+    Chart(
+        "figure_12_deviation_chart",
+        draw_deviation_chart,
+        _with_adjacent(numbers.deviation_chart_numbers),
+    ),
+)
+_SHIFTED = Chart(
+    "figure_13_shifted_to_first_position",
+    draw_shifted_to_first_position,
+    lambda r: numbers.reading_numbers(r, shifted_to_first_position(r), "shifted_deviation"),
+)
+_AGAINST_CYCLES = Chart("against_cycles", draw_against_cycles, numbers.against_cycles_numbers)
+_DRIFT = Chart(
+    "drift", draw_drift, drift_numbers, MappingProxyType({"curves": drift_curve_numbers})
+)
+
+
+def charts_of(report: PositioningReport) -> tuple[Chart, ...]:
+    """Return the charts that a run has, in the order in which a report shows them.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated. A single cycle has no chart over cycles, one target none of pairs.
+    """
+    charts = [_ISO230_2, _ALL_CYCLES]
+    if report.test.cycles > 1:
+        charts.append(_ONE_POSITION)
+    if report.drift is not None:
+        charts.append(_DRIFT)
+    if report.adjacent_difference is not None:
+        charts += _ADJACENT if report.test.cycles > 1 else _ADJACENT[1:]
+        charts += [_SHIFTED] if report.test.cycles > 1 else []
+    if report.against_cycles is not None:
+        charts.append(_AGAINST_CYCLES)
+    return tuple(charts)
+
+
+def write_figures(
+    report: PositioningReport, folder: Path, *, progress: Progress | None = None
+) -> tuple[Path, ...]:
+    """Write every chart of a run as PNG and SVG, and the numbers behind it as CSV.
+
+    Parameters
+    ----------
+    report : PositioningReport
+        What was evaluated.
+    folder : Path
+        Where the files go; it is made if it does not exist.
+    progress : callable, optional
+        Called before each chart and at the end.
+
+    Returns
+    -------
+    tuple of Path
+        The files. The same report gives the same bytes.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder or a file cannot be written.
+
+    References
+    ----------
+    Stejskal et al. 2017, figures 6, 7, 10 to 13 (their numbers are in the names of the files).
+    """
+    make_folder(folder)
+    written: list[Path] = []
+    charts = charts_of(report)
+    for done, chart in enumerate(charts):
+        if progress is not None:
+            progress(f"figure {chart.name}", done, len(charts))
+        with drawing(chart.name):
+            figure = chart.draw(report)
+            written.append(write_bytes(folder / f"{chart.name}.png", png_bytes(figure)))
+            written.append(write_bytes(folder / f"{chart.name}.svg", svg_bytes(figure)))
+        table = chart.numbers(report)
+        written.append(write_bytes(folder / f"{chart.name}.csv", table.as_csv()))
+        for ending, more in chart.more_numbers.items():
+            path = folder / f"{chart.name}_{ending}.csv"
+            written.append(write_bytes(path, more(report).as_csv()))
+    if progress is not None:
+        progress("figures", len(charts), len(charts))
+    return tuple(written)
+
+
+def write_montecarlo_figures(result: DifferenceMonteCarlo, folder: Path) -> tuple[Path, ...]:
+    """Write the distributions of the Monte Carlo as PNG and SVG, and their counts as CSV.
+
+    Parameters
+    ----------
+    result : DifferenceMonteCarlo
+        Outcome of the experiments.
+    folder : Path
+        Where the files go; it is made if it does not exist.
+
+    Returns
+    -------
+    tuple of Path
+        The files.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder or a file cannot be written.
+
+    References
+    ----------
+    Stejskal et al. 2017, figure 1.
+    """
+    make_folder(folder)
+    name = "figure_01_montecarlo"
+    with drawing(name):
+        figure = draw_montecarlo(result)
+        png, svg = png_bytes(figure), svg_bytes(figure)
+    return (
+        write_bytes(folder / f"{name}.png", png),
+        write_bytes(folder / f"{name}.svg", svg),
+        write_bytes(folder / f"{name}.csv", numbers.montecarlo_numbers(result).as_csv()),
+    )

@@ -1,0 +1,405 @@
+"""Fields of the certificate's head, and the file that states them."""
+
+import datetime as dt
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from types import MappingProxyType
+from typing import final
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.quantities import AxisKind
+from thermaxis.report.settings._moments import day_of, duration_of, moment_of
+from thermaxis.report.settings._toml import as_table, read_toml, unknown_key
+
+LONGEST_TEXT = 300
+"""Longest value of a field. [1]"""
+LONGEST_COMMENT = 2000
+"""Longest comment. [1]"""
+NORMALISED = "normalised_to_20_c"
+"""Key under which a reader says whether the instrument has reduced the deviations to 20 °C."""
+
+
+class Takes(StrEnum):
+    """What a field takes, beyond texts of a sensible length."""
+
+    ANYTHING = "anything"
+    SIZE = "size"
+    """A number that is never below zero, or a text."""
+    DAY = "day"
+    MOMENT = "moment"
+    """A day, or a day and a time."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class HeaderField:
+    """One field of the head."""
+
+    key: str
+    """Its name in `PositioningReport.header`."""
+    name: str
+    """Its key in the group's table of the file."""
+    label: str
+    """What the certificate calls it."""
+    unit: str = ""
+    """Unit that is printed behind the value."""
+    only: AxisKind | None = None
+    """Kind of axis that has it; None for both."""
+    in_file: str = ""
+    """Key under which a measurement file may state it as a text with its unit."""
+    takes: Takes = Takes.ANYTHING
+    """What may stand there."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class HeaderGroup:
+    """Fields that stand together."""
+
+    name: str
+    """Name of its table in the file."""
+    title: str
+    """Its heading."""
+    fields: tuple[HeaderField, ...]
+    """Its fields."""
+
+
+def _group(name: str, title: str, *fields: HeaderField) -> HeaderGroup:
+    return HeaderGroup(name, title, fields)
+
+
+def _material_sensor(number: int) -> tuple[HeaderField, HeaderField]:
+    value, place = f"material_temperature_{number}_c", f"material_sensor_{number}_place"
+    return (
+        HeaderField(value, value, f"Material temperature T{number}", "°C"),
+        HeaderField(place, place, f"Place of sensor T{number}"),
+    )
+
+
+_LINEAR, _ROTARY = AxisKind.LINEAR, AxisKind.ROTARY
+
+HEADER_GROUPS: tuple[HeaderGroup, ...] = (
+    _group(
+        "machine",
+        "Machine",
+        HeaderField("machine", "name", "Name"),
+        HeaderField("machine_model", "model", "Model"),
+        HeaderField("machine_type", "type", "Type"),
+        HeaderField("serial_number", "serial_number", "Serial number"),
+        HeaderField("asset_number", "asset_number", "Asset number"),
+        HeaderField("control", "control", "Control"),
+        HeaderField(
+            "control_software_version", "software_version", "Software version of the control"
+        ),
+        HeaderField("location", "location", "Location"),
+    ),
+    _group(
+        "axis",
+        "Axis",
+        HeaderField("axis", "name", "Axis under test"),
+        HeaderField("measuring_line", "measuring_line", "Measuring line"),
+        HeaderField("other_axes", "other_axes", "Positions of the axes not under test"),
+        HeaderField("tool_offset_mm", "tool_offset_mm", "Offset to the tool reference X/Y/Z", "mm"),
+        HeaderField(
+            "workpiece_offset_mm",
+            "workpiece_offset_mm",
+            "Offset to the workpiece reference X/Y/Z",
+            "mm",
+        ),
+    ),
+    _group(
+        "state",
+        "State of the machine",
+        HeaderField(
+            "compensation_active", "compensation_active", "Compensation active (which tables)"
+        ),
+        HeaderField("thermal_compensation", "thermal_compensation", "Thermal compensation"),
+        HeaderField("scale_type", "scale_type", "Type of scale"),
+        HeaderField(
+            "scale_expansion_coefficient_ppm_per_k",
+            "scale_expansion_coefficient_ppm_per_k",
+            "Expansion coefficient of the scale",
+            "ppm/K",
+        ),
+        HeaderField("warm_up", "warm_up", "Warm-up before the test"),
+    ),
+    _group(
+        "correction",
+        "Correction to 20 °C",
+        HeaderField(
+            "nde_correction",
+            "nde_correction",
+            "Correction of nominal expansion (NDE)",
+            in_file=NORMALISED,
+        ),
+        HeaderField(
+            "expansion_coefficient_ppm_per_k",
+            "expansion_coefficient_ppm_per_k",
+            "Expansion coefficient used",
+            "ppm/K",
+        ),
+        HeaderField("nde_applied_by", "nde_applied_by", "Applied by (instrument or software)"),
+        HeaderField("environment_factor_um", "environment_factor_um", "Environment factor", "µm"),
+    ),
+    _group(
+        "instrument",
+        "Instrument",
+        HeaderField("instrument", "name", "Name"),
+        HeaderField("instrument_serial_number", "serial_number", "Serial number"),
+        HeaderField(
+            "instrument_calibration_date", "calibration_date", "Calibration date", takes=Takes.DAY
+        ),
+        HeaderField("instrument_error_range", "error_range", "Error range"),
+        HeaderField("dead_path_mm", "dead_path_mm", "Dead path", "mm", takes=Takes.SIZE),
+        HeaderField("averaging", "averaging", "Averaging"),
+    ),
+    _group(
+        "environment",
+        "Environment",
+        HeaderField("air_temperature_c", "air_temperature_c", "Air temperature", "°C"),
+        HeaderField(
+            "air_pressure_kpa", "air_pressure_kpa", "Air pressure", "kPa", takes=Takes.SIZE
+        ),
+        HeaderField(
+            "air_humidity_percent", "air_humidity_percent", "Air humidity", "%", takes=Takes.SIZE
+        ),
+        *_material_sensor(1),
+        *_material_sensor(2),
+        *_material_sensor(3),
+        HeaderField(
+            "temperature_gradient_k_per_h",
+            "temperature_gradient_k_per_h",
+            "Largest temperature gradient, 12 h before and during the test",
+            "K/h",
+            takes=Takes.SIZE,
+        ),
+    ),
+    _group(
+        "procedure",
+        "Procedure",
+        HeaderField(
+            "feed_mm_per_min", "feed_mm_per_min", "Feed", "mm/min", _LINEAR, "feed", Takes.SIZE
+        ),
+        HeaderField(
+            "feed_deg_per_min", "feed_deg_per_min", "Feed", "°/min", _ROTARY, "feed", Takes.SIZE
+        ),
+        HeaderField("dwell_s", "dwell_s", "Dwell", "s", in_file="dwell", takes=Takes.SIZE),
+        HeaderField("overrun_mm", "overrun_mm", "Overrun", "mm", _LINEAR, "overrun", Takes.SIZE),
+        HeaderField("overrun_deg", "overrun_deg", "Overrun", "°", _ROTARY, "overrun", Takes.SIZE),
+        HeaderField("trigger", "trigger", "Trigger kind and window"),
+        HeaderField("target_choice", "target_choice", "Choice of the targets, with seed"),
+    ),
+    _group(
+        "time",
+        "Time",
+        HeaderField("start", "start", "Start", takes=Takes.MOMENT),
+        HeaderField("end", "end", "End", takes=Takes.MOMENT),
+        HeaderField("date", "date", "Date of the run", takes=Takes.DAY),
+    ),
+    _group(
+        "people",
+        "People",
+        HeaderField("inspector", "inspector", "Inspector"),
+        HeaderField("customer", "customer", "Customer"),
+        HeaderField("title", "title", "Title"),
+        HeaderField("comments", "comments", "Comments"),
+    ),
+    _group(
+        "traceability",
+        "Traceability",
+        HeaderField("nc_program", "nc_program", "NC program"),
+        HeaderField("nc_program_sha256", "nc_program_sha256", "SHA-256 of the NC program"),
+    ),
+    _group(
+        "uncertainty",
+        "Inputs of the measurement uncertainty",
+        HeaderField("device_error_range", "device_error_range", "Error range of the device"),
+        HeaderField(
+            "misalignment_mm", "misalignment_mm", "Misalignment assumed", "mm", takes=Takes.SIZE
+        ),
+        HeaderField(
+            "expansion_coefficient_uncertainty_ppm_per_k",
+            "expansion_coefficient_uncertainty_ppm_per_k",
+            "Uncertainty of the expansion coefficient",
+            "ppm/K",
+            takes=Takes.SIZE,
+        ),
+        HeaderField(
+            "largest_difference_to_20_c_k",
+            "largest_difference_to_20_c_k",
+            "Largest difference to 20 °C",
+            "K",
+        ),
+        HeaderField(
+            "material_sensor_deviation_k",
+            "material_sensor_deviation_k",
+            "Largest deviation of the material sensor",
+            "K",
+            takes=Takes.SIZE,
+        ),
+        HeaderField(
+            "environmental_variation_error_um",
+            "environmental_variation_error_um",
+            "Environmental variation error",
+            "µm",
+            takes=Takes.SIZE,
+        ),
+    ),
+)
+"""All fields that can be stated, in the order in which the certificate prints them."""
+
+HEADER_FIELDS: Mapping[str, HeaderField] = MappingProxyType(
+    {field.key: field for group in HEADER_GROUPS for field in group.fields}
+)
+"""All fields by their key."""
+
+
+def _text_of(path: Path, place: str, value: object, field: HeaderField) -> str:
+    """Return a value as text; the kinds that TOML knows and a field takes."""
+    match value:
+        case bool() if not field.unit:
+            text = "yes" if value else "no"
+        case int() | float() if not isinstance(value, bool) and math.isfinite(value):
+            text = repr(value)
+        case dt.datetime() if not field.unit:
+            text = value.isoformat(sep=" ")
+        case dt.date() | dt.time() if not field.unit:
+            text = value.isoformat()
+        case str():
+            text = value.strip()
+        case _:
+            example = "1.5" if field.unit else '"text"'
+            raise ConfigurationError(
+                f"{place} is not {'a number' if field.unit else 'a text, number, date or yes/no'}",
+                where=str(path),
+                remedy=f"Write {field.label}{f' in {field.unit}' if field.unit else ''} there,"
+                f" such as {field.name} = {example}",
+            )
+    longest = LONGEST_COMMENT if field.key == "comments" else LONGEST_TEXT
+    if len(text) > longest:
+        raise ConfigurationError(
+            f"{place} has {len(text)} characters",
+            where=str(path),
+            remedy=f"Shorten it to {longest}",
+        )
+    if text:
+        _check_sense(path, place, text, field)
+    return text
+
+
+def _check_sense(path: Path, place: str, text: str, field: HeaderField) -> None:
+    """Refuse a value that its field cannot have."""
+    if field.takes is Takes.SIZE and (number_of(text) or 0.0) < 0.0:
+        raise ConfigurationError(
+            f"{place} is negative",
+            where=str(path),
+            remedy=f"Write {field.label} in {field.unit} without a sign",
+        )
+    if field.takes is Takes.DAY and not _is_day(text):
+        raise ConfigurationError(
+            f"{place} is not a date",
+            where=str(path),
+            remedy=f"Write it as {field.name} = 2026-03-31",
+        )
+    if field.takes is Takes.MOMENT and not _is_day(text) and moment_of(text) is None:
+        raise ConfigurationError(
+            f"{place} is not a date with or without a time",
+            where=str(path),
+            remedy=f"Write it as {field.name} = 2026-03-31T07:30:00 or with its zone behind, such"
+            " as +01:00",
+        )
+
+
+def number_of(text: str) -> float | None:
+    """Return the number that a text is; None if it is another text.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``-2.5``.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _is_day(text: str) -> bool:
+    return len(text) == 10 and day_of(text) is not None
+
+
+def _check_order(path: Path, header: Mapping[str, str]) -> None:
+    """Refuse an end before the start."""
+    start, end = header.get("start", ""), header.get("end", "")
+    moments, days = (moment_of(start), moment_of(end)), (day_of(start), day_of(end))
+    if None not in moments:
+        before = (duration_of(*moments) or 0.0) < 0.0
+    else:
+        before = days[0] is not None and days[1] is not None and days[1] < days[0]
+    if before:
+        raise ConfigurationError(
+            "time.end lies before time.start",
+            where=str(path),
+            remedy="Correct one of the two",
+        )
+
+
+def _check_kind(
+    path: Path, place: str, field: HeaderField, group: HeaderGroup, kind: AxisKind | None
+) -> None:
+    """Refuse a field that only the other kind of axis has, and name the one to use."""
+    if kind is None or field.only in (None, kind):
+        return
+    right = next((f for f in group.fields if f.only is kind and f.label == field.label), None)
+    use = f"Write {right.name} in {right.unit}" if right else "Leave it out"
+    raise ConfigurationError(
+        f"{place} belongs to a {field.only} axis, and the run is of a {kind} one",
+        where=str(path),
+        remedy=use,
+    )
+
+
+def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str]:
+    """Read a file with fields of the certificate's head.
+
+    Parameters
+    ----------
+    path : Path
+        TOML with a table for each group, such as ``[machine]`` with ``name = "..."``.
+    kind : AxisKind, optional
+        Kind of the axis; a field that only the other kind has is an error. Default: both kinds.
+
+    Returns
+    -------
+    Mapping
+        Text by the key of the field; numbers are in the unit that the key names. An empty text
+        counts as not stated and is left out.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read, a table or key is unknown or of the other kind of axis, a value
+        is of a wrong kind, negative where it is a size, no date where it is one, or too long, or
+        the end lies before the start.
+    """
+    content = read_toml(path, example='[machine] on a line and name = "text" below it')
+    groups = {group.name: group for group in HEADER_GROUPS}
+    known = [f"{group.name}.{field.name}" for group in HEADER_GROUPS for field in group.fields]
+    header: dict[str, str] = {}
+    for name, value in content.items():
+        group = groups.get(name)
+        if group is None:
+            raise unknown_key(path, name, [*groups, *known])
+        fields = {field.name: field for field in group.fields}
+        for key, entry in as_table(path, name, value).items():
+            if key not in fields:
+                raise unknown_key(path, f"{name}.{key}", known)
+            _check_kind(path, f"{name}.{key}", fields[key], group, kind)
+            text = _text_of(path, f"{name}.{key}", entry, fields[key])
+            if text:
+                header[fields[key].key] = text
+    _check_order(path, header)
+    return MappingProxyType(header)

@@ -1,0 +1,224 @@
+"""Limits of the figures and the rule by which they decide."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from types import MappingProxyType
+from typing import final
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result
+from thermaxis.quantities import AxisKind
+from thermaxis.report.settings._toml import as_table, read_toml, unknown_key
+
+_LARGEST = 1e9
+"""A limit is below a kilometre. [µm or arcsec]"""
+
+
+class DecisionRule(StrEnum):
+    """How a figure and its limit give a verdict."""
+
+    SIMPLE = "simple"
+    """Figure at most the limit; the measurement uncertainty is not taken into account."""
+    ISO14253_1 = "iso14253-1"
+    """The expanded uncertainty counts against whoever proves: ISO 14253-1."""
+
+    @property
+    def in_words(self) -> str:
+        """The rule as certificates and terminals word it."""
+        if self is DecisionRule.SIMPLE:
+            return (
+                "simple acceptance: a figure passes if it is not larger than its limit; the"
+                " measurement uncertainty is not taken into account"
+            )
+        return (
+            "ISO 14253-1: a figure passes if figure + U is not larger than its limit, fails if"
+            " figure - U is larger, and is not decided in between (U: expanded uncertainty,"
+            " k = 2, as stated in the limits file)"
+        )
+
+
+class Verdict(StrEnum):
+    """What a limit says."""
+
+    PASS = "pass"  # noqa: S105  a verdict, not a password
+    FAIL = "fail"
+    NOT_DECIDED = "not decided"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Limits of figures; the kind of axis fixes the unit: linear µm, rotary arcsec."""
+
+    limit: Mapping[str, float]
+    """Largest magnitude allowed, by key of the figure. [µm or arcsec]"""
+    decision_rule: DecisionRule
+    """How they decide."""
+    expanded_uncertainty: Mapping[str, float]
+    """Expanded uncertainty (k = 2) by key of the figure. [µm or arcsec]"""
+    source_name: str
+    """Name of the file without its folder."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FigureCheck:
+    """One figure against its limit; the kind of axis fixes the unit: linear µm, rotary arcsec."""
+
+    key: str
+    """Key of the figure."""
+    value: float | None
+    """The figure; None if it is absent. [µm or arcsec]"""
+    limit: float
+    """Its limit. [µm or arcsec]"""
+    expanded_uncertainty: float | None
+    """Its expanded uncertainty (k = 2); None if not stated. [µm or arcsec]"""
+    verdict: Verdict
+    """What the rule says."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LimitsCheck:
+    """A run against its limits."""
+
+    limits: Limits
+    """The limits."""
+    figures: tuple[FigureCheck, ...]
+    """Every figure that has a limit, in the order of tables."""
+    verdict: Verdict
+    """Fail if any figure fails; else not decided if any is not decided or absent; else pass."""
+
+    def of(self, key: str) -> FigureCheck | None:
+        """Return the check of one figure; None if it has no limit.
+
+        Parameters
+        ----------
+        key : str
+            Key of the figure.
+        """
+        return next((check for check in self.figures if check.key == key), None)
+
+
+def _numbers(
+    path: Path, table: str, values: Mapping[str, object], kind: AxisKind
+) -> Mapping[str, float]:
+    suffix = "_" + kind.units.deviation_suffix
+    known = {key + suffix: key for key in FIGURE_KEYS}
+    numbers: dict[str, float] = {}
+    for key, value in values.items():
+        if key not in known:
+            raise unknown_key(path, f"{table}.{key}", [f"{table}.{k}" for k in known])
+        number = value if isinstance(value, int | float) and not isinstance(value, bool) else 0.0
+        if not 0.0 < number < _LARGEST:
+            raise ConfigurationError(
+                f"{table}.{key} is not a positive number",
+                where=str(path),
+                remedy=f"Write it in {kind.units.deviation}, such as {key} = 12.0",
+            )
+        numbers[known[key]] = float(number)
+    return MappingProxyType({key: numbers[key] for key in FIGURE_KEYS if key in numbers})
+
+
+def _decision_rule(path: Path, value: object) -> DecisionRule:
+    choices = [str(rule) for rule in DecisionRule]
+    if not isinstance(value, str) or value not in choices:
+        raise ConfigurationError(
+            "limits.decision_rule is not a known rule",
+            where=str(path),
+            remedy=f"Choose one of {', '.join(choices)}",
+        )
+    return DecisionRule(value)
+
+
+def read_limits(path: Path, kind: AxisKind) -> Limits:
+    """Read a file of limits.
+
+    Parameters
+    ----------
+    path : Path
+        TOML with a table ``[limits]`` (keys of the figures with the unit as suffix, such as
+        ``A_um``, and ``decision_rule``) and, where uncertainties are known, a table
+        ``[expanded_uncertainty]`` with the same keys.
+    kind : AxisKind
+        Kind of the axis, which fixes the unit.
+
+    Returns
+    -------
+    Limits
+        The limits. The default rule is simple acceptance.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read, a key is unknown, a value is not a positive number, no figure
+        is limited, or the rule needs an uncertainty that is not there.
+    """
+    suffix = kind.units.deviation_suffix
+    content = read_toml(path, example=f"[limits] on a line and A_{suffix} = 12.0 below it")
+    for key in content:
+        if key not in ("limits", "expanded_uncertainty"):
+            raise unknown_key(path, key, ("limits", "expanded_uncertainty"))
+    table = dict(as_table(path, "limits", content.get("limits", {})))
+    rule = _decision_rule(path, table.pop("decision_rule", "simple"))
+    limit = _numbers(path, "limits", table, kind)
+    stated = as_table(path, "expanded_uncertainty", content.get("expanded_uncertainty", {}))
+    uncertainty = _numbers(path, "expanded_uncertainty", stated, kind)
+    if not limit:
+        raise ConfigurationError(
+            "no figure has a limit",
+            where=str(path),
+            remedy=f"Write a table [limits] with lines such as A_{suffix} = 12.0",
+        )
+    without = [key for key in limit if key not in uncertainty]
+    if rule is DecisionRule.ISO14253_1 and without:
+        raise ConfigurationError(
+            f"the rule iso14253-1 needs the expanded uncertainty of {', '.join(without)}",
+            where=str(path),
+            remedy=f"Write [expanded_uncertainty] with {without[0]}_{suffix} = ..., or choose the"
+            " rule simple",
+        )
+    return Limits(limit, rule, uncertainty, path.name)
+
+
+def _verdict(value: float | None, limit: float, uncertainty: float) -> Verdict:
+    if value is None:
+        return Verdict.NOT_DECIDED
+    magnitude = abs(value)
+    if magnitude + uncertainty <= limit:
+        return Verdict.PASS
+    return Verdict.FAIL if magnitude - uncertainty > limit else Verdict.NOT_DECIDED
+
+
+def check_limits(limits: Limits, iso230_2: Iso230_2Result) -> LimitsCheck:
+    """Compare the figures of a run with their limits.
+
+    Parameters
+    ----------
+    limits : Limits
+        The limits and the decision rule.
+    iso230_2 : Iso230_2Result
+        The figures. The mean reversal value is compared by its magnitude.
+
+    Returns
+    -------
+    LimitsCheck
+        A verdict per figure and one for the run. An absent figure is not decided.
+
+    References
+    ----------
+    ISO 14253-1 (decision rules), its principle from general knowledge.
+    """
+    checks: list[FigureCheck] = []
+    for key, limit in limits.limit.items():
+        value: float | None = getattr(iso230_2, key)
+        stated = limits.expanded_uncertainty.get(key)
+        counted = stated if limits.decision_rule is DecisionRule.ISO14253_1 else None
+        checks.append(
+            FigureCheck(key, value, limit, stated, _verdict(value, limit, counted or 0.0))
+        )
+    verdicts = {check.verdict for check in checks}
+    overall = next(v for v in (Verdict.FAIL, Verdict.NOT_DECIDED, Verdict.PASS) if v in verdicts)
+    return LimitsCheck(limits, tuple(checks), overall)

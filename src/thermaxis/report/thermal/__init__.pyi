@@ -1,0 +1,6 @@
+from ._output import (
+    write_identification_figures as write_identification_figures,
+    write_identification_report as write_identification_report,
+    write_verification_figures as write_verification_figures,
+    write_verification_report as write_verification_report,
+)

@@ -1,0 +1,557 @@
+"""The report of an identification: what it says, in which order."""
+
+import datetime as dt
+from collections.abc import Mapping, Sequence
+
+from thermaxis import __version__
+from thermaxis.compensation import Provenance
+from thermaxis.report._document import (
+    Block,
+    Column,
+    Document,
+    Fields,
+    ItemList,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+)
+from thermaxis.report._text import fixed, plain_text
+from thermaxis.report.thermal._fit import (
+    FittedExperiment,
+    fitted_experiments,
+    input_names_of,
+    leftover_of,
+    linearity_of,
+    loss_of_parts_um,
+)
+from thermaxis.report.thermal._identification_charts import (
+    MOST_LOGS,
+    MOST_OUTPUTS,
+    identification_charts,
+    record_length_s,
+)
+from thermaxis.report.thermal._lines import span_of
+from thermaxis.report.thermal._poles import pole_maps
+from thermaxis.report.thermal._steps import INTERVAL
+from thermaxis.report.thermal._verification import pictures_of
+from thermaxis.report.thermal._words import (
+    DASH,
+    hours,
+    micrometres,
+    name_text,
+    percent,
+    provenance_section,
+    significant,
+    warning_blocks,
+    with_interval,
+)
+from thermaxis.thermal import (
+    Identification,
+    IdentifiedOutput,
+    Records,
+    ThermalLog,
+    check_log,
+)
+
+_MOST_CURVE = 40
+_MOST_FINDINGS = 40
+_MOST_POLES = 60
+_LOSS = 0.002
+"""A smaller difference of two free runs, as a share of their range, is not told. [1]"""
+_NOTES = (
+    (
+        "Fit = 100 (1 - |measured - simulated| / |measured - mean of measured|) percent over the"
+        " training rows, equation (4) of the paper with the mean of the measured output, in free"
+        " run. A fit on training rows flatters: only the verification on another test says what"
+        " the model is worth."
+    ),
+    (
+        "One step: 'nothing changes from row to row' knows the displacement of the row before,"
+        " which no compensation does; one-step figures flatter every model."
+    ),
+    (
+        "DC gain: what a lasting change of 1 K does in the end. ± is a 95 % interval; a number"
+        " without it is one whose interval the record does not support."
+    ),
+    (
+        "Inputs and outputs are relative to their mean at the start of each record, so the"
+        " machine must have been in balance with its hall there."
+    ),
+    (
+        "The displacement is that of the tool point relative to the workpiece, positive away from"
+        " it; the correction is minus the model. Limits of the correction are not set by an"
+        " identification and must be set before anything acts on a machine."
+    ),
+    (
+        "The paper calls the numerator a and the denominator b; Ljung writes B for the former, and"
+        " A or F for the latter."
+    ),
+    "Paper: M. Mareš, O. Horejš, MM Science Journal 2021, DOI 10.17973/MMSJ.2021_07_2021053.",
+)
+
+
+def identification_document(
+    result: Identification,
+    records: Records,
+    logs: Sequence[ThermalLog],
+    provenance: Provenance,
+    *,
+    reference_s: float,
+) -> Document:
+    """Return the content of the report of an identification.
+
+    Parameters
+    ----------
+    result : Identification
+        What was found.
+    records : Records
+        What it was found from.
+    logs : sequence of ThermalLog
+        The logs.
+    provenance : Provenance
+        Where everything comes from.
+    reference_s : float
+        References are the mean over this first time. [s]
+
+    Returns
+    -------
+    Document
+        Strings only; every text from files has passed `plain_text`.
+    """
+    charts = identification_charts(result, records, logs, reference_s=reference_s)
+    pictures = pictures_of(charts)
+    fitted = {o.name: fitted_experiments(o, records) for o in result.outputs}
+    names = ", ".join(name_text(log.name, 40) for log in logs[:3])
+    outputs = ", ".join(name_text(o.name, 30) for o in result.outputs[:6])
+    own = [f"{o.name}: {w}" for o in result.outputs for w in o.warnings]
+    sections = [
+        Section("Results", (*_result_tables(result), *_with(pictures, "figure_04_fit"))),
+        *_selection_section(result, pictures),
+        Section(
+            "The model",
+            (*_model_blocks(result, fitted), *_with(pictures, "figure_04_step", "poles")),
+        ),
+        _residual_section(result, records, fitted, pictures),
+        _records_section(records, logs, reference_s, pictures),
+        provenance_section(provenance),
+        Section("How to read this report", (ItemList(_NOTES, numbered=True),)),
+    ]
+    return Document(
+        title="Identification of a thermal compensation model",
+        subtitle=plain_text(f"{outputs} from {names}", 160),
+        date=_date(provenance.date),
+        footer=_footer(provenance, names),
+        author=f"thermaxis {__version__}",
+        opening=(*warning_blocks(result.warnings, own), _summary(result, records)),
+        sections=tuple(sections),
+    )
+
+
+def _date(text: str) -> str | None:
+    try:
+        return dt.date.fromisoformat(text).isoformat()
+    except ValueError:
+        return None
+
+
+def _footer(provenance: Provenance, names: str) -> str:
+    hashes = [entry.sha256 for entry in provenance.logs if entry.sha256]
+    return f"{names} · SHA-256 {hashes[0][:12]}…" if hashes else names
+
+
+def _with(pictures: Mapping[str, Picture], *beginnings: str) -> list[Picture]:
+    return [picture for name, picture in pictures.items() if name.startswith(beginnings)]
+
+
+def _summary(result: Identification, records: Records) -> Fields:
+    count = max(len(experiments) for experiments in records.experiments.values())
+    return Fields(
+        "",
+        (
+            ("Method", str(result.method)),
+            ("Stability", "stable" if result.stable else "NOT STABLE: must not run anywhere"),
+            ("Experiments", f"{count}, the longest {hours(record_length_s(records))}"),
+            ("Sample time", hours(records.sample_time_s)),
+        ),
+    )
+
+
+def _result_tables(result: Identification) -> list[Block]:
+    keys = ("model", "static", "averages", "one_step")
+    rows = tuple(
+        (
+            name_text(o.name),
+            percent(o.fit_percent),
+            *(micrometres(o.training_rmse_um.get(key)) for key in keys),
+            micrometres(o.noise_std_um),
+            micrometres(o.slow_noise_std_um),
+        )
+        for o in result.outputs
+    )
+    columns = (
+        Column("Output", "left", wide=True),
+        Column("Fit [%]"),
+        Column("RMSE model"),
+        Column("Static"),
+        Column("Fixed averages"),
+        Column("One step"),
+        Column("Noise"),
+        Column("Slow drift"),
+    )
+    words = (
+        "Training rows: fit and RMSE of the free run; RMSE of a static regression and of fixed"
+        " exponential averages; of 'nothing changes' one step ahead; noise of one reading and slow"
+        " drift that no input explains, standard deviations. In µm."
+    )
+    blocks: list[Block] = [
+        Paragraph(f"How it was chosen: {plain_text(result.rule, 900).rstrip('.')}."),
+        Table(columns, rows, words),
+    ]
+    held_out = [o for o in result.outputs if o.validation_mae_um is not None]
+    if held_out:
+        blocks.append(_held_out_table(held_out))
+    beaten = [
+        name_text(o.name)
+        for o in result.outputs
+        if o.training_rmse_um.get("model", 0.0) >= o.training_rmse_um.get("static", float("inf"))
+    ]
+    if beaten:
+        blocks.append(
+            Paragraph(f"No better than a static regression: {', '.join(beaten[:12])}.", strong=True)
+        )
+    if len(result.outputs) > MOST_OUTPUTS:
+        words = f"The first {MOST_OUTPUTS} of {len(result.outputs)} outputs have charts."
+        blocks.append(Paragraph(words))
+    return blocks
+
+
+def _held_out_table(outputs: Sequence[IdentifiedOutput]) -> Table:
+    keys = ("hold", "static", "averages")
+    rows = tuple(
+        (
+            name_text(o.name),
+            micrometres(o.validation_mae_um),
+            *(micrometres(o.baseline_mae_um.get(key)) for key in keys),
+        )
+        for o in outputs
+    )
+    columns = (
+        Column("Output", "left", wide=True),
+        Column("Model"),
+        Column("Last value held"),
+        Column("Static"),
+        Column("Fixed averages"),
+    )
+    words = "Mean absolute error in free run on parts of the record that were held out, in µm."
+    return Table(columns, rows, words)
+
+
+def _selection_section(
+    result: Identification, pictures: Mapping[str, Picture]
+) -> list[Section]:  # fmt: skip
+    selection = result.selection
+    if selection is None:
+        return []
+    before: set[str] = set()
+    rows: list[tuple[str, ...]] = []
+    for entry in selection.curve[:_MOST_CURVE]:
+        new = [name for name in entry.channels if name not in before]
+        before |= set(entry.channels)
+        rows.append(
+            (
+                str(len(entry.channels)),
+                ", ".join(name_text(name, 30) for name in new[:8]),
+                fixed(entry.score, 3),
+                f"{fixed(entry.excess, 3)} ± {fixed(entry.excess_se, 3)}",
+            )
+        )
+    columns = (
+        Column("Channels"),
+        Column("What comes in", "left", wide=True),
+        Column("Error over the best"),
+        Column("Excess ± standard error"),
+    )
+    words = "Error in free run on parts held out, by the number of channels."
+    lags = ", ".join(significant(tau, 3) for tau in selection.time_constants_s) or "none"
+    chosen = (
+        f"Chosen: {len(selection.channels)} channels"
+        f" ({', '.join(name_text(n, 24) for n in selection.channels[:20])}); time constants {lags}"
+        f" s, common to all; uncertainty of the temperatures that holds the gains small:"
+        f" {significant(selection.sensor_uncertainty_k, 2)} K."
+    )
+    blocks: tuple[Block, ...] = (
+        Paragraph(chosen),
+        Table(columns, tuple(rows), words),
+        *_with(pictures, "selection"),
+    )
+    return [Section("Choice among the candidates", blocks)]
+
+
+def _model_blocks(
+    result: Identification, fitted: Mapping[str, Sequence[FittedExperiment]]
+) -> list[Block]:
+    blocks: list[Block] = []
+    for output in result.outputs[:20]:
+        if output.model is not None:
+            blocks.append(_parts_table(output))
+            blocks += _flags(output)
+        if output.polynomials is not None:
+            blocks += _polynomial_tables(output)
+            blocks += _loss_words(output, fitted[output.name])
+    return blocks
+
+
+def _loss_words(output: IdentifiedOutput, experiments: Sequence[FittedExperiment]) -> list[Block]:
+    """Say where gains and lags, which run on the machine, are not the polynomials."""
+    loss = loss_of_parts_um(output, experiments)
+    spread = max((span_of(e.simulated_um) for e in experiments), default=0.0)
+    if loss <= _LOSS * spread:
+        return []
+    words = (
+        f"The model of {name_text(output.name)} that runs has gains and lags only: its modes that"
+        f" are no lags go into the direct gains, and along the records it differs from the"
+        f" polynomials by up to {micrometres(loss)} µm. The charts show the polynomials."
+    )
+    return [Paragraph(words, strong=True)]
+
+
+def _parts_table(output: IdentifiedOutput) -> Table:
+    assert output.model is not None  # noqa: S101 - asked for only then
+    rows: list[tuple[str, ...]] = []
+    for part, std in zip(output.model.parts, output.std, strict=True):
+        gains = [
+            with_interval(float(g), s, INTERVAL) for g, s in zip(part.gains, std.gains, strict=True)
+        ]
+        taus = [
+            with_interval(float(t), s, INTERVAL)
+            for t, s in zip(part.time_constants_s, std.time_constants_s, strict=True)
+        ]
+        rows.append(
+            (
+                name_text(part.input_name, 30),
+                with_interval(part.dc_gain, std.dc_gain, INTERVAL),
+                with_interval(float(part.direct_gain), std.direct_gain, INTERVAL),
+                "; ".join(gains) or DASH,
+                "; ".join(taus) or DASH,
+                f"{part.delay_s:g}",
+            )
+        )
+    columns = (
+        Column("Input", "left"),
+        Column("DC gain"),
+        Column("Direct"),
+        Column("Gains of the lags", "left", wide=True),
+        Column("Time constants", "left", wide=True),
+        Column("Delay"),
+    )
+    known = any(std.dc_gain is not None for std in output.std)
+    words = (
+        f"Parts of {name_text(output.name)}: gains in µm/K, time constants and delays in s; offset"
+        f" {significant(output.model.offset_um, 3)} µm."
+        f" {'±: 95 % intervals.' if known else 'No intervals: nothing here supports one.'}"
+    )
+    return Table(columns, tuple(rows), words)
+
+
+def _flags(output: IdentifiedOutput) -> list[Block]:
+    assert output.model is not None  # noqa: S101 - asked for only then
+    said = [
+        plain_text(f"{output.name}, {part.input_name}: {flag}", 400)
+        for part, std in zip(output.model.parts, output.std, strict=True)
+        for flag in std.flags
+    ]
+    return (
+        [Paragraph("What the record does not support", strong=True), ItemList(tuple(said))]
+        if said
+        else []
+    )
+
+
+def _polynomial_tables(output: IdentifiedOutput) -> list[Block]:
+    found = output.polynomials
+    assert found is not None  # noqa: S101 - asked for only then
+    rows = tuple(
+        (
+            name_text(name, 30),
+            "; ".join(f"{value:.9g}" for value in a),
+            "; ".join(f"{value:.9g}" for value in b),
+        )
+        for name, a, b in zip(
+            found.model.input_names, found.numerators, found.denominators, strict=True
+        )
+    )
+    columns = (
+        Column("Input", "left"),
+        Column("Numerator a0, a1, …", "left", wide=True),
+        Column("Denominator b0, b1, …", "left", wide=True),
+    )
+    words = (
+        f"Coefficients of {name_text(output.name)} at {found.model.sample_time_s:g} s (Tables 1 and"
+        " 2 of the paper). Printed digits lose the DC gain of slow models; the model file stores"
+        " gains and time constants."
+    )
+    poles: list[tuple[str, ...]] = []
+    for of_input in pole_maps(output):
+        for k, pole in enumerate(of_input.poles):
+            std = float(of_input.time_constants_std_s[k])
+            near = [j for i, j in of_input.cancelling if i == k]
+            poles.append(
+                (
+                    name_text(of_input.input_name, 30),
+                    f"{pole.real:.6f}" + (f" {pole.imag:+.6f}i" if pole.imag else ""),
+                    fixed(abs(pole), 6),
+                    with_interval(float(of_input.time_constants_s[k]), std, INTERVAL),
+                    "a zero nearly cancels it" if near else "",
+                )
+            )
+    pole_columns = (
+        Column("Input", "left"),
+        Column("Pole"),
+        Column("Modulus"),
+        Column("Time constant [s]"),
+        Column("", "left", wide=True),
+    )
+    tables: list[Block] = [Table(columns, rows, words)]
+    if poles:
+        tables.append(Table(pole_columns, tuple(poles[:_MOST_POLES]), "Poles in z, slowest first."))
+    return tables
+
+
+def _residual_section(
+    result: Identification,
+    records: Records,
+    fitted: Mapping[str, Sequence[FittedExperiment]],
+    pictures: Mapping[str, Picture],
+) -> Section:
+    said: list[str] = []
+    rows: list[tuple[str, ...]] = []
+    for output in result.outputs:
+        experiments = fitted[output.name]
+        name = name_text(output.name)
+        if not experiments:
+            said.append(f"{name}: the model is not stable, so nothing was simulated.")
+            continue
+        left = leftover_of(experiments)
+        if isinstance(left, str):
+            said.append(f"{name}: {plain_text(left)}.")
+        else:
+            names = input_names_of(output)
+            linked = [
+                name_text(n, 30)
+                for n, free in zip(names, left.analysis.independent, strict=True)
+                if not free
+            ]
+            rows.append(
+                (
+                    name,
+                    hours(left.step_s),
+                    "may be white" if left.analysis.white else "coloured",
+                    fixed(left.analysis.residual_effective_rows, 0),
+                    ", ".join(linked[:8]) or "none",
+                )
+            )
+        said.append(f"{name}: {_linearity_words(output, records, experiments)}")
+    columns = (
+        Column("Output", "left", wide=True),
+        Column("Means over"),
+        Column("Residual", "left"),
+        Column("Worth rows"),
+        Column("Inputs it still depends on", "left", wide=True),
+    )
+    words = (
+        "Residual analysis at the 1 % level; the independent rows that the mean of the residual is"
+        " worth."
+    )
+    tables: list[Block] = [Table(columns, tuple(rows), words)] if rows else []
+    return Section(
+        "What the model left over",
+        (
+            *tables,
+            Paragraph("Heating against cooling (the paper's check of linearity):"),
+            ItemList(tuple(said)),
+            *_with(pictures, "residuals"),
+        ),
+    )
+
+
+def _linearity_words(
+    output: IdentifiedOutput, records: Records, fitted: Sequence[FittedExperiment]
+) -> str:
+    found = linearity_of(output, records, fitted)
+    if isinstance(found, str):
+        return f"not compared, {plain_text(found)}."
+    heating = with_interval(found.heating_gain, found.heating_gain_std, INTERVAL)
+    cooling = with_interval(found.cooling_gain, found.cooling_gain_std, INTERVAL)
+    share = abs(found.difference) / max(abs(found.heating_gain), abs(found.cooling_gain), 1e-9)
+    verdict = (
+        "no difference is found, which is no proof that there is none"
+        if found.linear
+        else f"a difference of {100.0 * share:.1f} % is found, which one linear model cannot follow"
+    )
+    return (
+        f"measured over simulated change is {heating} in heating and {cooling} in cooling"
+        f" (p = {found.p_linear:.2g}): {verdict}."
+    )
+
+
+def _records_section(
+    records: Records,
+    logs: Sequence[ThermalLog],
+    reference_s: float,
+    pictures: Mapping[str, Picture],
+) -> Section:
+    rows = tuple(
+        (
+            name_text(definition.name, 30),
+            name_text(definition.expression),
+            significant(float(records.lowest_k[k]), 3),
+            significant(float(records.highest_k[k]), 3),
+        )
+        for k, definition in enumerate(records.inputs[:60])
+    )
+    columns = (
+        Column("Input", "left"),
+        Column("Channels", "left", wide=True),
+        Column("Lowest"),
+        Column("Highest"),
+    )
+    words = (
+        "Where the model is valid: range of every input relative to its reference, in K (or the"
+        " unit of its channel)."
+    )
+    relative = (
+        f"Inputs and outputs are relative to their mean over the first {hours(reference_s)} of"
+        " each record."
+    )
+    if len(logs) > MOST_LOGS:
+        relative += f" The first {MOST_LOGS} of {len(logs)} logs are drawn."
+    return Section(
+        "Records",
+        (
+            Paragraph(relative),
+            Table(columns, rows, words),
+            *_sensor_words(records, logs),
+            *_with(pictures, "figure_03"),
+        ),
+    )
+
+
+def _sensor_words(records: Records, logs: Sequence[ThermalLog]) -> list[Block]:
+    """Return the faults of the channels that were used: sensor first, then the model."""
+    used = [
+        *records.experiments,
+        *(channel for definition in records.inputs for channel in definition.channels),
+    ]
+    wanted = {channel.casefold() for channel in used}
+    said: list[str] = []
+    for log in logs:
+        names = [name for name in log.columns if name.casefold() in wanted]
+        found = check_log(log.select(names)) if names else ()
+        said += [plain_text(f"{log.name}: {finding.words}", 400) for finding in found]
+    if not said:
+        return [Paragraph("Sensor first: no fault was found in the channels that were used.")]
+    more = len(said) - _MOST_FINDINGS
+    shown = said[:_MOST_FINDINGS] + ([f"… and {more} more"] if more > 0 else [])
+    words = "Sensor first: what was found in the channels that were used."
+    return [Paragraph(words), ItemList(tuple(shown))]

@@ -1,0 +1,253 @@
+"""Thermal reports and figures as files."""
+
+import datetime as dt
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib import resources
+from pathlib import Path
+
+import typst
+
+from thermaxis.compensation import CompensationModel, Provenance
+from thermaxis.errors import ConfigurationError
+from thermaxis.report._document import Document
+from thermaxis.report._output import make_folder, write_bytes
+from thermaxis.report._style import drawing, png_bytes, svg_bytes
+from thermaxis.report.certificate import render_html
+from thermaxis.report.thermal._comparison import verification_charts
+from thermaxis.report.thermal._identification import identification_document
+from thermaxis.report.thermal._identification_charts import identification_charts
+from thermaxis.report.thermal._panels import ThermalChart
+from thermaxis.report.thermal._verification import verification_document
+from thermaxis.thermal import Identification, Records, ThermalLog, Verification
+
+
+def document_pdf(document: Document) -> bytes:
+    """Return a document as PDF.
+
+    Parameters
+    ----------
+    document : Document
+        The content.
+
+    Returns
+    -------
+    bytes
+        The same document gives the same bytes: fonts are those inside the typesetter, and the
+        file's time is the document's date, or 1970-01-01 if there is none.
+    """
+    template = resources.files("thermaxis.report").joinpath("certificate.typ").read_bytes()
+    date = dt.date(1970, 1, 1) if document.date is None else dt.date.fromisoformat(document.date)
+    return typst.compile(
+        template,
+        font_paths=typst.Fonts(include_system_fonts=False),
+        sys_inputs={"document": json.dumps(asdict(document), ensure_ascii=False)},
+        timestamp=dt.datetime(date.year, date.month, date.day, tzinfo=dt.UTC),
+        format="pdf",
+    )
+
+
+def _check_suffix(path: Path) -> bool:
+    """Return whether the file is to be a PDF."""
+    suffix = path.suffix.lower()
+    if suffix not in {".pdf", ".html", ".htm"}:
+        raise ConfigurationError(
+            f"a report cannot be written as '{path.suffix}'",
+            where=str(path),
+            remedy="End the name in .pdf or .html",
+        )
+    return suffix == ".pdf"
+
+
+def _check_same(logs: Sequence[ThermalLog], result: Verification) -> None:
+    if len(logs) != len(result.logs) or any(
+        log.rows != found.time_s.size for log, found in zip(logs, result.logs, strict=True)
+    ):
+        raise ConfigurationError(
+            "the logs are not those that were verified",
+            where="logs",
+            remedy="Give the logs of the verification in their order",
+        )
+
+
+def write_verification_report(
+    model: CompensationModel, logs: Sequence[ThermalLog], result: Verification, path: Path
+) -> None:
+    """Write the report of a verification in the format that the file's suffix names.
+
+    Parameters
+    ----------
+    model : CompensationModel
+        The model.
+    logs : sequence of ThermalLog
+        The logs, in the order of the result.
+    result : Verification
+        What `verify` found.
+    path : Path
+        A file that ends in ``.pdf``, ``.html`` or ``.htm``; it is replaced if it exists.
+
+    Raises
+    ------
+    ConfigurationError
+        If the suffix is another one, the logs are not those of the result, or the file cannot be
+        written.
+
+    References
+    ----------
+    Mareš and Horejš 2021, figures 4 and 7 to 13, Table 3.
+    """
+    as_pdf = _check_suffix(path)
+    _check_same(logs, result)
+    _write(verification_document(model, logs, result), path, as_pdf=as_pdf)
+
+
+def write_identification_report(
+    result: Identification,
+    records: Records,
+    logs: Sequence[ThermalLog],
+    provenance: Provenance,
+    path: Path,
+    *,
+    reference_s: float,
+) -> None:
+    """Write the report of an identification in the format that the file's suffix names.
+
+    Parameters
+    ----------
+    result : Identification
+        What `identify` found.
+    records : Records
+        The records that it was given.
+    logs : sequence of ThermalLog
+        The logs that the records were made of.
+    provenance : Provenance
+        Where everything comes from.
+    path : Path
+        A file that ends in ``.pdf``, ``.html`` or ``.htm``; it is replaced if it exists.
+    reference_s : float
+        Inputs and outputs are relative to their mean over this first time. [s]
+
+    Raises
+    ------
+    ConfigurationError
+        If the suffix is another one, or the file cannot be written.
+
+    References
+    ----------
+    Mareš and Horejš 2021, figures 3 and 4, Tables 1 and 2.
+    """
+    as_pdf = _check_suffix(path)
+    document = identification_document(result, records, logs, provenance, reference_s=reference_s)
+    _write(document, path, as_pdf=as_pdf)
+
+
+def _write(document: Document, path: Path, *, as_pdf: bool) -> None:
+    content = document_pdf(document) if as_pdf else render_html(document).encode("utf-8")
+    write_bytes(path, content)
+
+
+def write_verification_figures(
+    model: CompensationModel, logs: Sequence[ThermalLog], result: Verification, folder: Path
+) -> tuple[Path, ...]:
+    """Write every chart of a verification as PNG and SVG, and what is drawn as CSV.
+
+    Parameters
+    ----------
+    model : CompensationModel
+        The model.
+    logs : sequence of ThermalLog
+        The logs, in the order of the result.
+    result : Verification
+        What `verify` found.
+    folder : Path
+        Where the files go; it is made if it does not exist.
+
+    Returns
+    -------
+    tuple of Path
+        The files. The same result gives the same bytes.
+
+    Raises
+    ------
+    ConfigurationError
+        If the logs are not those of the result, or the folder or a file cannot be written.
+
+    References
+    ----------
+    Mareš and Horejš 2021, figures 4 and 7 to 13 (their numbers are in the names of the files).
+    """
+    _check_same(logs, result)
+    return write_charts(verification_charts(model, tuple(logs), result), folder)
+
+
+def write_identification_figures(
+    result: Identification,
+    records: Records,
+    logs: Sequence[ThermalLog],
+    folder: Path,
+    *,
+    reference_s: float,
+) -> tuple[Path, ...]:
+    """Write every chart of an identification as PNG and SVG, and what is drawn as CSV.
+
+    Parameters
+    ----------
+    result : Identification
+        What `identify` found.
+    records : Records
+        The records that it was given.
+    logs : sequence of ThermalLog
+        The logs that the records were made of.
+    folder : Path
+        Where the files go; it is made if it does not exist.
+    reference_s : float
+        Inputs and outputs are relative to their mean over this first time. [s]
+
+    Returns
+    -------
+    tuple of Path
+        The files. The same result gives the same bytes.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder or a file cannot be written.
+
+    References
+    ----------
+    Mareš and Horejš 2021, figures 3 and 4 (their numbers are in the names of the files).
+    """
+    charts = identification_charts(result, records, logs, reference_s=reference_s)
+    return write_charts(charts, folder)
+
+
+def write_charts(charts: Sequence[ThermalChart], folder: Path) -> tuple[Path, ...]:
+    """Write charts as PNG and SVG, and what they draw as CSV.
+
+    Parameters
+    ----------
+    charts : sequence of ThermalChart
+        The charts.
+    folder : Path
+        Where the files go; it is made if it does not exist.
+
+    Returns
+    -------
+    tuple of Path
+        The files.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder or a file cannot be written.
+    """
+    make_folder(folder)
+    written: list[Path] = []
+    for chart in charts:
+        with drawing(chart.name):
+            figure = chart.draw()
+            written.append(write_bytes(folder / f"{chart.name}.png", png_bytes(figure)))
+            written.append(write_bytes(folder / f"{chart.name}.svg", svg_bytes(figure)))
+        written.append(write_bytes(folder / f"{chart.name}.csv", chart.numbers.as_csv()))
+    return tuple(written)

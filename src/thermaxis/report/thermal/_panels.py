@@ -1,0 +1,434 @@
+"""Charts of thermal tests: panels of lines, each told apart by its marker as well as its colour."""
+
+# matplotlib leaves the types of keyword arguments open
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from thermaxis.files.table import protected
+from thermaxis.positioning import FloatArray
+from thermaxis.report._output import NumberTable
+from thermaxis.report._style import (
+    DARK,
+    GREY,
+    drawable,
+    drawing,
+    new_figure,
+    set_heading,
+    svg_bytes,
+)
+from thermaxis.report.thermal._lines import drawn_line, marked
+
+Dash: TypeAlias = Literal["-"] | tuple[float, tuple[float, ...]]
+
+MOST_LINES = 6
+"""More lines than these in one panel cannot be told apart. [1]"""
+_LABEL = 22
+"""Longest label of a line; a longer name is cut. [1]"""
+_LEGEND_WIDTH = 110
+"""Width of a legend below a chart. [characters]"""
+_SAMPLE_WIDTH = 11
+"""Width of what stands before a label, and of the gap behind it. [characters]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a line looks."""
+
+    colour: str
+    """Colour."""
+    line: Dash = "-"
+    """Dashes."""
+    width: float = 1.1
+    """Width. [pt]"""
+    marker: str = ""
+    """Marker, a few along the line."""
+    filled: bool = True
+    """Whether its markers are filled."""
+    stems: bool = False
+    """Whether values stand on stems and are not joined."""
+    points: bool = False
+    """Whether every value has its marker."""
+
+
+LOOKS = (
+    Look("#0072b2", marker="o"),
+    Look("#c84e00", marker="s", filled=False),
+    Look("#1b7f5c", marker="^"),
+    Look("#7b3294", marker="D", filled=False),
+    Look("#8a6d00", marker="v"),
+    Look(DARK, marker="P", filled=False),
+)
+"""Lines of one kind: colour, marker, filled and open by turns."""
+MEASURED = Look(GREY, width=2.4)
+"""The machine as it is: broad and pale."""
+SIMULATED = Look("black", line=(0, (4.0, 1.6)), width=1.1)
+"""Free run of the model: dashed."""
+RESIDUAL = Look("#0072b2", width=0.9, marker="o", filled=False)
+"""Measured minus simulated."""
+REST = Look(GREY, line=(0, (1.0, 1.2)), width=1.6)
+"""What is not drawn one by one."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A line of a panel."""
+
+    label: str
+    """Its name; text from files as it is."""
+    x: FloatArray
+    """Times, lags or counts, (n,). [unit of the panel]"""
+    y: FloatArray
+    """Values, (n,); NaN where there is none. [unit of the panel]"""
+    look: Look
+    """How it looks."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Area:
+    """A pale area behind the lines: a band, or the extent of what is not drawn."""
+
+    label: str
+    """Its name."""
+    x: FloatArray
+    """Times or lags, (n,). [unit of the panel]"""
+    low: FloatArray
+    """Lower edge, (n,). [unit of the panel]"""
+    high: FloatArray
+    """Upper edge, (n,). [unit of the panel]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ErrorBar:
+    """A value with an interval at one place."""
+
+    x: float
+    """Place. [unit of the panel]"""
+    y: float
+    """Value. [unit of the panel]"""
+    half: float
+    """Half the interval. [unit of the panel]"""
+    look: Look
+    """That of its line."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Panel:
+    """Lines with common axes."""
+
+    title: str
+    """What it shows; text from files as it is."""
+    quantity: str
+    """Label of the upright axis, with the unit."""
+    traces: tuple[Trace, ...]
+    """The lines."""
+    areas: tuple[Area, ...] = ()
+    """Behind the lines."""
+    bars: tuple[ErrorBar, ...] = ()
+    """Beside the lines."""
+    shaded: tuple[tuple[float, float], ...] = ()
+    """Parts of the level axis that do not count. [unit of the panel]"""
+    mark: float | None = None
+    """Place of an upright line. [unit of the panel]"""
+    mark_label: str = ""
+    """What it stands for."""
+    height_in: float = 1.55
+    """Height. [in]"""
+    own_scale: bool = False
+    """Whether its upright axis is its own in a chart that has one scale."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ThermalChart:
+    """A chart of a report."""
+
+    name: str
+    """Name of its files, without suffix."""
+    caption: str
+    """What it shows and how to read it."""
+    draw: Callable[[], Figure]
+    """Draws it."""
+    numbers: NumberTable
+    """What is drawn, in numbers."""
+
+    def svg(self) -> bytes:
+        """Return the chart as SVG."""
+        with drawing(self.name):
+            return svg_bytes(self.draw())
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PanelGrid:
+    """Panels that stand together."""
+
+    heading: str
+    """First line above them."""
+    source: str
+    """Second line: the log; text from files as it is."""
+    panels: tuple[Panel, ...]
+    """From left to right, then down."""
+    axis: str = "time [h]"
+    """Label of the level axis, with the unit."""
+    columns: int = 1
+    """Panels side by side. [1]"""
+    one_axis: bool = True
+    """Whether the level axes are the same."""
+    one_scale: bool = False
+    """Whether the upright axes are the same."""
+    one_legend: bool = False
+    """Whether one legend below holds for all panels."""
+
+
+def panel_chart(name: str, caption: str, grid: PanelGrid) -> ThermalChart:
+    """Return panels as a chart of a report.
+
+    Parameters
+    ----------
+    name : str
+        Name of its files, without suffix.
+    caption : str
+        What it shows and how to read it.
+    grid : PanelGrid
+        The panels.
+    """
+    return ThermalChart(name, caption, lambda: draw_panels(grid), panel_numbers(grid))
+
+
+def shown_text(text: str) -> str:
+    """Return text from a file as a cell of CSV that a spreadsheet does not obey."""
+    return protected(drawable(text, 80))
+
+
+def panel_numbers(grid: PanelGrid) -> NumberTable:
+    """Return the points that are drawn: long lines are reduced to their extremes.
+
+    Parameters
+    ----------
+    grid : PanelGrid
+        The panels.
+
+    Returns
+    -------
+    NumberTable
+        One row per point.
+    """
+    rows: list[tuple[str | float, ...]] = []
+    for panel in grid.panels:
+        lines = [(t.label, t.x, t.y) for t in panel.traces]
+        for area in panel.areas:
+            lines += [(f"{area.label}, low", area.x, area.low)]
+            lines += [(f"{area.label}, high", area.x, area.high)]
+        for label, x, y in lines:
+            line = drawn_line(x, y)
+            at = np.concatenate([line.x, line.alone_x])
+            values = np.concatenate([line.y, line.alone_y])
+            known = ~np.isnan(values)
+            words = (shown_text(panel.title), panel.quantity, shown_text(label))
+            rows += [
+                (*words, float(a), float(v)) for a, v in zip(at[known], values[known], strict=True)
+            ]
+    return NumberTable(("panel", "quantity", "line", grid.axis, "value"), rows)
+
+
+def draw_panels(grid: PanelGrid) -> Figure:
+    """Draw panels.
+
+    Parameters
+    ----------
+    grid : PanelGrid
+        The panels.
+
+    Returns
+    -------
+    Figure
+        The chart.
+    """
+    down = -(-len(grid.panels) // grid.columns)
+    heights = [
+        max(p.height_in for p in grid.panels[k * grid.columns : (k + 1) * grid.columns])
+        for k in range(down)
+    ]
+    figure = new_figure(0.75 + sum(heights) + (0.25 if grid.one_legend else 0.0))
+    table: list[list[Axes]] = figure.subplots(
+        down,
+        grid.columns,
+        squeeze=False,
+        sharex=grid.one_axis,
+        gridspec_kw={"height_ratios": heights},
+    ).tolist()
+    axes = [a for row in table for a in row]
+    for place, panel in zip(axes, grid.panels, strict=False):
+        _draw_panel(place, panel)
+    for unused in axes[len(grid.panels) :]:
+        unused.set_visible(False)
+    if grid.one_scale:
+        alike = [a for a, p in zip(axes, grid.panels, strict=False) if not p.own_scale]
+        limits = [a.get_ylim() for a in alike]
+        for place in alike:
+            place.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+    for k, place in enumerate(axes[: len(grid.panels)]):
+        if k + grid.columns >= len(grid.panels):
+            place.set_xlabel(grid.axis)
+            place.tick_params(axis="x", labelbottom=True)
+        if grid.one_scale and k % grid.columns:
+            place.set_ylabel("")
+    _put_legends(figure, axes, grid)
+    if grid.source:
+        set_heading(figure, grid.heading, drawable(grid.source, 100))
+    else:
+        figure.suptitle(grid.heading)
+    return figure
+
+
+def _put_legends(figure: Figure, axes: Sequence[Axes], grid: PanelGrid) -> None:
+    if grid.one_legend:
+        entries, labels = _legend(grid.panels)
+        columns = legend_columns(labels)
+        figure.legend(entries, labels, loc="outside lower center", ncols=columns)
+        return
+    for place, panel in zip(axes, grid.panels, strict=False):
+        entries, labels = _legend((panel,))
+        place.legend(
+            entries, labels, loc="upper left", bbox_to_anchor=(1.01, 1.03), borderaxespad=0.0
+        )
+
+
+def legend_columns(labels: Sequence[str]) -> int:
+    """Return how many columns of a legend fit side by side, all lines filled alike.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        What it shows, at least one label.
+    """
+    widest = max(len(line) for label in labels for line in label.split("\n"))
+    most = max(1, int(_LEGEND_WIDTH / (_SAMPLE_WIDTH + widest)))
+    return -(-len(labels) // -(-len(labels) // most))
+
+
+def line_label(label: str) -> str:
+    """Return the name of a line as a legend shows it.
+
+    Parameters
+    ----------
+    label : str
+        The name, in one line or two; text from files as it is.
+
+    Returns
+    -------
+    str
+        A long name loses its middle: names of channels often differ at their ends.
+    """
+    text = "\n".join(_shortened(drawable(line)) for line in label.split("\n")[:2])
+    return f" {text}" if text.startswith("_") else text  # the library hides such names
+
+
+def _shortened(text: str) -> str:
+    if len(text) <= _LABEL:
+        return text
+    end = _LABEL // 2 - 1
+    return f"{text[: _LABEL - 1 - end]}…{text[-end:]}"
+
+
+def _legend(panels: Sequence[Panel]) -> tuple[list[Artist], list[str]]:
+    found: dict[str, Artist] = {}
+    for panel in panels:
+        for trace in panel.traces:
+            found.setdefault(trace.label, _sample(trace.look))
+        for area in panel.areas:
+            found.setdefault(area.label, Patch(facecolor="#d9d9d9"))
+        if panel.shaded:
+            found.setdefault("does not count", _shade())
+        if panel.mark is not None:
+            line = Line2D([], [], color="black", linewidth=0.8, linestyle=(0, (5.0, 2.0, 1.0, 2.0)))
+            found.setdefault(panel.mark_label, line)
+    return list(found.values()), [line_label(label) for label in found]
+
+
+def _shade() -> Patch:
+    return Patch(facecolor="#f4f4f4", edgecolor="#d4d4d4", hatch="//", linewidth=0.0)
+
+
+def _sample(look: Look) -> Line2D:
+    return Line2D(
+        [],
+        [],
+        color=look.colour,
+        linestyle="" if look.stems else look.line,
+        linewidth=look.width,
+        marker=look.marker or ("." if look.stems else ""),
+        markerfacecolor=look.colour if look.filled else "white",
+        markersize=3.6,
+    )
+
+
+def _draw_panel(axes: Axes, panel: Panel) -> None:
+    for first, last in panel.shaded:
+        axes.axvspan(
+            first, last, facecolor="#f4f4f4", edgecolor="#d4d4d4", hatch="//", linewidth=0.0
+        )
+    for area in panel.areas:
+        axes.fill_between(area.x, area.low, area.high, color="#d9d9d9", linewidth=0.0, zorder=1.2)
+    for number, trace in enumerate(panel.traces):
+        if trace.look.stems:
+            axes.vlines(trace.x, 0.0, trace.y, color=trace.look.colour, linewidth=trace.look.width)
+            axes.plot(trace.x, trace.y, ".", color=trace.look.colour, markersize=2.5)
+        else:
+            _draw_line(axes, trace, (number + 0.5) / len(panel.traces))
+    for bar in panel.bars:
+        axes.errorbar(
+            [bar.x], [bar.y], yerr=[bar.half], color=bar.look.colour, capsize=2.5,
+            marker=bar.look.marker or ".", markersize=3.0, linewidth=1.0,
+            markerfacecolor=bar.look.colour if bar.look.filled else "white",
+        )  # fmt: skip
+    if panel.mark is not None:
+        axes.axvline(panel.mark, color="black", linewidth=0.8, linestyle=(0, (5.0, 2.0, 1.0, 2.0)))
+    axes.axhline(0.0, color="black", linewidth=0.6, zorder=1.5)
+    axes.set_title(drawable(panel.title, 90), loc="left")
+    axes.set_ylabel(panel.quantity)
+    axes.margins(x=0.01)
+
+
+def _draw_line(axes: Axes, trace: Trace, turn: float) -> None:
+    look, line = trace.look, drawn_line(trace.x, trace.y)
+    face = look.colour if look.filled else "white"
+    if line.x.size:
+        axes.plot(
+            line.x,
+            line.y,
+            color=look.colour,
+            linestyle=look.line,
+            linewidth=look.width,
+            marker=look.marker,
+            markersize=3.6,
+            markerfacecolor=face,
+            markeredgewidth=0.8,
+            markevery=None if look.points else marked(line, turn),
+        )
+    if line.alone_x.size:
+        axes.plot(
+            line.alone_x,
+            line.alone_y,
+            color=look.colour,
+            linestyle="",
+            marker=look.marker or "o",
+            markersize=3.0 if look.marker else 1.8 * look.width,
+            markerfacecolor=face,
+            markeredgewidth=0.7,
+        )

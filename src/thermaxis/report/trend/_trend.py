@@ -1,0 +1,437 @@
+"""One axis over the years: the figures of several runs, and whether they may be compared."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from types import MappingProxyType
+from typing import TypeAlias, final
+
+import numpy as np
+
+from thermaxis.errors import DataError, printable
+from thermaxis.files.table import protected
+from thermaxis.positioning import (
+    BACKWARD,
+    FIGURE_KEYS,
+    FORWARD,
+    DriftResult,
+    FigureUncertainty,
+    Iso230_2Figures,
+    Iso230_2Result,
+    PositioningTest,
+    check_test_conditions,
+    evaluate_drift,
+    evaluate_iso230_2,
+    evaluate_uncertainty,
+)
+from thermaxis.report._output import NumberTable
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+"""Called with the name of a step, the steps done and the number of steps."""
+
+MAIN_FIGURES = ("B", "E", "R", "A")
+"""Figures that tables and charts show; all others are in the CSV and the JSON."""
+_WARM_K = 2.0
+"""Runs whose air differs by more than this are hardly comparable: own choice. [K]"""
+_SAME_POSITION = 0.01
+"""Targets within this share of the mean interval count as the same: own choice. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TrendFigure:
+    """One figure of one run."""
+
+    value: float
+    """The figure. [µm or arcsec]"""
+    expanded_uncertainty: float | None
+    """Expanded uncertainty (k = 2) from noise and drift; None if not known. [µm or arcsec]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TrendRun:
+    """One run of the trend."""
+
+    name: str
+    """Name of its file."""
+    test: PositioningTest
+    """The run."""
+    iso230_2: Iso230_2Result
+    """Its figures as measured."""
+    drift: DriftResult | None
+    """Its drift; None if not asked for or not known."""
+    measured: Mapping[str, TrendFigure]
+    """Figures as measured, by key; absent ones are left out."""
+    drift_free: Mapping[str, TrendFigure]
+    """Figures without drift, by key; empty if the drift is not known."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class TrendChange:
+    """How a figure changed from the first run to the last."""
+
+    key: str
+    """Key of the figure."""
+    drift_free: bool
+    """Whether the figures without drift are compared, which both runs have."""
+    change: float
+    """Last minus first. [µm or arcsec]"""
+    expanded_uncertainty: float | None
+    """Of the change (k = 2), root of the sum of squares of both; None if not known.
+    [µm or arcsec]"""
+
+    @property
+    def significant(self) -> bool | None:
+        """Whether the change is larger than its expanded uncertainty; None if not known."""
+        if self.expanded_uncertainty is None:
+            return None
+        return abs(self.change) > self.expanded_uncertainty
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Trend:
+    """Runs of one axis in the order of time."""
+
+    runs: tuple[TrendRun, ...]
+    """The runs."""
+    dates: tuple[datetime, ...] | None
+    """Their starts, naive or all in UTC; None if one is not stated: then the order is as given."""
+    changes: tuple[TrendChange, ...]
+    """Changes of the shown figures from the first run to the last."""
+    warnings: tuple[str, ...]
+    """What the reader must know before comparing, in words."""
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Keys of the figures that tables and charts show."""
+        shown = [key for key in MAIN_FIGURES if any(key in run.measured for run in self.runs)]
+        if "E" not in shown:  # every run is unidirectional
+            one = [key for key in FIGURE_KEYS if key.endswith(("_forward", "_backward"))]
+            shown = [key for key in one if any(key in run.measured for run in self.runs)]
+        return tuple(shown)
+
+
+def evaluate_trend(
+    tests: Sequence[tuple[str, PositioningTest]],
+    *,
+    drift: bool = True,
+    progress: Progress | None = None,
+) -> Trend:
+    """Evaluate runs of one axis and put them in the order of time.
+
+    Parameters
+    ----------
+    tests : sequence of tuple
+        Name of the file and run, one or more, in the order given.
+    drift : bool
+        Evaluate the figures without drift too. Default: yes.
+    progress : callable, optional
+        Called before each run and at the end.
+
+    Returns
+    -------
+    Trend
+        Sorted by start if every run states one, runs with the same start as given; otherwise in
+        the order given, which the warnings say. Whatever makes the runs hard to compare stands in
+        the warnings.
+
+    Raises
+    ------
+    DataError
+        If linear and rotary axes are mixed, or a run cannot be evaluated.
+    """
+    kinds = {test.kind for _, test in tests}
+    if len(kinds) > 1:
+        odd = next(name for name, test in tests if test.kind is not tests[0][1].kind)
+        raise DataError(
+            "linear and rotary axes have no figures in common",
+            where=odd,
+            remedy="Give runs of one axis",
+        )
+    said: list[str] = []
+    runs: list[TrendRun] = []
+    for done, (name, test) in enumerate(tests):
+        if progress is not None:
+            progress(f"run {name}", done, len(tests))
+        run, remarks = _evaluate(name, test, with_drift=drift)
+        runs.append(run)
+        said += [f"{name}: {remark}" for remark in remarks]
+    if progress is not None:
+        progress("runs", len(tests), len(tests))
+    ordered, dates, remark = _in_order(runs)
+    trend = Trend(tuple(ordered), dates, (), ())
+    changes = tuple(
+        change for key in trend.figures if (change := _change(ordered, key)) is not None
+    )
+    warnings = (*remark, *_incomparable(ordered), *said)
+    return Trend(tuple(ordered), dates, changes, warnings)
+
+
+def _evaluate(name: str, test: PositioningTest, *, with_drift: bool) -> tuple[TrendRun, list[str]]:
+    said = list(test.remarks)
+    iso230_2 = evaluate_iso230_2(test)
+    result: DriftResult | None = None
+    if with_drift:
+        try:
+            result = evaluate_drift(test)
+            said += result.warnings
+        except DataError as error:
+            said.append(f"no figures without drift: {error.what}")
+    uncertainty = evaluate_uncertainty(test, result)
+    values = {key: _value(getattr(iso230_2, key)) for key in FIGURE_KEYS}
+    free: dict[str, float | None] = {}
+    if result is not None:
+        known = _figure_values(result.figures)
+        free = {key: known[key] if values[key] is not None else None for key in FIGURE_KEYS}
+    run = TrendRun(
+        name=name,
+        test=test,
+        iso230_2=iso230_2,
+        drift=result,
+        measured=_with_uncertainty(values, uncertainty.measured),
+        drift_free=_with_uncertainty(free, uncertainty.drift_free),
+    )
+    return run, said
+
+
+def _value(number: float | None) -> float | None:
+    return None if number is None or not math.isfinite(number) else float(number)
+
+
+def _figure_values(figures: Iso230_2Figures) -> dict[str, float | None]:
+    named: dict[str, float] = {}
+    for key in FIGURE_KEYS:
+        letter, _, approach = key.partition("_")
+        if approach in ("forward", "backward"):
+            index = FORWARD if approach == "forward" else BACKWARD
+            named[key] = float(getattr(figures, f"{letter}_unidirectional")[index])
+        else:
+            named[key] = float(getattr(figures, key))
+    return {key: _value(value) for key, value in named.items()}
+
+
+def _with_uncertainty(
+    values: Mapping[str, float | None], uncertainty: FigureUncertainty | None
+) -> Mapping[str, TrendFigure]:
+    stated: Mapping[str, float] = {}
+    if uncertainty is not None:
+        stated = uncertainty.expanded_uncertainty
+    return MappingProxyType(
+        {
+            key: TrendFigure(value, _value(stated.get(key)))
+            for key, value in values.items()
+            if value is not None
+        }
+    )
+
+
+def _in_order(
+    runs: Sequence[TrendRun],
+) -> tuple[list[TrendRun], tuple[datetime, ...] | None, list[str]]:
+    without = [run.name for run in runs if run.test.start is None]
+    if without:
+        named = ", ".join(printable(name, 60) for name in without[:5])
+        more = f" and {len(without) - 5} more" if len(without) > 5 else ""
+        remark = f"{named}{more} state(s) no start time: the runs stand in the order given"
+        return list(runs), None, [remark] if len(runs) > 1 else []
+    starts = [run.test.start for run in runs if run.test.start is not None]
+    aware = {start.tzinfo is not None for start in starts}
+    said = (
+        ["some runs state a time zone and some do not: the latter are taken as UTC"]
+        if len(aware) > 1
+        else []
+    )
+    dates = [
+        start if start.tzinfo is None else start.astimezone(UTC).replace(tzinfo=None)
+        for start in starts
+    ]
+    order = sorted(range(len(runs)), key=lambda k: dates[k])
+    return [runs[k] for k in order], tuple(dates[k] for k in order), said
+
+
+def _change(runs: Sequence[TrendRun], key: str) -> TrendChange | None:
+    if len(runs) < 2:
+        return None
+    drift_free = all(key in run.drift_free for run in (runs[0], runs[-1]))
+    first, last = (
+        (run.drift_free if drift_free else run.measured).get(key) for run in (runs[0], runs[-1])
+    )
+    if first is None or last is None:
+        return None
+    both = (first.expanded_uncertainty, last.expanded_uncertainty)
+    stated = None if None in both else math.hypot(*(u for u in both if u is not None))
+    return TrendChange(key, drift_free, last.value - first.value, stated)
+
+
+# ---- whether the runs may be compared -----------------------------------------------------------
+
+
+def _incomparable(runs: Sequence[TrendRun]) -> list[str]:
+    """Say in words in what the runs differ that a comparison assumes to be the same."""
+    if len(runs) < 2:
+        return ["one run has no trend"]
+    said: list[str] = []
+    for what, label, consequence in _CONDITIONS:
+        said += _differing(runs, what, label, consequence)
+    said += _moved_targets(runs)
+    unmet = [run.name for run in runs if check_test_conditions(run.test)]
+    if unmet:
+        said.append(
+            f"not all conditions of the standard are met in {_listed(unmet)}: the command evaluate"
+            " says which"
+        )
+    return [*said, *_air(runs)]
+
+
+def _stated(field: str) -> Callable[[TrendRun], str]:
+    return lambda run: " ".join(run.test.header.get(field, "").split())
+
+
+def _approaches(run: TrendRun) -> str:
+    forward, backward = run.test.measured_approaches
+    return "both" if forward and backward else "forward only" if forward else "backward only"
+
+
+def _rule(run: TrendRun) -> str:
+    return "one run per direction" if run.iso230_2.single_run_rule else "all runs"
+
+
+_Label: TypeAlias = Callable[[TrendRun], str]
+_CONDITIONS: tuple[tuple[str, _Label, str], ...] = (
+    ("machine", _stated("machine"), "is it one machine?"),
+    ("serial number", _stated("serial_number"), "is it one machine?"),
+    ("axis", _stated("axis"), "is it one axis?"),
+    (
+        "number of targets",
+        lambda run: str(run.test.target.size),
+        "more targets find larger extremes",
+    ),
+    ("kind of test cycle", lambda run: str(run.test.cycle), "it drifts otherwise while measured"),
+    ("approaches", _approaches, "one direction has no B, E, R and A"),
+    ("number of cycles", lambda run: str(run.test.cycles), "R and A of few cycles scatter more"),
+    ("rule of the standard", _rule, "axes over 2000 mm have no R and A"),
+    (
+        "source of the times",
+        lambda run: str(run.test.time_source),
+        "drift is not told apart equally well",
+    ),
+)
+"""What a comparison assumes to be the same, and what follows if it is not."""
+
+
+def _listed(names: Sequence[str], shown: int = 4) -> str:
+    text = ", ".join(printable(name, 60) for name in names[:shown])
+    return text if len(names) <= shown else f"{text} and {len(names) - shown} more"
+
+
+def _differing(runs: Sequence[TrendRun], what: str, label: _Label, consequence: str) -> list[str]:
+    groups: dict[str, list[str]] = {}
+    for run in runs:
+        text = label(run)
+        if text:
+            groups.setdefault(text, []).append(run.name)
+    if len(groups) < 2:
+        return []
+    parts = [f"{printable(text, 60)} ({_listed(names, 2)})" for text, names in groups.items()]
+    more = f" and {len(parts) - 4} more" if len(parts) > 4 else ""
+    return [f"the runs differ in {what}: {'; '.join(parts[:4])}{more}: {consequence}"]
+
+
+def _moved_targets(runs: Sequence[TrendRun]) -> list[str]:
+    """Compare the measured range and the positions of every run with those of the first one."""
+    first = runs[0].test.target
+    if first.size < 2:
+        return []
+    interval = float(first[-1] - first[0]) / (first.size - 1)
+    elsewhere: list[str] = []
+    moved: list[str] = []
+    for run in runs[1:]:
+        target = run.test.target
+        ends = np.abs(target[[0, -1]] - first[[0, -1]])
+        if float(np.max(ends)) > interval:
+            elsewhere.append(run.name)
+        elif target.size == first.size:
+            largest = float(np.max(np.abs(target - first)))
+            moved += [run.name] if largest > _SAME_POSITION * interval else []
+    reference = printable(runs[0].name, 60)
+    said: list[str] = []
+    if elsewhere:
+        said.append(
+            f"{_listed(elsewhere)} measured another part of the axis than {reference}: E, M and A"
+            " grow with the length"
+        )
+    if moved:
+        said.append(
+            f"the targets of {_listed(moved)} lie elsewhere than those of {reference}: a periodic"
+            " error is caught at other phases"
+        )
+    return said
+
+
+def _air(runs: Sequence[TrendRun]) -> list[str]:
+    mean: dict[str, float] = {}
+    for run in runs:
+        air = run.test.environment.get("air_temperature_c")
+        known = [] if air is None else [v for v in (air.start, air.end) if v is not None]
+        if known:
+            mean[run.name] = sum(known) / len(known)
+    if len(mean) < 2 or max(mean.values()) - min(mean.values()) <= _WARM_K:
+        return []
+    coldest, warmest = min(mean, key=lambda n: mean[n]), max(mean, key=lambda n: mean[n])
+    between = f"between {printable(coldest, 60)} and {printable(warmest, 60)}"
+    said = f"the air differs by {mean[warmest] - mean[coldest]:.1f} K {between}"
+    return [f"{said}: E, M and A change with it where expansion is not compensated"]
+
+
+# ---- as a table ---------------------------------------------------------------------------------
+
+
+def trend_table(trend: Trend) -> NumberTable:
+    """Return the trend as one row for each run, all figures with their uncertainties.
+
+    Parameters
+    ----------
+    trend : Trend
+        The runs.
+
+    Returns
+    -------
+    NumberTable
+        Texts from files are guarded against being read as formulas.
+    """
+    units = trend.runs[0].test.kind.units
+    unit, position = units.deviation_suffix, units.position_suffix
+    columns = ["run", "start", "targets", f"first_{position}", f"last_{position}", "cycles"]
+    columns += ["drift_model", f"drift_total_{unit}"]
+    for suffix in ("", "_drift_free"):
+        for key in FIGURE_KEYS:
+            columns += [f"{key}{suffix}_{unit}", f"U_{key}{suffix}_{unit}"]
+    rows = [_row(run) for run in trend.runs]
+    return NumberTable(tuple(columns), rows)
+
+
+def _row(run: TrendRun) -> list[float | int | str]:
+    test, drift = run.test, run.drift
+    row: list[float | int | str] = [
+        protected(printable(run.name, 300)),
+        "" if test.start is None else test.start.isoformat(),
+        int(test.target.size),
+        float(test.target[0]),
+        float(test.target[-1]),
+        test.cycles,
+        "" if drift is None else str(drift.model),
+        math.nan if drift is None else drift.total,
+    ]
+    for figures in (run.measured, run.drift_free):
+        for key in FIGURE_KEYS:
+            figure = figures.get(key)
+            stated = None if figure is None else figure.expanded_uncertainty
+            row += [
+                math.nan if figure is None else figure.value,
+                math.nan if stated is None else stated,
+            ]
+    return row

@@ -1,0 +1,125 @@
+from ._connection import (
+    SECURITIES as SECURITIES,
+    ConnectionSettings as ConnectionSettings,
+    Secret as Secret,
+)
+from ._loop import (
+    SELF_TEST as SELF_TEST,
+    SHORTEST_WAIT_S as SHORTEST_WAIT_S,
+    AtStop as AtStop,
+    Borders as Borders,
+    CompensationLoop as CompensationLoop,
+    LoopSettings as LoopSettings,
+    Models as Models,
+)
+from ._ports import (
+    DIAMETER as DIAMETER,
+    NOT_READ as NOT_READ,
+    OTHER_COMPENSATION as OTHER_COMPENSATION,
+    Applied as Applied,
+    Clock as Clock,
+    CycleRecord as CycleRecord,
+    EventRecord as EventRecord,
+    Historian as Historian,
+    HistorianStatus as HistorianStatus,
+    RequestBox as RequestBox,
+    RequestOutcome as RequestOutcome,
+    Sink as Sink,
+    Source as Source,
+    SourceSample as SourceSample,
+    SystemClock as SystemClock,
+    interlock_name as interlock_name,
+    probe_name as probe_name,
+    spare_name as spare_name,
+)
+from ._saved_state import (
+    SavedState as SavedState,
+    StateFile as StateFile,
+)
+from ._sign import (
+    AWAY as AWAY,
+    OFFSET_UNITS as OFFSET_UNITS,
+    SIGNS as SIGNS,
+    TOWARDS as TOWARDS,
+    offset_factor as offset_factor,
+)
+from ._users import (
+    FAILURES_BY_NAME as FAILURES_BY_NAME,
+    FAILURES_IN_ALL as FAILURES_IN_ALL,
+    LONGEST_NAME as LONGEST_NAME,
+    LONGEST_PASSWORD as LONGEST_PASSWORD,
+    REFUSED_S as REFUSED_S,
+    Failures as Failures,
+    Role as Role,
+    User as User,
+    check_name as check_name,
+    hash_password as hash_password,
+    read_users as read_users,
+    write_users as write_users,
+)
+from ._virtual_time import (
+    START_S as START_S,
+    VirtualClock as VirtualClock,
+    run_in_virtual_time as run_in_virtual_time,
+)
+from .checks import (
+    CommissioningPlan as CommissioningPlan,
+    Finding as Finding,
+    Level as Level,
+    MachineParts as MachineParts,
+    StepProof as StepProof,
+    prove_step as prove_step,
+    reasons_against as reasons_against,
+    self_test as self_test,
+)
+from .config import (
+    DiameterSettings as DiameterSettings,
+    FlagSettings as FlagSettings,
+    InputSettings as InputSettings,
+    MachineConfiguration as MachineConfiguration,
+    MachineRules as MachineRules,
+    MetricsSettings as MetricsSettings,
+    ModelFile as ModelFile,
+    OutputSettings as OutputSettings,
+    ProbeSettings as ProbeSettings,
+    Problem as Problem,
+    ScreenSettings as ScreenSettings,
+    ServerSettings as ServerSettings,
+    SinkSettings as SinkSettings,
+    SourceSettings as SourceSettings,
+    examine_machine as examine_machine,
+    read_machine as read_machine,
+    warnings_of as warnings_of,
+)
+from .host import (
+    SignOfLife as SignOfLife,
+    sole_runner as sole_runner,
+)
+from .opcua import (
+    Certificate as Certificate,
+    CertificateUse as CertificateUse,
+    NodeDescription as NodeDescription,
+    OpcUaSession as OpcUaSession,
+    PrivateKey as PrivateKey,
+)
+from .record import (
+    ChannelSettings as ChannelSettings,
+    Recorder as Recorder,
+    RecordSettings as RecordSettings,
+    RecordSummary as RecordSummary,
+    read_record as read_record,
+)
+from .status import (
+    PRIORITIES as PRIORITIES,
+    Alarm as Alarm,
+    MetricsServer as MetricsServer,
+    RuntimeStatus as RuntimeStatus,
+    StatusServer as StatusServer,
+    alarms_of as alarms_of,
+)
+from .testing import (
+    SinkStand as SinkStand,
+    SourceStand as SourceStand,
+    check_sink as check_sink,
+    check_source as check_source,
+)

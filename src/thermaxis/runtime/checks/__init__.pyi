@@ -1,0 +1,17 @@
+from ._commissioning import (
+    CommissioningPlan as CommissioningPlan,
+    Measure as Measure,
+    StepProof as StepProof,
+    prove_step as prove_step,
+)
+from ._nodes import (
+    Finding as Finding,
+    Level as Level,
+    error as error,
+    warning as warning,
+)
+from ._self_test import (
+    MachineParts as MachineParts,
+    reasons_against as reasons_against,
+    self_test as self_test,
+)

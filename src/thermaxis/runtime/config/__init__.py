@@ -1,0 +1,5 @@
+"""machine.toml: read, checked, and what it means."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

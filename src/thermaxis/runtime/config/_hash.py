@@ -1,0 +1,59 @@
+"""The hash by which loop and screen see whether they were started with the same configuration."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import cast
+
+from thermaxis.runtime.config._settings import MachineConfiguration
+
+
+def configuration_sha256(configuration: MachineConfiguration) -> str:
+    """Return the hash of what a screen shows of a configuration, and the loop works by.
+
+    Comments, order and places of files do not count; the model, which may be changed while the
+    loop runs, has a hash of its own.
+
+    Not protected: what is not in it may differ, such as the nodes of sensors and outputs, and
+    where the history lies, which another computer names otherwise. Two versions of the program may
+    understand one file differently, and then have two hashes: a status names its version too.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+
+    Returns
+    -------
+    str
+        SHA-256, 64 hexadecimal digits, of JSON with keys in alphabetical order, no blanks, ASCII:
+        name of the machine, cycle, limits by output, rules by input, spare sensors, supervisor's
+        rules, validity, values at which interlocks and another compensation count, whether a
+        diameter is read, and names of the probes.
+    """
+    other = configuration.other_compensation
+    content = {
+        "machine": configuration.name,
+        "rules": _plain(configuration.rules),
+        "interlocks": {name: flag.value for name, flag in configuration.interlocks.items()},
+        "other_compensation": None if other is None else other.value,
+        "diameter_read": configuration.diameter is not None,
+        "probes": sorted(configuration.probes),
+    }
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def _plain(value: object) -> object:
+    """Return a frozen value as what json writes; the order of a set or a mapping does not count."""
+    if is_dataclass(value):
+        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+    if isinstance(value, Mapping):
+        mapping = cast("Mapping[str, object]", value)
+        return {name: _plain(one) for name, one in mapping.items()}
+    if isinstance(value, frozenset):
+        return sorted(cast("frozenset[str]", value))
+    if isinstance(value, tuple):
+        return [_plain(one) for one in cast("tuple[object, ...]", value)]
+    return value

@@ -1,0 +1,104 @@
+"""Configuration of one machine: ``machine.toml`` to frozen values, and every mistake in words.
+
+.. code-block:: toml
+
+    [machine]
+    name = "vertical lathe"
+    model = "models/lathe.json"
+
+    [source]
+    kind = "opcua"
+    connection = "control"
+
+Every key is listed in ``docs/machine-toml.md``.
+
+Not protected: a configuration that is free of mistakes may still name the wrong node, or the
+wrong sign. The self-test looks at the machine; the sign is proven at commissioning.
+"""
+
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime.config._build import build_configuration
+from thermaxis.runtime.config._connection import Problem, explain, read_tables, refuse
+from thermaxis.runtime.config._places import with_lines
+from thermaxis.runtime.config._sections import MachineFile
+from thermaxis.runtime.config._settings import MachineConfiguration
+
+
+def examine_machine(path: Path | str) -> MachineConfiguration | tuple[Problem, ...]:
+    """Read a configuration, or say everything that is wrong in it.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file, TOML in UTF-8, at most 1 MB. Paths in it count from its folder.
+
+    Returns
+    -------
+    MachineConfiguration or tuple of Problem
+        The configuration; or what is wrong, in the order of the file's tables, at least one.
+        No value of a secret, and none of an unknown key, occurs in it.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read or is no TOML; then the line is named.
+    """
+    file = Path(path).absolute()
+    tables = read_tables(file)
+    try:
+        sections = MachineFile.model_validate(tables)
+    except ValidationError as error:
+        return with_lines(explain(error, MachineFile), file)
+    built = build_configuration(file, sections)
+    if isinstance(built, MachineConfiguration):
+        return built
+    return with_lines(built, file)
+
+
+def read_machine(path: Path | str) -> MachineConfiguration:
+    """Read the configuration of a machine.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file, TOML in UTF-8, at most 1 MB. Paths in it count from its folder.
+
+    Returns
+    -------
+    MachineConfiguration
+        What it says, with the model that it names; secrets are read and masked.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file, or a file that it names, cannot be read; a key is unknown, missing, or has a
+        value that cannot be; parts contradict each other or do not fit the model; or others can
+        read a secret. Several mistakes are one error: the place is that of the first, and the
+        text names the others.
+    """
+    found = examine_machine(path)
+    if isinstance(found, MachineConfiguration):
+        return found
+    raise problems_as_error(found, path)
+
+
+def problems_as_error(problems: tuple[Problem, ...], path: Path | str) -> ConfigurationError:
+    """Return one error for everything that is wrong in a file.
+
+    Parameters
+    ----------
+    problems : tuple of Problem
+        At least one.
+    path : Path or str
+        The file.
+
+    Returns
+    -------
+    ConfigurationError
+        With the place of the first; the others follow in its text, as far as there is room.
+    """
+    return refuse(problems, path)

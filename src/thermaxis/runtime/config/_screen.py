@@ -1,0 +1,377 @@
+"""The table ``[screen]``: where the pages are served, who may look, and how they reach the loop.
+
+The pages show what the status server of the table ``[server]`` says, and each log-in is a
+connection of its own to it. What one table states can therefore make the other one useless; every
+such contradiction is said here, before anything listens.
+"""
+
+import ipaddress
+import re
+from collections.abc import Iterable, Iterator
+from typing import Final
+
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime._connection import ConnectionSettings, Secret
+from thermaxis.runtime.checks import Finding, error, warning
+from thermaxis.runtime.config._problems import Problems
+from thermaxis.runtime.config._sections import ScreenSection
+from thermaxis.runtime.config._servers import key_pair, stated_secret
+from thermaxis.runtime.config._settings import (
+    MachineConfiguration,
+    MetricsSettings,
+    ScreenSettings,
+    ServerSettings,
+)
+from thermaxis.runtime.host import is_loopback
+
+TABLE: Final = "[screen]"
+"""The table, as errors name it."""
+SECURITY: Final = "Basic256Sha256"
+"""Security policy of encrypted connections to the status server: every one of them offers it."""
+STATUS_PATH: Final = "thermaxis"
+"""Path of the status server's address."""
+_EVERY: Final = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - told apart, not listened at
+_LABEL = r"[a-z0-9_](?:[a-z0-9_-]{0,61}[a-z0-9_])?"
+_HOST = re.compile(rf"(?P<name>{_LABEL}(?:\.{_LABEL})*|\[[0-9a-f:.]+\])(?::(?P<port>\d{{1,5}}))?")
+_LONGEST_HOST = 253
+_MOST_PORTS = 65_535
+_OWN_ADDRESS = "or take the address 127.0.0.1"
+_NEW_CERTIFICATE = "Make one with thermaxis certificate new"
+
+
+def screen_settings(
+    section: ScreenSection | None,
+    server: ServerSettings | None,
+    metrics: MetricsSettings | None,
+    problems: Problems,
+) -> ScreenSettings | None:
+    """Return the settings of the pages.
+
+    Parameters
+    ----------
+    section : ScreenSection or None
+        The table, if there is one.
+    server : ServerSettings or None
+        The status server, whose words the pages show.
+    metrics : MetricsSettings or None
+        Figures for Prometheus, which may want the same port.
+    problems : Problems
+        Takes what is wrong.
+
+    Returns
+    -------
+    ScreenSettings or None
+        None if there is no table, or a secret cannot be read.
+    """
+    if section is None:
+        return None
+    certificate, private_key = key_pair(TABLE, section.certificate, section.private_key, problems)
+    own, own_key = key_pair(
+        TABLE, section.client_certificate, section.client_private_key, problems, prefix="client_"
+    )
+    password = stated_secret(
+        TABLE, section.password_file, section.password_environment, problems, key="password"
+    )
+    hosts = tuple(host.lower() for host in section.hosts)
+    settings = ScreenSettings(
+        address=section.address,
+        port=section.port,
+        hosts=hosts,
+        certificate=certificate,
+        private_key=private_key,
+        view_without_login=section.view_without_login,
+        language=section.language,
+        user=section.user,
+        password=password or Secret(""),
+        client_certificate=own,
+        client_private_key=own_key,
+        idle_s=section.idle_s,
+        longest_login_s=section.longest_login_s,
+        evaluation_s=section.evaluation_s,
+    )
+    _check_reach(settings, problems)
+    _check_times(settings, problems)
+    _check_user(section, problems)
+    others = (("[server]", server), ("[metrics]", metrics))
+    _check_port(settings, [(t, s.address, s.port) for t, s in others if s is not None], problems)
+    if server is None:
+        problems.add(
+            TABLE,
+            "the pages show what the status server says, and there is no table [server]",
+            'Add a table [server], such as one with anonymous_role = "viewer"',
+        )
+    else:
+        _check_server(settings, server, problems)
+    return None if password is None else settings
+
+
+# ---- the pages by themselves --------------------------------------------------------------------
+
+
+def _check_reach(settings: ScreenSettings, problems: Problems) -> None:
+    """Check by whom the pages are reached, and under which names."""
+    if not is_loopback(settings.address) and settings.certificate is None:
+        problems.add(
+            TABLE,
+            "the pages can be reached from other computers, and certificate is missing: passwords"
+            " would be sent without encryption",
+            f"{_NEW_CERTIFICATE}, and write certificate and private_key, {_OWN_ADDRESS}",
+        )
+    if settings.address in _EVERY and not settings.hosts:
+        problems.add(
+            f"{TABLE}, hosts",
+            "the pages are served at every address of this computer, and no name is stated by which"
+            " browsers reach them: each would be refused",
+            'Write the names that people type, such as hosts = ["lathe-3.shop"]',
+        )
+    for host in settings.hosts:
+        if not is_host(host):
+            problems.add(
+                f"{TABLE}, hosts",
+                f"'{printable(host, 80)}' is no name of a computer",
+                'Write names alone, such as "lathe-3.shop", "10.0.0.5:8450" or "[fd00::5]"',
+            )
+
+
+def is_host(text: str) -> bool:
+    """Return whether a text names a computer, perhaps with a port.
+
+    Parameters
+    ----------
+    text : str
+        In small letters; an address of IPv6 in square brackets.
+
+    Returns
+    -------
+    bool
+        False for a URL, a pattern, an empty name and a port that cannot be.
+    """
+    found = _HOST.fullmatch(text)
+    if found is None or len(found["name"]) > _LONGEST_HOST:
+        return False
+    if found["port"] is not None and not 1 <= int(found["port"]) <= _MOST_PORTS:
+        return False
+    name = found["name"]
+    if not name.startswith("["):
+        return True
+    try:
+        ipaddress.IPv6Address(name[1:-1])
+    except ValueError:
+        return False
+    return True
+
+
+def _check_times(settings: ScreenSettings, problems: Problems) -> None:
+    if settings.idle_s > settings.longest_login_s:
+        problems.add(
+            f"{TABLE}, idle_s",
+            f"a log-in ends after {settings.longest_login_s:g} s in any case, and idle_s is longer",
+            "Lower idle_s, or raise longest_login_s",
+        )
+
+
+def _check_user(section: ScreenSection, problems: Problems) -> None:
+    stated = bool(section.password_file or section.password_environment)
+    if stated and not section.user:
+        problems.add(f"{TABLE}, user", "there is a password and no user", "Write user as well")
+    if section.user and not stated:
+        problems.add(
+            f"{TABLE}, user",
+            "there is a user and no password",
+            "Name password_file or password_environment",
+        )
+
+
+def _check_port(
+    settings: ScreenSettings, others: Iterable[tuple[str, str, int]], problems: Problems
+) -> None:
+    for table, address, port in others:
+        if port and port == settings.port and _meet(address, settings.address):
+            problems.add(
+                f"{TABLE}, port",
+                f"the port is that of {table} at the same address",
+                "Take another one, such as 8450",
+            )
+
+
+def _meet(one: str, other: str) -> bool:
+    """Whether two addresses may be listened at only once with the same port."""
+    every = one in _EVERY or other in _EVERY
+    local = {one, other} <= {"127.0.0.1", "::1", "localhost"} and "localhost" in {one, other}
+    return every or local or one == other
+
+
+def page_certificate_findings(configuration: MachineConfiguration) -> Iterator[Finding]:
+    """Look at the certificate with which the pages are served, as a browser will.
+
+    Whether it is one, and its dates, are looked at with all other certificates: see `warnings_of`.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration.
+
+    Yields
+    ------
+    Finding
+        An error where the pages could not be served with it, a warning for every name by which
+        browsers reach the pages and that it does not contain.
+    """
+    screen = configuration.screen
+    if screen is None or screen.certificate is None or screen.private_key is None:
+        return
+    from thermaxis.runtime.host import server_context  # noqa: PLC0415 - as above
+    from thermaxis.runtime.opcua import certificate_of  # noqa: PLC0415 - cryptography is heavy
+
+    where = f"{TABLE}, certificate"
+    try:
+        contained = certificate_of(screen.certificate).hosts
+    except ConfigurationError:
+        return  # told already
+    try:
+        server_context(screen.certificate, screen.private_key, where=TABLE)
+    except ConfigurationError as failure:
+        yield error(where, failure.what, failure.remedy)
+        return
+    shown = printable(", ".join(contained), 120) or "no computer"
+    for name in _called(screen):
+        if not _contains(contained, name):
+            yield warning(
+                where,
+                f"the pages are called {name}, and the certificate is for {shown}: browsers will"
+                " warn of it",
+                "Make one with thermaxis certificate new and --host for every name",
+            )
+
+
+def _called(screen: ScreenSettings) -> list[str]:
+    """Return the names by which browsers reach the pages, without ports, each once."""
+    names = [_HOST.fullmatch(host) for host in screen.hosts]
+    found = [one["name"].strip("[]") for one in names if one is not None]
+    if screen.address not in _EVERY and not (is_loopback(screen.address) and found):
+        found.append(screen.address)
+    return list(dict.fromkeys(found))
+
+
+def _contains(contained: Iterable[str], name: str) -> bool:
+    """Whether a certificate is for a name, by RFC 9525, 6.3: a star stands for one first label."""
+    try:
+        address = ipaddress.ip_address(name)
+    except ValueError:
+        rest = name.partition(".")[2]
+        wanted = {name.lower(), f"*.{rest.lower()}"} if rest else {name.lower()}
+        return any(one.lower() in wanted for one in contained)
+    return any(_is_address(one, address) for one in contained)
+
+
+def _is_address(text: str, address: ipaddress.IPv4Address | ipaddress.IPv6Address) -> bool:
+    try:
+        return ipaddress.ip_address(text) == address
+    except ValueError:
+        return False
+
+
+# ---- the pages and the status server ------------------------------------------------------------
+
+
+def _check_server(settings: ScreenSettings, server: ServerSettings, problems: Problems) -> None:
+    if server.port == 0:
+        problems.add(
+            "[server], port",
+            "a free port is taken at every start, and the pages would not know which",
+            "Write the port, such as 4850",
+        )
+    _check_encryption(settings, server, problems)
+    if not settings.user and server.anonymous_role != "viewer":
+        problems.add(
+            f"{TABLE}, user",
+            "the status server tells nothing to people without a name, and no user is stated: the"
+            " pages would have nothing to show",
+            "Make a user with thermaxis user and the role viewer, and write user and password_file,"
+            ' or anonymous_role = "viewer" in the table [server]',
+        )
+    if settings.user and server.users is None:
+        problems.add(
+            f"{TABLE}, user",
+            "the status server has no users",
+            "Leave the user out, or write users in the table [server]",
+        )
+    if server.users is None and not settings.view_without_login:
+        problems.add(
+            f"{TABLE}, view_without_login",
+            "nobody could look: the status server has no users who could log in",
+            "Write view_without_login = true, or users in the table [server]",
+        )
+
+
+def _check_encryption(settings: ScreenSettings, server: ServerSettings, problems: Problems) -> None:
+    if settings.client_certificate is not None and server.certificate is None:
+        problems.add(
+            f"{TABLE}, client_certificate",
+            "the status server has no certificate, so that connections to it are not encrypted",
+            "Leave it out, or write certificate and private_key in the table [server]",
+        )
+    if settings.client_certificate is not None:
+        return
+    if server.users is not None:
+        problems.add(
+            TABLE,
+            "every log-in is an encrypted connection to the status server, and client_certificate"
+            " is missing: nobody could log in",
+            f"{_NEW_CERTIFICATE}, and write client_certificate and client_private_key",
+        )
+    elif settings.user:
+        problems.add(
+            f"{TABLE}, user",
+            "a password is never sent over a connection that is not encrypted",
+            "Write client_certificate, and certificate in the table [server], or leave the user"
+            " out",
+        )
+
+
+def screen_connection(
+    configuration: MachineConfiguration, user: str, password: Secret
+) -> ConnectionSettings:
+    """Return the connection of a person, or of every page, to the status server.
+
+    See `MachineConfiguration.screen_connection`.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The configuration, with the tables ``[server]`` and ``[screen]``.
+    user : str
+        Name of the user; empty: anonymous.
+    password : Secret
+        The user's password.
+
+    Returns
+    -------
+    ConnectionSettings
+        Not encrypted where the status server or the pages have no certificate.
+
+    Raises
+    ------
+    ConfigurationError
+        If a table is missing, or a user is stated and a certificate is missing.
+    """
+    server, screen = configuration.server, configuration.screen
+    if server is None or screen is None:
+        raise ConfigurationError(
+            "there is no table [server] or no table [screen]",
+            where=str(configuration.path),
+            remedy="Add what is missing; docs/machine-toml.md says what every key means",
+        )
+    host = _EVERY.get(server.address, server.address)
+    shown = f"[{host}]" if ":" in host else host
+    encrypted = server.certificate is not None and screen.client_certificate is not None
+    return ConnectionSettings(
+        name="the status server",
+        url=f"opc.tcp://{shown}:{server.port}/{STATUS_PATH}",
+        security=SECURITY if encrypted else "none",
+        user=user,
+        password=password,
+        certificate=screen.client_certificate if encrypted else None,
+        private_key=screen.client_private_key if encrypted else None,
+        server_certificate=server.certificate if encrypted else None,
+    )

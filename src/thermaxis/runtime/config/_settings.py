@@ -1,0 +1,509 @@
+"""What a configuration file says, as frozen values: the rest of the program sees nothing else."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Literal, final
+
+from thermaxis.compensation import (
+    Compensation,
+    CompensationModel,
+    Limits,
+    SensorRules,
+    SupervisorRules,
+)
+from thermaxis.errors import ConfigurationError, ThermaxisError, printable
+from thermaxis.runtime.historian import HistorianSettings
+from thermaxis.runtime.sinks import LinuxCncSettings
+
+if TYPE_CHECKING:
+    from thermaxis.runtime._connection import ConnectionSettings, Secret
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class InputSettings:
+    """Where a temperature is read."""
+
+    node: str
+    """Node of the sensor; empty where a log is replayed."""
+    unit: Literal["degC", "K", "degF"]
+    """Unit of its value, after the scale."""
+    spare_node: str = ""
+    """Node of the second sensor; empty where there is none."""
+    scale: float = 1.0
+    """What the number is multiplied by first. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FlagSettings:
+    """Where a flag is read."""
+
+    node: str
+    """Its node."""
+    value: bool
+    """Value at which it says what its table is called: met, or active."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class DiameterSettings:
+    """Where the workpiece's diameter is read."""
+
+    node: str
+    """Its node."""
+    unit: Literal["mm", "inch"]
+    """Unit of its value, after the scale."""
+    scale: float = 1.0
+    """What the number is multiplied by first. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ProbeSettings:
+    """Where a displacement is measured while the correction acts; nothing is decided by it."""
+
+    node: str
+    """Its node."""
+    unit: Literal["um", "mm", "inch"]
+    """Unit of its value, after the scale."""
+    scale: float = 1.0
+    """What the number is multiplied by first; negative where the probe counts towards the
+    workpiece. [1]"""
+
+    @property
+    def factor(self) -> float:
+        """What the number in the node is multiplied by. [µm per unit of the node]"""
+        return self.scale * _PROBE_UNITS_UM[self.unit]
+
+
+_PROBE_UNITS_UM = {"um": 1.0, "mm": 1e3, "inch": 25.4e3}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class OutputSettings:
+    """Where a correction is written; joints of LinuxCNC stand with the sink."""
+
+    node: str = ""
+    """Node that is written to; opcua only."""
+    read_back_node: str = ""
+    """Node at which the machine reports what it accepted: the same where none is stated."""
+    effective_node: str = ""
+    """Node at which it reports what acts now; empty where there is none."""
+    unit: str = ""
+    """Unit of the value in the machine; empty for a dry run."""
+    sign: str = ""
+    """What a positive value does, as a sentence; empty for a dry run."""
+    read_back_stated: bool = False
+    """Whether the file states a node for reading back."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SourceSettings:
+    """Where values come from."""
+
+    kind: Literal["opcua", "replay"]
+    """Which kind of source."""
+    connection: str = ""
+    """Name of the connection."""
+    log: Path | None = None
+    """The log that is replayed."""
+    mapping: Path | None = None
+    """What its columns mean."""
+    as_fast_as_possible: bool = False
+    """Whether it is played without waiting."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class SinkSettings:
+    """Where corrections go."""
+
+    kind: Literal["opcua", "linuxcnc", "dry"]
+    """Which kind of sink."""
+    connection: str = ""
+    """Name of the connection."""
+    heartbeat_node: str = ""
+    """Node that moves with every write; empty where there is none."""
+    linuxcnc: LinuxCncSettings | None = None
+    """Joints, limits and times of LinuxCNC; None for every other kind."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ServerSettings:
+    """The status server."""
+
+    address: str
+    """Address at which it listens."""
+    port: int
+    """Port; 0 takes a free one. [1]"""
+    users: Path | None
+    """File of the users."""
+    anonymous_role: Literal["none", "viewer"]
+    """What somebody without a name may do."""
+    certificate: Path | None
+    """Its own certificate."""
+    private_key: Path | None
+    """The certificate's key."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class MetricsSettings:
+    """Figures for Prometheus."""
+
+    address: str
+    """Address at which they are served."""
+    port: int
+    """Port; 0 takes a free one. [1]"""
+    token: "Secret"
+    """What a reader must send; masked; empty where nothing is asked for."""
+    certificate: Path | None
+    """Certificate for TLS."""
+    private_key: Path | None
+    """The certificate's key."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ScreenSettings:
+    """The pages of ``thermaxis screen``."""
+
+    address: str
+    """Address at which they are served."""
+    port: int
+    """Port; 0 takes a free one. [1]"""
+    hosts: tuple[str, ...]
+    """Further names by which browsers reach them, as host or host:port, in small letters."""
+    certificate: Path | None
+    """Certificate for TLS of the pages."""
+    private_key: Path | None
+    """The certificate's key."""
+    view_without_login: bool
+    """Whether somebody who has not logged in may look."""
+    language: Literal["en", "de", "cs"]
+    """Language for browsers that ask for none of the three."""
+    user: str
+    """User of the status server for what every page shows; empty: anonymous."""
+    password: "Secret"
+    """That user's password; masked; empty without a user."""
+    client_certificate: Path | None
+    """Own certificate for connections to the status server; None: they are not encrypted."""
+    client_private_key: Path | None
+    """The certificate's key."""
+    idle_s: float
+    """A log-in ends after so long without a sign of its person. [s]"""
+    longest_login_s: float
+    """A log-in ends after so long in any case. [s]"""
+    evaluation_s: float
+    """Longest time of the evaluation of an uploaded run. [s]"""
+
+    @property
+    def secure(self) -> bool:
+        """Whether the pages are served over TLS."""
+        return self.certificate is not None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ModelFile:
+    """A model and the file that it came from."""
+
+    path: Path
+    """The file."""
+    sha256: str
+    """Hash of the model's content."""
+    model: CompensationModel
+    """The model."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MachineRules:
+    """What holds for every model that may run on the machine."""
+
+    cycle_s: float
+    """Time from cycle to cycle. [s]"""
+    sensors: Mapping[str, SensorRules]
+    """Rules by input; there may be more inputs than the model has channels."""
+    limits: Mapping[str, Limits]
+    """Limits by output."""
+    supervisor: SupervisorRules
+    """Rules of the supervisor."""
+    spares: frozenset[str]
+    """Inputs that have a second sensor."""
+    interlocks: tuple[str, ...]
+    """Names of the conditions that must be met."""
+    validity: Mapping[str, float]
+    """What is stated of `Compensation.validity_margin_k` and `Compensation.lowest_weight`."""
+
+    def __post_init__(self) -> None:
+        """Freeze the mappings."""
+        for name in ("sensors", "limits", "validity"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def applied_to(self, model: CompensationModel) -> Compensation:
+        """Return a compensation with a model.
+
+        Parameters
+        ----------
+        model : CompensationModel
+            The model. Every channel of it must be an input, and its outputs must be those that
+            the limits are stated for.
+
+        Returns
+        -------
+        Compensation
+            The model with the rules of its channels.
+
+        Raises
+        ------
+        ConfigurationError
+            If model and rules do not fit together.
+        """
+        sensors = {name: r for name, r in self.sensors.items() if name in model.channels}
+        return Compensation(
+            model=model,
+            sensors=sensors,
+            limits=self.limits,
+            supervisor=self.supervisor,
+            cycle_s=self.cycle_s,
+            spares=self.spares & frozenset(sensors),
+            interlocks=self.interlocks,
+            **self.validity,
+        )
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MachineConfiguration:
+    """Everything that a configuration file says about one machine.
+
+    Not protected: whether nodes, units and signs are those of the machine. The self-test finds
+    gross mistakes, commissioning proves the sign.
+    """
+
+    path: Path
+    """The file, absolute."""
+    name: str
+    """Name of the machine."""
+    rules: MachineRules
+    """What holds for every model."""
+    model: ModelFile
+    """The model to start with."""
+    compensation: Compensation
+    """Rules and model together."""
+    model_folder: Path | None
+    """The only folder from which another model may be chosen; None: none may be chosen."""
+    state_file: Path
+    """File in which the state is kept."""
+    resume_enabled: bool
+    """Whether it is enabled again after a restart if it was enabled before."""
+    resume_within_s: float
+    """After a longer break it is not. [s]"""
+    at_stop: Literal["fade", "leave"]
+    """What becomes of the offset when the program is ended."""
+    stop_within_s: float
+    """A fade at the end lasts at most so long. [s]"""
+    connections: Mapping[str, "ConnectionSettings"]
+    """Connections that source or sink use, by name."""
+    source: SourceSettings
+    """Where values come from."""
+    sink: SinkSettings
+    """Where corrections go."""
+    inputs: Mapping[str, InputSettings]
+    """Where temperatures are read, by name."""
+    interlocks: Mapping[str, FlagSettings]
+    """Where interlocks are read, by name; not used where a log is replayed."""
+    other_compensation: FlagSettings | None
+    """Where the flag of another compensation is read."""
+    diameter: DiameterSettings | None
+    """Where the workpiece's diameter is read."""
+    probes: Mapping[str, ProbeSettings]
+    """Where displacements are measured while corrections act, by output; only shown and
+    recorded; empty where a log is replayed."""
+    outputs: Mapping[str, OutputSettings]
+    """Where corrections are written, by name."""
+    historian_url: str
+    """Database of the cycles, without a password; the path of SQLite is absolute."""
+    historian: HistorianSettings
+    """How cycles are recorded; the password is masked."""
+    server: ServerSettings | None
+    """The status server; None: there is none."""
+    metrics: MetricsSettings | None
+    """Figures for Prometheus; None: there are none."""
+    screen: ScreenSettings | None
+    """The pages of ``thermaxis screen``; None: there are none."""
+
+    def __post_init__(self) -> None:
+        """Freeze the mappings."""
+        for name in ("connections", "inputs", "interlocks", "probes", "outputs"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def screen_connection(self, user: str, password: "Secret") -> "ConnectionSettings":
+        """Return the connection of a person, or of every page, to the status server.
+
+        Parameters
+        ----------
+        user : str
+            Name of the user; empty: anonymous.
+        password : Secret
+            The user's password; empty for nobody.
+
+        Returns
+        -------
+        ConnectionSettings
+            Encrypted with the status server's own certificate pinned, wherever both sides have
+            one; without encryption nobody but an anonymous viewer of this computer gets in.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no table ``[server]`` or ``[screen]``, or a user needs an encrypted
+            connection and a certificate is missing.
+        """
+        from thermaxis.runtime.config._screen import (  # noqa: PLC0415 - it imports this module
+            screen_connection,
+        )
+
+        return screen_connection(self, user, password)
+
+    def find_model(self, name: str) -> Path:
+        """Return the file of a model that an operator names.
+
+        Parameters
+        ----------
+        name : str
+            Name of a file in the folder of the models, also in a folder below it.
+
+        Returns
+        -------
+        Path
+            The file, with every link followed.
+
+        Raises
+        ------
+        ConfigurationError
+            If no folder is configured, or the file is not there or lies outside, also by a link.
+        """
+        if self.model_folder is None:
+            raise ConfigurationError(
+                "no other model may be chosen on this machine",
+                where=self.path.name,
+                remedy="State model_folder in the table [machine]",
+            )
+        where = f"model {printable(name, 80)}"
+        remedy = "Name a file in the folder of the models"
+        parts = PurePosixPath(name.replace("\\", "/"))
+        if not name.isprintable() or parts.is_absolute() or ".." in parts.parts or ":" in name:
+            raise ConfigurationError("this is no name in the folder", where=where, remedy=remedy)
+        try:
+            folder = self.model_folder.resolve(strict=True)
+            file = (folder / parts).resolve(strict=True)
+            inside = file.is_relative_to(folder) and file.is_file()
+        except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
+            reason = error.strerror if isinstance(error, OSError) else "links in a circle"
+            raise ConfigurationError(
+                f"there is no such model ({reason})", where=where, remedy=remedy
+            ) from None
+        if not inside:
+            raise ConfigurationError(
+                "this is no file inside the folder of the models", where=where, remedy=remedy
+            )
+        return file
+
+    def other_model(self, name: str) -> tuple[Compensation, str]:
+        """Read another model, by the name that an operator gives; the loop's `Models`.
+
+        Parameters
+        ----------
+        name : str
+            Name of a file in the folder of the models.
+
+        Returns
+        -------
+        compensation : Compensation
+            The rules of this machine with the model.
+        sha256 : str
+            Hash of the model.
+
+        Raises
+        ------
+        ConfigurationError
+            If the file is outside of the folder, is no model, needs a channel that is no input,
+            or has other outputs. It names the file without its folder: people read it on pages.
+        """
+        file = self.find_model(name)
+        try:
+            found = read_model_file(file)
+            return self.rules.applied_to(found.model), found.sha256
+        except ThermaxisError as error:
+            raise _without_folder(error, file) from error
+
+    def models_to_choose(self, most: int | None = None) -> tuple[str, ...]:
+        """Return the names of the files that an operator may choose from, in order.
+
+        Parameters
+        ----------
+        most : int, optional
+            Only so many, the first by name. Default: all. [1]
+
+        Returns
+        -------
+        tuple of str
+            Names of the files ending in .json inside the folder, without those that are hidden
+            (they begin with a dot) or that nobody could ask for; whether they are models, and fit
+            the machine, is found when one is chosen. Empty where there is no folder.
+        """
+        if self.model_folder is None or not self.model_folder.is_dir():
+            return ()
+        folder = self.model_folder.resolve()
+        paths = sorted(path for path in folder.glob("*.json") if _may_be_named(path.name))
+        found = (
+            path.name for path in paths if path.is_file() and path.resolve().is_relative_to(folder)
+        )
+        return tuple(islice(found, most))
+
+
+def _may_be_named(name: str) -> bool:
+    """Whether a file is not hidden, and its name is one that `find_model` takes."""
+    return not name.startswith(".") and name.isprintable() and not set(name) & {"\\", ":"}
+
+
+def _without_folder(error: ThermaxisError, file: Path) -> ConfigurationError:
+    """Return an error about a file that does not say where on this computer it lies."""
+    said = [error.what, error.where, error.remedy]
+    for folder in (file.parent.resolve(), file.parent):
+        said = [text.replace(f"{folder}/", "").replace(str(folder), "") for text in said]
+    what, where, remedy = said
+    return ConfigurationError(what, where=where or file.name, remedy=remedy)
+
+
+def read_model_file(path: Path) -> ModelFile:
+    """Read a model together with its hash.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    ModelFile
+        Path, hash and model.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be read or is no model.
+    """
+    from thermaxis.files import model_sha256, read_model  # noqa: PLC0415  numpy comes with it
+
+    model = read_model(path)
+    return ModelFile(path, model_sha256(model), model)

@@ -1,0 +1,104 @@
+"""TLS of our own web servers: certificate and key, PEM or DER, into one context."""
+
+import ssl
+import tempfile
+from pathlib import Path
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime.host._private_files import read_private
+
+LARGEST_FILE_BYTES = 1_000_000
+"""Largest certificate, with its chain, and largest key. [byte]"""
+_PEM = b"-----BEGIN"
+
+
+def server_context(certificate: Path, private_key: Path, *, where: str) -> ssl.SSLContext:
+    """Return the context of a server that speaks TLS 1.2 or later.
+
+    Not protected: a key or certificate in DER is written as PEM to a file of the temporary folder
+    for a moment, as the library reads PEM files only. Nobody else may read that file, but a disk
+    or a backup may keep it. Where both are PEM there is no such file.
+
+    Parameters
+    ----------
+    certificate : Path
+        The server's certificate: PEM, those that signed it behind it, or DER.
+    private_key : Path
+        Its key: PEM or DER, not locked by a password, readable by its owner only.
+    where : str
+        Table of the configuration that names them, for errors.
+
+    Returns
+    -------
+    ssl.SSLContext
+        The context.
+
+    Raises
+    ------
+    ConfigurationError
+        If one of them cannot be read or is none, others can read the key, or they do not belong
+        together.
+    """
+    try:
+        with certificate.open("rb") as stream:
+            content = stream.read(LARGEST_FILE_BYTES + 1)
+    except OSError as error:
+        raise ConfigurationError(
+            f"the certificate cannot be read: {error.strerror or error}",
+            where=f"{where}, {certificate}",
+        ) from None
+    if len(content) > LARGEST_FILE_BYTES:
+        raise ConfigurationError(
+            f"the certificate is larger than {LARGEST_FILE_BYTES} bytes",
+            where=f"{where}, {certificate}",
+        )
+    key = read_private(private_key, limit_bytes=LARGEST_FILE_BYTES, where=f"{where}, {private_key}")
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    try:
+        if _PEM in content and _PEM in key:
+            context.load_cert_chain(certificate, private_key, password=_no_password)
+        else:
+            _load(context, _as_pem(content), _key_as_pem(key))
+    except (ssl.SSLError, ValueError, TypeError) as error:
+        raise ConfigurationError(
+            f"certificate and key cannot be used together ({error})",
+            where=f"{where}, {certificate} and {private_key}",
+            remedy="Give a certificate and its own key, without a password, as thermaxis"
+            " certificate new --use server makes them",
+        ) from None
+    return context
+
+
+def _no_password() -> bytes:
+    """Refuse a locked key; without this the library asks on the terminal."""
+    raise ValueError("the key is locked by a password")
+
+
+def _as_pem(content: bytes) -> bytes:
+    return content if _PEM in content else ssl.DER_cert_to_PEM_cert(content).encode()
+
+
+def _key_as_pem(content: bytes) -> bytes:
+    """Return a key as PEM; a locked one is a TypeError or ValueError, and no question."""
+    from cryptography.hazmat.primitives import serialization  # noqa: PLC0415 - only with TLS
+
+    load = (
+        serialization.load_pem_private_key
+        if _PEM in content
+        else serialization.load_der_private_key
+    )
+    return load(content, password=None).private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.NoEncryption(),
+    )
+
+
+def _load(context: ssl.SSLContext, certificate: bytes, key: bytes) -> None:
+    """Load both; the library takes files only, so they are files for a moment, for us alone."""
+    with tempfile.TemporaryDirectory() as folder:
+        both = Path(folder) / "both.pem"
+        both.touch(mode=0o600)
+        both.write_bytes(key + b"\n" + certificate)
+        context.load_cert_chain(both)

@@ -1,0 +1,5 @@
+"""OPC UA client: certificates, session, nodes, values."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,0 +1,49 @@
+from ._certificates import (
+    DEFAULT_DAYS as DEFAULT_DAYS,
+    Certificate as Certificate,
+    CertificateUse as CertificateUse,
+    NewCertificate as NewCertificate,
+    PrivateKey as PrivateKey,
+    certificate_of as certificate_of,
+    check_own_pair as check_own_pair,
+    make_pair as make_pair,
+    private_key_of as private_key_of,
+    validity_warning as validity_warning,
+    write_certificate as write_certificate,
+    write_pair as write_pair,
+)
+from ._failures import (
+    FAILURES as FAILURES,
+    LASTING as LASTING,
+    explain as explain,
+)
+from ._fetch import (
+    ServerOffer as ServerOffer,
+    fetch_offers as fetch_offers,
+)
+from ._link import (
+    Link as Link,
+)
+from ._nodes import (
+    parse_node as parse_node,
+)
+from ._pair import (
+    PairFiles as PairFiles,
+)
+from ._session import (
+    MethodAnswer as MethodAnswer,
+    NodeDescription as NodeDescription,
+    OpcUaSession as OpcUaSession,
+    answer_of as answer_of,
+    call_request as call_request,
+    connect_once as connect_once,
+    discard as discard,
+    take_leave as take_leave,
+)
+from ._values import (
+    WHOLE_TYPES as WHOLE_TYPES,
+    WRONG_TYPE as WRONG_TYPE,
+    next_beat as next_beat,
+    plain_number as plain_number,
+    status_name as status_name,
+)

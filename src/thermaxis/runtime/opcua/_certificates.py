@@ -1,0 +1,527 @@
+"""Certificates of OPC UA connections: make, read, check, and say when they expire."""
+
+import ipaddress
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+from enum import StrEnum
+from pathlib import Path
+from typing import Final, final
+
+from cryptography import x509
+from cryptography.exceptions import UnsupportedAlgorithm
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import rsa
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime.host import read_private, unreadable, whole_file
+
+WARNED_DAYS: Final = 30
+"""The end of a certificate is warned of so early. [day]"""
+DEFAULT_DAYS: Final = 730
+"""Validity of a new certificate, unless stated: two years, twice what other OPC UA tools give, so
+that a yearly maintenance finds it in time. [day]"""
+LONGEST_DAYS: Final = 3650
+"""Longest validity: ten years. [day]"""
+KEY_BITS: Final = 2048
+"""Length of a new RSA key: the shortest that Basic256Sha256 allows, and the one that every control
+takes. [bit]"""
+LARGEST_FILE_BYTES: Final = 65_536
+"""Largest certificate or key. [byte]"""
+_CLOCK_MARGIN = timedelta(days=1)
+_PEM = b"-----BEGIN"
+_FILE_REMEDY = (
+    "Check the name and the permissions; thermaxis certificate new makes own ones, fetch stores"
+    " that of a server"
+)
+_KEY_REMEDY = (
+    "Run chmod 600 on it; if others may have read it, make a new one and let the machine trust"
+    " only that"
+)
+
+
+class CertificateUse(StrEnum):
+    """What a new certificate is for."""
+
+    CLIENT = "client"
+    """For connections to machines."""
+    SERVER = "server"
+    """For the status server."""
+    BOTH = "both"
+    """For both."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What a certificate says."""
+
+    der: bytes = field(repr=False)
+    """The certificate itself, DER, without those that may follow it."""
+    subject: str
+    """Who it names, printable."""
+    application_uris: tuple[str, ...]
+    """Addresses of the application."""
+    hosts: tuple[str, ...]
+    """Names and addresses of its computer."""
+    not_before: datetime
+    """First moment of its validity, aware, in UTC."""
+    not_after: datetime
+    """Last moment, aware, in UTC."""
+    sha256: str
+    """Fingerprint: hexadecimal digits in pairs."""
+    sha1: str
+    """The older fingerprint, which OPC UA and many controls call thumbprint."""
+    modulus: int = field(repr=False)
+    """Modulus of its RSA key; 0 for another kind of key. [1]"""
+
+    def days_left(self, utc: datetime) -> float:
+        """Return for how long it is still valid; negative once it has expired. [day]"""
+        return (self.not_after - utc) / timedelta(days=1)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PrivateKey:
+    """A private key in memory."""
+
+    pem: bytes = field(repr=False)
+    """PEM, not encrypted."""
+    modulus: int = field(repr=False)
+    """Modulus. [1]"""
+    loaded: rsa.RSAPrivateKey = field(repr=False)
+    """The same, ready for use: to read it takes a tenth of a second."""
+
+
+def certificate_of(path: Path) -> Certificate:
+    """Read a certificate.
+
+    Parameters
+    ----------
+    path : Path
+        DER or PEM; of a chain the first one counts.
+
+    Returns
+    -------
+    Certificate
+        What it says.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be read or is no certificate.
+    """
+    return certificate_from(_content(path), where=str(path))
+
+
+def certificate_from(content: bytes, *, where: str) -> Certificate:
+    """Return what a certificate says.
+
+    Parameters
+    ----------
+    content : bytes
+        DER or PEM; of a chain the first one counts.
+    where : str
+        Where it comes from, for the error.
+
+    Returns
+    -------
+    Certificate
+        What it says.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is no certificate.
+    """
+    try:
+        if content.lstrip().startswith(_PEM):
+            parsed = x509.load_pem_x509_certificate(content)
+        else:
+            parsed = x509.load_der_x509_certificate(_first_of_chain(content))
+        return _said_by(parsed)  # decodes its parts only now
+    except (ValueError, TypeError, x509.DuplicateExtension, UnsupportedAlgorithm):
+        raise ConfigurationError(
+            "this is no certificate",
+            where=where,
+            remedy="Give a certificate as DER or PEM; thermaxis certificate new makes one, fetch"
+            " stores that of a server",
+        ) from None
+
+
+def _said_by(parsed: x509.Certificate) -> Certificate:
+    uris, hosts = _alternative_names(parsed)
+    public = parsed.public_key()
+    return Certificate(
+        der=parsed.public_bytes(serialization.Encoding.DER),
+        subject=printable(parsed.subject.rfc4514_string()),
+        application_uris=uris,
+        hosts=hosts,
+        not_before=parsed.not_valid_before_utc,
+        not_after=parsed.not_valid_after_utc,
+        sha256=_pairs(parsed.fingerprint(hashes.SHA256())),
+        sha1=_pairs(parsed.fingerprint(hashes.SHA1())),  # noqa: S303 - as controls show it
+        modulus=public.public_numbers().n if isinstance(public, rsa.RSAPublicKey) else 0,
+    )
+
+
+def _first_of_chain(content: bytes) -> bytes:
+    """Cut a chain after its first certificate, whose length stands in its bytes 2 and 3."""
+    if content[:2] != b"\x30\x82" or len(content) < 4:
+        return content
+    return content[: int.from_bytes(content[2:4], "big") + 4]
+
+
+def _alternative_names(parsed: x509.Certificate) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    try:
+        extension = parsed.extensions.get_extension_for_class(x509.SubjectAlternativeName)
+    except x509.ExtensionNotFound:
+        return (), ()
+    names = extension.value
+    uris = names.get_values_for_type(x509.UniformResourceIdentifier)
+    hosts = [
+        *names.get_values_for_type(x509.DNSName),
+        *[str(address) for address in names.get_values_for_type(x509.IPAddress)],
+    ]
+    return tuple(printable(uri) for uri in uris), tuple(printable(host) for host in hosts)
+
+
+def _pairs(digest: bytes) -> str:
+    return digest.hex(":").upper()
+
+
+def private_key_of(path: Path) -> PrivateKey:
+    """Read a private key that nobody but its owner can read.
+
+    Parameters
+    ----------
+    path : Path
+        PEM or DER, RSA, not encrypted.
+
+    Returns
+    -------
+    PrivateKey
+        The key.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be read, others can read or change it, or it is no such key.
+    """
+    content = read_private(
+        path, limit_bytes=LARGEST_FILE_BYTES, where="private key", remedy=_KEY_REMEDY
+    )
+    try:
+        if content.lstrip().startswith(_PEM):
+            key = serialization.load_pem_private_key(content, password=None)
+        else:
+            key = serialization.load_der_private_key(content, password=None)
+    except TypeError:
+        raise ConfigurationError(
+            "the private key is locked by a password",
+            where=str(path),
+            remedy="Store it without one, readable by its owner only",
+        ) from None
+    except ValueError:
+        key = None
+    if not isinstance(key, rsa.RSAPrivateKey):
+        raise ConfigurationError(
+            "this is no private RSA key",
+            where=str(path),
+            remedy="Make certificate and key with thermaxis certificate new",
+        )
+    return PrivateKey(_pem_of(key), key.public_key().public_numbers().n, key)
+
+
+def _pem_of(key: rsa.RSAPrivateKey) -> bytes:
+    return key.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.NoEncryption(),
+    )
+
+
+def _content(path: Path) -> bytes:
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(LARGEST_FILE_BYTES + 1)
+    except (OSError, ValueError) as error:
+        raise unreadable(path, error, where="certificate", remedy=_FILE_REMEDY) from None
+    if len(content) > LARGEST_FILE_BYTES:
+        raise ConfigurationError(
+            f"the file is longer than {LARGEST_FILE_BYTES} bytes",
+            where=str(path),
+            remedy="Name the certificate or key itself",
+        )
+    return content
+
+
+def check_own_pair(
+    certificate: Certificate, key: PrivateKey, application_uri: str, *, where: str
+) -> None:
+    """Check that an own certificate fits its key and the address of the application.
+
+    Parameters
+    ----------
+    certificate : Certificate
+        Own certificate.
+    key : PrivateKey
+        Its key.
+    application_uri : str
+        Address that will be stated to servers.
+    where : str
+        The file of the certificate, for the error.
+
+    Raises
+    ------
+    ConfigurationError
+        If the key belongs to another certificate, or the address is not in it.
+    """
+    if certificate.modulus != key.modulus:
+        raise ConfigurationError(
+            "certificate and private key do not belong together",
+            where=where,
+            remedy="Name the two files that were made together",
+        )
+    if application_uri not in certificate.application_uris:
+        found = ", ".join(certificate.application_uris) or "none"
+        raise ConfigurationError(
+            f"the address in the certificate is {found}, not {application_uri}",
+            where=where,
+            remedy="Set application_uri to it, or make a certificate with --uri",
+        )
+
+
+def validity_warning(certificate: Certificate, utc: datetime, *, name: str) -> str | None:
+    """Return what a person should know about the validity of a certificate.
+
+    Parameters
+    ----------
+    certificate : Certificate
+        The certificate.
+    utc : datetime
+        Now, aware.
+    name : str
+        What it is, for the sentence, such as ``own certificate``.
+
+    Returns
+    -------
+    str or None
+        A sentence from `WARNED_DAYS` before its end on, after it, and before its beginning; None
+        otherwise.
+    """
+    date = certificate.not_after.strftime("%Y-%m-%d")
+    if utc < certificate.not_before:
+        begin = certificate.not_before.strftime("%Y-%m-%d %H:%M")
+        return f"the {name} is valid from {begin} UTC on only: check the clocks"
+    days = certificate.days_left(utc)
+    if days < 0.0:
+        return f"the {name} expired on {date}: servers will refuse it; renew it"
+    if days < WARNED_DAYS:
+        return f"the {name} expires on {date}, in {days:.0f} days: renew it"
+    return None
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NewCertificate:
+    """What a new certificate shall say.
+
+    Raises
+    ------
+    ConfigurationError
+        If an address or name is empty or too long, or the validity is out of its range.
+    """
+
+    application_uri: str
+    """Address of the application."""
+    hosts: tuple[str, ...]
+    """Names and addresses of the computer."""
+    days: int = DEFAULT_DAYS
+    """Validity. [day]"""
+    organisation: str = ""
+    """Whose it is; may be empty."""
+    use: CertificateUse = CertificateUse.CLIENT
+    """What it is for."""
+
+    def __post_init__(self) -> None:
+        """Check what a certificate cannot say."""
+        if not 1 <= self.days <= LONGEST_DAYS:
+            raise ConfigurationError(
+                f"a certificate is valid for 1 to {LONGEST_DAYS} days",
+                where="days",
+                remedy=f"Leave it out for {DEFAULT_DAYS}",
+            )
+        uri = self.application_uri
+        if not 1 <= len(uri) <= 200 or not uri.isascii() or not uri.isprintable() or " " in uri:
+            raise ConfigurationError(
+                "this cannot be the address of an application",
+                where="uri",
+                remedy="Write it as urn:company:machine:thermaxis",
+            )
+        for host in self.hosts:
+            if not 1 <= len(host) <= 253 or not host.isascii() or not host.isprintable():
+                raise ConfigurationError(
+                    f"'{host}' is no name of a computer", where="host", remedy="Give its name"
+                )
+        if len(self.organisation) > 64:
+            raise ConfigurationError(
+                "the organisation has more than 64 characters",
+                where="organisation",
+                remedy="Shorten it",
+            )
+
+
+def make_pair(new: NewCertificate, utc: datetime) -> tuple[bytes, bytes]:
+    """Make a key and a certificate that it has signed itself.
+
+    Parameters
+    ----------
+    new : NewCertificate
+        What it shall say.
+    utc : datetime
+        Now, aware: it is valid from a day before, so that clocks that differ do not matter.
+
+    Returns
+    -------
+    certificate_der, key_pem : bytes
+        The certificate, DER; the key, PEM, not encrypted.
+
+    References
+    ----------
+    OPC 10000-6, 6.2.2: what an application instance certificate contains.
+    """
+    key = rsa.generate_private_key(public_exponent=65_537, key_size=KEY_BITS)
+    name = _name_of(new)
+    uses = {
+        CertificateUse.CLIENT: [ExtendedKeyUsageOID.CLIENT_AUTH],
+        CertificateUse.SERVER: [ExtendedKeyUsageOID.SERVER_AUTH],
+        CertificateUse.BOTH: [ExtendedKeyUsageOID.CLIENT_AUTH, ExtendedKeyUsageOID.SERVER_AUTH],
+    }
+    identifier = x509.SubjectKeyIdentifier.from_public_key(key.public_key())
+    certificate = (
+        x509.CertificateBuilder()
+        .subject_name(name)
+        .issuer_name(name)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(utc - _CLOCK_MARGIN)
+        .not_valid_after(utc + timedelta(days=new.days))
+        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=False)
+        .add_extension(x509.SubjectAlternativeName(_names_of(new)), critical=False)
+        .add_extension(_key_usage(), critical=False)
+        .add_extension(x509.ExtendedKeyUsage(uses[new.use]), critical=False)
+        .add_extension(identifier, critical=False)
+        .add_extension(
+            x509.AuthorityKeyIdentifier.from_issuer_subject_key_identifier(identifier),
+            critical=False,
+        )
+        .sign(key, hashes.SHA256())
+    )
+    return certificate.public_bytes(serialization.Encoding.DER), _pem_of(key)
+
+
+def _name_of(new: NewCertificate) -> x509.Name:
+    attributes = [x509.NameAttribute(NameOID.COMMON_NAME, "thermaxis")]
+    if new.organisation:
+        attributes.append(x509.NameAttribute(NameOID.ORGANIZATION_NAME, new.organisation))
+    return x509.Name(attributes)
+
+
+def _names_of(new: NewCertificate) -> Sequence[x509.GeneralName]:
+    names: list[x509.GeneralName] = [x509.UniformResourceIdentifier(new.application_uri)]
+    for host in new.hosts:
+        try:
+            names.append(x509.IPAddress(ipaddress.ip_address(host)))
+        except ValueError:
+            names.append(x509.DNSName(host))
+    return names
+
+
+def _key_usage() -> x509.KeyUsage:
+    return x509.KeyUsage(
+        digital_signature=True,
+        content_commitment=True,
+        key_encipherment=True,
+        data_encipherment=True,
+        key_agreement=False,
+        key_cert_sign=False,
+        crl_sign=False,
+        encipher_only=False,
+        decipher_only=False,
+    )
+
+
+def write_pair(
+    certificate: Path, key: Path, pair: tuple[bytes, bytes], *, replace: bool = False
+) -> None:
+    """Write a certificate and its key; the key is never readable by others, not for a moment.
+
+    Parameters
+    ----------
+    certificate : Path
+        File of the certificate.
+    key : Path
+        File of the key.
+    pair : tuple of bytes
+        What `make_pair` returned.
+    replace : bool
+        Whether files that are there already are replaced.
+
+    Raises
+    ------
+    ConfigurationError
+        If one of them is there already and `replace` is not set, or both are the same file.
+    OSError
+        If they cannot be written.
+    """
+    if certificate.absolute() == key.absolute():
+        raise ConfigurationError(
+            "certificate and key would be the same file",
+            where=str(key),
+            remedy="Name two files",
+        )
+    for path in (certificate, key):
+        if not replace and (path.exists() or path.is_symlink()):
+            raise ConfigurationError(
+                "the file is there already",
+                where=str(path),
+                remedy="Choose another name, or say --replace to renew certificate and key",
+            )
+    der, pem = pair
+    _write(key, pem, mode=0o600)
+    _write(certificate, der, mode=0o644)
+
+
+def write_certificate(path: Path, certificate: Certificate, *, replace: bool = False) -> None:
+    """Write a server's certificate, DER.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    certificate : Certificate
+        What to write.
+    replace : bool
+        Whether a file that is there already is replaced.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is there already and `replace` is not set.
+    OSError
+        If it cannot be written.
+    """
+    if not replace and (path.exists() or path.is_symlink()):
+        raise ConfigurationError(
+            "the file is there already",
+            where=str(path),
+            remedy="Choose another name, or say --replace if the machine was really renewed",
+        )
+    _write(path, certificate.der, mode=0o644)
+
+
+def _write(path: Path, content: bytes, *, mode: int) -> None:
+    with whole_file(path, mode=mode) as stream:
+        stream.write(content)

@@ -1,0 +1,5 @@
+"""Recording of OPC UA nodes into logs."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,0 +1,19 @@
+from ._config import (
+    ChannelSettings as ChannelSettings,
+    RecordSettings as RecordSettings,
+    read_record as read_record,
+)
+from ._files import (
+    sole_writer as sole_writer,
+)
+from ._parquet import (
+    parquet_writer as parquet_writer,
+    write_parquet as write_parquet,
+)
+from ._recorder import (
+    Recorder as Recorder,
+    RecordSummary as RecordSummary,
+    bytes_per_day as bytes_per_day,
+    files_of as files_of,
+    try_once as try_once,
+)

@@ -1,0 +1,340 @@
+"""Configuration of a recording: ``record.toml`` to frozen values.
+
+.. code-block:: toml
+
+    [record]
+    name = "lathe"
+    every_s = 1.0
+
+    [connection.control]
+    url = "opc.tcp://192.168.214.241:4840"
+    security = "none"
+
+    [channel.T_spindle_C]
+    node = "ns=2;s=/Plc/T_spindle"
+    unit = "degC"
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Final, TypeAlias, final
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.files.logs import parse_log_heading
+from thermaxis.runtime._connection import ConnectionSettings
+from thermaxis.runtime.config import ConnectionSection, Problem, explain, read_tables, refuse
+from thermaxis.runtime.opcua import parse_node
+from thermaxis.thermal.log import unit_named, unit_of_name
+
+MOST_CHANNELS: Final = 1000
+"""Largest number of channels of one recording. [1]"""
+SHORTEST_PERIOD_S: Final = 0.1
+"""Shortest time between two readings of a channel. [s]"""
+LONGEST_PERIOD_S: Final = 3600.0
+"""Longest time between two readings of a channel. [s]"""
+NO_UNIT: Final = frozenset({"1", "bool"})
+"""Units of numbers that have none: a count, a share, a switch (recorded as 0 and 1)."""
+
+_CHANNEL_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.\-]{0,99}")
+_FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,59}")
+_RESERVED = frozenset({"date", "datum", "day", "tag", "den"})
+_MEGABYTE = 1_000_000
+_STRICT = ConfigDict(
+    extra="forbid",
+    frozen=True,
+    strict=True,
+    hide_input_in_errors=True,
+    use_attribute_docstrings=True,
+)
+_Period: TypeAlias = Annotated[
+    float, Field(ge=SHORTEST_PERIOD_S, le=LONGEST_PERIOD_S, allow_inf_nan=False)
+]
+_Bounded: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
+_Repeat: TypeAlias = Annotated[float, Field(ge=0.0, le=1e7, allow_inf_nan=False)]
+
+
+@final
+class RecordSection(BaseModel):
+    """The table ``[record]``: files and what holds for all channels."""
+
+    model_config = _STRICT
+
+    name: str = "log"
+    """Begin of the file names: letters, digits, ``_``, ``-`` and points."""
+    every_s: _Period = 1.0
+    """Time between two readings of a channel that states none, 0.1 to 3600. Default: the cycle of
+    the compensation. [s]"""
+    days_per_file: Annotated[int, Field(ge=1, le=366)] = 1
+    """UTC days that one file covers. Default: a file a day."""
+    largest_mb: Annotated[float, Field(ge=0.01, le=900.0)] = 200.0
+    """Size at which a new file begins, of the log and of its sources, each. Default: what is
+    read in seconds; the reader's limit is 1000. [MB]"""
+    memory_mb: Annotated[float, Field(ge=0.01, le=10_000.0)] = 64.0
+    """Rows that wait in memory while the disk is full. Default: 20 channels for a day at 1 s.
+    [MB]"""
+    keep_days: Annotated[int, Field(ge=2, le=36_600)] | None = None
+    """Files whose last day lies more than so many days back are deleted. Default: nothing is
+    deleted. [d]"""
+    parquet: bool = False
+    """Whether each file that is complete is written as Parquet as well."""
+    repeat_unchanged_s: _Repeat = 0.0
+    """For how long a value counts as measured again while its source time stamp does not move.
+    Default: not at all, the cell stays empty. [s]"""
+
+
+@final
+class ChannelSection(BaseModel):
+    """A table ``[channel.NAME]``; the name is the column's, and must not state another unit."""
+
+    model_config = _STRICT
+
+    node: str
+    """Node id, such as ``ns=2;s=/Plc/T_spindle`` or ``nsu=urn:machine;s=T_spindle``."""
+    unit: str
+    """Unit in the log: degC, K, um, mm, rpm, ..., 1 for a number without a unit, bool for a
+    switch."""
+    connection: str = ""
+    """Name of the connection; may be left out where there is only one."""
+    every_s: _Period | None = None
+    """Time between two readings, 0.1 to 3600. Default: that of the recording. [s]"""
+    factor: _Bounded = 1.0
+    """What a value of the node is multiplied by to get the unit, such as 0.1 for tenths."""
+    offset: _Bounded = 0.0
+    """What is added then. [unit]"""
+    repeat_unchanged_s: _Repeat | None = None
+    """As in the table ``[record]``, for this channel. Default: that of the recording. [s]"""
+
+
+@final
+class RecordFile(BaseModel):
+    """A whole file ``record.toml``."""
+
+    model_config = _STRICT
+
+    record: RecordSection = RecordSection()
+    """Files and what holds for all channels."""
+    connection: dict[str, ConnectionSection]
+    """OPC UA connections by their name."""
+    channel: dict[str, ChannelSection]
+    """Channels by the name of their column."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelSettings:
+    """One channel that is recorded."""
+
+    name: str
+    """Name in the log."""
+    heading: str
+    """Heading of its column, from which readers take name and unit."""
+    unit: str
+    """Unit in the log; empty for numbers without one."""
+    node: str
+    """Node id as text."""
+    connection: str
+    """Name of its connection."""
+    period_ms: int
+    """Time between two readings. [ms]"""
+    factor: float = 1.0
+    """What a value of the node is multiplied by."""
+    offset: float = 0.0
+    """What is added then. [unit]"""
+    repeat_unchanged_s: float = 0.0
+    """For how long a value counts again while its source time stamp does not move. [s]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordSettings:
+    """Everything that a recording needs to know."""
+
+    name: str
+    """Begin of the file names."""
+    channels: tuple[ChannelSettings, ...]
+    """Channels in the order of the file."""
+    connections: Mapping[str, ConnectionSettings]
+    """Connections that channels use."""
+    days_per_file: int = 1
+    """UTC days that one file covers. [d]"""
+    largest_bytes: int = 200 * _MEGABYTE
+    """Size at which a new file begins. [byte]"""
+    memory_bytes: int = 64 * _MEGABYTE
+    """Largest size of what waits in memory. [byte]"""
+    keep_days: int | None = None
+    """Age at which files are deleted; None: never. [d]"""
+    parquet: bool = False
+    """Whether complete files are written as Parquet as well."""
+
+    @property
+    def fastest_ms(self) -> int:
+        """Shortest time between two readings. [ms]"""
+        return min(channel.period_ms for channel in self.channels)
+
+
+def read_record(path: Path | str) -> RecordSettings:
+    """Read the configuration of a recording.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file; relative names in it count from its folder.
+
+    Returns
+    -------
+    RecordSettings
+        With the secrets read, and masked.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read, a key is unknown or wrong, channels contradict each other, or
+        a secret cannot be read; all that is wrong is told at once.
+    """
+    path = Path(path)
+    tables = read_tables(path)
+    try:
+        file = RecordFile.model_validate(tables)
+    except ValidationError as error:
+        raise refuse(explain(error, RecordFile), path) from None
+    channels = {name: _channel(name, entry, file) for name, entry in file.channel.items()}
+    problems = [*_check_file(file), *(c for c in channels.values() if isinstance(c, Problem))]
+    if problems:
+        raise refuse(problems, path)
+    used = {
+        section.connection for section in channels.values() if isinstance(section, ChannelSettings)
+    }
+    record = file.record
+    return RecordSettings(
+        name=record.name,
+        channels=tuple(c for c in channels.values() if isinstance(c, ChannelSettings)),
+        connections={
+            name: section.settings(
+                name, path.absolute().parent, where=f"{path}, [connection.{name}]"
+            )
+            for name, section in file.connection.items()
+            if name in used
+        },
+        days_per_file=record.days_per_file,
+        largest_bytes=round(record.largest_mb * _MEGABYTE),
+        memory_bytes=round(record.memory_mb * _MEGABYTE),
+        keep_days=record.keep_days,
+        parquet=record.parquet,
+    )
+
+
+def _check_file(file: RecordFile) -> Iterator[Problem]:
+    """Yield what is wrong with the file as a whole."""
+    if _FILE_NAME.fullmatch(file.record.name) is None:
+        yield Problem(
+            "[record], name",
+            "this cannot begin a file name",
+            "Write up to 60 letters, digits, _ - and points",
+        )
+    if not file.connection:
+        yield Problem("", "there is no connection", "Write a table such as [connection.control]")
+    if not 1 <= len(file.channel) <= MOST_CHANNELS:
+        yield Problem(
+            "",
+            f"there are {len(file.channel)} channels, and 1 to {MOST_CHANNELS} can be recorded",
+            "Write a table such as [channel.T_spindle_C] for each",
+        )
+    seen: dict[str, str] = {}
+    for name in file.channel:
+        other = seen.setdefault(name.casefold(), name)
+        if other != name:
+            yield Problem(
+                f"[channel.{name}]",
+                f"the name differs from {other} in upper and lower case only",
+                "Rename one of them",
+            )
+
+
+def _channel(name: str, section: ChannelSection, file: RecordFile) -> ChannelSettings | Problem:
+    """Return the settings of a channel, or the first thing that is wrong with it."""
+    table = f"[channel.{name}]"
+    unit, heading = _unit_and_heading(name, section.unit)
+    problem = _wrong_name(table, name, section.unit, unit, heading)
+    if problem is not None:
+        return problem
+    connection = section.connection or next(iter(file.connection), "")
+    problem = _wrong_connection(table, section.connection, file)
+    if problem is None and section.factor == 0.0:
+        problem = Problem(f"{table}, factor", "the factor is zero", "Leave the channel out instead")
+    if problem is not None:
+        return problem
+    try:
+        parse_node(section.node)
+    except ConfigurationError as error:
+        return Problem(f"{table}, node", error.what, error.remedy)
+    every_s = file.record.every_s if section.every_s is None else section.every_s
+    period_ms = round(every_s * 1000.0)
+    if abs(period_ms - every_s * 1000.0) > 1e-6:
+        return Problem(
+            f"{table}, every_s", "this is no whole number of milliseconds", "Round it to 0.001"
+        )
+    repeat_s = section.repeat_unchanged_s
+    return ChannelSettings(
+        name=name,
+        heading=heading,
+        unit=unit or "",
+        node=section.node,
+        connection=connection,
+        period_ms=period_ms,
+        factor=section.factor,
+        offset=section.offset,
+        repeat_unchanged_s=file.record.repeat_unchanged_s if repeat_s is None else repeat_s,
+    )
+
+
+def _wrong_connection(table: str, stated: str, file: RecordFile) -> Problem | None:
+    known = ", ".join(file.connection)
+    if not stated and len(file.connection) > 1:
+        what = "there are several connections, and the channel names none"
+    elif stated and stated not in file.connection:
+        what = f"there is no connection {stated}"
+    else:
+        return None
+    return Problem(f"{table}, connection", what, f"Write one of {known}")
+
+
+def _unit_and_heading(name: str, word: str) -> tuple[str | None, str]:
+    """Return the unit (None if it is not known) and a heading that states name and unit."""
+    unit = "" if word in NO_UNIT else unit_named(word)
+    return unit, name if unit == unit_of_name(name) else f"{name} [{unit or ''}]"
+
+
+def _wrong_name(table: str, name: str, word: str, unit: str | None, heading: str) -> Problem | None:
+    if _CHANNEL_NAME.fullmatch(name) is None:
+        return Problem(
+            table,
+            "this cannot be the name of a column",
+            "Begin with a letter, and write up to 100 letters, digits, _ - and points",
+        )
+    if unit is None:
+        return Problem(
+            f"{table}, unit",
+            f"the unit '{word}' is not known",
+            "Write one such as degC, K, um, mm, rpm or 1, and convert with factor and offset",
+        )
+    stated = unit_of_name(name)
+    if stated and stated != unit:
+        return Problem(
+            f"{table}, unit",
+            f"the name ends in the unit {stated}, and the unit is {unit or word}",
+            "Rename the channel, or convert with factor and offset",
+        )
+    found = parse_log_heading(heading)
+    if found.time_rank is not None or name.casefold() in _RESERVED:
+        return Problem(
+            table, "a reader of the log would take this column for times", "Rename the channel"
+        )
+    if (found.name, found.unit) != (name, unit):
+        return Problem(
+            table, "a reader of the log would find another name or unit", "Rename the channel"
+        )
+    return None

@@ -1,0 +1,649 @@
+"""The recorder: reads nodes at their rates, and hands rows to the files once a second.
+
+One task gives the times, one per rate and connection reads, one writes. A server that is slow or
+gone delays nobody else; a disk that is full or slow delays no reading: rows wait in memory, and
+what does not fit there is lost from the oldest on, which the log states.
+
+Not protected: a computer that is too slow misses readings (the log shows gaps); rows of the last
+second are lost when the program is killed, those of the last ten seconds when the power fails.
+"""
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, final
+
+from thermaxis import __version__
+from thermaxis.runtime._ports import Clock
+from thermaxis.runtime.record._clock import LogClock, as_text, moment_of
+from thermaxis.runtime.record._config import ChannelSettings, RecordSettings
+from thermaxis.runtime.record._files import Entry, Heads, RecordingFiles, Stored, mark
+from thermaxis.runtime.record._rows import NO_ANSWER, NOT_ASKED, Cells, ChannelReader
+
+if TYPE_CHECKING:
+    from asyncua import ua
+
+WRITE_EVERY_S: Final = 1.0
+"""Rows are written so often: what a killed program may lose. [s]"""
+CONNECT_WITHIN_S: Final = 5.0
+"""The first row waits so long for the connections. [s]"""
+LATE_SHARE: Final = 0.1
+"""A row that is later than this share of the shortest period gets its own time. [1]"""
+UNCHANGED_WARNING_S: Final = 60.0
+"""A source time stamp that stands still for so long is told. [s]"""
+TRY_AGAIN_S: Final = 2.0
+"""Time between the two readings of a trial. [s]"""
+_LONGEST_SLEEP_S = 60.0
+_POLL_S = 0.05
+_LAST_ANSWERS_S = 1.0
+_EARLY_MS = 0.5
+_FEWEST_UNCHANGED = 5
+
+
+class NodeReader(Protocol):
+    """What the recorder needs of a connection; `OpcUaSession` has it."""
+
+    @property
+    def connected(self) -> bool:
+        """Whether the server can be asked."""
+        ...
+
+    @property
+    def generation(self) -> int:
+        """Number of the connection. [1]"""
+        ...
+
+    @property
+    def last_error(self) -> str:
+        """Why it is not connected, in words."""
+        ...
+
+    @property
+    def clock_difference_s(self) -> float | None:
+        """The server's clock minus the own one. [s]"""
+        ...
+
+    async def read(
+        self, nodes: Sequence[str], deadline_s: float
+    ) -> "Sequence[ua.DataValue] | None":
+        """Read nodes with one request; None if there is no answer in time. [s]"""
+        ...
+
+
+@final
+@dataclass(slots=True, eq=False)
+class _Group:
+    """Channels of one connection and one rate: one read request."""
+
+    connection: str
+    period_ms: int
+    columns: tuple[int, ...]
+    nodes: tuple[str, ...]
+    deadline_s: float
+    due_ms: int = 0
+    busy: bool = False
+
+
+@final
+@dataclass(slots=True, eq=False)
+class _Row:
+    """A row that waits for its answers."""
+
+    log_ms: float
+    cells: list[Cells]
+    open: int
+    """Requests without an answer yet. [1]"""
+
+
+class Loss(NamedTuple):
+    """Rows that were given up while they could not be written."""
+
+    rows: int
+    """How many. [1]"""
+    first_ms: float
+    """Time of the first one. [ms since 1970]"""
+    last_ms: float
+    """Time of the last one. [ms since 1970]"""
+
+    @property
+    def words(self) -> str:
+        """What was lost, as a sentence without its full stop."""
+        return (
+            f"lost: {self.rows} rows from {as_text(self.first_ms)} to {as_text(self.last_ms)}"
+            " could not be written and no longer be kept in memory"
+        )
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RecordSummary:
+    """What a recording came to."""
+
+    rows: int
+    """Rows that were written. [1]"""
+    lost: int
+    """Rows that were lost, those included that could not be written in the end. [1]"""
+    channels: tuple[ChannelReader, ...]
+    """Counts by channel."""
+    files: tuple[Path, ...]
+    """Logs that were written, in order."""
+    error: str
+    """Why rows could not be written in the end; empty if all were."""
+
+
+def heads_of(settings: RecordSettings) -> Heads:
+    """Return the first lines of log and file of sources.
+
+    Parameters
+    ----------
+    settings : RecordSettings
+        What is recorded; equal settings give equal lines, by which a log is found that goes on.
+
+    Returns
+    -------
+    Heads
+        Comments that say where each column comes from, and headings with units.
+    """
+    lines = [f"# thermaxis record 1: {settings.name}"]
+    for name, connection in settings.connections.items():
+        lines.append(f"# connection {name}: {connection.url}, security {connection.security}")
+    for channel in settings.channels:
+        words = f"# channel {channel.name}: {channel.node} of {channel.connection}, unit"
+        words += f" {channel.unit or '1'}, every {channel.period_ms / 1000.0:g} s"
+        if (channel.factor, channel.offset) != (1.0, 0.0):
+            words += f", value * {channel.factor!r} + {channel.offset!r}"
+        lines.append(words)
+    plain = ["".join(c if c.isascii() and c.isprintable() else "?" for c in s) for s in lines]
+    head = "\n".join(plain) + "\n"
+    names = ",".join(["time", *(channel.heading for channel in settings.channels)])
+    beside = ["time"]
+    for channel in settings.channels:
+        beside += [f"{channel.name} {word}" for word in ("status", "source_time", "remark")]
+    return Heads(
+        f"{head}{names}\n".encode("ascii"),
+        f"{head}{','.join(beside)}\n".encode("ascii"),
+        len(settings.channels),
+    )
+
+
+def bytes_per_day(settings: RecordSettings) -> float:
+    """Return how much a recording writes in a day, about. [byte]
+
+    Measured: 25 bytes a row in each file, and 38 bytes a reading, source time stamp included.
+    """
+    rows = 86_400_000.0 / settings.fastest_ms
+    readings = sum(86_400_000.0 / channel.period_ms for channel in settings.channels)
+    separators = rows * len(settings.channels) * 4.0
+    return 50.0 * rows + 34.0 * readings + separators
+
+
+def files_of(settings: RecordSettings, folder: Path) -> RecordingFiles:
+    """Return the files of a recording in a folder."""
+    return RecordingFiles(
+        folder,
+        settings.name,
+        heads_of(settings),
+        days_per_file=settings.days_per_file,
+        largest_bytes=settings.largest_bytes,
+        step_ms=settings.fastest_ms,
+    )
+
+
+class TriedChannel(NamedTuple):
+    """What a node said when it was tried."""
+
+    settings: ChannelSettings
+    """The channel."""
+    value: str
+    """Value as it would be recorded; empty if it would not be."""
+    status: str
+    """Name of its status."""
+    remark: str
+    """What is out of the ordinary; empty if nothing is."""
+
+    @property
+    def recorded(self) -> bool:
+        """Whether there is a value."""
+        return bool(self.value)
+
+
+async def try_once(
+    settings: RecordSettings, sessions: Mapping[str, NodeReader], clock: Clock
+) -> tuple[TriedChannel, ...]:
+    """Read every node twice, to see what it says and whether its source time stamp moves.
+
+    Parameters
+    ----------
+    settings : RecordSettings
+        What shall be recorded.
+    sessions : mapping of str to NodeReader
+        The connections by name, opened.
+    clock : Clock
+        Monotonic time and time of day.
+
+    Returns
+    -------
+    tuple of TriedChannel
+        In the order of the channels.
+    """
+    channels = tuple(ChannelReader(channel) for channel in settings.channels)
+    await _connections(sessions, clock)
+    first = await _read_all(settings, sessions, channels, clock)
+    await clock.sleep_until(clock.monotonic_s() + TRY_AGAIN_S)
+    second = await _read_all(settings, sessions, channels, clock)
+    tried: list[TriedChannel] = []
+    for channel, one, two in zip(channels, first, second, strict=True):
+        remark = two.remark
+        if channel.unchanged:
+            remark = f"source time stamp stood still for {TRY_AGAIN_S:g} s"
+        elif channel.unstamped:
+            remark = "no source time stamp"
+        tried.append(TriedChannel(channel.settings, two.value or one.value, two.status, remark))
+    return tuple(tried)
+
+
+async def _read_all(
+    settings: RecordSettings,
+    sessions: Mapping[str, NodeReader],
+    channels: Sequence[ChannelReader],
+    clock: Clock,
+) -> list[Cells]:
+    found = [NOT_ASKED] * len(channels)
+    for group in _groups_of(settings):
+        answers = await sessions[group.connection].read(group.nodes, group.deadline_s)
+        _fill(found, group, channels, answers, clock.monotonic_s() * 1000.0)
+    return found
+
+
+async def _connections(sessions: Mapping[str, NodeReader], clock: Clock) -> None:
+    """Wait for the connections, so that the first reading has values."""
+    end_s = clock.monotonic_s() + CONNECT_WITHIN_S
+    while not all(session.connected for session in sessions.values()):
+        now_s = clock.monotonic_s()
+        if now_s >= end_s:
+            return
+        await clock.sleep_until(now_s + _POLL_S)
+
+
+def _fill(
+    cells: list[Cells],
+    group: "_Group",
+    channels: Sequence[ChannelReader],
+    answers: "Sequence[ua.DataValue] | None",
+    log_ms: float,
+) -> None:
+    """Put the answers to one request into their columns."""
+    for place, column in enumerate(group.columns):
+        channel = channels[column]
+        if answers is None or len(answers) != len(group.nodes):
+            cells[column] = channel.no_answer()
+        else:
+            cells[column] = channel.read(answers[place], log_ms)
+
+
+def _ignore(_text: str) -> None:
+    pass
+
+
+@final
+class Recorder:
+    """Records until its time is over or it is told to stop.
+
+    Parameters
+    ----------
+    settings : RecordSettings
+        What is recorded.
+    sessions : mapping of str to NodeReader
+        The connections by name; opened and closed by the caller.
+    clock : Clock
+        Monotonic time and time of day.
+    files : RecordingFiles
+        Where rows go; called in a thread, one call at a time.
+    tell : callable
+        Takes sentences for whoever watches. Default: nobody does.
+    finish : callable
+        Called in the same thread as the files, with logs that are complete. Default: nothing.
+    """
+
+    def __init__(
+        self,
+        settings: RecordSettings,
+        sessions: Mapping[str, NodeReader],
+        clock: Clock,
+        files: RecordingFiles,
+        *,
+        tell: Callable[[str], None] = _ignore,
+        finish: Callable[[Sequence[Path]], None] | None = None,
+    ) -> None:
+        self._settings = settings
+        self._sessions = sessions
+        self._clock = clock
+        self._files = files
+        self._tell = tell
+        self._finish = finish
+        self._time = LogClock(clock)
+        self._channels = tuple(ChannelReader(channel) for channel in settings.channels)
+        self._groups = _groups_of(settings)
+        self._rows: deque[_Row] = deque()
+        self._queue = _Queue(settings.memory_bytes)
+        self._writing = asyncio.Lock()
+        self._connected: dict[str, int | None] = dict.fromkeys(sessions)
+        self._asking: set[asyncio.Task[None]] = set()
+        self._warned: set[str] = set()
+        self._written_rows = 0
+        self._error = ""
+        self._last_ms = -math.inf
+
+    async def run(self, duration_s: float | None, stop: asyncio.Event) -> RecordSummary:
+        """Record.
+
+        Parameters
+        ----------
+        duration_s : float, optional
+            Time from the first row on. Default: until it is told to stop. [s]
+        stop : asyncio.Event
+            Ends the recording when it is set.
+
+        Returns
+        -------
+        RecordSummary
+            After the last row was written, or could not be.
+        """
+        ending = asyncio.create_task(stop.wait())
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                writing = tasks.create_task(self._write_regularly())
+                reading = tasks.create_task(self._read_regularly(duration_s, tasks))
+                await asyncio.wait({reading, ending}, return_when=asyncio.FIRST_COMPLETED)
+                reading.cancel()
+                if self._asking:
+                    await asyncio.wait(self._asking, timeout=_LAST_ANSWERS_S)
+                for task in self._asking:
+                    task.cancel()
+                async with self._writing:  # no thread writes now
+                    writing.cancel()
+        finally:
+            ending.cancel()
+        return await self._end()
+
+    # Reading ---------------------------------------------------------------------------------
+
+    async def _read_regularly(self, duration_s: float | None, tasks: asyncio.TaskGroup) -> None:
+        await _connections(self._sessions, self._clock)
+        tick_ms = self._begin()
+        end_s = math.inf if duration_s is None else self._time.monotonic_of(tick_ms) + duration_s
+        while self._time.monotonic_of(tick_ms) < end_s - 1e-3:
+            now_ms = await self._until(tick_ms)
+            self._look_at_connections(now_ms)
+            due = [group for group in self._groups if group.due_ms <= now_ms + _EARLY_MS]
+            row_ms = self._row_time(due, now_ms)
+            for group in due:
+                group.due_ms = _last_due(group, now_ms) + group.period_ms
+            self._ask([group for group in due if not group.busy], row_ms, tasks)
+            tick_ms = min(group.due_ms for group in self._groups)
+        await self._until_monotonic(end_s)
+
+    def _begin(self) -> int:
+        """Let all channels be due at the next full period of the fastest one. [ms since 1970]"""
+        now_ms, _ = self._time.read()
+        fastest_ms = self._settings.fastest_ms
+        tick_ms = math.ceil(now_ms / fastest_ms) * fastest_ms
+        for group in self._groups:
+            group.due_ms = tick_ms
+        self._note(tick_ms, f"began: thermaxis {__version__} records", told=False)
+        return tick_ms
+
+    async def _until(self, log_ms: float) -> float:
+        """Wait for a time of the log; return the log's time then, which may be later."""
+        while True:
+            now_ms, change = self._time.read()
+            if change is not None:
+                self._note(now_ms, f"clock: {change.words}")
+            if now_ms >= log_ms - _EARLY_MS:
+                return now_ms
+            longest_s = self._clock.monotonic_s() + _LONGEST_SLEEP_S
+            await self._clock.sleep_until(min(self._time.monotonic_of(log_ms), longest_s))
+
+    async def _until_monotonic(self, end_s: float) -> None:
+        """Wait for the end, so that 8 h of recording last 8 h."""
+        if math.isfinite(end_s):
+            await self._clock.sleep_until(end_s)
+
+    def _row_time(self, due: Sequence["_Group"], now_ms: float) -> float:
+        """Return the time of a row: the one that was meant, unless it is late. [ms since 1970]"""
+        meant_ms = max(_last_due(group, now_ms) for group in due)
+        late_ms = now_ms - meant_ms
+        return meant_ms if late_ms <= LATE_SHARE * self._settings.fastest_ms else round(now_ms)
+
+    def _ask(self, groups: Sequence["_Group"], row_ms: float, tasks: asyncio.TaskGroup) -> None:
+        """Send one request for each group; what none is asked for makes no row."""
+        if not groups or row_ms <= self._last_ms:
+            return
+        self._last_ms = row_ms
+        row = _Row(row_ms, [NOT_ASKED] * len(self._channels), len(groups))
+        self._rows.append(row)
+        for group in groups:
+            group.busy = True
+            task = tasks.create_task(self._answer(group, row))
+            self._asking.add(task)
+            task.add_done_callback(self._asking.discard)
+
+    async def _answer(self, group: "_Group", row: _Row) -> None:
+        answers = await self._sessions[group.connection].read(group.nodes, group.deadline_s)
+        _fill(row.cells, group, self._channels, answers, row.log_ms)
+        for column in group.columns:
+            self._warn_of(self._channels[column])
+        group.busy = False
+        row.open -= 1
+        while self._rows and self._rows[0].open == 0:
+            self._queue.add(_entry_of(self._rows.popleft()))
+
+    # What is told ----------------------------------------------------------------------------
+
+    def _note(self, log_ms: float, text: str, *, told: bool = True) -> None:
+        self._queue.add(mark(log_ms, text))
+        if told:
+            self._tell(text)
+
+    def _look_at_connections(self, now_ms: float) -> None:
+        for name, session in self._sessions.items():
+            state = session.generation if session.connected else -1
+            if state == self._connected[name]:
+                continue
+            self._connected[name] = state
+            if state < 0:
+                why = session.last_error or "no reason is known"
+                self._note(now_ms, f"connection {name} is not there: {why}")
+                continue
+            words = f"connection {name} is there"
+            if session.clock_difference_s is not None:
+                ahead = "ahead of" if session.clock_difference_s >= 0.0 else "behind"
+                words += f"; its clock is {abs(session.clock_difference_s):.3f} s {ahead} this one"
+            self._note(now_ms, words)
+
+    def _warn_of(self, channel: ChannelReader) -> None:
+        name = channel.settings.name
+        for status in channel.not_good:
+            if status != NO_ANSWER:
+                self._warn(f"{name}: {status}; its cells stay empty while it is so")
+        if channel.unstamped:
+            self._warn(f"{name}: the server sends no source time stamps for it")
+        stands_still = (
+            channel.unchanged_in_a_row >= _FEWEST_UNCHANGED
+            and channel.unchanged_for_s >= UNCHANGED_WARNING_S
+        )
+        if stands_still and channel.settings.repeat_unchanged_s == 0.0:
+            self._warn(
+                f"{name}: its source time stamp stands still for {UNCHANGED_WARNING_S:g} s, so that"
+                " nothing new is measured and its cells are empty. If the server stamps a value"
+                " only when it changes, set repeat_unchanged_s for it"
+            )
+
+    def _warn(self, text: str) -> None:
+        if text not in self._warned:
+            self._warned.add(text)
+            self._tell(text)
+
+    # Writing ---------------------------------------------------------------------------------
+
+    async def _write_regularly(self) -> None:
+        written_s = -math.inf
+        while True:
+            await self._queue.arrived.wait()
+            await self._clock.sleep_until(written_s + WRITE_EVERY_S)
+            written_s = self._clock.monotonic_s()
+            async with self._writing:
+                await self._write()
+
+    async def _write(self) -> None:
+        """Store what waits, in a thread: a slow disk delays no reading."""
+        entries = self._queue.take()
+        if not entries:
+            return
+        stored = await asyncio.to_thread(self._store, entries)
+        rest = self._queue.keep(entries, stored.entries)
+        self._written_rows += sum(entry.is_row for entry in entries) - rest
+        if bool(stored.error) != bool(self._error):
+            if stored.error:
+                self._tell(f"rows cannot be written ({stored.error}): they are kept in memory")
+            else:
+                self._tell("rows are written again")
+        self._error = stored.error
+
+    def _store(self, entries: Sequence[Entry]) -> Stored:
+        stored = self._files.store(entries)
+        self._look_after_files()
+        return stored
+
+    def _look_after_files(self) -> None:
+        """Write complete files in their other form, delete old ones; once per file."""
+        finished = self._files.take_finished()
+        if finished and self._finish is not None:
+            self._finish(finished)
+        keep_days = self._settings.keep_days
+        if finished and keep_days is not None:
+            today = moment_of(self._last_ms).date()
+            self._files.delete_before(today - timedelta(days=keep_days))
+
+    async def _end(self) -> RecordSummary:
+        for row in self._rows:
+            if any(cells is not NOT_ASKED for cells in row.cells):
+                self._queue.add(_entry_of(row))
+        self._rows.clear()
+        now_ms, _ = self._time.read()
+        self._note(max(now_ms, self._last_ms), "ended", told=False)
+        await self._write()
+        await asyncio.to_thread(self._close)
+        return RecordSummary(
+            rows=self._written_rows,
+            lost=self._queue.lost_rows,
+            channels=self._channels,
+            files=tuple(self._files.written),
+            error=self._error,
+        )
+
+    def _close(self) -> None:
+        self._files.close()
+        self._look_after_files()
+
+
+@final
+class _Queue:
+    """Entries that wait to be written, up to a size; the oldest ones give way."""
+
+    def __init__(self, largest_bytes: int) -> None:
+        self._entries: deque[Entry] = deque()
+        self._size = 0
+        self._taken_size = 0
+        self._largest_bytes = largest_bytes
+        self._loss: Loss | None = None
+        self._taken_loss: Loss | None = None
+        self._lost_rows = 0
+        self.arrived = asyncio.Event()
+        """Whether something waits."""
+
+    @property
+    def lost_rows(self) -> int:
+        """Rows that gave way, and rows that still wait. [1]"""
+        return self._lost_rows + sum(entry.is_row for entry in self._entries)
+
+    def add(self, entry: Entry) -> None:
+        self._entries.append(entry)
+        self._size += entry.size
+        self.arrived.set()
+        self._give_way()
+
+    def take(self) -> list[Entry]:
+        """Return everything, with what was lost before; `keep` must follow."""
+        taken = list(self._entries)
+        self._entries.clear()
+        self.arrived.clear()
+        self._taken_size, self._size = self._size, 0
+        self._taken_loss, self._loss = self._loss, None
+        if self._taken_loss is not None and taken:
+            taken.insert(0, mark(taken[0].log_ms, self._taken_loss.words))
+        return taken
+
+    def keep(self, taken: Sequence[Entry], stored: int) -> int:
+        """Keep what was not stored for the next time; return how many rows that are. [1]"""
+        rest = list(taken[stored:])
+        if self._taken_loss is not None and stored == 0:
+            rest = rest[1:]
+            self._loss = _joined(self._taken_loss, self._loss)
+        self._taken_loss, self._taken_size = None, 0
+        rows = sum(entry.is_row for entry in rest)
+        if rest:
+            self.arrived.set()
+        self._entries.extendleft(reversed(rest))
+        self._size += sum(entry.size for entry in rest)
+        self._give_way()
+        return rows
+
+    def _give_way(self) -> None:
+        while self._size + self._taken_size > self._largest_bytes and len(self._entries) > 1:
+            oldest = self._entries.popleft()
+            self._size -= oldest.size
+            if oldest.is_row:
+                self._lost_rows += 1
+                self._loss = _joined(self._loss, Loss(1, oldest.log_ms, oldest.log_ms))
+
+
+def _joined(one: Loss | None, other: Loss | None) -> Loss | None:
+    if one is None or other is None:
+        return one or other
+    return Loss(
+        one.rows + other.rows,
+        min(one.first_ms, other.first_ms),
+        max(one.last_ms, other.last_ms),
+    )
+
+
+def _groups_of(settings: RecordSettings) -> tuple[_Group, ...]:
+    found: dict[tuple[str, int], list[int]] = {}
+    for column, channel in enumerate(settings.channels):
+        found.setdefault((channel.connection, channel.period_ms), []).append(column)
+    return tuple(
+        _Group(
+            connection=connection,
+            period_ms=period_ms,
+            columns=tuple(columns),
+            nodes=tuple(settings.channels[column].node for column in columns),
+            deadline_s=settings.connections[connection].timeout_s,
+        )
+        for (connection, period_ms), columns in found.items()
+    )
+
+
+def _last_due(group: _Group, now_ms: float) -> int:
+    return math.floor((now_ms + _EARLY_MS) / group.period_ms) * group.period_ms
+
+
+def _entry_of(row: _Row) -> Entry:
+    time = as_text(row.log_ms)
+    log = ",".join([time, *(cells.value for cells in row.cells)])
+    sources = ",".join([time, *(cells.of_source for cells in row.cells)])
+    return Entry(row.log_ms, f"{log}\n".encode("ascii"), f"{sources}\n".encode("ascii"))

@@ -1,0 +1,34 @@
+from ._alarm_words import (
+    ALARM_WORDS as ALARM_WORDS,
+    SENSOR_CAUSES as SENSOR_CAUSES,
+)
+from ._alarms import (
+    FOUND_ELSEWHERE as FOUND_ELSEWHERE,
+    PRIORITIES as PRIORITIES,
+    alarms_of as alarms_of,
+    alarms_of_found as alarms_of_found,
+    sensor_key as sensor_key,
+)
+from ._metrics import (
+    MetricsServer as MetricsServer,
+    check_metrics as check_metrics,
+)
+from ._nodes import (
+    Kind as Kind,
+    Snapshot as Snapshot,
+    as_json as as_json,
+    facts_of as facts_of,
+)
+from ._requests import (
+    ASKS as ASKS,
+    Ask as Ask,
+    refusal_of as refusal_of,
+)
+from ._server import (
+    NAMESPACE as NAMESPACE,
+    StatusServer as StatusServer,
+)
+from ._status import (
+    Alarm as Alarm,
+    RuntimeStatus as RuntimeStatus,
+)

@@ -1,0 +1,305 @@
+"""Alarms: what a person should know, why, and what to do. States are not alarms."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import UTC, date, datetime
+from typing import Final, NamedTuple
+
+from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
+from thermaxis.errors import printable
+from thermaxis.runtime._left_offsets import FoundElsewhere
+from thermaxis.runtime._ports import NOT_READ
+from thermaxis.runtime.status._alarm_words import ALARM_WORDS, FAULT_CODES, SENSOR_CAUSES
+from thermaxis.runtime.status._status import Alarm, RuntimeStatus
+
+PRIORITIES = ("critical", "high", "medium", "low")
+"""Priorities, the gravest first."""
+BEHIND_S = 300.0
+"""The correction is called behind when the allowed rate needs longer than this to catch up. Longer
+than an ordinary start, in which it comes from zero. [s]"""
+TRIM_ENDS_S = 300.0
+"""A trim that expires within this time is told. [s]"""
+MODEL_AGE_DAYS = 365.0
+"""A model older than this should be measured again. Default: the year after which instruments are
+calibrated. [d]"""
+FOUND_ELSEWHERE: Final = "found_elsewhere"
+"""Code of the alarm for an offset that was not where the loop had left it."""
+_LONGEST_TEXT = 300
+_LONGEST_STATUS = 200
+
+
+FOLLOWS_S: Final = 10.0
+"""What acts may be behind what was accepted by so long at the allowed rate. [s]"""
+
+
+_FIRST_WORD: Final = re.compile(r"[\s:;,]")
+_NAMED: Final = re.compile(r"[._/\\]\S|\d")
+"""What makes a word the name of a file, a node or a value."""
+
+
+class _Found(NamedTuple):
+    """An alarm before its words and its time are known."""
+
+    key: str
+    priority: str
+    code: str
+    values: Mapping[str, float | str] = {}
+
+    def at(self, since: datetime) -> Alarm:
+        """Return the alarm with its words."""
+        said = ALARM_WORDS[self.code].filled(self.values)
+        text, cause, remedy = (printable(sentence, _LONGEST_TEXT) for sentence in said)
+        return Alarm(self.key, self.priority, text, cause, remedy, since, self.code, self.values)
+
+
+_FAULT_PRIORITIES = {Reason.DOUBLE_COMPENSATION: "high"}
+
+
+def alarms_of(
+    status: RuntimeStatus,
+    compensation: Compensation,
+    forbidden: Sequence[str] = (),
+    elsewhere: Sequence[FoundElsewhere] = (),
+    *,
+    unread: bool = False,
+) -> tuple[Alarm, ...]:
+    """Return what a person should know of a status.
+
+    Parameters
+    ----------
+    status : RuntimeStatus
+        Status after a cycle; its alarms are those that stood before, whose times are kept.
+    compensation : Compensation
+        Limits, rules and model in force.
+    forbidden : sequence of str
+        Why the self-test forbids a correction, each a sentence.
+    elsewhere : sequence of FoundElsewhere
+        Offsets that were not where the loop had left them, as long as they are to be told.
+    unread : bool
+        Whether a machine that is there has not told its offsets for too long.
+
+    Returns
+    -------
+    tuple of Alarm
+        The gravest first.
+    """
+    came = {alarm.key: alarm.since for alarm in status.alarms}
+    every = (
+        *_all(status, compensation, forbidden, unread=unread),
+        *_of_found(elsewhere),
+    )
+    found = sorted(_unique(every), key=lambda f: PRIORITIES.index(f.priority))
+    return tuple(one.at(came.get(one.key, status.utc)) for one in found)
+
+
+def alarms_of_found(elsewhere: Sequence[FoundElsewhere], utc: datetime) -> tuple[Alarm, ...]:
+    """Return the alarms for offsets that have just been found elsewhere.
+
+    Parameters
+    ----------
+    elsewhere : sequence of FoundElsewhere
+        What was found.
+    utc : datetime
+        When.
+
+    Returns
+    -------
+    tuple of Alarm
+        One for each.
+    """
+    return tuple(one.at(utc) for one in _of_found(elsewhere))
+
+
+def sensor_key(name: str) -> str:
+    """Return the key of the alarm of a sensor.
+
+    Parameters
+    ----------
+    name : str
+        Name of the channel.
+
+    Returns
+    -------
+    str
+        The key, as it is in `Alarm.key`.
+    """
+    return f"sensor {name}"
+
+
+def _unique(found: Iterable[_Found]) -> list[_Found]:
+    return list({one.key: one for one in found}.values())
+
+
+def _all(
+    status: RuntimeStatus, compensation: Compensation, forbidden: Sequence[str], *, unread: bool
+) -> Iterator[_Found]:
+    yield from _of_state(status)
+    yield from _of_connections(status, compensation, unread=unread)
+    for i, sentence in enumerate(forbidden):
+        finding = printable(_sentence(sentence), _LONGEST_TEXT)
+        yield _Found(f"self-test {i + 1}", "high", "self_test", {"finding": finding})
+    if status.source_connected:
+        for i, name in enumerate(status.channels):
+            yield from _of_sensor(status, compensation, i, name)
+    for i, name in enumerate(status.outputs):
+        yield from _of_output(status, compensation, i, name)
+    yield from _of_workpiece(status)
+    yield from _of_the_loop(status)
+    yield from _of_model(status, compensation)
+
+
+def _of_found(elsewhere: Sequence[FoundElsewhere]) -> Iterator[_Found]:
+    for one in elsewhere:
+        values = {"name": one.output, "found_um": one.found_um, "left_um": one.left_um}
+        yield _Found(one.key, "high", FOUND_ELSEWHERE, values)
+
+
+def _sentence(text: str) -> str:
+    """Return a text with a capital letter and a full stop; a name at its begin stays as it is."""
+    text = text.strip()
+    named = _NAMED.search(_FIRST_WORD.split(text, maxsplit=1)[0])
+    begin = text[:1] if named else text[:1].upper()
+    return begin + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+
+
+def _duration(name: str, time_s: float) -> dict[str, float | str]:
+    """Return a time as number and unit, as it is told."""
+    number, unit = (time_s / 60.0, "min") if time_s >= 120.0 else (time_s, "s")
+    return {name: number, f"{name}_unit": unit}
+
+
+def _of_state(status: RuntimeStatus) -> Iterator[_Found]:
+    output = status.output
+    for reason in output.reasons:
+        if output.state is SupervisorState.FAULT and reason in FAULT_CODES:
+            priority = _FAULT_PRIORITIES.get(reason, "critical")
+            yield _Found(f"fault {reason.name}", priority, FAULT_CODES[reason])
+        elif reason is Reason.HOLD_EXPIRED:
+            yield _Found("hold expired", "medium", "hold_expired")
+
+
+def _of_connections(
+    status: RuntimeStatus, compensation: Compensation, *, unread: bool
+) -> Iterator[_Found]:
+    hold = _duration("hold", compensation.supervisor.hold_connection_s)
+    gravest = "critical" if status.enabled else "low"
+    if not status.sink_connected:
+        yield _Found("sink lost", gravest, "sink_lost", hold)
+    elif unread:
+        yield _Found("offset unread", gravest, "offset_unread", hold)
+    if not status.source_connected:
+        yield _Found("source lost", "high" if status.enabled else "low", "source_lost", hold)
+
+
+def _of_sensor(
+    status: RuntimeStatus, compensation: Compensation, index: int, name: str
+) -> Iterator[_Found]:
+    quality = status.output.qualities[index]
+    if quality is SampleQuality.GOOD:
+        return
+    acts_on = ", ".join(
+        output.name
+        for output in compensation.model.outputs
+        if any(name in {part.plus, part.minus} for part in output.parts)
+    )
+    values: dict[str, float | str] = {"name": name, "acts_on": acts_on}
+    if quality is SampleQuality.SPARE:
+        yield _Found(sensor_key(name), "medium", "sensor_spare", values)
+        return
+    sample = status.samples.get(name, NOT_READ)
+    values |= {"quality": quality.value, "sensor_cause": SENSOR_CAUSES[quality]}
+    values |= _duration("hold", compensation.supervisor.hold_input_s)
+    code = "sensor_unread"
+    if sample.value is not None:
+        code = "sensor_bad"
+        values |= {"read_c": sample.value, "status": printable(sample.status, _LONGEST_STATUS)}
+    yield _Found(sensor_key(name), "high", code, values)
+
+
+def _of_output(
+    status: RuntimeStatus, compensation: Compensation, index: int, name: str
+) -> Iterator[_Found]:
+    output, limits = status.output, compensation.bounds[index]
+    correction_um = output.correction_um[index]
+    tolerance_um = compensation.supervisor.read_back_tolerance_um
+    if output.state is SupervisorState.OFF and abs(correction_um) > tolerance_um:
+        values = {"name": name, "correction_um": correction_um}
+        yield _Found(f"standing offset {name}", "medium", "standing_offset", values)
+    yield from _of_effect(status, name, tolerance_um, limits.largest_rate_um_per_s)
+    if status.enabled and output.at_limit[index]:
+        values = {"name": name, "largest_um": limits.largest_um}
+        yield _Found(f"limit {name}", "critical", "limit", values)
+    elif abs(correction_um) > limits.soft_um:
+        values = {"name": name, "correction_um": correction_um, "soft_um": limits.soft_um}
+        yield _Found(f"soft limit {name}", "medium", "soft_limit", values)
+    if status.enabled and output.weight[index] < 1.0:
+        values = {"name": name, "weight_percent": 100.0 * output.weight[index]}
+        yield _Found(f"validity {name}", "medium", "validity", values)
+    behind_um = abs(output.wanted_um[index] - correction_um) - limits.deadband_um
+    if (
+        output.state is SupervisorState.ACTIVE
+        and behind_um > BEHIND_S * limits.largest_rate_um_per_s
+    ):
+        values = {"name": name, "behind_um": behind_um}
+        yield _Found(f"behind {name}", "medium", "behind", values)
+    left_s = status.trim_left_s.get(name, 0.0)
+    if output.trim_um[index] and left_s < TRIM_ENDS_S:
+        values = {"name": name, "trim_um": output.trim_um[index], **_duration("left", left_s)}
+        yield _Found(f"trim {name}", "low", "trim_ends", values)
+
+
+def _of_effect(
+    status: RuntimeStatus, name: str, tolerance_um: float, rate_um_per_s: float
+) -> Iterator[_Found]:
+    applied = status.applied.get(name)
+    if applied is None or applied.accepted_um is None or applied.effective_um is None:
+        return
+    behind_um = abs(applied.effective_um - applied.accepted_um)
+    if behind_um > tolerance_um + FOLLOWS_S * rate_um_per_s:
+        values: dict[str, float | str] = {
+            "name": name,
+            "accepted_um": applied.accepted_um,
+            "effective_um": applied.effective_um,
+        }
+        yield _Found(f"no effect {name}", "high", "no_effect", values)
+
+
+def _of_workpiece(status: RuntimeStatus) -> Iterator[_Found]:
+    for outcome, code in (
+        (Outcome.DIAMETER_HELD, "diameter_held"),
+        (Outcome.DIAMETER_UNKNOWN, "diameter_unknown"),
+    ):
+        if status.enabled and outcome in status.output.outcomes:
+            yield _Found("diameter", "low", code)
+
+
+def _of_the_loop(status: RuntimeStatus) -> Iterator[_Found]:
+    historian = status.historian
+    if not historian.storing:
+        values: dict[str, float | str] = {"waiting": historian.waiting}
+        if historian.text:
+            values["failure"] = printable(historian.text, _LONGEST_TEXT)
+        code = "historian" if historian.text else "historian_unstated"
+        yield _Found("historian", "medium", code, values)
+    if historian.lost:
+        yield _Found("history lost", "medium", "history_lost", {"lost": historian.lost})
+    if status.lateness_s > status.cycle_s:
+        yield _Found("late", "low", "late", {"lateness_s": status.lateness_s})
+
+
+def _of_model(status: RuntimeStatus, compensation: Compensation) -> Iterator[_Found]:
+    made = _date_of(compensation.model.provenance.date)
+    if made is None:
+        return
+    age_days = (status.utc - made).total_seconds() / 86_400.0
+    if age_days > MODEL_AGE_DAYS:
+        yield _Found("model old", "low", "model_old", {"age_months": age_days / 30.44})
+
+
+def _date_of(text: str) -> datetime | None:
+    """Return the day that a model's date begins with, if it is one."""
+    try:
+        day = date.fromisoformat(text[:10])
+    except ValueError:
+        return None
+    return datetime(day.year, day.month, day.day, tzinfo=UTC)

@@ -1,0 +1,486 @@
+"""The status server: the loop's status and its operators' requests, as an OPC UA server."""
+
+import asyncio
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import final
+
+from asyncua import ua
+
+from thermaxis import __version__
+from thermaxis.compensation import Compensation, Request
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime._ports import Clock, EventRecord, RequestBox, RequestOutcome
+from thermaxis.runtime._users import ANONYMOUS, Identity, Role, Users
+from thermaxis.runtime.config import ServerSettings
+from thermaxis.runtime.host import is_loopback
+from thermaxis.runtime.opcua import certificate_of, check_own_pair, private_key_of, validity_warning
+from thermaxis.runtime.status._nodes import (
+    Kind,
+    Leaf,
+    OutputFacts,
+    Shape,
+    Snapshot,
+    Told,
+    as_json,
+    facts_of,
+    leaves_of,
+    shape_of,
+)
+from thermaxis.runtime.status._requests import ASKS, Argument, Ask, refusal_of
+from thermaxis.runtime.status._sessions import GuardedServer, caller
+from thermaxis.runtime.status._status import RuntimeStatus
+from thermaxis.runtime.status._tree import (
+    Tree,
+    data_value,
+    flag_variant,
+    status_code,
+    text_variant,
+    values_of,
+)
+
+NAMESPACE = "urn:thermaxis:runtime"
+"""Namespace of the nodes."""
+PATH = "thermaxis"
+"""Path in the server's address."""
+PROMPT_S = 0.2
+"""States and alarms are told to subscribers so soon. [s]"""
+TELL_S = 1.0
+"""All other values so often; a value that is read is always that of the last cycle. [s]"""
+STALE_CYCLES = 3.0
+"""After so many cycles without a status every value is called uncertain. [1]"""
+MOST_FAILURES = 3
+"""After so many failures to tell subscribers within `FAILURES_WITHIN_S` the server is ended. [1]"""
+FAILURES_WITHIN_S = 60.0
+"""Failures that lie further back do not count. [s]"""
+_SHORTEST_STALE_S = 2.0
+"""... but never sooner. [s]"""
+_MOST_WAITING = 20
+_POLICIES = [
+    ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt,
+    ua.SecurityPolicyType.Aes128Sha256RsaOaep_SignAndEncrypt,
+    ua.SecurityPolicyType.Aes256Sha256RsaPss_SignAndEncrypt,
+]
+_EVERYTHING = "Status/Everything"
+_NO_SHAPE = Shape((), (), ())
+_ANSWER_S = 10.0
+_ANSWER_CYCLES = 3.0
+
+
+def check_server(settings: ServerSettings) -> None:
+    """Check that nobody can reach the server who must not, and that somebody can.
+
+    Parameters
+    ----------
+    settings : ServerSettings
+        Address, users and certificate.
+
+    Raises
+    ------
+    ConfigurationError
+        If a certificate stands without its key, users without a certificate (a password is never
+        taken over an unencrypted connection), an address other than this computer's own without
+        users or with an anonymous role, or if nobody could connect at all.
+    """
+    where = "server"
+    if (settings.certificate is None) != (settings.private_key is None):
+        raise ConfigurationError("certificate and private key go together", where=where)
+    if settings.users is not None and settings.certificate is None:
+        raise ConfigurationError(
+            "users have passwords, and a password needs an encrypted connection",
+            where=where,
+            remedy="Make a certificate with thermaxis certificate new, and state it with its key",
+        )
+    if not is_loopback(settings.address):
+        if settings.users is None:
+            raise ConfigurationError(
+                "an address that others can reach needs users and a certificate",
+                where=where,
+                remedy="State users, certificate and private_key, or take 127.0.0.1",
+            )
+        if settings.anonymous_role != "none":
+            raise ConfigurationError(
+                "an address that others can reach has no anonymous role",
+                where=where,
+                remedy="Give the plant system a user with the role viewer",
+            )
+    if settings.users is None and settings.anonymous_role == "none":
+        raise ConfigurationError(
+            "nobody could connect: there are no users and no anonymous role",
+            where=where,
+            remedy='State users, or anonymous_role = "viewer"',
+        )
+
+
+def _nothing_known() -> None:
+    return None
+
+
+def _no_audit(event: EventRecord) -> None:
+    del event
+
+
+@final
+class StatusServer:
+    """Shows the loop's status and takes requests, as an OPC UA server inside the loop's program.
+
+    A value is computed when somebody reads it: a status that nobody looks at costs nothing.
+    Subscribers are told what has changed, states and alarms within 0.2 s, the rest every second.
+    Should that fail it begins anew, and ends with all its connections at the third failure in a
+    minute: a subscriber never keeps a good value that nobody renews.
+
+    Not protected: the server runs in the loop's own program. A flood of connections costs the
+    loop time, and an operator who may log in may ask for everything an operator may.
+
+    Parameters
+    ----------
+    settings : ServerSettings
+        Address, users and certificate.
+    box : RequestBox
+        Where requests go.
+    clock : Clock
+        Time.
+    compensation : callable, optional
+        Returns the compensation in force, for limits and names of parts. Default: they are not
+        shown.
+    audit : callable, optional
+        Takes log-ins and refusals. Default: nothing is kept of them.
+
+    Raises
+    ------
+    ConfigurationError
+        As `check_server`.
+    """
+
+    def __init__(
+        self,
+        settings: ServerSettings,
+        box: RequestBox,
+        clock: Clock,
+        *,
+        compensation: Callable[[], Compensation | None] = _nothing_known,
+        audit: Callable[[EventRecord], None] = _no_audit,
+    ) -> None:
+        check_server(settings)
+        self._settings = settings
+        self._box = box
+        self._clock = clock
+        self._compensation_now = compensation
+        self._audit = audit
+        self._users = (
+            None if settings.users is None else Users(settings.users, clock, self._logged_in)
+        )
+        self._server: GuardedServer | None = None
+        self._leaves: Mapping[str, Leaf] = {leaf.path: leaf for leaf in leaves_of(_NO_SHAPE)}
+        self._shape = _NO_SHAPE
+        self._snapshot: Snapshot | None = None
+        self._published_s = 0.0
+        self._compensation: Compensation | None = None
+        self._facts: Mapping[str, OutputFacts] = {}
+        self._everything: tuple[Snapshot | None, str] = (None, "")
+        self._told: dict[str, tuple[Told, bool]] = {}
+        self._problem = ""
+        self._waiting = 0
+        self._task: asyncio.Task[None] | None = None
+        self._ending: asyncio.Task[None] | None = None
+        self._failed_s: list[float] = []
+
+    # ---- life -----------------------------------------------------------------------------------
+
+    @property
+    def port(self) -> int:
+        """Port at which it listens, 0 while it does not. [1]"""
+        server = self._server
+        return 0 if server is None or server.bserver is None else server.bserver.port
+
+    @property
+    def url(self) -> str:
+        """Its address, as a client states it."""
+        return self._url(self.port)
+
+    def _url(self, port: int) -> str:
+        host = self._settings.address
+        return f"opc.tcp://{f'[{host}]' if ':' in host else host}:{port}/{PATH}"
+
+    async def open(self) -> None:
+        """Begin to listen.
+
+        Raises
+        ------
+        ConfigurationError
+            If certificate or key cannot be read or do not belong together, others may read the
+            key, the address is not this computer's, or the port is taken.
+        """
+        settings = self._settings
+        anonymous = settings.anonymous_role == "viewer"
+        self._published_s = self._clock.monotonic_s()
+        users = self._users
+        if users is not None:
+            await users.open()
+            self._tell_problem(users)
+        server = GuardedServer(None if users is None else users.identify, anonymous=anonymous)
+        await server.init()
+        await self._secure(server, anonymous=anonymous)
+        server.set_endpoint(self._url(settings.port))
+        server.set_server_name("thermaxis")
+        tree = Tree(server, await server.register_namespace(NAMESPACE), self._read)
+        await tree.add_leaves(tuple(self._leaves.values()))
+        await self._make_methods(tree)
+        try:
+            await server.start()
+        except OSError as error:
+            if users is not None:
+                await users.close()
+            raise ConfigurationError(
+                f"the status server cannot listen: {error.strerror or error}",
+                where=f"{settings.address}, port {settings.port}",
+                remedy="Take another port, or end the program that has it",
+            ) from None
+        tree.show_time(self._clock.utc)
+        self._server = server
+        self._begin_telling(tree)
+
+    async def _secure(self, server: GuardedServer, *, anonymous: bool) -> None:
+        """Give the server its certificate and the ways in that the settings allow."""
+        settings = self._settings
+        policies = [ua.SecurityPolicyType.NoSecurity] if anonymous else []
+        uri = f"{NAMESPACE}:server"
+        if settings.certificate is not None and settings.private_key is not None:
+            policies = [*policies, *_POLICIES]
+            uri = await self._load_pair(server, settings.certificate, settings.private_key, uri)
+        server.set_security_policy(policies)
+        server.product_uri = NAMESPACE
+        server.manufacturer_name = "thermaxis"
+        await server.set_application_uri(uri)
+        started = self._clock.utc()
+        await server.set_build_info(NAMESPACE, "thermaxis", "thermaxis", __version__, "", started)
+
+    async def _load_pair(
+        self, server: GuardedServer, certificate: Path, private_key: Path, otherwise: str
+    ) -> str:
+        """Load the server's certificate and key; return the address that the certificate names."""
+        own, key = certificate_of(certificate), private_key_of(private_key)
+        uri = own.application_uris[0] if own.application_uris else otherwise
+        check_own_pair(own, key, uri, where=str(certificate))
+        await server.load_certificate(own.der, "der")
+        await server.load_private_key(key.pem, format="pem")
+        utc = self._clock.utc()
+        warning = validity_warning(own, utc, name="certificate of the status server")
+        if warning is not None:
+            self._audit(EventRecord(utc, "alarm", "", warning))
+        return uri
+
+    def publish(self, status: RuntimeStatus) -> None:
+        """Show a status. Returns at once; nothing is computed here that nobody asks for.
+
+        Parameters
+        ----------
+        status : RuntimeStatus
+            Status after a cycle.
+        """
+        self._published_s = self._clock.monotonic_s()
+        compensation = self._compensation_now()
+        if compensation is not self._compensation:
+            self._compensation = compensation
+            self._facts = {} if compensation is None else facts_of(compensation)
+        shape = shape_of(status)
+        if shape != self._shape:
+            self._shape = shape
+            self._leaves = {leaf.path: leaf for leaf in leaves_of(shape)}
+        self._snapshot = Snapshot(status, self._facts)
+
+    async def close(self) -> None:
+        """End; every connection is closed."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+            self._task = None
+        if self._ending is not None:
+            await asyncio.gather(self._ending, return_exceptions=True)
+            self._ending = None
+        await self._stop()
+
+    async def _stop(self) -> None:
+        server, self._server = self._server, None
+        if server is not None:
+            await server.stop()
+            if self._users is not None:
+                await self._users.close()
+
+    # ---- what is read ---------------------------------------------------------------------------
+
+    def _stale(self) -> bool:
+        """Whether the last status is too old to be called the present one."""
+        snapshot = self._snapshot
+        cycle_s = 0.0 if snapshot is None else snapshot.status.cycle_s
+        age_s = self._clock.monotonic_s() - self._published_s
+        return age_s > max(STALE_CYCLES * cycle_s, _SHORTEST_STALE_S)
+
+    def _told_now(self, path: str) -> Told:
+        snapshot = self._snapshot
+        if snapshot is None:
+            return Told(None, "BadWaitingForInitialData")
+        leaf = self._leaves.get(path)
+        if leaf is None:
+            return Told(None, "BadNoData")
+        if path == _EVERYTHING:
+            if self._everything[0] is not snapshot:
+                self._everything = (snapshot, as_json(snapshot))
+            return Told(self._everything[1])
+        return leaf.read(snapshot)
+
+    def _read(self, path: str) -> ua.DataValue:
+        """Return the present value of a path, when a client reads it."""
+        return self._as_value(path, self._told_now(path), stale=self._stale())
+
+    def _as_value(self, path: str, told: Told, *, stale: bool) -> ua.DataValue:
+        leaf, snapshot = self._leaves.get(path), self._snapshot
+        quality = told.quality
+        if stale and not quality.startswith("Bad"):
+            quality = "UncertainLastUsableValue"
+        time = told.time or (None if snapshot is None else snapshot.status.utc)
+        kind = Kind.TEXT if leaf is None else leaf.kind
+        return data_value(kind, told.value, quality, time, self._clock.utc())
+
+    # ---- what is told to subscribers ------------------------------------------------------------
+
+    def _begin_telling(self, tree: Tree) -> None:
+        self._told.clear()
+        task = asyncio.create_task(self._tell(tree), name="status server")
+        self._task = task
+        task.add_done_callback(partial(self._telling_ended, tree))
+
+    def _telling_ended(self, tree: Tree, task: asyncio.Task[None]) -> None:
+        """Begin anew after a failure, or end: a good value that no longer changes deceives."""
+        error = None if task.cancelled() else task.exception()
+        if error is None or task is not self._task:
+            return
+        self._task = None
+        now_s = self._clock.monotonic_s()
+        self._failed_s = [s for s in self._failed_s if now_s - s < FAILURES_WITHIN_S] + [now_s]
+        again = len(self._failed_s) < MOST_FAILURES
+        follows = "it begins anew" if again else "it is ended, and every connection with it"
+        text = f"the status server cannot tell its subscribers ({printable(repr(error), 200)})"
+        self._audit(EventRecord(self._clock.utc(), "alarm", "", f"{text}: {follows}"))
+        if again:
+            self._begin_telling(tree)
+        else:
+            self._ending = asyncio.create_task(self._stop(), name="end of the status server")
+
+    async def _tell(self, tree: Tree) -> None:
+        """Tell subscribers what has changed, and make the nodes of a new shape."""
+        due_s = self._clock.monotonic_s()
+        told_s = due_s
+        made = _NO_SHAPE
+        while True:
+            due_s = max(due_s, self._clock.monotonic_s() - PROMPT_S) + PROMPT_S
+            await self._clock.sleep_until(due_s)
+            if self._shape != made:
+                made = self._shape
+                await tree.add_leaves(tuple(self._leaves.values()))
+            everything = due_s >= told_s + TELL_S
+            if everything:
+                told_s = due_s
+                await tree.tell_time()
+            await self._tell_changes(tree, everything=everything)
+
+    async def _tell_changes(self, tree: Tree, *, everything: bool) -> None:
+        stale = self._stale()
+        for path in tree.watched():
+            leaf = self._leaves.get(path)
+            if not (everything or (leaf is not None and leaf.prompt)):
+                continue
+            told = self._told_now(path)
+            if self._told.get(path) != (told, stale):
+                self._told[path] = (told, stale)
+                await tree.tell(path, self._as_value(path, told, stale=stale))
+
+    # ---- requests -------------------------------------------------------------------------------
+
+    async def _make_methods(self, tree: Tree) -> None:
+        for ask in ASKS:
+            await tree.add_method(
+                ask.name, ask.text, (ask.arguments, _ANSWER), partial(self._asked, ask)
+            )
+        await tree.add_method("WhoAmI", "Name and role of the caller.", ((), _WHO), self._who_am_i)
+
+    async def _role_of(self, identity: Identity) -> Role:
+        if identity == ANONYMOUS or self._users is None:
+            return Role(self._settings.anonymous_role)
+        role = await self._users.role_now(identity)
+        self._tell_problem(self._users)
+        return role
+
+    async def _who_am_i(self, arguments: Sequence[ua.Variant]) -> list[ua.Variant] | ua.StatusCode:
+        if arguments:
+            return status_code("BadTooManyArguments")
+        identity = caller()
+        role = await self._role_of(identity)
+        return [text_variant(identity.name), text_variant(role.value)]
+
+    async def _asked(
+        self, ask: Ask, arguments: Sequence[ua.Variant]
+    ) -> list[ua.Variant] | ua.StatusCode:
+        """Return the answer to a call, or the status code that refuses it."""
+        identity = caller()
+        role = await self._role_of(identity)
+        if not role.at_least(ask.role):
+            self._refused(identity, ask, role)
+            return status_code("BadUserAccessDenied")
+        values, wrong = values_of(ask.arguments, arguments)
+        if wrong:
+            return status_code(wrong)
+        reason = refusal_of(values)
+        if not reason and self._waiting >= _MOST_WAITING:
+            reason = "too many requests are waiting for their answer"
+        outcome = RequestOutcome(accepted=False, reason=reason)
+        if not reason:
+            outcome = await self._submit(ask.request(identity.name, values))
+        return [flag_variant(flag=outcome.accepted), text_variant(outcome.reason)]
+
+    async def _submit(self, request: Request) -> RequestOutcome:
+        """Hand a request to the loop and wait for its answer within a bound."""
+        snapshot = self._snapshot
+        cycle_s = 0.0 if snapshot is None else snapshot.status.cycle_s
+        self._waiting += 1
+        try:
+            async with asyncio.timeout(max(_ANSWER_S, _ANSWER_CYCLES * cycle_s)):
+                return await self._box.submit(request)
+        except TimeoutError:
+            reason = "the loop has not answered; the request may still take effect"
+            return RequestOutcome(accepted=False, reason=reason)
+        finally:
+            self._waiting -= 1
+
+    # ---- audit ----------------------------------------------------------------------------------
+
+    def _refused(self, identity: Identity, ask: Ask, role: Role) -> None:
+        text = f"{ask.name} refused: {role.value} may not, it needs {ask.role.value}"
+        self._audit(EventRecord(self._clock.utc(), "request", identity.name, text))
+
+    def _logged_in(self, name: str, right: bool) -> None:  # noqa: FBT001 - as Users tells it
+        said = "logged in to" if right else "was refused by"
+        shown = printable(name, 70)
+        text = f"{shown} {said} the status server"
+        self._audit(EventRecord(self._clock.utc(), "connection", shown, text))
+        if self._users is not None:
+            self._tell_problem(self._users)
+
+    def _tell_problem(self, users: Users) -> None:
+        """Tell once that the file of users cannot be read, and that it can be again."""
+        problem = users.problem
+        if problem != self._problem:
+            self._problem = problem
+            text = f"nobody is known: {problem}" if problem else "the file of users is read again"
+            self._audit(EventRecord(self._clock.utc(), "alarm", "", text))
+
+
+_ANSWER = (
+    Argument("accepted", Kind.FLAG, "Whether it takes effect."),
+    Argument("reason", Kind.TEXT, "Why not, or what follows."),
+)
+_WHO = (
+    Argument("name", Kind.TEXT, "Name that was given at log-in; empty without one."),
+    Argument("role", Kind.TEXT, "Role that it has now."),
+)

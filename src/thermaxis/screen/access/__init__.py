@@ -1,0 +1,5 @@
+"""Log-in, roles, guard and answers of the screen."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

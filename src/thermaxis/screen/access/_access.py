@@ -1,0 +1,286 @@
+"""Who looks at a page, in which language, and what they may do."""
+
+import hmac
+import json
+from collections.abc import Awaitable, Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, NamedTuple, cast, final
+from urllib.parse import quote
+
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import JSONResponse, RedirectResponse, Response
+
+from thermaxis.runtime import Role
+from thermaxis.screen._words import FREE_TEXT, LANGUAGES, language_of
+
+if TYPE_CHECKING:
+    from thermaxis.screen.access._parts import ScreenParts
+    from thermaxis.screen.access._persons import Person
+
+LANGUAGE_COOKIE = "thermaxis_language"
+"""Cookie with the language that somebody has chosen."""
+TOKEN_HEADER = "x-thermaxis-token"  # noqa: S105 - the header's name
+"""Header that proves that a request comes from one of our pages."""
+STARTED_ANEW = "login.started_anew"
+"""Key of the words for a cookie that this run of the screen has never given, or long forgotten."""
+_SAFE = frozenset({"GET", "HEAD"})
+_UNAUTHORIZED, _FORBIDDEN = 401, 403
+
+Endpoint = Callable[[Request], Awaitable[Response]]
+"""What answers a request."""
+
+
+class Visitor(NamedTuple):
+    """Somebody who looks at a page."""
+
+    name: str
+    """Name of the log-in; empty without one."""
+    role: Role
+    """What they may do; the loop's status server decides again on every request."""
+    language: str
+    """``en``, ``de`` or ``cs``."""
+    token: str
+    """What a request of theirs must carry; empty without a log-in."""
+    person: "Person | None"
+    """The log-in, if there is one."""
+
+
+def parts_of(connection: HTTPConnection) -> "ScreenParts":
+    """Return what the pages share.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request or a web socket.
+
+    Returns
+    -------
+    ScreenParts
+        The parts.
+    """
+    return cast("ScreenParts", connection.app.state.parts)
+
+
+def cookie_name(parts: "ScreenParts", port: int | None) -> str:
+    """Return the name of the log-in's cookie.
+
+    Cookies know no ports: two screens of one computer would log each other out.
+
+    Parameters
+    ----------
+    parts : ScreenParts
+        The parts.
+    port : int or None
+        Port of the request.
+
+    Returns
+    -------
+    str
+        The name.
+    """
+    prefix = "__Host-" if parts.secure else ""
+    return f"{prefix}thermaxis_{port or 0}"
+
+
+def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
+    """Return who looks.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request or a web socket.
+    touch : bool
+        Whether this is a sign of the person, not of a page that asks by itself. Default: not.
+
+    Returns
+    -------
+    Visitor
+        Name, role and language.
+    """
+    parts = parts_of(connection)
+    cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
+    person = parts.persons.of(cookie, touch=touch)
+    language = spoken(connection)
+    if person is not None:
+        return Visitor(person.name, person.role, language, person.token, person)
+    role = Role.VIEWER if parts.settings.view_without_login else Role.NONE
+    return Visitor("", role, language, "", None)
+
+
+def spoken(connection: HTTPConnection) -> str:
+    """Return the language of who asks, known without a look at who it is.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request or a web socket.
+
+    Returns
+    -------
+    str
+        The chosen one, else the browser's, else the configured one.
+    """
+    return language_of(
+        connection.cookies.get(LANGUAGE_COOKIE),
+        connection.headers.get("accept-language"),
+        parts_of(connection).settings.language,
+    )
+
+
+def why_out(connection: HTTPConnection) -> str:
+    """Return why somebody has to log in anew.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        Who asks.
+
+    Returns
+    -------
+    str
+        Key of the words: why the log-in of the cookie has ended or may only look on, or that this
+        run of the screen does not know it; empty for somebody who has none.
+    """
+    parts = parts_of(connection)
+    cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
+    if cookie is None:
+        return ""
+    person = parts.persons.of(cookie)
+    return (parts.persons.why_ended(cookie) or STARTED_ANEW) if person is None else person.lost
+
+
+async def json_of(request: Request) -> object:
+    """Return the JSON value of a request.
+
+    Parameters
+    ----------
+    request : Request
+        The request.
+
+    Returns
+    -------
+    object
+        The value; None where there is none, or an object in it has a key twice: what one reader
+        takes for the value another one may not.
+    """
+    try:
+        return json.loads(await request.body(), object_pairs_hook=_single)
+    except RecursionError:
+        return None
+    except ValueError:  # no JSON, no text, or an integer of more digits than are read
+        return None
+
+
+def _single(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError("a key stands twice")
+    return found
+
+
+@final
+class _Json(JSONResponse):
+    """An answer that can be written whatever texts it is made of."""
+
+    def render(self, content: Any) -> bytes:
+        """Return the JSON; half a pair of surrogates, which is no text, as a question mark."""
+        text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        return text.encode("utf-8", "replace")
+
+
+def answer_json(value: object, status: int = 200) -> JSONResponse:
+    """Return an answer as JSON.
+
+    Parameters
+    ----------
+    value : object
+        What json can write; texts in it may come from anywhere.
+    status : int
+        Status of HTTP. [1]
+
+    Returns
+    -------
+    JSONResponse
+        The answer.
+    """
+    return _Json(value, status)
+
+
+def refuse(connection: HTTPConnection, status: int, key: str, **values: str) -> JSONResponse:
+    """Return a refusal in the language of who asks.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        Who asks.
+    status : int
+        Status of HTTP. [1]
+    key : str
+        Key of the words that say why.
+    values : str
+        What stands in them.
+
+    Returns
+    -------
+    JSONResponse
+        ``{"error": key, "text": words}``; where parts of the words are English in another
+        language, these too as ``english``.
+    """
+    language = visitor_of(connection).language
+    text = parts_of(connection).words.say(language, key, **values)
+    answer: dict[str, object] = {"error": key, "text": text}
+    english = [value for name, value in values.items() if name in FREE_TEXT and value]
+    if english and language != LANGUAGES[0]:
+        answer["english"] = english
+    return _Json(answer, status)
+
+
+def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:
+    """Let only those through who may; others are sent to the log-in, or refused in words.
+
+    Parameters
+    ----------
+    role : Role
+        Least role.
+    named : bool
+        Whether a log-in is needed even where everybody may look. Default: not.
+    page : bool
+        Whether a person sees the answer itself. Default: a script reads it.
+
+    Returns
+    -------
+    callable
+        Decorator of an endpoint.
+    """
+
+    def decorate(endpoint: Endpoint) -> Endpoint:
+        @wraps(endpoint)
+        async def guarded(request: Request) -> Response:
+            unsafe = request.method not in _SAFE
+            visitor = visitor_of(request, touch=page or unsafe)
+            if visitor.person is None and (named or not visitor.role.at_least(role)):
+                if page:
+                    return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
+                return refuse(request, _UNAUTHORIZED, why_out(request) or "login.needed")
+            refusal = _refusal(request, visitor, role, acts=named and unsafe)
+            return await endpoint(request) if refusal is None else refusal
+
+        return guarded
+
+    return decorate
+
+
+def _refusal(request: Request, visitor: Visitor, role: Role, *, acts: bool) -> Response | None:
+    """Return why somebody may not, or None: by role, by a session that is lost, by the token."""
+    person = visitor.person
+    enough = visitor.role.at_least(role)
+    if person is not None and (acts or not enough) and person.lost:
+        return refuse(request, _UNAUTHORIZED, person.lost)
+    if not enough:
+        needed = parts_of(request).words.say(visitor.language, f"common.role_{role.value}")
+        return refuse(request, _FORBIDDEN, "login.role_too_low", needed=needed)
+    if request.method not in _SAFE and person is not None:
+        token = request.headers.get(TOKEN_HEADER, "")
+        if not hmac.compare_digest(token.encode(), visitor.token.encode()):
+            return refuse(request, _FORBIDDEN, "login.token")
+    return None

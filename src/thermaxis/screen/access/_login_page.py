@@ -1,0 +1,171 @@
+"""The log-in and its end, and the choice of a language."""
+
+from http import HTTPStatus
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from thermaxis.runtime import Role
+from thermaxis.screen._words import LANGUAGES
+from thermaxis.screen.access._access import (
+    LANGUAGE_COOKIE,
+    answer_json,
+    cookie_name,
+    json_of,
+    needs,
+    parts_of,
+    refuse,
+    visitor_of,
+    why_out,
+)
+from thermaxis.screen.access._parts import ScreenParts
+from thermaxis.screen.access._persons import (
+    BUSY,
+    FULL,
+    NO_ROLE,
+    REFUSED,
+    TOO_MANY,
+    TOO_MANY_FROM_HERE,
+    TOO_MANY_IN_ALL,
+    Refusal,
+)
+
+_YEAR_S = 31_536_000
+_STATUS = {
+    REFUSED: HTTPStatus.UNAUTHORIZED,
+    NO_ROLE: HTTPStatus.FORBIDDEN,
+    TOO_MANY: HTTPStatus.TOO_MANY_REQUESTS,
+    TOO_MANY_FROM_HERE: HTTPStatus.TOO_MANY_REQUESTS,
+    TOO_MANY_IN_ALL: HTTPStatus.TOO_MANY_REQUESTS,
+    FULL: HTTPStatus.SERVICE_UNAVAILABLE,
+    BUSY: HTTPStatus.SERVICE_UNAVAILABLE,
+}
+
+
+def routes(parts: ScreenParts) -> list[BaseRoute]:
+    """Return the routes of the log-in.
+
+    Parameters
+    ----------
+    parts : ScreenParts
+        What the pages share.
+
+    Returns
+    -------
+    list of BaseRoute
+        ``/login``, ``/login/state``, ``/logout`` and ``/language``.
+    """
+
+    async def page(request: Request) -> Response:
+        return parts.render(request, "login.html", page="login")
+
+    return [
+        Route("/login", page, methods=["GET"]),
+        Route("/login", _log_in, methods=["POST"]),
+        Route("/login/state", _state, methods=["GET"]),
+        Route("/logout", _log_out, methods=["POST"]),
+        Route("/language", _choose_language, methods=["POST"]),
+    ]
+
+
+async def _state(request: Request) -> Response:
+    """Tell why a log-in is needed, and whether the loop is there: to anybody, so no value of it.
+
+    Pages that are open ask by themselves, so it is no sign of a person.
+    """
+    parts, told = parts_of(request), parts_of(request).feed.latest
+    visitor = visitor_of(request)
+    words, language = parts.words, visitor.language
+    out, why = why_out(request), "" if told.live else told.why or "feed.starting"
+    return answer_json(
+        {
+            "program": parts.program,
+            "viewing": visitor.role.at_least(Role.VIEWER),
+            "why": words.say(language, out) if out else "",
+            "live": told.live,
+            "text": words.say(language, why or "login.loop_there"),
+            "since": None if told.live else told.status.get("utc"),
+        }
+    )
+
+
+async def _log_in(request: Request) -> Response:
+    parts = parts_of(request)
+    said = await _object_of(request)
+    name, password = said.get("name"), said.get("password")
+    if not (isinstance(name, str) and isinstance(password, str) and name and password):
+        return refuse(request, HTTPStatus.BAD_REQUEST, "login.incomplete")
+    before = parts.persons.of(_cookie(request))
+    looks_on = before is not None and bool(before.lost)
+    if not looks_on:  # whoever looks on takes no place, and goes on to do so after a mistake
+        await parts.persons.log_out(_cookie(request))
+    address = request.client.host if request.client is not None else ""
+    found = await parts.persons.log_in(name, password, address)
+    if isinstance(found, Refusal):
+        return _refused(request, found)
+    if looks_on:
+        await parts.persons.log_out(_cookie(request))
+    secret, person = found
+    answer = answer_json({"name": person.name, "role": person.role.value})
+    answer.set_cookie(
+        cookie_name(parts, request.url.port),
+        secret,
+        path="/",
+        secure=parts.secure,
+        httponly=True,
+        samesite="strict",
+    )
+    return answer
+
+
+def _refused(request: Request, found: Refusal) -> Response:
+    status = _STATUS.get(found.key, HTTPStatus.BAD_GATEWAY)
+    values = {"seconds": str(found.left_s)} if found.left_s else {}
+    answer = refuse(request, status, found.key, **values)
+    if found.left_s:
+        answer.headers["Retry-After"] = str(found.left_s)
+    return answer
+
+
+@needs(Role.NONE)
+async def _log_out(request: Request) -> Response:
+    parts = parts_of(request)
+    await parts.persons.log_out(_cookie(request))
+    answer = answer_json({})
+    answer.delete_cookie(
+        cookie_name(parts, request.url.port),
+        path="/",
+        secure=parts.secure,
+        httponly=True,
+        samesite="strict",
+    )
+    return answer
+
+
+async def _choose_language(request: Request) -> Response:
+    language = (await _object_of(request)).get("language")
+    if not isinstance(language, str) or language not in LANGUAGES:
+        return refuse(request, HTTPStatus.BAD_REQUEST, "login.no_language")
+    visitor_of(request, touch=True)
+    answer = answer_json({"language": language})
+    answer.set_cookie(
+        LANGUAGE_COOKIE,
+        language,
+        max_age=_YEAR_S,
+        path="/",
+        secure=parts_of(request).secure,
+        httponly=True,
+        samesite="strict",
+    )
+    return answer
+
+
+def _cookie(request: Request) -> str | None:
+    return request.cookies.get(cookie_name(parts_of(request), request.url.port))
+
+
+async def _object_of(request: Request) -> dict[str, object]:
+    """Return the JSON object of a request, an empty one where it has none."""
+    found = await json_of(request)
+    return {str(key): value for key, value in found.items()} if isinstance(found, dict) else {}  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType] - JSON

@@ -1,0 +1,569 @@
+"""Who has logged in at the screen: a cookie each, and a session of their own at the loop.
+
+The screen knows no passwords and no rights. It hands a name and a password to the loop's status
+server once, and every request goes out in the session that this opened: what a person may do is
+decided there, each time anew. Whoever has lost that session may look on, and asks for nothing
+until the next log-in.
+"""
+
+import asyncio
+import hashlib
+import math
+import secrets
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple, final
+
+from thermaxis.errors import ConfigurationError, ThermaxisError
+from thermaxis.runtime import (
+    LONGEST_NAME,
+    LONGEST_PASSWORD,
+    Clock,
+    ConnectionSettings,
+    Failures,
+    Role,
+    Secret,
+    check_name,
+)
+from thermaxis.runtime.opcua import FAILURES, explain
+from thermaxis.screen.access._answers import (
+    LOST,
+    MAY_STILL,
+    NO_ANSWER,
+    TOO_MANY_ASKED,
+    Outcome,
+    outcome_of,
+    variants_of,
+)
+from thermaxis.screen.access._failed_log_ins import FailuresByAddress
+from thermaxis.screen.access._person_session import LOG_IN_S, PersonSession, is_refusal
+
+COOKIE_BYTES: Final = 32
+"""Random bytes of a cookie. Origin: twice what OWASP asks of a session. [byte]"""
+TOKEN_BYTES: Final = 24
+"""Random bytes of the token that every request carries besides the cookie. [byte]"""
+ANSWER_S: Final = 15.0
+"""Longest time for which the loop's answer is waited for; its server gives up after 10 s with a
+cycle of up to 3.3 s. [s]"""
+KEEP_ALIVE_S: Final = 3.0
+"""The server is asked so often who a person is and what the role is now: it keeps the session,
+and ends the log-in of somebody who was struck off. [s]"""
+NO_SIGN_S: Final = 10.0
+"""A session whose server has not said for so long who it belongs to is lost. [s]"""
+MOST_OF_ONE: Final = 4
+"""Log-ins of one name at once; with the next one the oldest ends. [1]"""
+MOST_AT_ONCE: Final = 4
+"""Log-ins whose passwords are being checked, and requests of one person that wait. [1]"""
+MOST_WAITING: Final = 8
+"""Log-ins that wait for that. [1]"""
+MOST_LOST: Final = 48
+"""Persons who may only look on, as their session is gone; with the next one the first ends. [1]"""
+_LONGEST_COOKIE: Final = 128
+_MOST_ENDED: Final = 64
+
+REFUSED: Final = "login.refused"
+"""Name or password is wrong."""
+TOO_MANY: Final = "login.too_many"
+"""Too many failures of this name."""
+TOO_MANY_FROM_HERE: Final = "login.too_many_from_here"
+"""Too many failures from this address, whatever the names."""
+TOO_MANY_IN_ALL: Final = "login.too_many_in_all"
+"""Too many failures of all names together, wherever they came from."""
+FULL: Final = "login.full"
+"""As many persons have logged in as may at once."""
+BUSY: Final = "login.busy"
+"""Too many log-ins wait for their passwords to be checked."""
+NO_CONNECTION: Final = "login.no_connection"
+"""The loop's server cannot be reached."""
+IMPOSSIBLE: Final = "login.impossible"
+"""The configuration lets nobody log in: without encryption, or with certificates that cannot be
+used."""
+NO_ROLE: Final = "login.no_role"
+"""The password is right and the user may not even look, or the server says another name."""
+OUT: Final = "login.out"
+"""The person has logged out."""
+IDLE: Final = "login.idle"
+"""Nothing was heard of the person for the longest time."""
+TOO_LONG: Final = "login.too_long"
+"""The log-in has lasted as long as any may."""
+LOOP_GONE: Final = "login.loop_gone"
+"""The session at the loop is gone: the loop, its server or the connection ended. The person may
+look, and logs in again to act."""
+ROLE_GONE: Final = "login.role_gone"
+"""The user was struck off, or the password was changed."""
+ELSEWHERE: Final = "login.elsewhere"
+"""The same user has logged in too often elsewhere."""
+SCREEN_ENDS: Final = "login.screen_ends"
+"""The screen is being ended."""
+
+
+class Refusal(NamedTuple):
+    """Why somebody was not logged in."""
+
+    key: str
+    """Key of the words."""
+    detail: str = ""
+    """The failure as an English sentence for the engineer; may be empty."""
+    left_s: int = 0
+    """After so long the next attempt is looked at, where too many have failed. [s]"""
+
+
+@final
+@dataclass(slots=True, eq=False)
+class Person:
+    """Somebody who has logged in, once: another log-in of the same user is another person."""
+
+    name: str
+    """Name of the user, as the loop's server says it."""
+    granted: Role
+    """What the user may do, as the server said last."""
+    token: str = field(repr=False)
+    """Secret that every request of the person's pages carries besides the cookie."""
+    address: str
+    """Address from which the log-in came."""
+    began_s: float
+    """When it was, monotonic. [s]"""
+    seen_s: float
+    """Last sign of the person, monotonic. [s]"""
+    session: PersonSession = field(repr=False)
+    """The session at the loop; requests go through `Persons.ask`."""
+    reason: str = ""
+    """Key of the words that say why the log-in has ended; empty while it has not."""
+    waiting: int = 0
+    """Requests whose answers are waited for. [1]"""
+    parted: bool = False
+    """Whether the session, lost, is being closed or has been."""
+
+    @property
+    def lost(self) -> str:
+        """Key of the words that say why the person may only look; empty while that is not so."""
+        return LOOP_GONE if self.session.lost else ""
+
+    @property
+    def role(self) -> Role:
+        """What the user may do now: without a session at the loop, look."""
+        return Role.VIEWER if self.lost else self.granted
+
+    @property
+    def ended(self) -> str:
+        """Key of the words that say why the log-in has ended; empty while it stands."""
+        return self.reason
+
+
+@final
+class Persons:
+    """Logs people in and out, and asks the loop what they ask.
+
+    A person whose session at the loop is lost stays, with the role viewer and the same ends, so
+    that an open page says what is wrong and recovers by itself; the session is never made again.
+
+    Not protected: somebody without a session is nobody to the loop, which is not asked about them
+    any more. A user who is struck off, or whose password is changed, after the session was lost
+    may look on until ``idle_s`` without a sign, until ``longest_s``, or until the screen is started
+    anew; where anybody may look, that is no more than anybody may.
+
+    Also not protected: whoever has a person's cookie and reads a page with it is that person until
+    the log-in ends, by log-out, after `idle_s` without a sign or after `longest_s` in any case; the
+    address is not compared, since a panel may change it. What can be asked meanwhile is what the
+    loop takes from that role, within the loop's limits, and every request is recorded there under
+    the name. A cookie alone, without the token of the person's pages, asks for nothing. Passwords
+    are in the memory of this program while they are handed on, and Python wipes no text: whoever
+    may read the program's memory may find one. Whoever may reach the page can keep a name from
+    logging in, and with ten failures in a minute everybody behind the same address; three
+    addresses together can keep everybody out (see `FailuresByAddress`). Those who have logged in
+    are not touched.
+
+    Parameters
+    ----------
+    connection_for : callable
+        Returns the connection to the status server for a name and a password.
+    clock : Clock
+        Time.
+    idle_s : float
+        A log-in ends after so long without a sign of its person. [s]
+    longest_s : float
+        It ends after so long in any case. [s]
+    most : int
+        Log-ins at once; the server has 20 connections for everybody. [1]
+    answer_s : float
+        Longest time for which the loop's answer to a request is waited for. [s]
+    """
+
+    def __init__(
+        self,
+        connection_for: Callable[[str, Secret], ConnectionSettings],
+        clock: Clock,
+        *,
+        idle_s: float,
+        longest_s: float,
+        most: int = 12,
+        answer_s: float = ANSWER_S,
+    ) -> None:
+        self._connection_for = connection_for
+        self._clock = clock
+        self._idle_s = idle_s
+        self._longest_s = longest_s
+        self._most = most
+        self._answer_s = answer_s
+        self._persons: dict[bytes, Person] = {}
+        self._ended: dict[bytes, str] = {}
+        self._failures = Failures()
+        self._by_address = FailuresByAddress()
+        self._checking = asyncio.Semaphore(MOST_AT_ONCE)
+        self._coming = 0
+        self._leaving: set[asyncio.Task[None]] = set()
+        self._open = False
+        self._task: asyncio.Task[None] | None = None
+
+    # ---- life -----------------------------------------------------------------------------------
+
+    async def open(self) -> None:
+        """Begin to keep sessions alive."""
+        self._open = True
+        self._task = asyncio.create_task(self._keep_alive(), name="persons")
+
+    async def close(self) -> None:
+        """Log everybody out; nothing runs on."""
+        self._open = False
+        task, self._task = self._task, None
+        if task is not None:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+        for known in tuple(self._persons):
+            self._end(known, SCREEN_ENDS)
+        await asyncio.gather(*self._leaving)
+        if task is not None and not task.cancelled() and (error := task.exception()) is not None:
+            raise error  # a mistake in the program is not hidden
+
+    async def _keep_alive(self) -> None:
+        async with asyncio.TaskGroup() as group:
+            while True:
+                await self._clock.sleep_until(self._clock.monotonic_s() + KEEP_ALIVE_S)
+                for known, person in tuple(self._persons.items()):
+                    if not (self._end_if_over(known, person) or person.session.busy):
+                        group.create_task(self._refresh(known, person))
+
+    async def _refresh(self, known: bytes, person: Person) -> None:
+        """Ask the server who a person is now; end the log-in of somebody who is nobody."""
+        session = person.session
+        waits = session.busy  # the server answers one after the other, and the loop takes its time
+        caller = await session.who_am_i(NO_SIGN_S)
+        if person.reason or (caller is None and waits and not session.lost):
+            return
+        if caller is None:
+            session.give_up()
+            self._end_if_over(known, person)
+        elif caller.name != person.name or caller.role is Role.NONE:
+            self._end(known, ROLE_GONE)
+        else:
+            person.granted = caller.role
+
+    def _end_if_over(self, known: bytes, person: Person) -> bool:
+        """End a log-in that has lasted too long, return whether it has; part from a lost session.
+
+        Returns
+        -------
+        bool
+            Whether it has ended, now or before.
+        """
+        now_s = self._clock.monotonic_s()
+        if now_s - person.began_s >= self._longest_s:
+            self._end(known, TOO_LONG)
+        elif now_s - person.seen_s >= self._idle_s:
+            self._end(known, IDLE)
+        elif person.lost:
+            self._part(person)
+            self._bound_lost()
+        return bool(person.reason)
+
+    def _part(self, person: Person) -> None:
+        """Close a session, once; the log-in may go on without it."""
+        if person.parted:
+            return
+        person.parted = True
+        leaving = asyncio.create_task(person.session.close(), name="log-out")
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
+
+    def _bound_lost(self) -> None:
+        lost = [known for known, person in self._persons.items() if person.lost]
+        for known in lost[: max(0, len(lost) - MOST_LOST)]:
+            self._end(known, LOOP_GONE)
+
+    def _end(self, known: bytes, key: str) -> None:
+        """End a log-in; its session is closed at the server meanwhile."""
+        person = self._persons.pop(known, None)
+        if person is None:
+            return
+        person.reason = key
+        self._ended[known] = key
+        if len(self._ended) > _MOST_ENDED:
+            del self._ended[next(iter(self._ended))]
+        self._part(person)
+
+    # ---- log-in ---------------------------------------------------------------------------------
+
+    async def log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
+        """Log somebody in.
+
+        Parameters
+        ----------
+        name : str
+            Name of the user.
+        password : str
+            The password; it is handed to the loop's server and kept nowhere.
+        address : str
+            Address from which the request came.
+
+        Returns
+        -------
+        tuple of str and Person, or Refusal
+            The cookie, which is stored nowhere, and the person; or why not.
+        """
+        refused = self._too_many(name[: LONGEST_NAME + 1], address)
+        if refused is not None:  # whoever is refused takes no place among those who wait
+            return refused
+        if self._coming >= MOST_AT_ONCE + MOST_WAITING or not self._open:
+            return Refusal(BUSY)
+        self._coming += 1
+        try:
+            async with self._checking:
+                return await self._log_in(name, password, address)
+        finally:
+            self._coming -= 1
+
+    async def _log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
+        name = name[: LONGEST_NAME + 1]
+        refused = self._too_many(name, address)
+        if refused is not None:
+            return refused
+        if self._by_address.taken(address, self._clock.monotonic_s()):
+            return Refusal(BUSY)
+        self._sweep()
+        if self._acting >= self._most:
+            return Refusal(FULL)
+        with self._by_address.under_way(address):
+            found = await self._session_of(name, password)
+        now_s = self._clock.monotonic_s()  # a failure counts from when it is known
+        if isinstance(found, Refusal):
+            if found.key == REFUSED:
+                self._failures.failed(name, now_s)
+                self._by_address.failed(address, now_s)
+            return found
+        self._failures.succeeded(name, now_s)
+        return await self._admit(found, name, address)
+
+    def _too_many(self, name: str, address: str) -> Refusal | None:
+        """Return why no password is looked at after too many failures; None where one is."""
+        now_s = self._clock.monotonic_s()
+        waiting = self._failures.waiting(name, now_s)
+        if waiting is not None and waiting.everybody:
+            return _for_a_while(TOO_MANY_IN_ALL, waiting.left_s)
+        left_s = self._by_address.left_s(address, now_s)
+        if left_s is not None:
+            return _for_a_while(TOO_MANY_FROM_HERE, left_s)
+        return None if waiting is None else _for_a_while(TOO_MANY, waiting.left_s)
+
+    def _sweep(self) -> None:
+        for known, person in tuple(self._persons.items()):
+            self._end_if_over(known, person)
+
+    async def _session_of(self, name: str, password: str) -> PersonSession | Refusal:
+        """Return a session under a name and a password, or why there is none."""
+        try:
+            check_name(name)
+            fits = 0 < len(password.encode()) <= LONGEST_PASSWORD
+        except (ConfigurationError, UnicodeEncodeError):
+            fits = False
+        if not fits:
+            return Refusal(REFUSED)
+        try:
+            settings = self._connection_for(name, Secret(password))
+        except ConfigurationError as error:
+            return Refusal(IMPOSSIBLE, str(error))
+        try:
+            return await PersonSession.log_in(settings, self._clock)
+        except FAILURES as error:
+            if is_refusal(error):
+                return Refusal(REFUSED)
+            if isinstance(error, ThermaxisError):
+                return Refusal(IMPOSSIBLE, str(error))
+            return Refusal(NO_CONNECTION, explain(error, replace(settings, timeout_s=LOG_IN_S)))
+
+    async def _admit(
+        self, session: PersonSession, name: str, address: str
+    ) -> tuple[str, Person] | Refusal:
+        """Give a session that is logged in a cookie, if the server says that it may look."""
+        admitted = False
+        try:
+            caller = await session.who_am_i(NO_SIGN_S)
+            if caller is None:
+                return Refusal(NO_CONNECTION, "the loop's server does not say who has logged in")
+            if caller.name != name or not caller.role.at_least(Role.VIEWER):
+                return Refusal(NO_ROLE)
+            if not self._open or self._acting >= self._most:
+                return Refusal(FULL)
+            admitted = True
+        finally:
+            if not admitted:
+                await session.close()
+        self._make_room(name)
+        now_s = self._clock.monotonic_s()
+        cookie = secrets.token_urlsafe(COOKIE_BYTES)
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        person = Person(name, caller.role, token, address, now_s, now_s, session)
+        self._persons[_hash(cookie)] = person
+        return cookie, person
+
+    def _make_room(self, name: str) -> None:
+        own = [
+            known
+            for known, person in self._persons.items()
+            if person.name == name and not person.lost
+        ]
+        for known in own[: max(0, len(own) + 1 - MOST_OF_ONE)]:
+            self._end(known, ELSEWHERE)
+
+    async def log_out(self, cookie: str | None) -> None:
+        """End a log-in; the session is closed at the server when this returns.
+
+        Parameters
+        ----------
+        cookie : str, optional
+            The cookie; one that nobody has ends nothing.
+        """
+        known = _hash(cookie)
+        person = self._persons.get(known)
+        if person is not None:
+            self._end(known, OUT)
+            await asyncio.gather(*self._leaving)
+
+    # ---- requests -------------------------------------------------------------------------------
+
+    @property
+    def count(self) -> int:
+        """How many log-ins stand, those who may only look on included. [1]"""
+        return len(self._persons)
+
+    @property
+    def _acting(self) -> int:
+        """How many sessions at the loop there are: those who have lost theirs take no place."""
+        return sum(not person.lost for person in self._persons.values())
+
+    def of(self, cookie: str | None, *, touch: bool = False) -> Person | None:
+        """Return whose cookie it is.
+
+        Parameters
+        ----------
+        cookie : str, optional
+            The cookie.
+        touch : bool
+            Whether this is a sign of the person. A page that renews itself is none.
+
+        Returns
+        -------
+        Person or None
+            None for nobody, and for a log-in that has ended: see `why_ended`. A person whose
+            session is lost has the role viewer: see `Person.lost`.
+        """
+        if self._task is not None and self._task.done():
+            self._task.result()
+        known = _hash(cookie)
+        person = self._persons.get(known)
+        if person is None or self._end_if_over(known, person):
+            return None
+        if touch:
+            person.seen_s = self._clock.monotonic_s()
+        return person
+
+    def why_ended(self, cookie: str | None) -> str:
+        """Return why the log-in of a cookie has ended.
+
+        Parameters
+        ----------
+        cookie : str, optional
+            The cookie.
+
+        Returns
+        -------
+        str
+            Key of the words; empty for one that stands, that never was, or that ended long ago.
+        """
+        return self._ended.get(_hash(cookie), "")
+
+    async def ask(
+        self, person: Person, method: str, arguments: Sequence[float | str] = ()
+    ) -> Outcome:
+        """Ask the loop for something under the name of a person.
+
+        Parameters
+        ----------
+        person : Person
+            Who asks.
+        method : str
+            Name of one of `ASKS`.
+        arguments : sequence of float or str
+            Its arguments, in the units that their names state.
+
+        Returns
+        -------
+        Outcome
+            What the loop answered, or why there is no answer.
+        """
+        ended = self._over(person)
+        if ended:
+            return Outcome(accepted=False, reason="the log-in has ended", key=ended)
+        if person.lost:
+            return Outcome(
+                accepted=False, reason="the session at the loop is gone", key=person.lost
+            )
+        variants = variants_of(method, arguments)
+        if isinstance(variants, Outcome):
+            return variants
+        if person.waiting >= MOST_AT_ONCE:
+            reason = "several requests of this person wait for their answers"
+            return Outcome(accepted=False, reason=reason, key=TOO_MANY_ASKED)
+        person.seen_s = self._clock.monotonic_s()
+        person.waiting += 1
+        try:
+            answer = await person.session.call(method, variants, self._answer_s)
+        finally:
+            person.waiting -= 1
+        if answer is None:
+            return self._no_answer(person)
+        if answer.status == "BadUserAccessDenied":
+            await self._ask_role(person)
+        return outcome_of(answer, method, person)
+
+    def _over(self, person: Person) -> str:
+        """Return why a log-in is over, after ending one that should be; empty if it stands."""
+        known = self._known(person)
+        if known is not None:
+            self._end_if_over(known, person)
+        return person.ended
+
+    def _known(self, person: Person) -> bytes | None:
+        return next((known for known, one in self._persons.items() if one is person), None)
+
+    def _no_answer(self, person: Person) -> Outcome:
+        if self._over(person) or person.lost:
+            reason = f"the connection to the loop was lost; {MAY_STILL}"
+            return Outcome(accepted=False, reason=reason, key=LOST)
+        reason = f"the loop has not answered; {MAY_STILL}"
+        return Outcome(accepted=False, reason=reason, key=NO_ANSWER)
+
+    async def _ask_role(self, person: Person) -> None:
+        known = self._known(person)
+        if known is not None:
+            await self._refresh(known, person)
+
+
+def _for_a_while(key: str, left_s: float) -> Refusal:
+    return Refusal(key, left_s=max(1, math.ceil(left_s)))
+
+
+def _hash(cookie: str | None) -> bytes:
+    """Return what a cookie is known by; what is no cookie is known by nothing that is stored."""
+    if cookie is None or len(cookie) > _LONGEST_COOKIE or not cookie.isascii():
+        return b""
+    return hashlib.sha256(cookie.encode()).digest()

@@ -1,0 +1,359 @@
+"""The historian, asked by the pages: one thread, one reader, a time limit; nothing is written."""
+
+import asyncio
+import math
+import threading
+import time
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from concurrent.futures import Future
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast, final
+
+from starlette.datastructures import State
+from starlette.requests import HTTPConnection
+
+from thermaxis.errors import ThermaxisError
+from thermaxis.runtime import Clock
+from thermaxis.screen.access import parts_of, visitor_of
+
+if TYPE_CHECKING:
+    from thermaxis.runtime.historian import HistoryReader
+
+T = TypeVar("T")
+_SQLITE: Final = "sqlite:///"
+_LIMIT_S: Final = 8.0
+_MOST_WAITING: Final = 24
+_MOST_OF_ONE: Final = 8
+
+
+@final
+class NoHistoryError(ThermaxisError):
+    """The history does not answer.
+
+    Parameters
+    ----------
+    key : str
+        Key of the words that say why.
+    values : str
+        What stands in them.
+    """
+
+    def __init__(self, key: str, **values: str) -> None:
+        self.key = key
+        self.values = values
+        super().__init__(f"the history does not answer ({key})", where=values.get("why", ""))
+
+
+def reason_for_people(error: ThermaxisError | OSError, url: str) -> str:
+    """Return why the history cannot be read, and nothing of where it lies.
+
+    Folders of this computer, and host and user of a database, are for whoever looks after it: the
+    commands of ``thermaxis history`` say them at the terminal.
+
+    Parameters
+    ----------
+    error : ThermaxisError or OSError
+        The failure.
+    url : str
+        The database.
+
+    Returns
+    -------
+    str
+        For a file its name and the failure, for a server the failure without what it answered.
+    """
+    what = error.what if isinstance(error, ThermaxisError) else error.strerror or "it fails"
+    if not url.startswith(_SQLITE):
+        return what.partition(" (")[0]
+    file = Path(url.removeprefix(_SQLITE))
+    for folder in (file.parent.resolve(), file.parent):
+        what = what.replace(f"{folder}/", "").replace(str(folder), file.parent.name)
+    return f"{file.name}: {what}"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Question(Generic[T]):
+    work: "Callable[[HistoryReader], T]"
+    answer: "Future[T]" = field(default_factory=Future)
+
+
+@dataclass(slots=True)
+class _Turn:
+    """Questions of one visitor: one is asked at a time."""
+
+    lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held by the one that is asked."""
+    count: int = 0
+    """How many there are. [1]"""
+
+
+def _opened(url: str, password: str) -> "HistoryReader":
+    from thermaxis.runtime.historian import HistoryReader  # noqa: PLC0415 - heavy
+
+    return HistoryReader(url, password)
+
+
+@final
+class History:
+    """Asks the historian in a thread of its own, so that a slow database stops no page.
+
+    One reader is kept open. It is opened anew when another file has taken the place of the one
+    that is read, and after every error. Waiting is counted in real time, as the thread works in it.
+
+    Parameters
+    ----------
+    url : str
+        The history.
+    password : str
+        Password of the database's user; empty where none is needed.
+    limit_s : float
+        Longest time until an answer, its waiting included. Default: what somebody waits for a
+        chart. [s]
+    opened : callable
+        Opens a reader. Default: `HistoryReader`.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        password: str = "",
+        *,
+        limit_s: float = _LIMIT_S,
+        opened: "Callable[[str, str], HistoryReader]" = _opened,
+    ) -> None:
+        self._url = url
+        self._password = password
+        self._limit_s = limit_s
+        self._opened = opened
+        self._questions: SimpleQueue[_Question[Any] | None] = SimpleQueue()
+        self._thread: threading.Thread | None = None
+        self._since_s: float | None = None
+        self._reader: HistoryReader | None = None
+        self._ended = False
+        self._turns: dict[str, _Turn] = {}
+        self._lock = threading.Lock()
+        self._current: _Question[Any] | None = None
+        self._interrupted = False
+
+    @property
+    def hangs(self) -> bool:
+        """Whether the thread has been busy with one question for longer than the limit."""
+        since_s = self._since_s
+        return since_s is not None and time.monotonic() - since_s > self._limit_s
+
+    async def ask(self, work: "Callable[[HistoryReader], T]", *, who: str = "") -> T:
+        """Return what a question finds; one for which nobody waits any more is interrupted.
+
+        Parameters
+        ----------
+        work : callable
+            The question; it is called in the thread, with the reader.
+        who : str
+            Who asks, as `asker_of` says: one question of theirs is asked at a time, and a few wait.
+            Default: the screen itself.
+
+        Returns
+        -------
+        object
+            Its answer.
+
+        Raises
+        ------
+        NoHistoryError
+            If the history cannot be read, does not answer in time, or too many wait already. While
+            an earlier question hangs, nothing more is queued.
+        """
+        try:
+            async with asyncio.timeout(self._limit_s), self._turn(who):
+                return await self._asked(work)
+        except TimeoutError:
+            raise NoHistoryError("history.hangs", limit=f"{self._limit_s:g}") from None
+
+    @asynccontextmanager
+    async def _turn(self, who: str) -> AsyncGenerator[None]:
+        if not who:
+            yield
+            return
+        turn = self._turns.setdefault(who, _Turn())
+        if turn.count >= _MOST_OF_ONE:
+            raise NoHistoryError("history.busy")
+        turn.count += 1
+        try:
+            async with turn.lock:
+                yield
+        finally:
+            turn.count -= 1
+            if not turn.count:
+                del self._turns[who]
+
+    async def _asked(self, work: "Callable[[HistoryReader], T]") -> T:
+        if self.hangs:
+            raise NoHistoryError("history.hangs", limit=f"{self._limit_s:g}")
+        if self._ended or self._questions.qsize() >= _MOST_WAITING:
+            raise NoHistoryError("history.busy")
+        question = _Question(work)
+        self._questions.put(question)
+        if self._thread is None or not self._thread.is_alive():
+            self._thread = threading.Thread(target=self._run, name="history", daemon=True)
+            self._thread.start()
+        try:
+            return await asyncio.wrap_future(question.answer)
+        except (ThermaxisError, OSError) as error:
+            why = reason_for_people(error, self._url)
+            raise NoHistoryError("history.unreadable", why=why) from error
+        finally:
+            if not question.answer.done() and not question.answer.cancel():
+                # in a thread: a database's server is told through the network
+                asyncio.get_running_loop().run_in_executor(None, self._interrupt, question)
+
+    def _interrupt(self, question: _Question[Any]) -> None:
+        """End a question that is being asked; the reader is opened anew after it."""
+        with self._lock:
+            if self._current is question:
+                self._interrupted = True
+                if self._reader is not None:
+                    self._reader.interrupt()
+
+    async def close(self, deadline_s: float = 1.0) -> None:
+        """End the thread; one that hangs is left behind and ends with the program.
+
+        Parameters
+        ----------
+        deadline_s : float
+            Longest time to wait for it. Default: a second. [s]
+        """
+        self._ended = True
+        self._questions.put(None)
+        if self._thread is not None:
+            await asyncio.to_thread(self._thread.join, deadline_s)
+
+    # ---- the thread's side ----------------------------------------------------------------------
+
+    def _run(self) -> None:
+        try:
+            while (question := self._questions.get()) is not None:
+                with self._lock:
+                    self._current = question
+                if question.answer.set_running_or_notify_cancel():
+                    self._answer(question)
+        finally:
+            self._close_reader()
+
+    def _answer(self, question: _Question[Any]) -> None:
+        self._since_s = time.monotonic()
+        try:
+            if self._reader is not None and not self._reader.in_place:
+                self._close_reader()
+            reader = self._open_reader() if self._reader is None else self._reader
+            question.answer.set_result(question.work(reader))
+        except (ThermaxisError, OSError) as error:
+            self._close_reader()
+            question.answer.set_exception(error)
+        finally:
+            with self._lock:
+                self._current = None
+                interrupted, self._interrupted = self._interrupted, False
+            if interrupted:
+                self._close_reader()
+            self._since_s = None
+            if not question.answer.done():  # a fault of the program: the thread ends with it
+                question.answer.set_exception(OSError("the reader has failed"))
+
+    def _open_reader(self) -> "HistoryReader":
+        reader = self._opened(self._url, self._password)
+        with self._lock:
+            self._reader = reader
+            if self._interrupted:  # nobody waits any more
+                reader.interrupt()
+        return reader
+
+    def _close_reader(self) -> None:
+        with self._lock:
+            reader, self._reader = self._reader, None
+        if reader is not None:
+            reader.close()
+
+
+@final
+class Kept(Generic[T]):
+    """One answer for everybody who asks within a time, however many they are.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the answer.
+    clock : Clock
+        Time.
+    kept_s : float
+        How long it is kept, counted from the question. [s]
+    """
+
+    def __init__(self, make: Callable[[], Awaitable[T]], clock: Clock, kept_s: float) -> None:
+        self._make = make
+        self._clock = clock
+        self._kept_s = kept_s
+        self._asked_s = -math.inf
+        self._task: asyncio.Future[T] | None = None
+
+    async def get(self) -> T:
+        """Return the answer; it is made anew where it is too old."""
+        now_s = self._clock.monotonic_s()
+        task = self._task
+        if task is None or (task.done() and now_s - self._asked_s >= self._kept_s):
+            task = asyncio.ensure_future(self._make())
+            self._task, self._asked_s = task, now_s
+        return await asyncio.shield(task)
+
+
+def history_of(connection: HTTPConnection) -> History:
+    """Return the history that all pages of a program share; it is made at the first question.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request.
+
+    Returns
+    -------
+    History
+        The history of the machine's configuration; whoever ends the program closes it.
+    """
+    state = connection.app.state
+    if not hasattr(state, "history"):
+        configuration = parts_of(connection).configuration
+        password = configuration.historian.password.reveal()
+        state.history = History(configuration.historian_url, password)
+    return cast("History", state.history)
+
+
+def asker_of(connection: HTTPConnection) -> str:
+    """Return who asks: the name of a log-in, or the address of who only looks.
+
+    Parameters
+    ----------
+    connection : HTTPConnection
+        A request.
+
+    Returns
+    -------
+    str
+        Never empty.
+    """
+    name = visitor_of(connection).name
+    return name or f"@{'' if connection.client is None else connection.client.host}"
+
+
+async def close_history(state: State) -> None:
+    """Close the history of a program that ends, if anybody has asked for it.
+
+    Parameters
+    ----------
+    state : State
+        State of the application.
+    """
+    if hasattr(state, "history"):
+        await cast("History", state.history).close()

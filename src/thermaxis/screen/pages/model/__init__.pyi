@@ -1,0 +1,3 @@
+from ._facts import (
+    Json as Json,
+)

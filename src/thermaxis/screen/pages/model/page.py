@@ -1,0 +1,306 @@
+"""The page of the model in force: what it is made of, where it may be believed, and another one."""
+
+import asyncio
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple, cast, final
+
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
+from thermaxis.runtime.config import read_model_file
+from thermaxis.screen._aside import Aside
+from thermaxis.screen.access import answer_json, needs, parts_of, visitor_of
+from thermaxis.screen.pages.history import Kept
+from thermaxis.screen.pages.model._choices import Choice, ModelChoices
+from thermaxis.screen.pages.model._facts import Json, facts_of_model
+
+if TYPE_CHECKING:
+    from thermaxis.screen.access import ScreenParts
+
+LIMIT_S: Final = 4.0
+"""A folder that does not answer for so long is waited for no longer: it may lie in a network. [s]
+"""
+KEPT_S: Final = 2.0
+"""A list of the folder serves all who ask within this time. [s]"""
+MOST_READING: Final = 2
+"""Threads that read models; one that hangs keeps its place. [1]"""
+HANGS: Final = "The folder of the models does not answer."
+"""Why the model in force cannot be shown while the folder hangs."""
+MOST_KNOWN: Final = 8
+"""Models whose facts are kept. [1]"""
+NO_STATUS = "model.no_status"
+"""The loop has not told yet which model is in force."""
+OTHER_FILE = "model.other_file"
+"""The file on disk is another one than the model in force."""
+NO_FILE = "model.no_file"
+"""There is no such file on the computer of the screen, or it cannot be read."""
+_HASH_SHOWN = 16
+
+
+class Found(NamedTuple):
+    """The model in force, or why it cannot be shown."""
+
+    file: ModelFile | None
+    """The model with its file."""
+    key: str = ""
+    """Key of the words that say why there is none."""
+    detail: str = ""
+    """The failure as an English sentence; may be empty."""
+
+
+def routes(parts: "ScreenParts") -> list[BaseRoute]:
+    """Return the routes of the page.
+
+    Parameters
+    ----------
+    parts : ScreenParts
+        What the pages share.
+
+    Returns
+    -------
+    list of BaseRoute
+        ``/model``, ``/model/values`` and ``/model/choice``.
+    """
+    del parts
+    return [
+        Route("/model", _page, methods=["GET"]),
+        Route("/model/values", _values, methods=["GET"]),
+        Route("/model/choice", _choice, methods=["GET"]),
+    ]
+
+
+def model_in_force(configuration: MachineConfiguration, name: str, sha256: str) -> Found:
+    """Read the file of the model in force, and show nothing of any other.
+
+    Not protected: the hash is that which the loop tells. A loop that was replaced by another
+    program may tell anything.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The machine's configuration.
+    name : str
+        Name of the file, as the loop tells it.
+    sha256 : str
+        Hash of the model, as the loop tells it.
+
+    Returns
+    -------
+    Found
+        The model; without one where no file of that name can be read, or where none has the hash.
+    """
+    if not name or not sha256:
+        return Found(None, NO_STATUS)
+    read = False
+    detail = ""
+    for path in _places_of(configuration, name):
+        try:
+            found = read_model_file(path)
+        except ConfigurationError as error:
+            detail = detail or f"{error.what}."  # without the path: a viewer need not know it
+            continue
+        if found.sha256 == sha256:
+            return Found(found)
+        read = True
+    return Found(None, OTHER_FILE) if read else Found(None, NO_FILE, detail)
+
+
+def _places_of(configuration: MachineConfiguration, name: str) -> list[Path]:
+    """Return where a model of that name may lie: only the configured file and folder."""
+    places: list[Path] = []
+    if configuration.model.path.name == name:
+        places.append(configuration.model.path)
+    try:
+        chosen = configuration.find_model(name)
+    except ConfigurationError:
+        return places
+    return places if chosen in places else [*places, chosen]
+
+
+@needs(Role.VIEWER, page=True)
+async def _page(request: Request) -> Response:
+    return parts_of(request).render(
+        request,
+        "model.html",
+        page="model",
+        charts=True,
+        may_choose=visitor_of(request).role.at_least(Role.ENGINEER),
+    )
+
+
+@needs(Role.VIEWER)
+async def _values(request: Request) -> Response:
+    """Tell everything about the model in force, or in words why nothing can be told."""
+    parts = parts_of(request)
+    status = parts.feed.latest.status
+    name, sha256 = str(status.get("model_file", "")), str(status.get("model_sha256", ""))
+    diameter = status.get("diameter_mm")
+    diameter_mm = float(diameter) if isinstance(diameter, int | float) else None
+    found, facts, choices = await _read_models(request).of(name, sha256, diameter_mm)
+    language = visitor_of(request).language
+    text = ""
+    if found.key:
+        text = parts.words.say(language, found.key, file=name, hash=f"{sha256[:_HASH_SHOWN]}…")
+    return answer_json(
+        {
+            "file": name,
+            "sha256": sha256,
+            "model": facts,
+            "text": text,
+            "detail": found.detail,
+            "choices": [_told(parts, language, choice) for choice in choices],
+            "outputs": tuple(status.get("outputs", {})),
+        }
+    )
+
+
+def _told(parts: "ScreenParts", language: str, choice: Choice) -> Json:
+    """Return a file of the folder with why it cannot be chosen, in the language of who asks."""
+    words = parts.words
+    reason = words.phrase(language, "answer", choice.reason)
+    if choice.key:
+        reason = words.say(language, choice.key)
+    return {
+        "name": choice.name,
+        "model": not choice.reason,
+        "reason": reason,
+        "english": words.left_in_english(language, "answer", choice.reason),
+    }
+
+
+@needs(Role.VIEWER)
+async def _choice(request: Request) -> Response:
+    """Tell the hash of a model that may be chosen, by which a page sees that it is in force."""
+    name = request.query_params.get("name", "")
+    try:
+        sha256 = await _read_models(request).hash_of(name)
+    except (ConfigurationError, TimeoutError):  # the loop says what is wrong, when it is asked
+        return answer_json({"sha256": None})
+    return answer_json({"sha256": sha256})
+
+
+class Read(NamedTuple):
+    """What the page is made of."""
+
+    found: Found
+    """The model in force, or why there is none."""
+    facts: Json | None
+    """What is shown of it."""
+    choices: tuple[Choice, ...]
+    """Files of the folder, those that cannot be chosen with the reason."""
+
+
+@final
+class ReadModels:
+    """Models in force that were read, by hash and diameter, so that viewers cost nothing more.
+
+    The hash is of the model itself: what it was read from may change or go. One is read at a
+    time, in a thread; what cannot be shown is looked for again. While the folder does not answer,
+    the last list of it stands, and what is known of the model in force is shown.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The machine's configuration.
+    clock : Clock
+        Time.
+    limit_s : float
+        Longest time for which the folder is waited for. [s]
+    """
+
+    def __init__(
+        self, configuration: MachineConfiguration, clock: Clock, *, limit_s: float = LIMIT_S
+    ) -> None:
+        self._configuration = configuration
+        self._limit_s = limit_s
+        self._looking = Aside(limit_s, 1)  # a look remembers: there is never a second one beside it
+        self._reading = Aside(limit_s, MOST_READING)
+        self._choices = ModelChoices(configuration)
+        self._last: tuple[Choice, ...] = ()
+        self._kept = Kept(self._look, clock, KEPT_S)
+        self._known: dict[tuple[str, str, float | None], tuple[Found, Json]] = {}
+        self._turn = asyncio.Lock()
+
+    async def of(self, name: str, sha256: str, diameter_mm: float | None) -> Read:
+        """Return the model that the loop tells to be in force.
+
+        Parameters
+        ----------
+        name : str
+            Name of its file.
+        sha256 : str
+            Its hash.
+        diameter_mm : float or None
+            Diameter of the workpiece. [mm]
+
+        Returns
+        -------
+        Read
+            The model with its facts, or why there is none.
+        """
+        key = (name, sha256, diameter_mm)
+        choices = await self._kept.get()
+        known = self._known.get(key)
+        if known is not None:
+            return Read(*known, choices)
+        try:
+            async with asyncio.timeout(self._limit_s), self._turn:
+                known = self._known.get(key)  # who waited finds what the one before has read
+                if known is not None:
+                    return Read(*known, choices)
+                found, facts = await self._reading.run(lambda: self._read(*key))
+        except TimeoutError:
+            return Read(Found(None, NO_FILE, HANGS), None, choices)
+        if facts is not None:
+            self._known[key] = found, facts
+            for oldest in list(self._known)[:-MOST_KNOWN]:
+                del self._known[oldest]
+        return Read(found, facts, choices)
+
+    async def hash_of(self, name: str) -> str:
+        """Return the hash of a model of the folder.
+
+        Parameters
+        ----------
+        name : str
+            Name of its file.
+
+        Returns
+        -------
+        str
+            SHA-256, as the loop tells it once the model is in force.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no such model.
+        TimeoutError
+            If the folder does not answer in time.
+        """
+        find = self._configuration.find_model
+        return await self._reading.run(lambda: read_model_file(find(name)).sha256)
+
+    async def _look(self) -> tuple[Choice, ...]:
+        with contextlib.suppress(OSError):  # such as no answer in time: the list of before stands
+            self._last = await self._looking.run(self._choices.look)
+        return self._last
+
+    def _read(self, name: str, sha256: str, diameter_mm: float | None) -> tuple[Found, Json | None]:
+        configuration = self._configuration
+        found = model_in_force(configuration, name, sha256)
+        if found.file is None:
+            return found, None
+        return found, facts_of_model(configuration.compensation, found.file.model, diameter_mm)
+
+
+def _read_models(connection: HTTPConnection) -> ReadModels:
+    """Return what was read, for all viewers; made at the first question."""
+    state = connection.app.state
+    if not hasattr(state, "read_models"):
+        parts = parts_of(connection)
+        state.read_models = ReadModels(parts.configuration, parts.clock)
+    return cast("ReadModels", state.read_models)

@@ -1,0 +1,465 @@
+"""Positioning runs evaluated on the machine: a file is sent, figures and certificate come back.
+
+The file goes through no code of the screen: it is stored under a name of ours, and a process of its
+own reads it. What it holds, and its name, are shown as text.
+"""
+
+import asyncio
+import contextlib
+import json
+import logging
+import re
+import signal
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+from starlette.requests import ClientDisconnect, HTTPConnection, Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from thermaxis.errors import printable
+from thermaxis.runtime import Role
+from thermaxis.screen.access import answer_json, needs, parts_of, refuse, visitor_of
+from thermaxis.screen.pages.positioning._results import (
+    MOST_OF_A_PERSON,
+    Json,
+    KeptResults,
+    Result,
+    shown_of,
+)
+from thermaxis.screen.pages.positioning._work import (
+    BusyError,
+    Ending,
+    Limits,
+    Outcome,
+    Work,
+    WorkFolder,
+    remove_leftovers,
+    work_of,
+)
+
+if TYPE_CHECKING:
+    from thermaxis.screen.access import Person, ScreenParts
+
+LARGEST_BYTES: Final = 20_000_000
+"""Largest upload, the run with what goes along. [byte]"""
+LARGEST_TABLE_BYTES: Final = 64_000
+"""Largest head and largest file of limits. [byte]"""
+UPLOAD_S: Final = 60.0
+"""Time in which an upload must have come. [s]"""
+LONGEST_NAME: Final = 120
+"""Characters of a file's name that are shown. [1]"""
+_LARGEST_JSON_BYTES = 8_000_000
+_EXTENSIONS = (".rtl", ".csv", ".dat", ".xlsx", ".txt")
+_JSON, _HTML, _PDF = "result.json", "report.html", "certificate.pdf"
+_HEAD, _LIMITS = "head.toml", "limits.toml"
+_CYCLES = ("standard", "pilgrim", "step")
+_EDITIONS = ("2014", "2006", "1997", "1988", "vdi3441")
+_LACKS_MEMORY = re.compile(r"\bMemoryError\b|\bmemory allocation\b|\bbad_alloc\b")
+_SAYS = re.compile(r"^thermaxis: error: ", re.MULTILINE)
+_UNAUTHORIZED = 401
+_BAD_REQUEST, _NOT_FOUND, _TOO_SLOW, _TOO_LARGE = 400, 404, 408, 413
+_NOT_EVALUATED, _BUSY, _NO_ROOM = 422, 429, 507
+_REFUSED = 2
+_NOT_ALLOWED_IN_NAME = re.compile(r"[^A-Za-z0-9_-]+")
+_REPORT_HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; style-src 'unsafe-inline'; img-src data:; form-action 'none';"
+        " base-uri 'none'; frame-ancestors 'self'; sandbox"
+    ),
+    "Cache-Control": "no-store",
+}
+_log = logging.getLogger(__name__)
+
+
+class RefusedError(Exception):
+    """An upload or an evaluation is refused in words.
+
+    Parameters
+    ----------
+    status : int
+        Status of HTTP. [1]
+    key : str
+        Key of the words.
+    values : str
+        What stands in them.
+    """
+
+    def __init__(self, status: int, key: str, **values: str) -> None:
+        super().__init__(key)
+        self.status = status
+        self.key = key
+        self.values = values
+
+
+class _Asked(NamedTuple):
+    """What an upload asks for."""
+
+    name: str
+    """Name of the file, fit to be shown."""
+    stored: str
+    """Name under which it is stored: ours."""
+    head_bytes: int
+    """How many bytes of the body after the run are the head of the certificate. [byte]"""
+    limits_bytes: int
+    """How many bytes after that are the limits. [byte]"""
+    words: tuple[str, ...]
+    """Options of the command."""
+
+
+def routes(parts: "ScreenParts") -> list[BaseRoute]:
+    """Return the routes of the page.
+
+    Parameters
+    ----------
+    parts : ScreenParts
+        What the pages share.
+
+    Returns
+    -------
+    list of BaseRoute
+        The routes.
+    """
+    del parts
+    remove_leftovers()
+    return [
+        Route("/positioning", _page, methods=["GET"]),
+        Route("/positioning/results", _results, methods=["GET"]),
+        Route("/positioning/upload", _upload, methods=["POST"]),
+        Route("/positioning/result/{id}", _result, methods=["GET"]),
+        Route("/positioning/report/{id}", _report, methods=["GET"]),
+        Route("/positioning/certificate/{id}", _certificate, methods=["GET"]),
+    ]
+
+
+@needs(Role.VIEWER, page=True)
+async def _page(request: Request) -> Response:
+    parts, visitor = parts_of(request), visitor_of(request)
+    return parts.render(
+        request,
+        "positioning.html",
+        page="positioning",
+        may=visitor.person is not None and visitor.role.at_least(Role.ENGINEER),
+        extensions=",".join(_EXTENSIONS),
+        megabytes=str(LARGEST_BYTES // 1_000_000),
+        largest_bytes=LARGEST_BYTES,
+        limit_s=f"{parts.settings.evaluation_s:.0f}",
+        most=str(MOST_OF_A_PERSON),
+    )
+
+
+@needs(Role.ENGINEER, named=True)
+async def _results(request: Request) -> Response:
+    found = _kept(request).all_of(visitor_of(request).person)
+    rows = [{"id": one.id, "name": one.name, "at": one.at_utc.isoformat()} for one in found]
+    return answer_json({"results": rows})
+
+
+@needs(Role.ENGINEER, named=True)
+async def _upload(request: Request) -> Response:
+    person = visitor_of(request).person
+    work = work_of(request)
+    if person is None:
+        return refuse(request, _UNAUTHORIZED, "login.needed")
+    try:
+        asked = asked_of(request)
+        with work.place(person.name, kind="evaluation"):
+            return answer_json(_told(await _evaluated(request, work, asked, person)))
+    except BusyError as error:
+        return refuse(request, _BUSY, "positioning.own" if error.own else "positioning.busy")
+    except RefusedError as error:
+        return refuse(request, error.status, error.key, **error.values)
+    except OSError as error:
+        _log.warning("an upload could not be stored: %s", printable(str(error), 500))
+        return refuse(request, _NO_ROOM, "positioning.not_stored")
+    except ClientDisconnect:
+        return Response(status_code=_BAD_REQUEST)  # nobody reads it
+
+
+@needs(Role.ENGINEER, named=True)
+async def _result(request: Request) -> Response:
+    found = _found(request)
+    if found is None:
+        return refuse(request, _NOT_FOUND, "positioning.gone")
+    return answer_json(_told(found))
+
+
+@needs(Role.ENGINEER, named=True)
+async def _report(request: Request) -> Response:
+    found = _found(request)
+    if found is None:
+        return refuse(request, _NOT_FOUND, "positioning.gone")
+    kind = "text/html; charset=utf-8"
+    return FileResponse(found.report, media_type=kind, headers=_REPORT_HEADERS)
+
+
+@needs(Role.ENGINEER, named=True)
+async def _certificate(request: Request) -> Response:
+    found = _found(request)
+    if found is None:
+        return refuse(request, _NOT_FOUND, "positioning.gone")
+    return FileResponse(
+        found.certificate,
+        media_type="application/pdf",
+        filename=f"{file_stem(found.name)}-certificate.pdf",
+        headers={"Cache-Control": "no-store"},
+    )
+
+
+def _kept(connection: HTTPConnection) -> KeptResults:
+    """Return the results that are kept; made at the first question."""
+    state = connection.app.state
+    if not hasattr(state, "positioning_results"):
+        state.positioning_results = KeptResults(parts_of(connection).clock)
+    return cast("KeptResults", state.positioning_results)
+
+
+def _found(request: Request) -> Result | None:
+    return _kept(request).of(visitor_of(request).person, request.path_params["id"])
+
+
+def _told(result: Result) -> Json:
+    return {
+        "id": result.id,
+        "name": result.name,
+        "at": result.at_utc.isoformat(),
+        **result.shown,
+    }
+
+
+# ---- what is asked ------------------------------------------------------------------------------
+
+
+def asked_of(request: Request) -> _Asked:
+    """Return what an upload asks for.
+
+    Parameters
+    ----------
+    request : Request
+        The upload; its options stand in the address, its body is run, head and limits in a row.
+
+    Returns
+    -------
+    _Asked
+        Names and options.
+
+    Raises
+    ------
+    RefusedError
+        If an option is none of ours.
+    """
+    query = request.query_params
+    given = query.get("name", "")
+    words: list[str] = []
+    for option, allowed in (("cycle", _CYCLES), ("edition", _EDITIONS)):
+        value = query.get(option, "")
+        if value and value not in allowed:
+            raise _no_option(option)
+        words += [f"--{option}={value}"] if value else []
+    words += _reference(query.get("reference_cycle", ""), query.get("reference_hours", ""))
+    for option, flag in (("robust", "--robust"), ("no_drift", "--no-drift"), ("full", "--full")):
+        value = query.get(option, "no")
+        if value not in ("yes", "no"):
+            raise _no_option(option)
+        words += [flag] if value == "yes" else []
+    head_bytes = _size_of(query.get("head_bytes", "0"), "head")
+    limits_bytes = _size_of(query.get("limits_bytes", "0"), "limits")
+    words += [f"--header={_HEAD}"] if head_bytes else []
+    words += [f"--limits={_LIMITS}"] if limits_bytes else []
+    return _Asked(shown_name(given), stored_name(given), head_bytes, limits_bytes, tuple(words))
+
+
+def shown_name(given: str) -> str:
+    """Return the name of an uploaded file as it is shown: never longer, never obeyed.
+
+    Parameters
+    ----------
+    given : str
+        What the browser says.
+
+    Returns
+    -------
+    str
+        Its last part, signs that steer a terminal written out; ``run`` where nothing is left.
+    """
+    last = re.split(r"[/\\]", given)[-1].strip()
+    return printable(last[: 4 * LONGEST_NAME], LONGEST_NAME) or "run"
+
+
+def stored_name(given: str) -> str:
+    """Return the name under which an uploaded file is stored: one of six.
+
+    Parameters
+    ----------
+    given : str
+        What the browser says; only its known endings count.
+
+    Returns
+    -------
+    str
+        ``run`` with an ending of ours.
+    """
+    lower = given[-16:].lower()
+    if lower.endswith("_iso230.dat"):
+        return "run_ISO230.dat"
+    return "run" + next((one for one in _EXTENSIONS if lower.endswith(one)), ".txt")
+
+
+def file_stem(name: str) -> str:
+    """Return a name for a download that every system and header takes."""
+    return _NOT_ALLOWED_IN_NAME.sub("_", Path(name).stem).strip("_")[:60] or "run"
+
+
+def _no_option(option: str) -> RefusedError:
+    return RefusedError(_BAD_REQUEST, "positioning.bad_option", option=option)
+
+
+def _reference(cycle: str, hours: str) -> list[str]:
+    if cycle and hours:
+        raise _no_option("reference_cycle, reference_hours")
+    if cycle:
+        if not (cycle.isascii() and cycle.isdecimal() and len(cycle) < 8 and int(cycle) > 0):
+            raise _no_option("reference_cycle")
+        return [f"--reference-cycle={int(cycle)}"]
+    if hours:
+        if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,6})?", hours):
+            raise _no_option("reference_hours")
+        return [f"--reference-time={hours}"]
+    return []
+
+
+def _size_of(text: str, option: str) -> int:
+    if not (text.isascii() and text.isdecimal() and len(text) < 12):
+        raise _no_option(option)
+    if int(text) > LARGEST_TABLE_BYTES:
+        raise RefusedError(
+            _TOO_LARGE, "positioning.table_too_large", largest=str(LARGEST_TABLE_BYTES // 1000)
+        )
+    return int(text)
+
+
+# ---- upload and evaluation ----------------------------------------------------------------------
+
+
+async def _evaluated(request: Request, work: Work, asked: _Asked, person: "Person") -> Result:
+    """Store the upload, run the command and keep what came."""
+    folder = work.folder()
+    async with contextlib.AsyncExitStack() as undone:
+        undone.push_async_callback(asyncio.to_thread, folder.remove)
+        await _stored(request, folder.path, asked)
+        parts = parts_of(request)
+        today = parts.clock.utc().astimezone().date().isoformat()
+        outcome = await work.run_command(
+            [
+                *("evaluate", asked.stored, f"--json={_JSON}", f"--report={_HTML}"),
+                *(f"--report={_PDF}", f"--date={today}", f"--source-name={asked.name}"),
+                *asked.words,
+            ],
+            limits=Limits(parts.settings.evaluation_s),
+            outputs=(_JSON, _HTML, _PDF),
+            folder=folder,
+        )
+        found = await asyncio.to_thread(_judged, outcome, asked, parts.settings.evaluation_s)
+        stays = (outcome.files[_HTML], outcome.files[_PDF])
+        size_bytes = await asyncio.to_thread(folder.leave_only, stays)
+        kept = _kept(request).keep(
+            person,
+            name=asked.name,
+            shown=found,
+            report=outcome.files[_HTML],
+            certificate=outcome.files[_PDF],
+            folder=folder,
+            size_bytes=size_bytes,
+        )
+        undone.pop_all()
+    return kept
+
+
+async def _stored(request: Request, folder: Path, asked: _Asked) -> None:
+    """Write the body to a file as it comes, and take from its end what goes along.
+
+    Raises
+    ------
+    RefusedError
+        If it is too large, too slow, or has no run in it.
+    """
+    received = 0
+    try:
+        async with asyncio.timeout(UPLOAD_S):
+            with (folder / asked.stored).open("xb") as stream:
+                async for chunk in request.stream():
+                    received += len(chunk)
+                    if received > LARGEST_BYTES:
+                        raise RefusedError(_TOO_LARGE, "positioning.too_large")
+                    stream.write(chunk)
+    except TimeoutError:
+        raise RefusedError(_TOO_SLOW, "positioning.too_slow", limit=f"{UPLOAD_S:.0f}") from None
+    run_bytes = received - asked.head_bytes - asked.limits_bytes
+    if run_bytes <= 0:
+        raise RefusedError(_BAD_REQUEST, "positioning.empty")
+    with (folder / asked.stored).open("r+b") as stream:
+        stream.seek(run_bytes)
+        for name, size in ((_HEAD, asked.head_bytes), (_LIMITS, asked.limits_bytes)):
+            if size:
+                (folder / name).write_bytes(stream.read(size))
+        stream.truncate(run_bytes)
+
+
+def _judged(outcome: Outcome, asked: _Asked, longest_s: float) -> Json:
+    """Return what the page shows of an evaluation.
+
+    Raises
+    ------
+    RefusedError
+        If there is none: the run was refused, or the command was stopped or failed.
+    """
+    if outcome.ending is Ending.TOO_LONG:
+        limit = f"{longest_s:.0f}"
+        raise RefusedError(_NOT_EVALUATED, "positioning.too_long", limit=limit)
+    if outcome.ending is Ending.TOO_MUCH:
+        raise RefusedError(_NOT_EVALUATED, "positioning.too_much")
+    if outcome.code == _REFUSED and _SAYS.search(outcome.said):
+        said = without_paths(_SAYS.split(outcome.said)[-1].strip(), outcome.folder, asked)
+        raise RefusedError(_NOT_EVALUATED, "positioning.refused", said=said)
+    if outcome.code == -signal.SIGKILL or _LACKS_MEMORY.search(outcome.said):
+        raise RefusedError(_NOT_EVALUATED, "positioning.too_hungry")
+    if outcome.code == 0 and set(outcome.files) == {_JSON, _HTML, _PDF}:
+        if outcome.files[_JSON].stat().st_size > _LARGEST_JSON_BYTES:
+            raise RefusedError(_NOT_EVALUATED, "positioning.too_much")
+        return shown_of(cast("dict[str, Any]", json.loads(outcome.files[_JSON].read_bytes())))
+    said = printable(outcome.said.strip()[-2000:], 2000)
+    _log.warning("the evaluation failed with code %s: %s", outcome.code, said)
+    raise RefusedError(_NOT_EVALUATED, "positioning.crashed")
+
+
+def without_paths(said: str, folder: WorkFolder, asked: _Asked) -> str:
+    """Return what the command says with the file's own name, and no place of this computer.
+
+    Parameters
+    ----------
+    said : str
+        Its words.
+    folder : WorkFolder
+        Where it worked.
+    asked : _Asked
+        What was asked: the file's name as it came, and as it was stored.
+
+    Returns
+    -------
+    str
+        The same words.
+    """
+    places = {
+        str(folder.path.resolve()),
+        str(folder.path),
+        tempfile.gettempdir(),
+        str(Path(__file__).parents[4]),
+        sys.prefix,
+        sys.base_prefix,
+        str(Path.home()),
+    }
+    for place in sorted(places - {"/"}, key=len, reverse=True):
+        said = said.replace(f"{place}/", "").replace(place, "")
+    return said.replace(asked.stored, asked.name)

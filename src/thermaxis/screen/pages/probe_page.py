@@ -1,0 +1,351 @@
+"""What a probe measures with the compensation, and what it would measure without it.
+
+A displacement and a correction both count positive away from the workpiece, so that the probe
+shows the drift plus the offset that acts: without the offset it would show
+
+    uncompensated = probe - effective
+
+with the offset that the machine accepted where it does not say which one acts. While the
+compensation is off, the loop reads no offset back, and there is no such number.
+"""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from thermaxis.runtime import Role, probe_name
+from thermaxis.screen.access import answer_json, needs, parts_of, refuse
+from thermaxis.screen.pages.history import (
+    LENGTHS,
+    Json,
+    NoHistoryError,
+    asker_of,
+    away,
+    history_of,
+    line_of,
+    points_of,
+    points_within,
+    shortened,
+    span_of,
+    to_ms,
+)
+
+if TYPE_CHECKING:
+    from thermaxis.runtime.historian import HistoryReader, Piece, Trend
+    from thermaxis.screen.access import ScreenParts
+
+MOST_CYCLES: Final = 200_000
+"""Cycles up to which each is compared by itself; longer spans by the means of minutes. [1]"""
+COMPENSATED, UNCOMPENSATED, MODEL = "compensated", "uncompensated", "model"
+_BAD_REQUEST, _NOT_FOUND = 400, 404
+_LARGEST_UM = 1e9
+
+Column = NDArray[np.float64]
+"""Numbers by time."""
+
+
+class Compared(NamedTuple):
+    """A probe beside the offset and the model, by time."""
+
+    time_us: NDArray[np.int64]
+    """Times since 1970. [µs]"""
+    compensated_um: Column
+    """What the probe measured; NaN where it measured nothing. [µm]"""
+    uncompensated_um: Column
+    """The same without the offset; NaN also where the offset is not known. [µm]"""
+    model_um: Column
+    """What the model says of the displacement without an offset. [µm]"""
+
+
+def routes(parts: "ScreenParts") -> list[BaseRoute]:
+    """Return the routes of the probe's page.
+
+    Parameters
+    ----------
+    parts : ScreenParts
+        What the pages share.
+
+    Returns
+    -------
+    list of BaseRoute
+        The routes.
+    """
+    del parts
+    return [
+        Route("/probe", _page, methods=["GET"]),
+        Route("/probe/values", _values, methods=["GET"]),
+    ]
+
+
+@needs(Role.VIEWER, page=True)
+async def _page(request: Request) -> Response:
+    parts = parts_of(request)
+    configuration = parts.configuration
+    probes = tuple(configuration.probes)
+    return parts.render(
+        request,
+        "probe.html",
+        page="probe",
+        charts=bool(probes),
+        probes=probes,
+        lengths=LENGTHS,
+        file=configuration.path.name,
+        output=next(iter(configuration.outputs), "Z_um"),
+    )
+
+
+@needs(Role.VIEWER)
+async def _values(request: Request) -> Response:
+    parts, span = parts_of(request), span_of(request)
+    name = request.query_params.get("name", "")
+    if name not in parts.configuration.probes:
+        return refuse(request, _NOT_FOUND, "probe.unknown")
+    if span is None:
+        return refuse(request, _BAD_REQUEST, "history.no_span")
+    cycle_s, points = parts.configuration.rules.cycle_s, points_of(request)
+    try:
+        found = await history_of(request).ask(
+            lambda reader: comparison(reader, name, span, cycle_s, points), who=asker_of(request)
+        )
+    except NoHistoryError as error:
+        return away(request, error)
+    return answer_json(found)
+
+
+# ---- comparison ---------------------------------------------------------------------------------
+
+
+def comparison(
+    reader: "HistoryReader",
+    name: str,
+    span: tuple[datetime, datetime],
+    cycle_s: float,
+    points: int,
+) -> Json:
+    """Compare a probe's displacement with and without the compensation.
+
+    Spans of up to `MOST_CYCLES` cycles are compared cycle by cycle. Longer ones are compared by
+    means over whole minutes, of which peak to peak is a little less; where the probe was there in
+    a part of a step only, the offset is that of the whole step.
+
+    Parameters
+    ----------
+    reader : HistoryReader
+        The history.
+    name : str
+        Output that the probe measures.
+    span : tuple of datetime
+        Begin and end.
+    cycle_s : float
+        Time from cycle to cycle. [s]
+    points : int
+        Largest number of steps of the lines. [1]
+
+    Returns
+    -------
+    dict
+        ``first``, ``last`` [ms since 1970]; ``series``: lines by `COMPENSATED`, `UNCOMPENSATED`
+        and `MODEL`; ``figures`` as `figures_of` says; ``means_s``: length of the means that were
+        compared, 0 where it was every cycle [s].
+    """
+    if (span[1] - span[0]) / timedelta(seconds=cycle_s) <= MOST_CYCLES:
+        compared = by_cycle(reader, name, span)
+        means_s = 0.0
+        steps = points_within(*span, cycle_s, points)
+        step_us = max(1, -(-((span[1] - span[0]) // timedelta(microseconds=1)) // steps))
+        series = {
+            key: line_of(trend, span[1], cycle_s)
+            for key, trend in _trends_of(compared, to_ms(span[0]) * 1000, step_us).items()
+        }
+    else:
+        compared, step_us = by_minute(reader, name, span, points)
+        means_s = step_us / 1e6
+        series = {
+            key: line_of(trend, span[1], cycle_s)
+            for key, trend in _trends_of(compared, int(compared.time_us[0]), step_us).items()
+        }
+    return {
+        "first": to_ms(span[0]),
+        "last": to_ms(span[1]),
+        "series": series,
+        "figures": figures_of(compared),
+        "means_s": means_s,
+    }
+
+
+def figures_of(compared: Compared) -> Json:
+    """Return peak to peak with and without the compensation.
+
+    Only times are counted at which both are known, so that the figures compare the same.
+
+    Parameters
+    ----------
+    compared : Compared
+        The values.
+
+    Returns
+    -------
+    dict
+        ``values`` [1]; ``first`` and ``last`` of them [ms since 1970]; ``compensated_um`` and
+        ``uncompensated_um``, peak to peak [µm]; ``model_um``, that of the model; ``ratio``,
+        compensated by uncompensated [1]. None where there is no such number.
+    """
+    both = np.isfinite(compared.compensated_um) & np.isfinite(compared.uncompensated_um)
+    times = compared.time_us[both]
+    with_it, without = (
+        _range(compared.compensated_um[both]),
+        _range(compared.uncompensated_um[both]),
+    )
+    model = compared.model_um[both]
+    ratio = None if with_it is None or not without else with_it / without
+    return {
+        "values": int(times.size),
+        "first": int(times.min()) // 1000 if times.size else None,
+        "last": int(times.max()) // 1000 if times.size else None,
+        "compensated_um": shortened(with_it),
+        "uncompensated_um": shortened(without),
+        "model_um": shortened(_range(model[np.isfinite(model)])),
+        "ratio": shortened(ratio),
+    }
+
+
+def _range(values: Column) -> float | None:
+    return float(values.max() - values.min()) if values.size else None
+
+
+def by_cycle(reader: "HistoryReader", name: str, span: tuple[datetime, datetime]) -> Compared:
+    """Return the comparison of every cycle of a span.
+
+    Parameters
+    ----------
+    reader : HistoryReader
+        The history.
+    name : str
+        Output that the probe measures.
+    span : tuple of datetime
+        Begin and end.
+
+    Returns
+    -------
+    Compared
+        One row for each cycle, by time.
+    """
+    first_us, last_us = (to_ms(moment) * 1000 for moment in span)
+    found = [_of_piece(piece, name, first_us, last_us) for piece in reader.pieces(*span)]
+    if not found:
+        none: Column = np.empty(0)
+        return Compared(np.empty(0, np.int64), none, none, none)
+    times = np.concatenate([one.time_us for one in found])
+    order = np.argsort(times, kind="stable")
+
+    def ordered(columns: Sequence[Column]) -> Column:
+        return np.concatenate(columns)[order]
+
+    return Compared(
+        times[order],
+        ordered([one.compensated_um for one in found]),
+        ordered([one.uncompensated_um for one in found]),
+        ordered([one.model_um for one in found]),
+    )
+
+
+def _of_piece(piece: "Piece", name: str, first_us: int, last_us: int) -> Compared:
+    from thermaxis.runtime.historian import values_of  # noqa: PLC0415 - heavy
+
+    rows = piece.array()
+    time_us: NDArray[np.int64] = rows["times"][:, 1]
+    inside = (time_us >= first_us) & (time_us < last_us)
+
+    def column(series: str) -> Column:
+        values = values_of(piece, rows, series)
+        if values is None:
+            return np.full(int(inside.sum()), np.nan)
+        kept: Column = values[inside]
+        return np.where(np.abs(kept) <= _LARGEST_UM, kept, np.nan)
+
+    return _compared(
+        time_us[inside],
+        column(probe_name(name)),
+        column(f"{name}.effective"),
+        column(f"{name}.accepted"),
+        column(f"{name}.model"),
+    )
+
+
+def _compared(
+    time_us: NDArray[np.int64], probe: Column, effective: Column, accepted: Column, model: Column
+) -> Compared:
+    """Put the offset where it belongs: the one that acts, or else the one that was accepted."""
+    offset = np.where(np.isfinite(effective), effective, accepted)
+    return Compared(time_us, probe, probe - offset, model)
+
+
+def by_minute(
+    reader: "HistoryReader", name: str, span: tuple[datetime, datetime], points: int
+) -> tuple[Compared, int]:
+    """Return the comparison of means over whole minutes.
+
+    Parameters
+    ----------
+    reader : HistoryReader
+        The history.
+    name : str
+        Output that the probe measures.
+    span : tuple of datetime
+        Begin and end.
+    points : int
+        Largest number of steps. [1]
+
+    Returns
+    -------
+    compared : Compared
+        One row for each step that has a value of anything; at least one row.
+    step_us : int
+        Length of a step. [µs]
+    """
+    names = (probe_name(name), *(f"{name}.{k}" for k in ("effective", "accepted", "model")))
+    known = reader.series()
+    trends = reader.trend([one for one in names if one in known], *span, points=points)
+    times = sorted({time_us for trend in trends.values() for time_us in trend.time_us})
+    times = times or [to_ms(span[0]) * 1000]
+    place = {time_us: k for k, time_us in enumerate(times)}
+    columns = {one: np.full(len(times), np.nan) for one in names}
+    for one, trend in trends.items():
+        columns[one][[place[time_us] for time_us in trend.time_us]] = trend.mean
+    step_us = max((trend.step_us for trend in trends.values()), default=60_000_000)
+    return _compared(np.array(times, np.int64), *(columns[one] for one in names)), step_us
+
+
+def _trends_of(compared: Compared, first_us: int, step_us: int) -> Mapping[str, "Trend"]:
+    """Return lines of the comparison, in steps."""
+    columns = zip((COMPENSATED, UNCOMPENSATED, MODEL), compared[1:], strict=True)
+    return {key: _trend_of(compared.time_us, column, first_us, step_us) for key, column in columns}
+
+
+def _trend_of(time_us: NDArray[np.int64], values: Column, first_us: int, step_us: int) -> "Trend":
+    from thermaxis.runtime.historian import Trend  # noqa: PLC0415 - heavy
+
+    there = np.isfinite(values)
+    step, kept = (time_us[there] - first_us) // step_us, values[there]
+    numbers, begins, counts = np.unique(step, return_index=True, return_counts=True)
+    if not numbers.size:
+        return Trend("", "um", step_us, (), (), (), ())
+
+    def told(column: NDArray[Any]) -> tuple[Any, ...]:
+        return tuple(column.tolist())
+
+    return Trend(
+        "",
+        "um",
+        step_us,
+        told(first_us + numbers * step_us),
+        told(np.minimum.reduceat(kept, begins)),
+        told(np.add.reduceat(kept, begins) / counts),
+        told(np.maximum.reduceat(kept, begins)),
+    )

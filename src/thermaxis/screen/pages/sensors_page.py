@@ -1,0 +1,207 @@
+"""The page of the sensors: what is read, how much it is worth, and the rules it is judged by."""
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from statistics import median
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from thermaxis.compensation import SensorRules
+from thermaxis.runtime import MachineConfiguration, Role, interlock_name, spare_name
+from thermaxis.screen.access import answer_json, for_script, needs, parts_of
+from thermaxis.screen.pages.model import Json
+
+if TYPE_CHECKING:
+    from thermaxis.screen.access import ScreenParts
+    from thermaxis.screen.feed import StatusFeed, Told
+
+LEAST_VALUES: Final = 30
+"""Below so many values no noise is told. Default: the standard deviation of 30 values is known to
+about 15 %. [1]"""
+NOISE_SPAN_S: Final = 300.0
+"""Noise is that of the last five minutes: longer spans hold more of the warming. [s]"""
+_NEIGHBOURS = 3.0
+_MS = 1000.0
+
+Values = Sequence[tuple[float, float]]
+"""Times [s] and raw values, in the order of time."""
+
+
+class Noise(NamedTuple):
+    """How much a sensor scatters."""
+
+    deviation_k: float | None
+    """Standard deviation; None where too few values are known. [K]"""
+    values: int
+    """Values that it is taken from. [1]"""
+
+
+def routes(parts: "ScreenParts") -> list[BaseRoute]:
+    """Return the routes of the page.
+
+    Parameters
+    ----------
+    parts : ScreenParts
+        What the pages share.
+
+    Returns
+    -------
+    list of BaseRoute
+        ``/sensors`` and ``/sensors/values``.
+    """
+    del parts
+    return [
+        Route("/sensors", _page, methods=["GET"]),
+        Route("/sensors/values", _values, methods=["GET"]),
+    ]
+
+
+def noise_of(values: Values) -> Noise:
+    """Return how much a sensor scatters, as its slow changes do not count.
+
+    Half the mean square of the differences from value to value: a temperature that drifts by much
+    less than its noise between two values leaves it unchanged. Differences across a gap are left
+    out.
+
+    A source that repeats a value until it has a new one makes it smaller than the sensor's own.
+
+    Parameters
+    ----------
+    values : sequence of (float, float)
+        Times [s] and raw values [degC], in the order of time; those of the last `NOISE_SPAN_S`
+        count.
+
+    Returns
+    -------
+    Noise
+        Standard deviation of one value.
+
+    References
+    ----------
+    von Neumann, Kent, Bellinson and Hart 1941, The mean square successive difference, Annals of
+    Mathematical Statistics 12, 153-162.
+    """
+    recent = [(t, v) for t, v in values if t >= values[-1][0] - NOISE_SPAN_S]
+    if len(recent) < LEAST_VALUES:
+        return Noise(None, len(recent))
+    longest_s = _NEIGHBOURS * median(b[0] - a[0] for a, b in pairwise(recent))
+    squares = [(b[1] - a[1]) ** 2 for a, b in pairwise(recent) if b[0] - a[0] <= longest_s]
+    return Noise(math.sqrt(math.fsum(squares) / (2.0 * len(squares))), len(recent))
+
+
+def facts_of(configuration: MachineConfiguration) -> Json:
+    """Return what the configuration says of sensors, interlocks and flags.
+
+    Parameters
+    ----------
+    configuration : MachineConfiguration
+        The machine's configuration.
+
+    Returns
+    -------
+    dict of str to object
+        Rules by channel, interlocks with the value at which they are met, and whether another
+        compensation and a diameter are read.
+    """
+    other = configuration.other_compensation
+    return {
+        "channels": [
+            {
+                "name": name,
+                "spare": spare_name(name) if name in configuration.rules.spares else None,
+                "rules": rules_of(rules),
+            }
+            for name, rules in configuration.rules.sensors.items()
+        ],
+        "interlocks": [
+            {"name": name, "signal": interlock_name(name), "met": flag.value}
+            for name, flag in configuration.interlocks.items()
+        ],
+        "other_compensation": None if other is None else other.value,
+        "diameter_read": configuration.diameter is not None,
+        "probes": list(configuration.probes),
+    }
+
+
+def rules_of(rules: SensorRules) -> Json:
+    """Return the rules of one channel by name; the unit ends each name.
+
+    Parameters
+    ----------
+    rules : SensorRules
+        The rules.
+
+    Returns
+    -------
+    dict of str to object
+        Numbers and a flag.
+    """
+    return {
+        "lowest_c": rules.lowest_c,
+        "highest_c": rules.highest_c,
+        "largest_rate_k_per_s": rules.largest_rate_k_per_s,
+        "step_k": rules.step_k,
+        "longest_age_s": rules.longest_age_s,
+        "time_stamp_required": rules.time_stamp_required,
+        "frozen_s": rules.frozen_s,
+        "largest_difference_k": rules.largest_difference_k,
+    }
+
+
+def values_of(feed: "StatusFeed", names: Sequence[str]) -> Mapping[str, Json]:
+    """Return noise and raw values of the last minutes.
+
+    Parameters
+    ----------
+    feed : StatusFeed
+        What the loop tells.
+    names : sequence of str
+        Inputs and signals.
+
+    Returns
+    -------
+    mapping of str to dict
+        By name: noise [K], values that it is from, and times [ms since 1970] with raw values.
+    """
+    told = feed.latest
+    return {name: _one(told, feed.recent(name)) for name in names}
+
+
+def _one(told: "Told", values: Values) -> Json:
+    noise = noise_of(values) if values else Noise(None, 0)
+    times: list[float] = []
+    if told.received_utc is not None:
+        now_ms = told.received_utc.timestamp() * _MS
+        times = [round(now_ms - (told.received_s - t) * _MS) for t, _ in values]
+    return {
+        "noise_k": noise.deviation_k,
+        "count": noise.values,
+        "t": times,
+        "y": [v for _, v in values] if times else [],
+    }
+
+
+@needs(Role.VIEWER, page=True)
+async def _page(request: Request) -> Response:
+    parts = parts_of(request)
+    facts = facts_of(parts.configuration)
+    return parts.render(
+        request, "sensors.html", page="sensors", charts=True, facts=for_script(facts)
+    )
+
+
+@needs(Role.VIEWER)
+async def _values(request: Request) -> Response:
+    """Tell noise and the last minutes of every channel and its spare."""
+    parts = parts_of(request)
+    names = [
+        one
+        for name in parts.configuration.rules.sensors
+        for one in (name, spare_name(name))
+        if one == name or name in parts.configuration.rules.spares
+    ]
+    return answer_json({"least": LEAST_VALUES, "values": values_of(parts.feed, names)})

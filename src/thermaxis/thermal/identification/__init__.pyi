@@ -1,0 +1,17 @@
+from ._identification import (
+    Identification as Identification,
+    IdentifiedOutput as IdentifiedOutput,
+    Method as Method,
+    identify as identify,
+    identify_joint as identify_joint,
+)
+from ._joint_gains import (
+    JointGains as JointGains,
+    joint_gains as joint_gains,
+)
+from ._records import (
+    Records as Records,
+    compensation_model as compensation_model,
+    records_of as records_of,
+    usual_step_of as usual_step_of,
+)

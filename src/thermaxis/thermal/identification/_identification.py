@@ -1,0 +1,499 @@
+"""Identify a compensation model from records: one method for all outputs, one form of result."""
+
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import final
+
+import numpy as np
+
+from thermaxis.compensation import CompensationModel, Provenance
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.identification._joint_gains import JointGains, joint_gains
+from thermaxis.thermal.identification._records import Records, compensation_model
+from thermaxis.thermal.modal import ModalOptions, ModalResult, PartStd, modal
+from thermaxis.thermal.selection import SelectionOptions, SelectionResult, select
+from thermaxis.thermal.transfer_function import (
+    PolynomialResult,
+    ThermalModel,
+    arx,
+    combine_models,
+    held,
+    oe,
+    simulate_modal,
+    thermal_model_of,
+)
+from thermaxis.thermal.verification import (
+    Baseline,
+    fit_baseline,
+    persistence_one_step,
+    simulate_baseline,
+)
+
+_MUCH_WORSE = 3.0
+"""Times as much as fixed averages leave is said. [1]"""
+
+
+class Method(StrEnum):
+    """Estimators."""
+
+    MODAL = "modal"
+    """Direct gain and first-order lags; always stable."""
+    OE = "oe"
+    """Output error of the paper."""
+    ARX = "arx"
+    """ARX of the paper."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class IdentifiedOutput:
+    """The model of one displacement and how sure its numbers are."""
+
+    name: str
+    """Channel of the displacement."""
+    model: ThermalModel | None
+    """Gains and time constants; None where the polynomials are no sum of stable lags."""
+    std: tuple[PartStd, ...]
+    """Standard deviations, one per part; None within where the record does not support one."""
+    fit_percent: float
+    """Fit of the free run to the training records, with the start that the estimator fitted. [%]"""
+    fit_from_rest_percent: float
+    """The same from rest at the first row, as `verify` runs it; low for a test that began warm.
+    [%]"""
+    noise_std_um: float | None
+    """White noise of one reading, standard deviation; None where it was not estimated. [µm]"""
+    slow_noise_std_um: float | None
+    """Slow drift that no input explains; None where it was not estimated. [µm]"""
+    validation_mae_um: float | None
+    """Mean absolute error of the free run on parts that were held out; None where there were
+    none. [µm]"""
+    baseline_mae_um: Mapping[str, float]
+    """The same of simple rules, by name; empty where there were none. [µm]"""
+    training_rmse_um: Mapping[str, float]
+    """Root mean square error on the training rows: of the ``model`` in free run, of a ``static``
+    regression and of fixed exponential ``averages`` in free run (both with a ridge), and of
+    ``one_step`` persistence, which knows the displacement of the row before. [µm]"""
+    static_gains_um_per_k: FloatArray
+    """Gains of the static regression, one per input of the records. [µm/K]"""
+    polynomials: PolynomialResult | None
+    """Numerators and denominators of ARX and output error."""
+    warnings: tuple[str, ...]
+    """What the user must know of this output, in words."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """What was identified."""
+
+    method: Method
+    """The estimator."""
+    rule: str
+    """How inputs and orders were chosen, in words."""
+    outputs: tuple[IdentifiedOutput, ...]
+    """Every displacement."""
+    stable: bool
+    """Whether every model is stable."""
+    selection: SelectionResult | None
+    """Choice among candidates; None where the inputs were named."""
+    warnings: tuple[str, ...]
+    """What the user must know, in words."""
+    joint: JointGains | None = None
+    """Gains by workpiece diameter that were estimated with the parts; None where none were."""
+
+    def to_compensation_model(
+        self, records: Records, provenance: Provenance | None = None
+    ) -> CompensationModel:
+        """Return the model that may run on the machine once its limits are set.
+
+        Parameters
+        ----------
+        records : Records
+            What it was identified from.
+        provenance : Provenance, optional
+            Where it comes from.
+
+        Returns
+        -------
+        CompensationModel
+            Gains and time constants of every output.
+
+        Raises
+        ------
+        DataError
+            If a model is not stable: it must not run anywhere.
+        """
+        models: dict[str, ThermalModel] = {}
+        statics = {output.name: output.static_gains_um_per_k for output in self.outputs}
+        for output in self.outputs:
+            if output.model is None:
+                raise DataError(
+                    f"the model of {output.name} is no sum of stable lags and cannot run",
+                    remedy="Use the method modal, which is stable by construction",
+                )
+            models[output.name] = output.model
+        said = [*self.warnings, *(f"{o.name}: {w}" for o in self.outputs for w in o.warnings)]
+        model = compensation_model(
+            models,
+            records,
+            static_gains_um_per_k=statics,
+            provenance=provenance,
+            warnings=said,
+        )
+        if self.joint is None:
+            return model
+        name = next(iter(models))
+        return combine_models([(name, model)], {self.joint.part: self.joint.gain})
+
+
+def identify(
+    records: Records,
+    *,
+    method: Method = Method.MODAL,
+    choose: bool = False,
+    orders: tuple[int, int, int] | None = None,
+    modal_options: ModalOptions | None = None,
+    selection_options: SelectionOptions | None = None,
+) -> Identification:
+    """Identify the model of every output of records.
+
+    Parameters
+    ----------
+    records : Records
+        Experiments by output.
+    method : Method
+        The estimator. Default: modal.
+    choose : bool
+        Whether the inputs are candidates among which the selection chooses, for all outputs
+        together; modal only. Default: all inputs are used.
+    orders : tuple of int, optional
+        na, nb, nk of ARX and output error: order of the denominator, number of numerator
+        coefficients, delay in rows. Default: searched up to four. [1]
+    modal_options, selection_options : optional
+        As of `modal` and `select`.
+
+    Returns
+    -------
+    Identification
+        Models, their uncertainty and warnings.
+
+    Raises
+    ------
+    ConfigurationError
+        If options do not go together.
+    DataError
+        If the records do not allow a model, or do not determine its numbers.
+
+    References
+    ----------
+    Mareš and Horejš 2021, section 3.
+    """
+    if method is not Method.MODAL and choose:
+        raise ConfigurationError(
+            f"the method {method} does not choose among candidates",
+            where="candidates",
+            remedy="Name the inputs, or use the method modal",
+        )
+    if method is Method.MODAL and orders is not None:
+        raise ConfigurationError(
+            "the method modal has no orders", where="orders", remedy="Leave them out"
+        )
+    with _determined(records):
+        if choose:
+            return _chosen(records, selection_options)
+        return _identified(records, method, orders, modal_options)
+
+
+@contextmanager
+def _determined(records: Records) -> Generator[None]:
+    """Say in words where the numbers of a model cannot be solved for."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        names = dict.fromkeys(e.name for each in records.experiments.values() for e in each)
+        raise DataError(
+            f"the rows do not determine a model ({error})",
+            where=", ".join([name for name in names if name][:3]),
+            remedy="Check that inputs and displacement are measured values and that no input"
+            " follows another exactly",
+        ) from None
+
+
+def _identified(
+    records: Records,
+    method: Method,
+    orders: tuple[int, int, int] | None,
+    options: ModalOptions | None,
+) -> Identification:
+    names = [definition.name for definition in records.inputs]
+    if method is Method.MODAL:
+        results = [
+            _from_modal(records, name, modal(e, input_names=names, options=options))
+            for name, e in records.experiments.items()
+        ]
+        rule = (
+            "number of lags by blocked cross-validation of the free run, time constants by"
+            " variable projection, gains held small where a mode is weakly excited"
+        )
+    else:
+        results = [_polynomials(records, name, method, orders) for name in records.experiments]
+        rule = (
+            f"orders na, nb, nk = {orders[0]}, {orders[1]}, {orders[2]} as stated"
+            if orders is not None
+            else "orders up to four by the free run in parts that the fit did not see"
+        )
+    return Identification(
+        method=method,
+        rule=rule,
+        outputs=tuple(results),
+        stable=all(o.polynomials is None or o.polynomials.stable for o in results),
+        selection=None,
+        warnings=(),
+    )
+
+
+def identify_joint(
+    records: Records,
+    output: str,
+    part: str,
+    diameters_mm: Mapping[str, float | None],
+    *,
+    modal_options: ModalOptions | None = None,
+) -> Identification:
+    """Identify one output from its displacements at several workpiece diameters.
+
+    Parameters
+    ----------
+    records : Records
+        Experiments with the displacements of all diameters.
+    output : str
+        Name of the model's output.
+    part : str
+        Name of the input whose part acts differently at each diameter.
+    diameters_mm : mapping of str to float or None
+        Diameter by channel; None for the tool centre point. [mm]
+    modal_options : ModalOptions, optional
+        As of `modal`.
+
+    Returns
+    -------
+    Identification
+        One output with `joint` gains; its figures are of all displacements together.
+
+    Raises
+    ------
+    ConfigurationError, DataError
+        As of `joint_gains`; also if the rows do not determine the model's numbers.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equation (8).
+    """
+    with _determined(records):
+        found = joint_gains(records, part, diameters_mm, options=modal_options)
+        result = found.result
+        beside, static = _beside(records, found.reference)
+        fit, rmse = _free_run(records, found.reference, result.model)
+    identified = IdentifiedOutput(
+        name=output,
+        model=result.model,
+        std=result.std,
+        fit_percent=result.fit_percent,
+        fit_from_rest_percent=fit,
+        noise_std_um=result.noise_std_um,
+        slow_noise_std_um=result.slow_noise_std_um,
+        validation_mae_um=None,
+        baseline_mae_um={},
+        training_rmse_um={"model": rmse, **beside},
+        static_gains_um_per_k=static,
+        polynomials=None,
+        warnings=result.warnings,
+    )
+    return Identification(
+        method=Method.MODAL,
+        rule=(
+            f"parts common to all diameters, gain of the part {part} by least squares, in turn;"
+            f" errors on the training rows are those at {found.reference}"
+        ),
+        outputs=(identified,),
+        stable=True,
+        selection=None,
+        warnings=(),
+        joint=found,
+    )
+
+
+def _from_modal(records: Records, name: str, result: ModalResult) -> IdentifiedOutput:
+    beside, static = _beside(records, name)
+    fit, rmse = _free_run(records, name, result.model)
+    return IdentifiedOutput(
+        name=name,
+        model=result.model,
+        std=result.std,
+        fit_percent=result.fit_percent,
+        fit_from_rest_percent=fit,
+        noise_std_um=result.noise_std_um,
+        slow_noise_std_um=result.slow_noise_std_um,
+        validation_mae_um=None,
+        baseline_mae_um={},
+        training_rmse_um={"model": rmse, **beside},
+        static_gains_um_per_k=static,
+        polynomials=None,
+        warnings=(*result.warnings, *_verdict(result.fit_percent, fit, {"model": rmse, **beside})),
+    )
+
+
+def _verdict(
+    fit_percent: float, fit_from_rest_percent: float, rmse_um: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return a sentence where simple rules leave less of the training rows than the model."""
+    spread = rmse_um["model"] / max(1.0 - 0.01 * fit_from_rest_percent, 1e-9)
+    own = spread * (1.0 - 0.01 * fit_percent)
+    said: list[str] = []
+    if own >= rmse_um["static"]:
+        said.append(
+            f"the model is no better than a static regression on its own training rows"
+            f" ({own:.3g} against {rmse_um['static']:.3g} um): do not use it; check sensors, inputs"
+            " and rows first"
+        )
+    elif rmse_um["model"] >= rmse_um["static"]:
+        said.append(
+            f"run from rest the model leaves {rmse_um['model']:.3g} um of its own training rows, a"
+            f" static regression {rmse_um['static']:.3g} um: either the test began warm, or the"
+            " model is not to be used; verify it on a test that began cold"
+        )
+    elif own > _MUCH_WORSE * rmse_um["averages"]:
+        said.append(
+            f"fixed exponential averages leave far less of the training rows"
+            f" ({rmse_um['averages']:.3g} against {own:.3g} um): the model misses something that"
+            " these inputs show"
+        )
+    return tuple(said)
+
+
+def _unknown(model: ThermalModel, flags: Sequence[str] = ()) -> tuple[PartStd, ...]:
+    """Return parts without standard deviations."""
+    return tuple(
+        PartStd(None, (None,) * part.gains.size, (None,) * part.gains.size, None, tuple(flags))
+        for part in model.parts
+    )
+
+
+def _chosen(records: Records, options: SelectionOptions | None) -> Identification:
+    names = [definition.name for definition in records.inputs]
+    result = select(records.experiments, candidate_names=names, options=options)
+    outputs: list[IdentifiedOutput] = []
+    for name, chosen in result.outputs.items():
+        fit, rmse = _free_run(records, name, chosen.model)
+        beside, static = _beside(records, name)
+        outputs.append(
+            IdentifiedOutput(
+                name=name,
+                model=chosen.model,
+                std=_unknown(chosen.model),
+                fit_percent=fit,
+                fit_from_rest_percent=fit,
+                noise_std_um=None,
+                slow_noise_std_um=None,
+                validation_mae_um=chosen.validation_mae_um,
+                baseline_mae_um=dict(chosen.baseline_mae_um),
+                training_rmse_um={"model": rmse, **beside},
+                static_gains_um_per_k=static,
+                polynomials=None,
+                warnings=(*chosen.flags, *_verdict(fit, fit, {"model": rmse, **beside})),
+            )
+        )
+    findings = [f"candidate {f.name}: {f.reason}" for f in result.findings]
+    return Identification(
+        method=Method.MODAL,
+        rule=result.rule,
+        outputs=tuple(outputs),
+        stable=True,
+        selection=result,
+        warnings=(*findings, *result.warnings),
+    )
+
+
+def _free_run(records: Records, name: str, model: ThermalModel) -> tuple[float, float]:
+    """Return fit and root mean square error of the free run over the training records."""
+    wanted = [part.input_name for part in model.parts]
+    columns = [[d.name for d in records.inputs].index(name) for name in wanted]
+    left = spread = 0.0
+    rows = 0
+    for experiment in records.experiments[name]:
+        u, _ = held(experiment.u[:, columns])
+        at_rest = [np.zeros_like(part.gains) for part in model.parts]
+        simulated = simulate_modal(model, experiment.sample_time_s, u, at_rest)
+        measured = ~np.isnan(experiment.y)
+        y = experiment.y[measured]
+        left += float(np.sum((y - simulated[measured]) ** 2))
+        spread += float(np.sum((y - np.mean(y)) ** 2))
+        rows += y.size
+    return 100.0 * (1.0 - float(np.sqrt(left / spread))), float(np.sqrt(left / rows))
+
+
+def _beside(records: Records, name: str) -> tuple[dict[str, float], FloatArray]:
+    """Return errors of the baselines on the training records, and the static gains."""
+    experiments = records.experiments[name]
+    fitted = {
+        "static": fit_baseline(Baseline.RIDGE, experiments),
+        "averages": fit_baseline(Baseline.AVERAGES_RIDGE, experiments),
+    }
+    errors: dict[str, list[FloatArray]] = {"static": [], "averages": [], "one_step": []}
+    for experiment in experiments:
+        for key, model in fitted.items():
+            simulated = simulate_baseline(model, experiment.u, experiment.sample_time_s)
+            errors[key].append(experiment.y - simulated)
+        errors["one_step"].append(experiment.y - persistence_one_step(experiment.y))
+    rmse = {
+        key: float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2))) for key, parts in errors.items()
+    }
+    return rmse, fitted["static"].gains_um_per_k[:, 0]
+
+
+def _as_lags(result: PolynomialResult) -> tuple[ThermalModel | None, tuple[str, ...]]:
+    """Return polynomials as gains and time constants, or why they are none."""
+    if not result.stable:
+        return None, ("a pole lies outside the unit circle: the model is not stable",)
+    try:
+        return thermal_model_of(result.model), ()
+    except DataError as error:
+        return None, (f"the model has no form of gains and time constants: {error.what}",)
+
+
+def _polynomials(
+    records: Records, name: str, method: Method, orders: tuple[int, int, int] | None
+) -> IdentifiedOutput:
+    experiments = records.experiments[name]
+    names = [definition.name for definition in records.inputs]
+    estimator = arx if method is Method.ARX else oe
+    na, nb, nk = orders if orders is not None else (None, None, 0)
+    result = estimator(experiments, na, nb, nk, input_names=names)
+    model, why = _as_lags(result)
+    beside, static = _beside(records, name)
+    left = np.concatenate([e.y - s for e, s in zip(experiments, result.simulated_um, strict=True)])
+    own = float(np.sqrt(np.nanmean(left**2)))
+    std: tuple[PartStd, ...] = ()
+    if model is not None:
+        std = tuple(
+            PartStd(None, (None,) * p.gains.size, (None,) * p.gains.size, float(s), ())
+            for p, s in zip(model.parts, result.dc_gain_std, strict=True)
+        )
+    return IdentifiedOutput(
+        name=name,
+        model=model,
+        std=std,
+        fit_percent=result.fit_percent,
+        fit_from_rest_percent=result.fit_percent,
+        noise_std_um=result.noise_std_um,
+        slow_noise_std_um=None,
+        validation_mae_um=None,
+        baseline_mae_um={},
+        training_rmse_um={"model": own, **beside},
+        static_gains_um_per_k=static,
+        polynomials=result,
+        warnings=(*result.warnings, *why),
+    )

@@ -1,0 +1,269 @@
+"""From logs to experiments, and from an identified model to one that may run on the machine."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.compensation import (
+    CompensationModel,
+    Output,
+    Part,
+    Provenance,
+    Section,
+)
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import Experiment, InputDefinition, ThermalLog, evaluate_input
+from thermaxis.thermal.transfer_function import ThermalModel
+from thermaxis.thermal.verification import REFERENCE_S
+
+SHORTEST_HOLD_S = 60.0
+"""An input that fails is held so long at least. [s]"""
+SHORTEST_GAP_S = 3600.0
+"""After a longer gap the model starts anew; ten holds where they are longer. [s]"""
+HELD_STEPS = 3.0
+"""An input that fails is held for so many of the usual steps of the slowest channel. [1]"""
+_UNEVEN = 1e-6
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Records:
+    """Logs as experiments, by output, with what a model must remember of them."""
+
+    experiments: Mapping[str, tuple[Experiment, ...]]
+    """Experiments by output, in the order of the logs; a log without the output has none."""
+    inputs: tuple[InputDefinition, ...]
+    """The inputs, in the order of the columns of every experiment."""
+    sample_time_s: float
+    """Sample time of the experiments. [s]"""
+    reference_c: Mapping[str, float]
+    """References of the channels, of the first log. [degC]"""
+    input_step_s: float
+    """Longest usual time between two values of an input's channels, over all logs. [s]"""
+    left_out: tuple[str, ...]
+    """Logs that have none of the outputs and serve no experiment, by name."""
+    lowest_k: FloatArray
+    """Lowest value of every input over all logs, (k,). [K]"""
+    highest_k: FloatArray
+    """Highest value, (k,). [K]"""
+
+
+def records_of(
+    logs: Sequence[ThermalLog],
+    inputs: Sequence[InputDefinition],
+    outputs: Sequence[str],
+    *,
+    sample_time_s: float | None = None,
+    reference_s: float = REFERENCE_S,
+) -> Records:
+    """Return logs as experiments in relative coordinates.
+
+    Inputs and outputs of every log are taken relative to their mean over the first time of the
+    log; an output that was not measured then, to its first measured value.
+
+    Parameters
+    ----------
+    logs : sequence of ThermalLog
+        Separate tests.
+    inputs : sequence of InputDefinition
+        The inputs.
+    outputs : sequence of str
+        Channels of the displacements.
+    sample_time_s : float, optional
+        Means over so much time are taken first; means of both sides of a linear model leave the
+        model as it is. Default: the usual step of the logs. [s]
+    reference_s : float
+        The first time. Default: a minute. [s]
+
+    Returns
+    -------
+    Records
+        The experiments.
+
+    Raises
+    ------
+    DataError
+        If there is no log, one lacks a channel, or no log has an output.
+
+    References
+    ----------
+    Mareš and Horejš 2021, section 3.2 (relative coordinates).
+    """
+    if not logs:
+        raise DataError("there is no log", remedy="Give at least one")
+    step_s = sample_time_s or float(np.median([log.usual_step_s for log in logs]))
+    found: dict[str, list[Experiment]] = {output: [] for output in outputs}
+    lowest, highest = np.full(len(inputs), np.inf), np.full(len(inputs), -np.inf)
+    left_out: list[str] = []
+    for log in logs:
+        u = np.stack([_relative(log, definition, reference_s) for definition in inputs], axis=1)
+        lowest = np.fmin(lowest, np.nanmin(u, axis=0))
+        highest = np.fmax(highest, np.nanmax(u, axis=0))
+        names = {output: output for output in outputs if _has(log, output)}
+        if not names:
+            left_out.append(log.where)
+            continue
+        columns = {f"u{k}": u[:, k] for k in range(len(inputs))}
+        columns |= {f"y {name}": _output(log, name, reference_s) for name in names}
+        even = _even(ThermalLog.from_columns(columns, time_s=log.time_s, name=log.name), step_s)
+        inputs_even = np.stack([even.columns[f"u{k}"] for k in range(len(inputs))], axis=1)
+        for name in names:
+            found[name].append(Experiment(step_s, inputs_even, even.columns[f"y {name}"], log.name))
+    for output, experiments in found.items():
+        if not experiments:
+            raise DataError(
+                f"no log has a measured channel {output}",
+                where=", ".join(log.where for log in logs[:3]),
+                remedy=f"Channels are {', '.join(list(logs[0].columns)[:12])}",
+            )
+    return Records(
+        experiments={output: tuple(experiments) for output, experiments in found.items()},
+        inputs=tuple(inputs),
+        sample_time_s=step_s,
+        input_step_s=max(usual_step_of(log, inputs) for log in logs),
+        left_out=tuple(left_out),
+        reference_c=_references(logs[0], inputs, reference_s),
+        lowest_k=lowest,
+        highest_k=highest,
+    )
+
+
+def _has(log: ThermalLog, output: str) -> bool:
+    names = [name for name in log.columns if name.casefold() == output.casefold()]
+    return any(not bool(np.all(np.isnan(log.columns[name]))) for name in names)
+
+
+def _first(values: FloatArray, time_s: FloatArray, reference_s: float) -> float:
+    """Return the mean over the first time, or else the first value."""
+    early = values[time_s <= reference_s]
+    present = early[~np.isnan(early)]
+    if present.size:
+        return float(np.mean(present))
+    return float(values[np.flatnonzero(~np.isnan(values))[0]])
+
+
+def _relative(log: ThermalLog, definition: InputDefinition, reference_s: float) -> FloatArray:
+    values = evaluate_input(log, definition)
+    return values - _first(values, log.time_s, reference_s)
+
+
+def _output(log: ThermalLog, name: str, reference_s: float) -> FloatArray:
+    values = log.column(name, unit="um")
+    return values - _first(values, log.time_s, reference_s)
+
+
+def _even(log: ThermalLog, step_s: float) -> ThermalLog:
+    """Return the log at even times of the wanted step; as it is where it has them already."""
+    steps = np.diff(log.time_s)
+    if steps.size and bool(np.all(np.abs(steps - step_s) <= _UNEVEN * step_s)):
+        return log
+    return log.resample(step_s)
+
+
+def usual_step_of(log: ThermalLog, inputs: Sequence[InputDefinition]) -> float:
+    """Return the longest usual time between two values of an input's channel.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        The log.
+    inputs : sequence of InputDefinition
+        The inputs.
+
+    Returns
+    -------
+    float
+        Median time from value to value of the slowest channel; 0 where there are none. [s]
+    """
+    steps = [0.0]
+    for definition in inputs:
+        for channel in definition.channels:
+            measured = ~np.isnan(log.columns[log.name_of(channel)])
+            if int(np.count_nonzero(measured)) > 1:
+                steps.append(float(np.median(np.diff(log.time_s[measured]))))
+    return max(steps)
+
+
+def _references(
+    log: ThermalLog, inputs: Sequence[InputDefinition], reference_s: float
+) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for definition in inputs:
+        for channel in definition.channels:
+            known = log.name_of(channel)
+            in_celsius = log.units[known] in {"degC", "K", "degF"}
+            values = log.column(known, unit="degC" if in_celsius else "")
+            if not bool(np.all(np.isnan(values))):
+                found[channel] = _first(values, log.time_s, reference_s)
+    return found
+
+
+def compensation_model(
+    models: Mapping[str, ThermalModel],
+    records: Records,
+    *,
+    static_gains_um_per_k: Mapping[str, FloatArray] | None = None,
+    provenance: Provenance | None = None,
+    warnings: Sequence[str] = (),
+) -> CompensationModel:
+    """Return identified models as one that may run on the machine.
+
+    Parameters
+    ----------
+    models : mapping of str to ThermalModel
+        Model by output; parts are found among the inputs of the records by their names.
+    records : Records
+        What the models were identified from.
+    static_gains_um_per_k : mapping of str to FloatArray, optional
+        Gains of the static regression by output, one per input of the records: the baseline of a
+        verification. Default: none. [µm/K]
+    provenance : Provenance, optional
+        Where they come from. Default: nothing is stated.
+    warnings : sequence of str
+        What the user of the model must know.
+
+    Returns
+    -------
+    CompensationModel
+        Gains and time constants as identified, an input held for three usual steps of the slowest
+        channel (a minute at least), delays rounded to the sample time, with the range
+        of every input in the logs. Limits belong to a machine, not to its model.
+    """
+    definitions = {definition.name: k for k, definition in enumerate(records.inputs)}
+    slowest_s = HELD_STEPS * max(records.sample_time_s, records.input_step_s)
+    outputs: list[Output] = []
+    for name, model in models.items():
+        parts: list[Part] = []
+        for part in model.parts:
+            k = definitions[part.input_name]
+            definition = records.inputs[k]
+            static = (static_gains_um_per_k or {}).get(name)
+            parts.append(
+                Part(
+                    name=definition.name,
+                    plus=definition.plus,
+                    minus=definition.minus or "",
+                    direct_gain_um_per_k=float(part.direct_gain),
+                    sections=tuple(
+                        Section(float(gain), float(tau))
+                        for gain, tau in zip(part.gains, part.time_constants_s, strict=True)
+                    ),
+                    delay_s=round(part.delay_s / records.sample_time_s) * records.sample_time_s,
+                    lowest_k=float(records.lowest_k[k]),
+                    highest_k=float(records.highest_k[k]),
+                    static_gain_um_per_k=None if static is None else float(static[k]),
+                )
+            )
+        outputs.append(Output(name, tuple(parts), float(model.offset_um)))
+    return CompensationModel(
+        outputs=tuple(outputs),
+        sample_time_s=records.sample_time_s,
+        longest_hold_s=max(SHORTEST_HOLD_S, slowest_s),
+        longest_gap_s=max(SHORTEST_GAP_S, 10.0 * slowest_s),
+        reference_c=records.reference_c,
+        provenance=provenance or Provenance(),
+        warnings=tuple(warnings),
+    )

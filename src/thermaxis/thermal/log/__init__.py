@@ -1,0 +1,5 @@
+"""Logs of temperatures and displacements: rows, quality, resampling, merging."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,0 +1,38 @@
+from ._clock import (
+    StraightTimes as StraightTimes,
+    straighten_times as straighten_times,
+)
+from ._experiment import (
+    FEWEST_READINGS as FEWEST_READINGS,
+    Experiment as Experiment,
+    common_shape as common_shape,
+)
+from ._input import (
+    InputDefinition as InputDefinition,
+    check_inputs as check_inputs,
+    evaluate_input as evaluate_input,
+    parse_input as parse_input,
+)
+from ._merge import (
+    ShiftResult as ShiftResult,
+    find_shift as find_shift,
+    join_rates as join_rates,
+    merge_logs as merge_logs,
+)
+from ._quality import (
+    FindingKind as FindingKind,
+    LogFinding as LogFinding,
+    check_log as check_log,
+    without_sentinels as without_sentinels,
+)
+from ._resample import (
+    block_means as block_means,
+    block_numbers as block_numbers,
+)
+from ._thermal_log import (
+    MOST_CELLS as MOST_CELLS,
+    ThermalLog as ThermalLog,
+    common_names as common_names,
+    unit_named as unit_named,
+    unit_of_name as unit_of_name,
+)

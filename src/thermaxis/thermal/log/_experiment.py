@@ -1,0 +1,127 @@
+"""Inputs and displacement of one test, as the estimators take them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+
+FEWEST_READINGS = 8
+"""Measured displacements that an experiment must have. [1]"""
+
+
+def _frozen(values: FloatArray) -> FloatArray:
+    array = np.asarray(values, dtype=np.float64)
+    if array.flags.writeable:
+        array = array.copy()
+        array.setflags(write=False)
+    return array
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Experiment:
+    """One test: inputs and displacement at equal sample times, in relative coordinates.
+
+    The input at a row is held until the next row (zero-order hold). Rows in which an input or
+    the displacement was not measured stay in their place as NaN: the time runs on.
+
+    Raises
+    ------
+    DataError
+        If the sample time is not positive and finite, the shapes are not (n, k) and (n,), a value
+        is infinite, an input is never measured, or there are fewer than eight displacements.
+
+    References
+    ----------
+    Mareš and Horejš 2021, section 3 (relative coordinates).
+    """
+
+    sample_time_s: float
+    """Time from one row to the next. [s]"""
+    u: FloatArray
+    """Inputs relative to their reference, (n, k); NaN where not measured. [K]"""
+    y: FloatArray
+    """Displacement relative to its reference, (n,); NaN where not measured. [µm]"""
+    name: str = ""
+    """Name of the test, for messages."""
+
+    def __post_init__(self) -> None:
+        """Check the shapes and freeze the arrays."""
+        u, y = np.asarray(self.u, dtype=np.float64), np.asarray(self.y, dtype=np.float64)
+        where = self.name or "experiment"
+        if not (np.isfinite(self.sample_time_s) and self.sample_time_s > 0):
+            raise DataError(
+                f"the sample time is {self.sample_time_s:g} s, not a positive time", where=where
+            )
+        if u.ndim != 2 or y.ndim != 1 or u.shape[0] != y.shape[0] or u.shape[1] == 0:
+            raise DataError(
+                f"inputs have the shape {u.shape} and displacements {y.shape}, not (n, k) and (n,)",
+                where=where,
+                remedy="One row per sample, one column per input",
+            )
+        # A sum is infinite or NaN only where a value is: one pass without a copy for good logs.
+        if not np.isfinite(np.sum(u)) or not np.isfinite(np.sum(y)):
+            self._check_values(u, y, where)
+        if y.size < FEWEST_READINGS:
+            raise DataError(
+                f"there are {y.size} displacements, fewer than {FEWEST_READINGS}", where=where
+            )
+        object.__setattr__(self, "u", _frozen(u))
+        object.__setattr__(self, "y", _frozen(y))
+
+    @staticmethod
+    def _check_values(u: FloatArray, y: FloatArray, where: str) -> None:
+        if bool(np.any(np.isinf(u))) or bool(np.any(np.isinf(y))):
+            raise DataError("an input or a displacement is infinite", where=where)
+        for column in range(u.shape[1]):
+            if bool(np.all(np.isnan(u[:, column]))):
+                raise DataError(f"input {column + 1} was never measured", where=where)
+        measured = int(np.count_nonzero(~np.isnan(y)))
+        if measured < FEWEST_READINGS:
+            raise DataError(
+                f"the displacement was measured {measured} times, fewer than {FEWEST_READINGS}",
+                where=where,
+            )
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first row to the end of the last one. [s]"""
+        return self.y.size * self.sample_time_s
+
+    @property
+    def inputs(self) -> int:
+        """Number of inputs k. [1]"""
+        return int(self.u.shape[1])
+
+
+def common_shape(experiments: Sequence[Experiment]) -> int:
+    """Return the number of inputs that all experiments share.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        At least one.
+
+    Returns
+    -------
+    int
+        Number of inputs k. [1]
+
+    Raises
+    ------
+    DataError
+        If there is no experiment or the numbers of inputs differ.
+    """
+    if not experiments:
+        raise DataError("there is no experiment", remedy="Give at least one log")
+    counts = {e.inputs for e in experiments}
+    if len(counts) > 1:
+        raise DataError(
+            f"the experiments have {', '.join(str(c) for c in sorted(counts))} inputs",
+            remedy="Every experiment needs the same inputs in the same order",
+        )
+    return counts.pop()

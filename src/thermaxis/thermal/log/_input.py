@@ -1,0 +1,172 @@
+"""Inputs of a model: a channel of a log, or the difference of two."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log._thermal_log import ThermalLog
+
+_FORM = "Write name=channel or name=channel-channel, such as spindle=T_spindle_c-T_column_c"
+_TEMPERATURES = {"degC", "K"}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class InputDefinition:
+    """What an input is made of."""
+
+    name: str
+    """Name of the input, in models and reports."""
+    plus: str
+    """Channel that counts as it is."""
+    minus: str | None = None
+    """Channel that is subtracted, None if there is none."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that it needs."""
+        return (self.plus,) if self.minus is None else (self.plus, self.minus)
+
+    @property
+    def expression(self) -> str:
+        """The right side of the definition, as it is written."""
+        return self.plus if self.minus is None else f"{self.plus}-{self.minus}"
+
+
+def parse_input(text: str, *, channels: Collection[str] = ()) -> InputDefinition:
+    """Read the definition of an input.
+
+    Parameters
+    ----------
+    text : str
+        `name=channel` or `name=channel-channel`; without a name the expression is the name.
+    channels : collection of str
+        Channels that are there. They decide where a minus belongs to a name.
+
+    Returns
+    -------
+    InputDefinition
+        Name and channels as written.
+
+    Raises
+    ------
+    ConfigurationError
+        If a name or a channel is missing, more than two channels are written, or an input is the
+        difference of a channel with itself.
+    """
+    left, sign, right = text.partition("=")
+    expression = (right if sign else left).strip()
+    name = left.strip() if sign else expression
+    if not name or not expression:
+        raise ConfigurationError(f"'{text}' does not define an input", where="input", remedy=_FORM)
+    plus, minus = _split(text, expression, channels)
+    if minus is not None and plus.casefold() == minus.casefold():
+        raise ConfigurationError(
+            f"the input {name} is {plus} minus itself", where="input", remedy=_FORM
+        )
+    return InputDefinition(name, plus, minus)
+
+
+def evaluate_input(log: ThermalLog, definition: InputDefinition) -> FloatArray:
+    """Return the values of an input in a log.
+
+    Temperatures in K or degC stay as they are, those in °F become degC; the difference of one in
+    K and one in degC is taken in degC.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        The log.
+    definition : InputDefinition
+        The input.
+
+    Returns
+    -------
+    FloatArray
+        Values, (n,); NaN where one of its channels was not measured. [unit of the channels]
+
+    Raises
+    ------
+    DataError
+        If a channel is not in the log, was never measured, or the two have different units.
+    """
+    plus = log.name_of(definition.plus)
+    unit = _common_unit(log, definition)
+    values = log.column(plus, unit=unit)
+    if definition.minus is not None:
+        values = values - log.column(definition.minus, unit=unit)
+    if bool(np.isnan(values).all()):
+        raise DataError(
+            f"the input {definition.name} ({definition.expression}) has no value in any row",
+            where=log.where,
+            remedy="Both channels of a difference are needed in the same rows: choose a longer"
+            " sample time, or other channels",
+        )
+    return values
+
+
+def check_inputs(definitions: Sequence[InputDefinition]) -> None:
+    """Check that the names of inputs differ.
+
+    Parameters
+    ----------
+    definitions : sequence of InputDefinition
+        The inputs of a model.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is none, or two have the same name.
+    """
+    if not definitions:
+        raise ConfigurationError("no input is defined", where="input", remedy=_FORM)
+    seen: set[str] = set()
+    for definition in definitions:
+        if definition.name in seen:
+            raise ConfigurationError(
+                f"two inputs have the name {definition.name}",
+                where="input",
+                remedy="Give every input a name of its own",
+            )
+        seen.add(definition.name)
+
+
+def _split(text: str, expression: str, channels: Collection[str]) -> tuple[str, str | None]:
+    known = {channel.casefold() for channel in channels}
+    if expression.casefold() in known:
+        return expression, None
+    parts = expression.split("-")
+    cuts = [
+        ("-".join(parts[:k]).strip(), "-".join(parts[k:]).strip()) for k in range(1, len(parts))
+    ]
+    fitting = [cut for cut in cuts if cut[0].casefold() in known and cut[1].casefold() in known]
+    if len(fitting) == 1:
+        return fitting[0]
+    if not cuts:
+        return expression, None
+    if len(cuts) > 1 or not all(cuts[0]):
+        raise ConfigurationError(
+            f"'{text}' does not say which channel is subtracted from which",
+            where="input",
+            remedy=_FORM,
+        )
+    return cuts[0]
+
+
+def _common_unit(log: ThermalLog, definition: InputDefinition) -> str:
+    units = {log.units[log.name_of(channel)] for channel in definition.channels}
+    if "degF" in units or units == _TEMPERATURES:
+        return "degC"
+    stated = units - {""}
+    if len(stated) > 1:
+        raise DataError(
+            f"the input {definition.name} subtracts {definition.minus} from {definition.plus},"
+            f" and their units differ ({', '.join(sorted(stated))})",
+            where=log.where,
+            remedy="Subtract channels of the same unit",
+        )
+    return ""

@@ -1,0 +1,850 @@
+"""Look for wrong sensors and wrong clocks before a model is blamed.
+
+Every check compares a channel with itself and with the other channels of its unit; none of them
+knows the machine. A finding is a suspicion in words, with the rows to look at.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import combinations
+from typing import Final, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log._thermal_log import ThermalLog, common_names
+
+Flags: TypeAlias = NDArray[np.bool_]
+
+TEMPERATURE_RANGE_C = (-60.0, 250.0)
+"""Temperatures outside are no machine's. [degC]"""
+DISPLACEMENT_LIMIT_UM = 20_000.0
+"""A displacement beyond is no thermal one. [µm]"""
+SENTINELS: Final = (-999.0, -9999.0, 9999.0, 999.0, 999.9, 850.0, 85.0, -127.0, 0.0)
+"""Values that recorders and sensors write instead of a measurement; -0.0 counts as 0."""
+LEAST_TEMPERATURE_STEP_K = 0.05
+"""Steps of a temperature from here on are named as quantised. [K]"""
+LEAST_DISPLACEMENT_STEP_UM = 0.5
+"""Steps of a displacement from here on are named as quantised. [µm]"""
+LONG_GAP_STEPS = 2.5
+"""A time between rows of more usual steps than this is a gap. [1]"""
+LEAST_JUMP_K, LEAST_JUMP_UM = 2.0, 20.0
+"""Smaller changes from row to row are never called a jump. [K, µm]"""
+_JUMP_SCALES = 25.0
+"""A jump is so many times the usual change from row to row. [1]"""
+_NOISY = 5.0
+"""Noise so many times the median of the other channels of its unit is named. [1]"""
+_STUCK_ROWS = 20
+_STUCK_SHARE = 0.01
+_FEW_LARGE = 0.01
+_RUN_BLOCKS = 20
+_PEER_STEPS = 3.0
+_ONE_WAY = 0.8
+_NORMAL_MEDIAN = 1.4826
+_MOST_PAIRED = 64
+_TEMPERATURES = ("degC", "K", "degF")
+_LENGTHS = ("um", "mm", "nm", "m")
+
+
+class FindingKind(StrEnum):
+    """What is wrong, the most important first."""
+
+    NEVER_MEASURED = "never measured"
+    """No value in any row."""
+    OUT_OF_RANGE = "out of range"
+    """Values that no sensor of its kind measures, or that stand for a fault."""
+    SWAPPED = "swapped"
+    """Two channels exchange places."""
+    STUCK = "stuck"
+    """One value for long while other channels move."""
+    CONSTANT = "constant"
+    """One value throughout."""
+    JUMP = "jump"
+    """A change from row to row that heat cannot make."""
+    NOISY = "noisy"
+    """Much more noise than other channels of its unit."""
+    CLOCK = "clock"
+    """The clock may have been set forward."""
+    GAP = "gap"
+    """Rows are missing."""
+    MISSING = "missing"
+    """Values of one channel are missing."""
+    QUANTISED = "quantised"
+    """Values come in coarse steps."""
+    HELD = "held"
+    """Values are repeated between measurements."""
+    RARE = "rare"
+    """The channel is seen now and then only."""
+    UNEVEN = "uneven"
+    """Times between rows vary."""
+
+
+_ORDER = {kind: place for place, kind in enumerate(FindingKind)}
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LogFinding:
+    """One suspicion about a log."""
+
+    kind: FindingKind
+    """What is wrong."""
+    channel: str
+    """Its column; two names with a comma between them where they are swapped; empty for times."""
+    words: str
+    """What was found, as a sentence without its full stop."""
+    remedy: str
+    """What to do about it."""
+    rows: tuple[int, int] | None = None
+    """First row and the one behind the last, from zero, if it has a place. [1]"""
+    time_s: tuple[float, float] | None = None
+    """Times of the first and the last of these rows, from the first row of the log. [s]"""
+    extent: float = 0.0
+    """Share of the rows that it concerns: orders findings of one kind. [1]"""
+
+    @property
+    def serious(self) -> bool:
+        """Whether a model of this channel would be wrong."""
+        return _ORDER[self.kind] <= _ORDER[FindingKind.JUMP]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Channel:
+    """The measured values of a channel, and what is usual for it."""
+
+    name: str
+    unit: str
+    rows: NDArray[np.int64]
+    """Rows in which it was measured."""
+    time_s: FloatArray
+    values: FloatArray
+    suspect: Flags
+    """Values that are out of range, (len(values),)."""
+    step: float
+    """Median time between measurements. [s]"""
+    change: float
+    """Usual change from one measurement to the next: standard deviation of a normal law."""
+    resolution: float
+    """Least difference of two values that occurs."""
+    noise: float
+    """Standard deviation of what the neighbours do not explain."""
+    spread: float
+    """Standard deviation of all good values."""
+
+    @property
+    def is_temperature(self) -> bool:
+        return self.unit in _TEMPERATURES
+
+    @property
+    def is_length(self) -> bool:
+        return self.unit in _LENGTHS
+
+
+def check_log(log: ThermalLog, *, reference: ThermalLog | None = None) -> tuple[LogFinding, ...]:
+    """Look for gaps, dead, stuck, swapped, coarse and noisy channels.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        The log.
+    reference : ThermalLog, optional
+        An earlier log of the same machine whose channels are known to be right: names that seem
+        exchanged against it are found.
+
+    Returns
+    -------
+    tuple of LogFinding
+        The most important first; empty if nothing is suspicious.
+    """
+    findings = _check_times(log)
+    channels: list[_Channel] = []
+    for name in log.columns:
+        channel = _channel(log, name)
+        if channel is None:
+            findings.append(
+                LogFinding(
+                    FindingKind.NEVER_MEASURED,
+                    name,
+                    f"{name} has no value in any row",
+                    "Leave the channel out, or check its wiring and the export",
+                    extent=1.0,
+                )
+            )
+            continue
+        channels.append(channel)
+    peers = {unit: [c for c in channels if c.unit == unit] for unit in {c.unit for c in channels}}
+    for channel in channels:
+        findings += _check_channel(channel, peers[channel.unit], log)
+    for group in peers.values():
+        findings += _check_noise(group)
+        findings += _find_exchanges(group)
+    if reference is not None:
+        findings += _compare_names(log, reference)
+    findings = _without_consequences(findings)
+    return tuple(sorted(findings, key=lambda f: (_ORDER[f.kind], -f.extent, f.channel)))
+
+
+def _channel(log: ThermalLog, name: str) -> _Channel | None:
+    column, unit = log.columns[name], log.units[name]
+    rows = np.flatnonzero(~np.isnan(column))
+    if rows.size == 0:
+        return None
+    values, time_s = column[rows], log.time_s[rows]
+    suspect = _out_of_range(values, unit)
+    good = values[~suspect] if not bool(suspect.all()) else values
+    steps = np.diff(time_s)
+    change = np.abs(np.diff(good))
+    moving = change[change > 0.0]
+    bends = np.abs(np.diff(good, n=2))
+    return _Channel(
+        name=name,
+        unit=unit,
+        rows=rows.astype(np.int64),
+        time_s=time_s,
+        values=values,
+        suspect=suspect,
+        step=float(np.median(steps)) if steps.size else float("nan"),
+        change=_NORMAL_MEDIAN * float(np.median(moving)) if moving.size else 0.0,
+        resolution=_resolution(good),
+        noise=_NORMAL_MEDIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0,
+        spread=float(np.std(good)),
+    )
+
+
+def _in_celsius(values: FloatArray, unit: str) -> FloatArray:
+    return values - 273.15 if unit == "K" and float(np.median(values)) > 200.0 else values
+
+
+def _out_of_range(values: FloatArray, unit: str) -> Flags:
+    """Return which values no sensor measures, and which are a sentinel far from the others."""
+    if unit in _TEMPERATURES:
+        celsius = _in_celsius(values, unit)
+        low, high = TEMPERATURE_RANGE_C
+        beyond = (celsius < low) | (celsius > high)
+        least = LEAST_JUMP_K
+    elif unit in _LENGTHS:
+        factor = {"um": 1.0, "mm": 1e3, "nm": 1e-3, "m": 1e6}[unit]
+        beyond = np.abs(values) * factor > DISPLACEMENT_LIMIT_UM
+        if unit != "um" and bool(np.mean(beyond) > 0.5):  # a position of an axis, or a diameter
+            beyond = np.zeros(values.size, dtype=np.bool_)
+        least = LEAST_JUMP_UM / factor
+    else:
+        return np.zeros(values.size, dtype=np.bool_)
+    for sentinel in SENTINELS:
+        here = (values == sentinel) & ~beyond
+        if bool(here.any()) and _is_sentinel(values, here, beyond, least):
+            beyond = beyond | here
+    return beyond
+
+
+def _is_sentinel(values: FloatArray, here: Flags, beyond: Flags, least: float) -> bool:
+    """Say whether the values enter and leave one number by jumps."""
+    others = ~(here | beyond)
+    rest = values[others]
+    if rest.size < 3:
+        return False
+    sentinel = float(values[here][0])
+    usual = _NORMAL_MEDIAN * float(np.median(np.abs(np.diff(rest))))
+    edges = np.flatnonzero(here[1:] != here[:-1])
+    if edges.size == 0:
+        return False
+    sizes = np.abs(values[edges + 1] - values[edges])
+    spread = np.abs(rest - np.median(rest))
+    far = abs(sentinel - float(np.median(rest))) > 3.0 * float(np.quantile(spread, 0.95))
+    return far and bool(np.min(sizes) > max(least, _JUMP_SCALES * usual))
+
+
+def _resolution(values: FloatArray) -> float:
+    """Return the step of the values if all of them are multiples of one, else 0."""
+    different = np.unique(values[:200_000])
+    if different.size < 3 or different.size > max(5000, values.size // 4):
+        return 0.0
+    gaps = np.diff(different)
+    size = max(abs(float(different[0])), abs(float(different[-1])), 1e-12)
+    gaps = gaps[gaps > 1e-9 * size]
+    if gaps.size == 0:
+        return 0.0
+    step = float(np.min(gaps))
+    counts = gaps / step
+    return step if bool(np.all(np.abs(counts - np.rint(counts)) < 0.02 * counts + 0.01)) else 0.0
+
+
+def _place(channel: _Channel, first: int, last: int) -> tuple[tuple[int, int], tuple[float, float]]:
+    """Return rows and times of the measurements from one index to another, both included."""
+    rows = int(channel.rows[first]), int(channel.rows[last]) + 1
+    return rows, (float(channel.time_s[first]), float(channel.time_s[last]))
+
+
+def _check_times(log: ThermalLog) -> list[LogFinding]:
+    steps = np.diff(log.time_s)
+    if steps.size < 2:
+        return []
+    usual = float(np.median(steps))
+    findings: list[LogFinding] = []
+    gaps = np.flatnonzero(steps > LONG_GAP_STEPS * usual)
+    for row in map(int, gaps[np.abs(steps[gaps] - 3600.0 - usual) <= 1.5 * usual][:3]):
+        at = float(log.time_s[row])
+        findings.append(
+            LogFinding(
+                FindingKind.CLOCK,
+                "",
+                f"the times jump by one hour at row {row + 1}, {at:g} s after the start",
+                "If the recorder ran on, its clock was set forward (daylight saving time): export"
+                " times with a zone",
+                (row, row + 2),
+                (at, float(log.time_s[row + 1])),
+            )
+        )
+    if gaps.size and gaps.size <= 0.2 * steps.size:
+        lost = float(np.sum(steps[gaps] - usual))
+        longest = int(gaps[np.argmax(steps[gaps])])
+        findings.append(
+            LogFinding(
+                FindingKind.GAP,
+                "",
+                f"{gaps.size} {'gaps' if gaps.size > 1 else 'gap'} of {lost:g} s in all, the"
+                f" longest of {float(steps[longest]):g} s after row {longest}",
+                "Nothing is filled in: check that the machine did the same in a gap as around it",
+                (longest, longest + 2),
+                (float(log.time_s[longest]), float(log.time_s[longest + 1])),
+                extent=lost / max(log.duration_s, usual),
+            )
+        )
+    ordinary = np.delete(steps, gaps)
+    uneven = float(np.mean(np.abs(ordinary - usual) > 0.2 * usual))
+    if uneven > 0.05:
+        findings.append(
+            LogFinding(
+                FindingKind.UNEVEN,
+                "",
+                f"{100.0 * uneven:.0f} % of the times between rows differ from the usual"
+                f" {usual:g} s by more than a fifth",
+                "Choose a sample time of several usual steps: block means make the times even",
+                extent=uneven,
+            )
+        )
+    return findings
+
+
+def _check_channel(
+    channel: _Channel, peers: Sequence[_Channel], log: ThermalLog
+) -> list[LogFinding]:
+    findings = _report_range(channel)
+    constant = _report_constant(channel)
+    if constant is not None:
+        return [*findings, constant]
+    findings += _find_stuck(channel, peers)
+    findings += _find_jumps(channel)
+    findings += _report_missing(channel, log)
+    findings += _report_steps(channel)
+    return findings
+
+
+def _report_range(channel: _Channel) -> list[LogFinding]:
+    count = int(np.count_nonzero(channel.suspect))
+    if not count:
+        return []
+    index = np.flatnonzero(channel.suspect)
+    seen, counts = np.unique(channel.values[index], return_counts=True)
+    common = float(seen[np.argmax(counts)])
+    rows, times = _place(channel, int(index[0]), int(index[-1]))
+    words = f"{count} values of {channel.name} are no measurement, such as {common:g}"
+    words += f" {channel.unit}, the first in row {rows[0]}"
+    return [
+        LogFinding(
+            FindingKind.OUT_OF_RANGE,
+            channel.name,
+            words,
+            "Check the sensor and its wiring, and make these values missing before a model is"
+            " identified",
+            rows,
+            times,
+            extent=count / channel.values.size,
+        )
+    ]
+
+
+def _report_constant(channel: _Channel) -> LogFinding | None:
+    if channel.values.size < 3 or float(np.ptp(channel.values)) > 0.0:
+        return None
+    rows, times = _place(channel, 0, channel.values.size - 1)
+    return LogFinding(
+        FindingKind.CONSTANT,
+        channel.name,
+        f"{channel.name} is {float(channel.values[0]):g} {channel.unit}".rstrip()
+        + f" in all {channel.values.size} rows",
+        "Leave it out as an input; if it should have moved, check the sensor",
+        rows,
+        times,
+        extent=1.0,
+    )
+
+
+def _runs(values: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first index of every run of equal values, and its length. [1]"""
+    begins = np.flatnonzero(np.concatenate(([True], np.diff(values) != 0.0)))
+    return begins, np.diff(np.concatenate((begins, [values.size])))
+
+
+def _find_stuck(channel: _Channel, peers: Sequence[_Channel]) -> list[LogFinding]:
+    """Find the longest run of one value that noise, resolution and the peers do not allow."""
+    if not (channel.is_temperature or channel.is_length):
+        return []
+    begins, lengths = _runs(channel.values)
+    order = np.argsort(lengths)[::-1][:3]
+    others = [p for p in peers if p is not channel and p.spread > 0.0]
+    findings: list[LogFinding] = []
+    for run in map(int, order):
+        begin, length = int(begins[run]), int(lengths[run])
+        end = begin + length - 1
+        if length < max(_STUCK_ROWS, _STUCK_SHARE * channel.values.size):
+            break
+        if bool(channel.suspect[begin]) or not _should_have_moved(channel, others, run, lengths):
+            continue
+        rows, times = _place(channel, begin, end)
+        findings.append(
+            LogFinding(
+                FindingKind.STUCK,
+                channel.name,
+                f"{channel.name} stays at {float(channel.values[begin]):g} {channel.unit} for"
+                f" {times[1] - times[0]:g} s from row {rows[0]} on",
+                "Check the sensor and the recorder, and leave these rows out",
+                rows,
+                times,
+                extent=length / channel.values.size,
+            )
+        )
+    return findings
+
+
+def _should_have_moved(
+    channel: _Channel, others: Sequence[_Channel], run: int, lengths: NDArray[np.int64]
+) -> bool:
+    """Say whether a run is longer than noise allows, or the other channels moved during it."""
+    rest = np.delete(lengths, run)
+    own = np.cumsum(np.concatenate(([0], lengths)))
+    begin, end = int(own[run]), int(own[run + 1]) - 1
+    if rest.size and float(np.quantile(rest, 0.99)) * 10.0 < lengths[run]:
+        lively = float(np.mean(rest)) < 3.0  # noise changes nearly every value outside the run
+        if lively and not _is_coarse(channel, begin, end):
+            return True
+        if lively and _coarse_should_have_moved(channel, others, begin, end, rest):
+            return not _carries_on(channel, others, begin, end, rest)
+    if not others or not channel.spread or _carries_on(channel, others, begin, end, rest):
+        return False
+    if not channel.resolution and np.unique(channel.values).size == 2:  # one step, seen once
+        went = [max(m) - min(m) for m in _means_within(channel, others, begin, end)]
+        return bool(went) and float(np.median(went)) > _PEER_STEPS * float(np.ptp(channel.values))
+    moved: list[float] = []
+    for other in others:
+        inside = (other.time_s >= channel.time_s[begin]) & (other.time_s <= channel.time_s[end])
+        seen = other.values[inside & ~other.suspect]
+        if seen.size > 1:
+            slow = float(np.quantile(seen, 0.95) - np.quantile(seen, 0.05))
+            # A single step of a coarse channel is no movement.
+            slow = slow - 4.0 * other.noise if slow > 1.01 * other.resolution else 0.0
+            moved.append(max(slow, 0.0) / other.spread)
+    if not moved:
+        return False
+    expected = float(np.median(moved)) * channel.spread
+    return expected > max(5.0 * channel.resolution, 8.0 * channel.noise, 0.3 * channel.spread)
+
+
+def _is_coarse(channel: _Channel, begin: int, end: int) -> bool:
+    """Say whether noise moves the rounded values by a step at most, outside a run.
+
+    Such a channel flickers near the border of two steps, and rests between the borders.
+    """
+    if not channel.resolution:
+        return False
+    change = np.abs(np.diff(channel.values))
+    outside = np.concatenate((change[: max(begin - 1, 0)], change[end + 1 :]))
+    return bool(np.mean(outside > 1.5 * channel.resolution) < _FEW_LARGE) if outside.size else True
+
+
+def _coarse_should_have_moved(
+    channel: _Channel,
+    others: Sequence[_Channel],
+    begin: int,
+    end: int,
+    rest: NDArray[np.int64],
+) -> bool:
+    """Say whether channels that move as this one does moved by several of its steps in a run.
+
+    Without other channels a rest must be far longer than all others.
+    """
+    if not others:
+        return 10 * int(np.max(rest)) < end + 1 - begin
+    own = channel.values[np.r_[:begin, end + 1 : channel.values.size]]
+    first_s, last_s = channel.time_s[begin], channel.time_s[end]
+    expected: list[float] = []
+    for other in others:
+        outside = other.values[(other.time_s < first_s) | (other.time_s > last_s)]
+        for means in _means_within(channel, [other], begin, end):
+            alike = float(np.std(own)) / max(float(np.std(outside)), 1e-12) if outside.size else 1.0
+            expected.append((max(means) - min(means)) * min(alike, 1.0))
+    return bool(expected) and float(np.median(expected)) > _PEER_STEPS * channel.resolution
+
+
+def _means_within(
+    channel: _Channel, others: Sequence[_Channel], begin: int, end: int
+) -> list[list[float]]:
+    """Return means of the other channels over parts of a run, by channel."""
+    found: list[list[float]] = []
+    for other in others:
+        inside = (other.time_s >= channel.time_s[begin]) & (other.time_s <= channel.time_s[end])
+        seen = other.values[inside & ~other.suspect]
+        if seen.size >= _STUCK_ROWS:
+            found.append([float(np.mean(block)) for block in np.array_split(seen, _RUN_BLOCKS)])
+    return found
+
+
+def _carries_on(
+    channel: _Channel, others: Sequence[_Channel], begin: int, end: int, rest: NDArray[np.int64]
+) -> bool:
+    """Say whether a coarse channel goes on behind a run as if it had seen all of it.
+
+    A dead sensor that lives again shows at once what it missed. One that rests half as long
+    elsewhere, and stays within a step where the others went several steps one way, missed nothing.
+    """
+    step = max(channel.resolution, channel.change)
+    rests = rest.size and 2 * int(np.max(rest)) >= end + 1 - begin
+    behind = channel.values[end + 1 : end + 1 + max(_STUCK_ROWS, (end + 1 - begin) // 4)]
+    if not rests or behind.size < _STUCK_ROWS:
+        return False
+    if float(np.max(np.abs(behind - channel.values[end]))) > 1.5 * step:
+        return False
+    went: list[float] = []
+    for means in _means_within(channel, others, begin, end):
+        net = abs(means[-1] - means[0])
+        went.append(net if net > _ONE_WAY * (max(means) - min(means)) else 0.0)
+    return bool(went) and float(np.median(went)) > _PEER_STEPS * step
+
+
+def _find_jumps(channel: _Channel) -> list[LogFinding]:
+    if not (channel.is_temperature or channel.is_length) or channel.values.size < 10:
+        return []
+    factor = {"mm": 1e-3, "nm": 1e3, "m": 1e-6}.get(channel.unit, 1.0)
+    least = LEAST_JUMP_K if channel.is_temperature else LEAST_JUMP_UM * factor
+    good = np.flatnonzero(~channel.suspect)
+    if good.size < 10:
+        return []
+    values, time_s = channel.values[good], channel.time_s[good]
+    change, steps = np.abs(np.diff(values)), np.diff(time_s)
+    close = steps <= 3.0 * channel.step
+    usual = max(channel.change, channel.resolution, channel.noise)
+    # Fast but real movement comes in several rows: its neighbours are nearly as large.
+    beside = np.maximum(np.concatenate(([0.0], change[:-1])), np.concatenate((change[1:], [0.0])))
+    back = np.zeros(change.size, dtype=np.bool_)
+    back[:-1] |= np.abs(values[2:] - values[:-2]) < 0.3 * change[:-1]
+    back[1:] |= np.abs(values[2:] - values[:-2]) < 0.3 * change[1:]
+    limit = max(least, _JUMP_SCALES * usual)
+    jumps = np.flatnonzero(close & (change > limit) & (back | (beside < 0.25 * change)))
+    if jumps.size == 0:
+        return []
+    largest = int(jumps[np.argmax(change[jumps])])
+    first = int(good[largest])
+    rows, times = _place(channel, first, min(int(good[largest + 1]), channel.values.size - 1))
+    many = "one jump" if jumps.size == 1 else f"{jumps.size} jumps, the largest"
+    return [
+        LogFinding(
+            FindingKind.JUMP,
+            channel.name,
+            f"{channel.name} has {many} of {float(change[largest]):.3g} {channel.unit} from row"
+            f" {rows[0]} to row {rows[1] - 1}, where {usual:.2g} is usual",
+            "Heat cannot make it: check the sensor, its contact, or whether the machine was moved",
+            rows,
+            times,
+            extent=jumps.size / channel.values.size,
+        )
+    ]
+
+
+def _report_missing(channel: _Channel, log: ThermalLog) -> list[LogFinding]:
+    steps = np.diff(channel.time_s)
+    if steps.size < 2 or not channel.step > 0.0:
+        return []
+    log_steps = np.diff(log.time_s)
+    own = np.flatnonzero(steps > LONG_GAP_STEPS * channel.step)
+    if own.size == 0:
+        return []
+    # A gap of the whole log is the log's finding.
+    before = log_steps[np.minimum(channel.rows[own], log_steps.size - 1)]
+    own = own[before < 0.9 * steps[own]]
+    if own.size == 0:
+        return []
+    lost = float(np.sum(steps[own] - channel.step))
+    share = lost / max(log.duration_s, channel.step)
+    longest = int(own[np.argmax(steps[own])])
+    rows, times = _place(channel, longest, longest + 1)
+    visits = own.size + 1
+    if share > 0.5 and visits > 2:
+        length = float(np.median(np.diff(np.concatenate(([0], own + 1, [channel.values.size])))))
+        return [
+            LogFinding(
+                FindingKind.RARE,
+                channel.name,
+                f"{channel.name} is seen {visits} times for about"
+                f" {max(length - 1.0, 0.0) * channel.step:g} s",
+                "It is used where it was measured, and not interpolated",
+                extent=share,
+            )
+        ]
+    return [
+        LogFinding(
+            FindingKind.MISSING,
+            channel.name,
+            f"{channel.name} is missing in {own.size} {'places' if own.size > 1 else 'place'} for"
+            f" {lost:g} s in all, the longest after row {rows[0]}",
+            "Nothing is filled in; rows without an input or output are left out of the fit",
+            rows,
+            times,
+            extent=share,
+        )
+    ]
+
+
+def _report_steps(channel: _Channel) -> list[LogFinding]:
+    """Name coarse steps, and values that a recorder holds between measurements."""
+    least = (
+        LEAST_TEMPERATURE_STEP_K
+        if channel.is_temperature
+        else LEAST_DISPLACEMENT_STEP_UM
+        if channel.unit == "um"
+        else np.inf
+    )
+    findings: list[LogFinding] = []
+    if channel.resolution > 0.999 * least:
+        findings.append(
+            LogFinding(
+                FindingKind.QUANTISED,
+                channel.name,
+                f"{channel.name} comes in steps of {channel.resolution:.4g} {channel.unit}",
+                "Take block means of many rows, here and in the running compensation, or a finer"
+                " output of the sensor",
+                extent=1.0,
+            )
+        )
+        return findings
+    _, lengths = _runs(channel.values)
+    if not (channel.is_temperature or channel.is_length) or lengths.size < 20:
+        return findings
+    usual = int(np.median(lengths[1:-1]))
+    alike = float(np.mean(np.abs(lengths[1:-1] - usual) <= max(1.0, 0.1 * usual)))
+    if usual >= 3 and alike > 0.8:
+        findings.append(
+            LogFinding(
+                FindingKind.HELD,
+                channel.name,
+                f"{channel.name} changes every {usual} rows only: the recorder holds its values"
+                f" for about {usual * channel.step:g} s",
+                f"Choose a sample time of at least {usual * channel.step:g} s",
+                extent=alike,
+            )
+        )
+    return findings
+
+
+def _check_noise(group: Sequence[_Channel]) -> list[LogFinding]:
+    if len(group) < 3 or not (group[0].is_temperature or group[0].is_length):
+        return []
+    noises = [max(channel.noise, 0.3 * channel.resolution) for channel in group]
+    usual = float(np.median(noises))
+    return [
+        LogFinding(
+            FindingKind.NOISY,
+            channel.name,
+            f"{channel.name} has a noise of {noise:.2g} {channel.unit}, {noise / usual:.0f} times"
+            f" that of the other channels",
+            "Check its shield and contact; prefer another sensor as an input, or filter more",
+            extent=min(noise / usual / 1000.0, 1.0),
+        )
+        for channel, noise in zip(group, noises, strict=True)
+        if usual > 0.0 and noise > _NOISY * usual
+    ]
+
+
+def _find_exchanges(group: Sequence[_Channel]) -> list[LogFinding]:
+    """Find rows at which two channels of one unit take each other's place."""
+    if not group or not (group[0].is_temperature or group[0].is_length):
+        return []
+    candidates = [c for c in group if c.values.size > 10 and c.spread > 0.0][:_MOST_PAIRED]
+    large = {c.name: _large_changes(c) for c in candidates}
+    findings: list[LogFinding] = []
+    for a, b in combinations(candidates, 2):
+        for row in sorted(large[a.name] & large[b.name]):
+            found = _exchange_at(a, b, row)
+            if found is not None:
+                findings.append(found)
+                break
+    return findings
+
+
+def _large_changes(channel: _Channel) -> set[int]:
+    """Return the rows that a channel enters with an unusual change."""
+    change = np.abs(np.diff(channel.values))
+    usual = max(channel.change, channel.resolution, channel.noise)
+    entered = np.flatnonzero(change > 6.0 * usual) + 1
+    entered = entered[np.argsort(change[entered - 1])[::-1][:2000]]
+    return {int(row) for row in channel.rows[entered]}
+
+
+def _exchange_at(a: _Channel, b: _Channel, row: int) -> LogFinding | None:
+    """Compare levels before and after a row, as they are and exchanged."""
+    ia, ib = int(np.searchsorted(a.rows, row)), int(np.searchsorted(b.rows, row))
+    count = min(5, ia, ib, a.values.size - ia, b.values.size - ib)
+    if count < 3:
+        return None
+    if a.time_s[ia] - a.time_s[ia - 1] > 10.0 * a.step:
+        return None
+    a0, a1 = np.median(a.values[ia - count : ia]), np.median(a.values[ia : ia + count])
+    b0, b1 = np.median(b.values[ib - count : ib]), np.median(b.values[ib : ib + count])
+    kept = abs(float(a1 - a0)) + abs(float(b1 - b0))
+    crossed = abs(float(a1 - b0)) + abs(float(b1 - a0))
+    usual = max(a.change, b.change, a.noise, b.noise, a.resolution, b.resolution)
+    if crossed > 0.2 * kept or min(abs(float(a1 - a0)), abs(float(b1 - b0))) < 6.0 * usual:
+        return None
+    rows, times = _place(a, ia, a.values.size - 1)
+    return LogFinding(
+        FindingKind.SWAPPED,
+        f"{a.name},{b.name}",
+        f"{a.name} and {b.name} exchange their values at row {row} ({float(a0):.4g} and"
+        f" {float(b0):.4g} {a.unit} become {float(a1):.4g} and {float(b1):.4g})",
+        "Check the plugs and the order of the channels; exchange them from this row on, or use the"
+        " rows before it",
+        rows,
+        times,
+        extent=(a.values.size - ia) / a.values.size,
+    )
+
+
+def _without_consequences(findings: Sequence[LogFinding]) -> list[LogFinding]:
+    """Leave out jumps into or out of another fault, and noise of a channel out of range."""
+    exchanged = {
+        (name, f.rows[0])
+        for f in findings
+        if f.kind is FindingKind.SWAPPED and f.rows is not None
+        for name in f.channel.split(",")
+    }
+    ended = {
+        (f.channel, f.rows[1])
+        for f in findings
+        if f.kind is FindingKind.STUCK and f.rows is not None
+    }
+    broken = {f.channel for f in findings if f.kind is FindingKind.OUT_OF_RANGE}
+    kept: list[LogFinding] = []
+    for finding in findings:
+        place = None if finding.rows is None else (finding.channel, finding.rows[1] - 1)
+        is_exchange = finding.kind is FindingKind.JUMP and place in (exchanged | ended)
+        if not is_exchange and not (
+            finding.kind is FindingKind.NOISY and finding.channel in broken
+        ):
+            kept.append(finding)
+    return kept
+
+
+def _compare_names(log: ThermalLog, reference: ThermalLog) -> list[LogFinding]:
+    """Find two names that are exchanged, from how the channels move with one another.
+
+    Which channel follows which, and which moves most, is much the same in every test of a machine.
+    Two names are exchanged if the log fits the reference much better that way.
+    """
+    names = [
+        name
+        for name in common_names((log, reference))
+        if log.units[name] in _TEMPERATURES and _varies(log, name) and _varies(reference, name)
+    ][:_MOST_PAIRED]
+    if len(names) < 3:
+        return []
+    here, there = _behaviour(log, names), _behaviour(reference, names)
+    found: list[tuple[float, int, int]] = []
+    for i, j in combinations(range(len(names)), 2):
+        order = np.arange(len(names))
+        as_named = _distance(here, there, order, (i, j))
+        order[[i, j]] = j, i
+        exchanged = _distance(here, there, order, (i, j))
+        if exchanged < 0.5 * as_named and as_named - exchanged > 0.3:
+            found.append((exchanged - as_named, i, j))
+    if not found:
+        return []
+    _, i, j = min(found)
+    return [
+        LogFinding(
+            FindingKind.SWAPPED,
+            f"{names[i]},{names[j]}",
+            f"{names[i]} and {names[j]} move with the other channels as if their names were"
+            f" exchanged against {reference.where}",
+            "Warm one of the sensors by hand and see which channel moves",
+            extent=1.0,
+        )
+    ]
+
+
+def _varies(log: ThermalLog, name: str) -> bool:
+    values = log.columns[name]
+    measured = values[~np.isnan(values)]
+    return measured.size > 20 and float(np.ptp(measured)) > 0.0
+
+
+def _behaviour(log: ThermalLog, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+    """Return correlations between channels, (k, k), and logarithms of their spreads, (k,)."""
+    small = log.select(names).resample(max(log.duration_s / 400.0, log.usual_step_s))
+    values = np.stack([small.columns[name] for name in names])
+    values = values[:, ~np.isnan(values).any(axis=0)]
+    if values.shape[1] < 10 or bool((np.ptp(values, axis=1) == 0.0).any()):
+        return np.eye(len(names)), np.zeros(len(names))
+    spread = np.log(np.std(values, axis=1))
+    return np.asarray(np.corrcoef(values)), spread - np.median(spread)
+
+
+def _distance(
+    a: tuple[FloatArray, FloatArray],
+    b: tuple[FloatArray, FloatArray],
+    order: NDArray[np.int64],
+    pair: tuple[int, int],
+) -> float:
+    """Return how far two channels of a log, put in another order, are from the reference."""
+    rows = np.array(pair)
+    correlations = a[0][np.ix_(order[rows], order)] - b[0][rows]
+    return float(np.sum(correlations**2) + np.sum((a[1][order[rows]] - b[1][rows]) ** 2))
+
+
+def without_sentinels(log: ThermalLog) -> ThermalLog:
+    """Return the log without values that are no measurement: they count as missing.
+
+    Parameters
+    ----------
+    log : ThermalLog
+        The log.
+
+    Returns
+    -------
+    ThermalLog
+        The same rows; temperatures and displacements that no sensor measures, or that stand for
+        a fault (-999, 850, ...), are NaN, and a remark says how many. A channel of which they
+        are half or more stays as it is: there the unit is wrong, or the sensor.
+    """
+    columns: dict[str, FloatArray] = {}
+    remarks: list[str] = []
+    for name, values in log.columns.items():
+        present = ~np.isnan(values)
+        columns[name] = values
+        if not bool(present.any()):
+            continue
+        wrong = _out_of_range(values[present], log.units[name])
+        count = int(np.count_nonzero(wrong))
+        if 0 < count < 0.5 * wrong.size:
+            mended = np.array(values)
+            mended[np.flatnonzero(present)[wrong]] = np.nan
+            columns[name] = mended
+            example = float(values[present][wrong][0])
+            remarks.append(
+                f"{count} values of {name} are no measurement, such as {example:g}: they count as"
+                " missing"
+            )
+    if not remarks:
+        return log
+    return replace(log, columns=columns, remarks=(*log.remarks, *remarks))

@@ -1,0 +1,106 @@
+"""Means over equal blocks of time: the filter before a record gets a lower rate.
+
+The mean over a block is an anti-alias filter with zeros at every multiple of the new rate, and it
+is causal: the runtime can take the same mean of the readings since the last cycle. A model
+identified on block means therefore has this filter inside, and must be fed with block means of
+the same length.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+
+MOST_BLOCKS = 50_000_000
+"""Largest number of blocks of one record: a year and a half at 1 Hz. [1]"""
+
+
+def usual_step_s(time_s: FloatArray) -> float:
+    """Return the median time from one row to the next.
+
+    Parameters
+    ----------
+    time_s : FloatArray
+        Increasing times, (n,). [s]
+
+    Returns
+    -------
+    float
+        NaN with fewer than two rows. [s]
+    """
+    return float(np.median(np.diff(time_s))) if time_s.size > 1 else float("nan")
+
+
+def block_numbers(time_s: FloatArray, sample_time_s: float) -> NDArray[np.int64]:
+    """Return the block into which each row falls.
+
+    A row stands for the time until the next one (zero-order hold), so the middle of that time
+    decides: a clock that jitters by less than half a step moves no row to another block.
+
+    Parameters
+    ----------
+    time_s : FloatArray
+        Increasing times from the first row, (n,). [s]
+    sample_time_s : float
+        Length of a block. [s]
+
+    Returns
+    -------
+    array of int
+        Numbers from 0, rising, (n,); block k begins at k times the length. [1]
+
+    Raises
+    ------
+    DataError
+        If the length is not positive and finite, or there would be more than 50 million blocks.
+    """
+    if not (np.isfinite(sample_time_s) and sample_time_s > 0.0):
+        raise DataError(
+            f"the sample time is {sample_time_s:g} s",
+            remedy="Give a positive time in seconds, such as 60",
+        )
+    if time_s.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    blocks = float(time_s[-1]) / sample_time_s
+    if blocks > MOST_BLOCKS:
+        raise DataError(
+            f"a record of {float(time_s[-1]):g} s has {blocks:.3g} blocks of {sample_time_s:g} s,"
+            f" more than {MOST_BLOCKS}",
+            remedy="Choose a longer sample time",
+        )
+    step = usual_step_s(time_s)
+    middle = 0.5 * min(step, sample_time_s) if time_s.size > 1 else 0.0
+    return np.floor((time_s + middle) / sample_time_s + 1e-9).astype(np.int64)
+
+
+def block_means(values: FloatArray, block: NDArray[np.int64], blocks: int) -> FloatArray:
+    """Return the mean of the measured values in each block.
+
+    Parameters
+    ----------
+    values : FloatArray
+        One channel, (n,); NaN where not measured. [unit of the channel]
+    block : array of int
+        Block of each row, (n,). [1]
+    blocks : int
+        Number of blocks b. [1]
+
+    Returns
+    -------
+    FloatArray
+        Means, (b,); NaN where a block has no measured value. [unit of the channel]
+    """
+    measured = ~np.isnan(values)
+    if not bool(measured.all()):
+        values, block = values[measured], block[measured]
+    if values.size == 0:
+        return np.full(blocks, np.nan)
+    # Sums of differences to a value of the channel keep the digits of a small change.
+    base = float(values[0])
+    counts = np.bincount(block, minlength=blocks)
+    sums = np.bincount(block, weights=values - base, minlength=blocks)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = base + sums / counts
+    means[counts == 0] = np.nan
+    return means

@@ -1,0 +1,303 @@
+"""The response that a record supports, averaged over all numbers and places of time constants.
+
+One set of time constants is never known to be the right one: sets that explain a record almost
+equally well differ in what they say of slow modes. Their mean, each weighted by its evidence, errs
+less than the best of them, and their spread belongs to the uncertainty of a DC gain.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import final
+
+import numpy as np
+
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.modal._evidence import Design, Sizes
+from thermaxis.thermal.modal._lags import (
+    BoolArray,
+    IndexArray,
+    Refined,
+    Refinement,
+    Subsets,
+    all_subsets,
+    compared,
+)
+
+LARGER_GAINS = (0.0, 1.0, 2.0)
+"""Logarithms by which gains of few lags may be larger than those of a whole grid. [1]"""
+PER_LAG = 1.0
+"""Logarithm of how much less plausible every further lag is before the record is seen. [1]"""
+SLAB_GAINS = (1.0, 2.0, 3.0)
+"""The same where some gains may be zero. [1]"""
+NEGLIGIBLE = 1e-6
+"""Weight against the best set below which sets are left out. [1]"""
+MOST_ZEROS = 3
+"""Gains of one set that are held at zero together, at most. [1]"""
+MOST_PATTERNS = 180
+"""Ways to hold gains at zero that are tried per set. [1]"""
+SPARSE_SETS = 24
+"""Best sets, by size of gains, that are compared with gains held at zero. [1]"""
+CLOSEST = 1.5
+"""Neighbouring time constants of one set differ at least by this factor. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Compared:
+    """Sets of one number of lags under one size of gains."""
+
+    sizes: Sizes
+    """The sizes."""
+    subsets: Subsets
+    """The sets with their evidence."""
+    log_weight: FloatArray
+    """Logarithm of the weight: evidence over the number of sets, (m,). [1]"""
+
+    @property
+    def lags(self) -> int:
+        """Number of lags j. [1]"""
+        return int(self.subsets.members.shape[1])
+
+
+def sets_of(design: Design, time_constants_s: FloatArray, lags: int) -> IndexArray:
+    """Return all sets of so many time constants that differ enough, (m, j)."""
+    members = all_subsets(design, lags)
+    if lags < 2 or members.shape[0] == 0:
+        return members
+    apart = np.diff(np.log(time_constants_s)[members], axis=1)
+    return members[np.min(apart, axis=1) > np.log(CLOSEST) - 1e-9]
+
+
+def compare_sets(
+    design: Design,
+    products: tuple[FloatArray, float],
+    sizes: Sizes,
+    time_constants_s: FloatArray,
+    most_lags: int,
+) -> list[Compared]:
+    """Return all sets of one up to so many lags with their evidence."""
+    found: list[Compared] = []
+    for lags in range(1, most_lags + 1):
+        members = sets_of(design, time_constants_s, lags)
+        if members.shape[0] == 0:
+            break
+        for larger in LARGER_GAINS:
+            those = sizes.enlarged(larger)
+            subsets = compared(design, products, those, members)
+            weight = subsets.log_evidence - np.log(len(members)) - PER_LAG * lags
+            found.append(Compared(those, subsets, weight))
+    return found
+
+
+def _patterns(gains: int) -> BoolArray:
+    """Return which gains are held at zero: none, one, two, ... of them, (m, gains)."""
+    rows: list[BoolArray] = []
+    for zeros in range(min(MOST_ZEROS, gains - 1) + 1):
+        chosen = list(combinations(range(gains), zeros))
+        if zeros > 0 and len(rows) + len(chosen) > MOST_PATTERNS:
+            break
+        for places in chosen:
+            row = np.zeros(gains, dtype=np.bool_)
+            row[list(places)] = True
+            rows.append(row)
+    return np.array(rows)
+
+
+def compare_sparse(
+    design: Design,
+    products: tuple[FloatArray, float],
+    sizes: Sizes,
+    found: Sequence[Compared],
+) -> list[Compared]:
+    """Return the best sets again, each with some gains held at zero.
+
+    Parameters
+    ----------
+    design : Design
+        Regressors over the grid.
+    products : tuple of FloatArray and float
+        Products of its columns under the noise, and the noise's log determinant.
+    sizes : Sizes
+        Sizes of the highest evidence.
+    found : sequence of Compared
+        All sets with all gains.
+
+    Returns
+    -------
+    list of Compared
+        Their weights are on the scale of those of `found`.
+
+    Notes
+    -----
+    An input need not act through every lag of the others. Where some gains may be zero, those
+    that are not may be large without a penalty, so that opposite lags are not drawn together.
+
+    References
+    ----------
+    George and McCulloch 1993 (spike and slab).
+    """
+    log_weight = np.concatenate([c.log_weight for c in found])
+    cut = np.sort(log_weight)[-min(SPARSE_SETS, log_weight.size)]
+    sparse: list[Compared] = []
+    for lags in sorted({c.lags for c in found}):
+        those = [c.subsets.members[c.log_weight >= cut] for c in found if c.lags == lags]
+        members = np.unique(np.vstack(those), axis=0)
+        if members.shape[0] == 0:
+            continue
+        everything = len(next(c for c in found if c.lags == lags).log_weight)
+        sparse += _with_zeros(design, products, sizes, members, -float(np.log(everything)))
+    return sparse
+
+
+def _with_zeros(
+    design: Design,
+    products: tuple[FloatArray, float],
+    sizes: Sizes,
+    members: IndexArray,
+    log_prior: float,
+) -> list[Compared]:
+    """Return sets with some gains held at zero, for every size of the others."""
+    patterns = _patterns(design.inputs * (1 + members.shape[1]))
+    repeated = np.repeat(members, patterns.shape[0], axis=0)
+    without = np.tile(patterns, (members.shape[0], 1))
+    found: list[Compared] = []
+    for larger in SLAB_GAINS:
+        those = sizes.enlarged(larger)
+        subsets = compared(design, products, those, repeated, without)
+        weight = subsets.log_evidence - np.log(patterns.shape[0]) + log_prior
+        weight -= PER_LAG * members.shape[1]
+        found.append(Compared(those, subsets, weight))
+    return found
+
+
+def best_of(found: Sequence[Compared], lags: int) -> tuple[IndexArray, Sizes, float]:
+    """Return the most likely set of so many lags, its sizes and the logarithm of its weight."""
+    those = [c for c in found if c.lags == lags]
+    tops = [float(np.max(c.log_weight)) for c in those]
+    best = those[int(np.argmax(tops))]
+    place = int(np.argmax(best.log_weight))
+    return best.subsets.members[place], best.sizes, float(best.log_weight[place])
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Average:
+    """Mean over sets of what every input contributes, and of its DC gain."""
+
+    contribution: FloatArray
+    """Mean contribution of every input at the blocks of the record, scaled, (n, k). [1]"""
+    dc_gain: FloatArray
+    """Mean DC gain, scaled, (k,). [1]"""
+    dc_variance: FloatArray
+    """Variance of the DC gain within and between sets, scaled, (k,). [1]"""
+    share: FloatArray
+    """Weight of one, two, ... lags, (most lags,). [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Component:
+    """Sets of lags that are averaged over, with the regressors that they belong to."""
+
+    design: Design
+    """Regressors."""
+    compared: Compared
+    """Sets with their weights."""
+    dc_variance: FloatArray
+    """Variance of the DC gain from the time constants' uncertainty, scaled, (k,). [1]"""
+
+
+def refined_components(
+    problem: Refinement, refined: Refined, sizes: Sizes, span: float
+) -> list[Component]:
+    """Return the components of lags off the grid, some gains held at zero.
+
+    Parameters
+    ----------
+    problem : Refinement
+        The record.
+    refined : Refined
+        The refined lags.
+    sizes : Sizes
+        Sizes of the highest evidence.
+    span : float
+        Logarithm of the longest over the shortest time constant. [1]
+
+    Returns
+    -------
+    list of Component
+        Weighted by the evidence, the time constants averaged out around their place.
+
+    References
+    ----------
+    MacKay 1992 (Laplace's approximation of the evidence).
+    """
+    lags = refined.time_constants_s.size
+    design = problem.design_at(refined.time_constants_s)
+    products = design.products(sizes.noise)
+    moves = refined.covariance[-lags:, -lags:]
+    # Sets are unordered: as many orders as there are describe the same lags.
+    orders = float(np.sum(np.log(np.arange(1, lags + 1))))
+    _, log_volume = np.linalg.slogdet(2.0 * np.pi * moves)
+    log_prior = 0.5 * float(log_volume) + orders - lags * float(np.log(span))
+    gains = design.gains
+    total = refined.covariance[:gains, :gains]
+    # What the gains would vary if the time constants were known.
+    cross = refined.covariance[:gains, gains:]
+    added = cross @ np.linalg.solve(moves, cross.T)
+    parts = [slice(i * (1 + lags), (i + 1) * (1 + lags)) for i in range(design.inputs)]
+    dc_variance = np.array([max(float(np.sum(added[p, p])), 0.0) for p in parts])
+    bound = np.array([float(np.sum(total[p, p])) for p in parts])
+    members = np.arange(lags, dtype=np.intp)[None, :]
+    return [
+        Component(design, item, np.minimum(dc_variance, bound))
+        for item in _with_zeros(design, products, sizes, members, log_prior)
+    ]
+
+
+def averaged(components: Sequence[Component]) -> Average:
+    """Return the average over all components.
+
+    Parameters
+    ----------
+    components : sequence of Component
+        Sets on the grid and off it.
+
+    Returns
+    -------
+    Average
+        Mean contributions and DC gains with their variance.
+    """
+    highest = max(float(np.max(c.compared.log_weight)) for c in components)
+    inputs = components[0].design.inputs
+    readings = components[0].design.readings
+    contribution = np.zeros((readings, inputs))
+    share = np.zeros(max(c.compared.lags for c in components))
+    total, first, second, within = 0.0, np.zeros(inputs), np.zeros(inputs), np.zeros(inputs)
+    for component in components:
+        item, design = component.compared, component.design
+        weight = np.exp(item.log_weight - highest)
+        whole = float(weight.sum())
+        if whole < NEGLIGIBLE:
+            continue
+        members, values = item.subsets.members, item.subsets.gains
+        gains = np.zeros((inputs, 1 + design.lags))
+        gains[:, 0] = weight @ values[:, :, 0]
+        for i in range(inputs):
+            np.add.at(gains[i], 1 + members, weight[:, None] * values[:, i, 1:])
+            columns = slice(i * (1 + design.lags), (i + 1) * (1 + design.lags))
+            contribution[:, i] += np.concatenate([r[:, columns] @ gains[i] for r in design.rows])
+        dc = values.sum(axis=2)
+        first += weight @ dc
+        second += weight @ dc**2
+        within += weight @ item.subsets.dc_variance + whole * component.dc_variance
+        share[item.lags - 1] += whole
+        total += whole
+    mean = first / total
+    return Average(
+        contribution=contribution / total,
+        dc_gain=mean,
+        dc_variance=within / total + np.maximum(second / total - mean**2, 0.0),
+        share=share / total,
+    )

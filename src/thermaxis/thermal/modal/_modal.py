@@ -1,0 +1,511 @@
+"""Estimate gains and time constants of a thermal error: the default estimator `modal`.
+
+    displacement = sum over inputs of (direct gain + sum of gain / (1 + time constant s)) input
+                   + offset + transients from an unknown start + slow drift + white noise
+
+1. Inputs are filtered by the lags of a grid of time constants at the log's own rate and averaged
+   over blocks of about two minutes, and so is the displacement: exact, as averaging is linear.
+2. The sizes of gains, transients and slow drift are those of the highest evidence.
+3. All sets of up to four time constants of the grid are compared from one matrix of products, the
+   best of every number refined between the points of the grid (variable projection).
+4. The number of lags is chosen by the free run over blocks that the fit has not seen; the gains
+   are those that carry the average response of all sets, each weighted by its evidence.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import Experiment, common_shape
+from thermaxis.thermal.modal._average import (
+    Average,
+    Compared,
+    Component,
+    averaged,
+    best_of,
+    compare_sets,
+    compare_sparse,
+    refined_components,
+)
+from thermaxis.thermal.modal._evidence import (
+    Design,
+    Hyperprior,
+    Posterior,
+    Scales,
+    Sizes,
+    design_of,
+    most_likely_sizes,
+    scales_of,
+)
+from thermaxis.thermal.modal._lags import Refined, Refinement, prior_precision
+from thermaxis.thermal.modal._regressors import Segment, segments_of
+from thermaxis.thermal.modal._validation import BlockedValidation, validated
+from thermaxis.thermal.transfer_function import ModalPart, ThermalModel
+
+GRID = 16
+"""Time constants of the grid. [1]"""
+LONGEST_SHARE = 0.8
+"""Longest time constant over the length of the longest experiment. [1]"""
+SUPPORTED_SHARE = 1.0 / 3.0
+"""Share of the longest experiment beyond which a time constant is not supported. [1]"""
+BLOCK_S = 180.0
+"""Length of the blocks that are averaged, for tests of some hours. [s]"""
+FEWEST_BLOCKS, MOST_BLOCKS = 100, 1500
+"""Blocks that the longest experiment is cut into, at least and at most. [1]"""
+DRIFT_CORRELATION_S = 5400.0
+"""Most plausible correlation time of a slow drift: what machines in halls show. [s]"""
+LARGEST_LOG_STD = 0.4
+"""Standard deviation of a time constant's logarithm beyond which it is not supported. [1]"""
+LARGEST_DC_SHARE = 0.25
+"""Standard deviation of a DC gain over its size beyond which it is not supported. [1]"""
+FEWEST_DRIFT_VALUES = 12.0
+"""Independent values of the drift that a short record is taken to hold. [1]"""
+FREE_START = 4.0
+"""Logarithm of the size of transients, in standard deviations of the white noise, beyond which an
+experiment did not begin in a steady state. Default: cold tests of the virtual machine mostly stay
+below, warm ones mostly go beyond. [1]"""
+TIME_CONSTANT_FLAG = "time constant not supported by the record"
+DC_GAIN_FLAG = "DC gain not supported by the record"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ModalOptions:
+    """What a user may ask of `modal`.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number of lags, a time or a delay cannot be.
+    """
+
+    most_lags: int = 4
+    """Largest number of lags that is tried. Default: more were never told apart. [1]"""
+    lags: int | None = None
+    """Number of lags; None lets blocked cross-validation choose. [1]"""
+    delays_s: tuple[float, ...] | None = None
+    """Delay of every input; None for none. [s]"""
+    steady_start: bool = False
+    """Whether every experiment starts in the steady state of its first row; else it is free."""
+    block_s: float | None = None
+    """Length of the blocks that are averaged; None chooses by the record's length. [s]"""
+
+    def __post_init__(self) -> None:
+        """Check that the options can be met."""
+        if not 1 <= self.most_lags <= 5 or not (self.lags is None or 1 <= self.lags <= 5):
+            raise ConfigurationError(
+                "the number of lags is not from 1 to 5",
+                where="modal",
+                remedy="More lags of one input cannot be told apart",
+            )
+        times = [*(self.delays_s or ()), self.block_s if self.block_s is not None else 1.0]
+        if not all(math.isfinite(t) and t >= 0 for t in times) or self.block_s == 0:
+            raise ConfigurationError("a delay or the block is not a time", where="modal")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PartStd:
+    """Standard deviations of one part's numbers; None where the record does not support one."""
+
+    direct_gain: float | None
+    """Of the direct gain. [µm/K]"""
+    gains: tuple[float | None, ...]
+    """Of the gains of the lags. [µm/K]"""
+    time_constants_s: tuple[float | None, ...]
+    """Of the time constants. [s]"""
+    dc_gain: float | None
+    """Of the DC gain. [µm/K]"""
+    flags: tuple[str, ...]
+    """What the record does not support, in words."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ModalResult:
+    """A model with what the record says of its numbers."""
+
+    model: ThermalModel
+    """The model, without an offset: at the reference of its inputs it says zero."""
+    std: tuple[PartStd, ...]
+    """Standard deviations, one per part."""
+    noise_std_um: float
+    """White noise of one reading of the displacement, standard deviation. [µm]"""
+    slow_noise_std_um: float
+    """Slow drift that no input explains, standard deviation. [µm]"""
+    slow_noise_correlation_s: float
+    """Time in which the drift's correlation falls to 1/e. [s]"""
+    fit_percent: float
+    """Fit of the free run to the record, with its offsets and starts. [%]"""
+    offsets_um: tuple[float, ...]
+    """Offset of every experiment: where its displacement's zero lies, noise and drift of its
+    begin included; no property of the machine, so the model does not hold it. [µm]"""
+    validation: BlockedValidation
+    """How the number of lags was chosen."""
+    warnings: tuple[str, ...]
+    """What a user must know, in words."""
+    stable: bool = True
+    """Always: time constants are real and positive."""
+
+    @property
+    def flags(self) -> tuple[tuple[str, ...], ...]:
+        """What the record does not support, per part."""
+        return tuple(s.flags for s in self.std)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ResponseEvidence:
+    """Steps one and two: gains over the grid, which need no choice of lags."""
+
+    segments: tuple[Segment, ...]
+    """The record in blocks."""
+    scales: Scales
+    """Spreads of inputs and displacement."""
+    time_constants_s: FloatArray
+    """The grid, (j,). [s]"""
+    design: Design
+    """Regressors over the grid."""
+    hyperprior: Hyperprior
+    """What sizes are plausible."""
+    sizes: Sizes
+    """Sizes of the highest evidence."""
+    posterior: Posterior
+    """Gains over the grid under these sizes."""
+    longest_s: float
+    """Length of the longest experiment. [s]"""
+
+
+def default_block_s(experiments: Sequence[Experiment]) -> float:
+    """Return the length of blocks that suits the longest experiment. [s]"""
+    longest = max(e.duration_s for e in experiments)
+    return float(np.clip(BLOCK_S, longest / MOST_BLOCKS, longest / FEWEST_BLOCKS))
+
+
+def _constant(segments: Sequence[Segment]) -> bool:
+    y = np.concatenate([s.y[s.count > 0] for s in segments])
+    return bool(np.ptp(y) == 0)
+
+
+def response_evidence(
+    experiments: Sequence[Experiment], options: ModalOptions | None = None
+) -> ResponseEvidence:
+    """Return gains over a grid of time constants with the evidence of the record.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        With the same inputs.
+    options : ModalOptions, optional
+        Delays, start and block.
+
+    Returns
+    -------
+    ResponseEvidence
+        Its `posterior.log_evidence` compares sets of inputs on the same displacement.
+
+    Raises
+    ------
+    DataError
+        If the experiments have different inputs, or too little was measured.
+    """
+    chosen = options or ModalOptions()
+    inputs = common_shape(experiments)
+    delays = chosen.delays_s or (0.0,) * inputs
+    if len(delays) != inputs:
+        raise ConfigurationError(
+            f"{len(delays)} delays for {inputs} inputs",
+            where="modal",
+            remedy="Give one delay per input",
+        )
+    block_s = chosen.block_s or default_block_s(experiments)
+    segments = segments_of(experiments, block_s, delays)
+    longest = max(e.duration_s for e in experiments)
+    block_s = max(s.rows * s.sample_time_s for s in segments)
+    longest_tau = LONGEST_SHARE * longest
+    shortest_tau = min(0.8 * block_s, longest_tau / 4.0)
+    grid = np.geomspace(shortest_tau, longest_tau, GRID)
+    scales = scales_of(segments)
+    if _constant(segments):
+        raise DataError(
+            "the displacement never changes", remedy="A constant displacement has no model"
+        )
+    design = design_of(
+        segments,
+        grid,
+        scales,
+        free_start=not chosen.steady_start,
+        experiments=len(experiments),
+    )
+    if design.readings < 3 + design.offsets:
+        raise DataError(
+            f"there are {design.readings} blocks with a displacement", remedy="Use smaller blocks"
+        )
+    correlation_s = min(DRIFT_CORRELATION_S, longest / 5.0)
+    hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s))
+    sizes, posterior = most_likely_sizes(design, hyperprior)
+    return ResponseEvidence(
+        segments, scales, grid, design, hyperprior, sizes, posterior, float(longest)
+    )
+
+
+def modal(
+    experiments: Sequence[Experiment],
+    *,
+    input_names: Sequence[str],
+    options: ModalOptions | None = None,
+) -> ModalResult:
+    """Estimate direct gains, lags and their intervals from one or several experiments.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        With the same inputs; sample times may differ.
+    input_names : sequence of str
+        Names of the inputs, in their order.
+    options : ModalOptions, optional
+        Defaults suit thermal tests of hours to days.
+
+    Returns
+    -------
+    ModalResult
+        Always stable. Numbers that the record does not support have no standard deviation and a
+        flag.
+
+    Raises
+    ------
+    DataError
+        If names, inputs and experiments do not belong together, or too little was measured.
+    ConfigurationError
+        If the options do not fit the inputs.
+
+    References
+    ----------
+    Golub and Pereyra 1973 (variable projection); Rasmussen and Williams 2006, section 5.4
+    (evidence); Hoeting et al. 1999 (averaging over models); Mareš and Horejš 2021, equations (1)
+    to (3).
+    """
+    chosen = options or ModalOptions()
+    if len(input_names) != common_shape(experiments):
+        raise DataError(
+            f"{len(input_names)} names for {experiments[0].inputs} inputs",
+            remedy="Name every input once",
+        )
+    evidence = response_evidence(experiments, chosen)
+    products = evidence.design.products(evidence.sizes.noise)
+    found = compare_sets(
+        evidence.design,
+        products,
+        evidence.sizes,
+        evidence.time_constants_s,
+        max(chosen.most_lags, chosen.lags or 1),
+    )
+    candidates = _refined_sets(evidence, found, chosen, len(experiments))
+    validation = validated([candidates[n] for n in sorted(candidates)])
+    lags = chosen.lags or validation.chosen
+    if lags not in candidates:
+        raise DataError(
+            f"the grid has no set of {lags} time constants", remedy="Ask for fewer lags"
+        )
+    span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
+    found += compare_sparse(evidence.design, products, evidence.sizes, found)
+    none = np.zeros(evidence.design.inputs)
+    components = [Component(evidence.design, item, none) for item in found]
+    for problem, refined in candidates.values():
+        components += refined_components(problem, refined, evidence.sizes, span)
+    average = averaged(components)
+    return _result(evidence, input_names, chosen, average, candidates[lags], validation)
+
+
+def _refined_sets(
+    evidence: ResponseEvidence,
+    found: Sequence[Compared],
+    options: ModalOptions,
+    experiments: int,
+) -> dict[int, tuple[Refinement, Refined]]:
+    """Return the best set of every number of lags, moved between the points of the grid."""
+    refined: dict[int, tuple[Refinement, Refined]] = {}
+    for number in sorted({c.lags for c in found}):
+        members, sizes, _ = best_of(found, number)
+        problem = Refinement(
+            segments=evidence.segments,
+            scales=evidence.scales,
+            sizes=sizes,
+            free_start=not options.steady_start,
+            experiments=experiments,
+            bounds_s=(
+                float(evidence.time_constants_s[0]) / 4.0,
+                float(evidence.time_constants_s[-1]),
+            ),
+        )
+        refined[number] = (problem, problem.refined(evidence.time_constants_s[members]))
+    return refined
+
+
+def _carried(problem: Refinement, refined: Refined, average: Average) -> FloatArray:
+    """Return gains of the refined lags that carry the average response, (k, 1 + j)."""
+    own = problem.design_at(refined.time_constants_s)
+    lags = refined.time_constants_s.size
+    rows = np.vstack([r[:, : own.gains] for r in own.rows])
+    gains = np.empty_like(refined.gains)
+    # A row for the DC gain that counts as much as half of the record.
+    weight = math.sqrt(0.5 * rows.shape[0])
+    for i in range(own.inputs):
+        columns = rows[:, i * (1 + lags) : (i + 1) * (1 + lags)]
+        left = np.vstack([columns, np.full((1, 1 + lags), weight)])
+        right = np.append(average.contribution[:, i], weight * average.dc_gain[i])
+        start = refined.gains[i]
+        ridge = 1e-3 * np.sqrt(np.trace(left.T @ left) / (1 + lags)) * np.eye(1 + lags)
+        full = np.vstack([left, ridge])
+        target = np.append(right - left @ start, np.zeros(1 + lags))
+        gains[i] = start + np.linalg.lstsq(full, target, rcond=None)[0]
+    return gains
+
+
+def _unknown_drift(evidence: ResponseEvidence) -> float:
+    """Return by how much intervals are wider because size and speed of the drift are estimates.
+
+    A record holds about one independent value of the drift per two correlation times. As in
+    Student's distribution, each of the two numbers costs a share of them.
+    """
+    measured_s = sum(s.blocks * s.rows * s.sample_time_s for s in evidence.segments)
+    freedom = max(measured_s / (2.0 * evidence.sizes.noise.correlation_s), FEWEST_DRIFT_VALUES)
+    return math.sqrt(freedom / (freedom - 4.0))
+
+
+def _part_std(
+    refined: Refined,
+    number: int,
+    unit: float,
+    average: Average,
+    dc_gain: float,
+    evidence: ResponseEvidence,
+) -> PartStd:
+    longest_s, wider = evidence.longest_s, _unknown_drift(evidence)
+    lags = refined.time_constants_s.size
+    inputs = refined.gains.shape[0]
+    spread = wider * np.sqrt(np.maximum(np.diag(refined.covariance), 0.0))
+    gains = unit * spread[number * (1 + lags) : (number + 1) * (1 + lags)]
+    log_tau = spread[inputs * (1 + lags) :]
+    supported = (log_tau < LARGEST_LOG_STD) & (
+        refined.time_constants_s <= SUPPORTED_SHARE * longest_s
+    )
+    flags = [
+        f"{TIME_CONSTANT_FLAG}: {tau_s:.0f} s"
+        for tau_s, known in zip(refined.time_constants_s, supported, strict=True)
+        if not known
+    ]
+    dc_std = wider * unit * math.sqrt(float(average.dc_variance[number]))
+    known_dc = dc_std <= LARGEST_DC_SHARE * abs(dc_gain)
+    if not known_dc:
+        flags.append(DC_GAIN_FLAG)
+    return PartStd(
+        direct_gain=float(gains[0]),
+        gains=tuple(
+            float(g) if k else None for g, k in zip(gains[1:], supported.tolist(), strict=True)
+        ),
+        time_constants_s=tuple(
+            float(t * s) if k else None
+            for t, s, k in zip(refined.time_constants_s, log_tau, supported.tolist(), strict=True)
+        ),
+        dc_gain=dc_std if known_dc else None,
+        flags=tuple(flags),
+    )
+
+
+def _result(
+    evidence: ResponseEvidence,
+    input_names: Sequence[str],
+    options: ModalOptions,
+    average: Average,
+    refinement: tuple[Refinement, Refined],
+    validation: BlockedValidation,
+) -> ModalResult:
+    problem, refined = refinement
+    gains = _carried(problem, refined, average)
+    scales, delays = evidence.scales, options.delays_s or (0.0,) * len(input_names)
+    parts: list[ModalPart] = []
+    stds: list[PartStd] = []
+    for i, name in enumerate(input_names):
+        unit = scales.y / float(scales.u[i])
+        part = ModalPart(
+            input_name=name,
+            direct_gain=float(unit * gains[i, 0]),
+            gains=unit * gains[i, 1:],
+            time_constants_s=refined.time_constants_s,
+            delay_s=delays[i],
+        )
+        parts.append(part)
+        stds.append(_part_std(refined, i, unit, average, part.dc_gain, evidence))
+    others = _starts_and_offsets(problem, refined, gains)
+    offsets = scales.y * others[others.size - refined.offsets.size :]
+    model = ThermalModel(tuple(parts))
+    rows = float(np.median([s.rows for s in evidence.segments]))
+    block_std = scales.y * math.sqrt(refined.variance)
+    return ModalResult(
+        model=model,
+        std=tuple(stds),
+        noise_std_um=block_std * math.sqrt(rows),
+        slow_noise_std_um=block_std * math.sqrt(problem.sizes.noise.ratio),
+        slow_noise_correlation_s=problem.sizes.noise.correlation_s,
+        fit_percent=_fit_percent(problem, refined, gains, others),
+        offsets_um=tuple(offsets.tolist()),
+        validation=validation,
+        warnings=_warnings(evidence, stds),
+    )
+
+
+def _warnings(evidence: ResponseEvidence, stds: Sequence[PartStd]) -> tuple[str, ...]:
+    """Return what a user must know of the record as a whole."""
+    warnings: list[str] = []
+    started = {
+        segment.experiment
+        for segment, size in zip(
+            evidence.segments, evidence.sizes.log_transients or (), strict=False
+        )
+        if size > FREE_START
+    }
+    count = 1 + max(s.experiment for s in evidence.segments)
+    if len(started) == count:
+        warnings.append(
+            "no experiment begins in a steady state: what the machine did before the start is"
+            " estimated, and slow time constants and DC gains with it"
+            " (add a test that starts cold)"
+        )
+    if any(s.dc_gain is None for s in stds):
+        warnings.append(
+            "the record does not support every DC gain: the model holds for changes that last as"
+            " long as the record's, not for longer ones (add a longer test, or one that starts"
+            " cold)"
+        )
+    return tuple(warnings)
+
+
+def _starts_and_offsets(problem: Refinement, refined: Refined, gains: FloatArray) -> FloatArray:
+    """Return the transients and offsets that suit given gains, scaled, (s j + e,). [1]"""
+    own = problem.design_at(refined.time_constants_s)
+    gram, _ = own.products(problem.sizes.noise)
+    kept, fixed = slice(own.gains, -1), slice(0, own.gains)
+    prior = prior_precision(own, problem.sizes, refined.time_constants_s.size)[own.gains :]
+    right = gram[kept, -1] - gram[kept, fixed] @ gains.ravel()
+    solved = np.linalg.solve(gram[kept, kept] + np.diag(prior), right)
+    return np.asarray(solved, dtype=np.float64)
+
+
+def _fit_percent(
+    problem: Refinement, refined: Refined, gains: FloatArray, others: FloatArray
+) -> float:
+    """Return the fit of the free run over the block means of all experiments. [%]"""
+    own = problem.design_at(refined.time_constants_s)
+    coefficients = np.concatenate([gains.ravel(), others])
+    left, spread = 0.0, 0.0
+    for rows in own.rows:
+        y = rows[:, -1]
+        left += float(np.sum((y - rows[:, :-1] @ coefficients) ** 2))
+        spread += float(np.sum((y - np.mean(y)) ** 2))
+    return 100.0 * (1.0 - math.sqrt(left / spread))

@@ -1,0 +1,248 @@
+"""Averages over blocks of time of what lags make of the inputs, exact at the log's own rate.
+
+Averaging is linear: the mean of the displacement over a block is the same mean of the lagged
+inputs times the gains. A search over time constants therefore works on a few hundred block means
+and loses nothing but what changes within a block.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import Experiment
+
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+LONGEST_GAP_S = 900.0
+"""Inputs missing for longer are not interpolated: the record is cut there. [s]"""
+AT_REFERENCE = 0.15
+"""First value over the root mean square of an input up to which it begins at its reference. [1]"""
+MANY_BLOCKS = 30
+"""In a record of more blocks than these the rows of an unfinished last block are left out. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """A stretch of one experiment without a long gap in the inputs, cut into blocks."""
+
+    experiment: int
+    """Number of the experiment, from zero. [1]"""
+    start_s: float
+    """Time of the first row since the experiment's first row. [s]"""
+    sample_time_s: float
+    """Time between rows. [s]"""
+    rows: int
+    """Rows per block. [1]"""
+    u: tuple[FloatArray, ...]
+    """Inputs after their delays without gaps, k arrays (blocks x rows,). [K]"""
+    mean_u: FloatArray
+    """Mean inputs per block, (blocks, k). [K]"""
+    start: tuple[float, ...]
+    """State of every input's lags at the first row, but for transients. [K]"""
+    y: FloatArray
+    """Mean displacement per block, (blocks,); NaN where a block has none. [µm]"""
+    count: FloatArray
+    """Displacements measured per block, (blocks,). [1]"""
+    measured: FloatArray | None
+    """One where the displacement was measured, else zero, (blocks, rows); None if always."""
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks. [1]"""
+        return int(self.y.size)
+
+    @property
+    def times_s(self) -> FloatArray:
+        """Begin of every block since the experiment's first row, (blocks,). [s]"""
+        return self.start_s + self.rows * self.sample_time_s * np.arange(
+            self.blocks, dtype=np.float64
+        )
+
+    def means(self, values: FloatArray) -> FloatArray:
+        """Return the means per block of a series at full rate, over measured rows."""
+        return _block_means(values, self.rows, self.measured)
+
+    def input_means(self) -> FloatArray:
+        """Return the mean inputs per block, (blocks, k). [K]"""
+        return self.mean_u
+
+    def lag_means(self, column: int, time_constants_s: FloatArray) -> FloatArray:
+        """Return the mean of lagged inputs per block, (blocks, j). [K]
+
+        Notes
+        -----
+        Within a block the lag's state is linear in its value at the block's begin and in the
+        inputs. One product of matrices gives the sums of all lags, a recursion from block to block
+        the begins: the lags at the full rate without their series.
+        """
+        u, start = self.u[column], self.start[column]
+        log_keep = -self.sample_time_s / time_constants_s
+        alpha = -np.expm1(log_keep)
+        if self.measured is not None:
+            return np.column_stack(
+                [
+                    self.means(lfilter([0.0, a], [1.0, a - 1.0], u, zi=[start])[0])
+                    for a in alpha.tolist()
+                ]
+            )
+        later = np.arange(self.rows - 1, -1, -1.0)[:, None]
+        within = -np.expm1(later * log_keep) / self.rows
+        carried = alpha * np.exp(later * log_keep)
+        sums = u.reshape(self.blocks, self.rows) @ np.hstack([within, carried])
+        count = time_constants_s.size
+        keep_block = np.exp(self.rows * log_keep)
+        begin_weight = -np.expm1(self.rows * log_keep) / (self.rows * alpha)
+        means = np.empty((self.blocks, count))
+        for j in range(count):
+            begins, _ = lfilter([0.0, 1.0], [1.0, -keep_block[j]], sums[:, count + j], zi=[start])
+            means[:, j] = sums[:, j] + begin_weight[j] * begins
+        return means
+
+    def fading_means(self, time_constants_s: FloatArray) -> FloatArray:
+        """Return the mean per block of what is left of a unit start, (blocks, j). [1]"""
+        log_keep = -self.sample_time_s / time_constants_s
+        if self.measured is not None:
+            row = np.arange(self.blocks * self.rows, dtype=np.float64)
+            return np.column_stack([self.means(np.exp(row * k)) for k in log_keep.tolist()])
+        first = np.exp(self.rows * np.arange(self.blocks)[:, None] * log_keep)
+        within = np.expm1(self.rows * log_keep) / (self.rows * np.expm1(log_keep))
+        return np.asarray(first * within)
+
+
+def _block_means(values: FloatArray, rows: int, measured: FloatArray | None) -> FloatArray:
+    blocked = values.reshape(-1, rows)
+    if measured is None:
+        return np.asarray(blocked.mean(axis=1), dtype=np.float64)
+    total = np.einsum("br,br->b", blocked, measured)
+    return np.asarray(total / np.maximum(measured.sum(axis=1), 1.0))
+
+
+def _without_gaps(values: FloatArray) -> FloatArray:
+    """Interpolate missing values; hold the first and the last measured one beyond them."""
+    missing = np.isnan(values)
+    if not bool(np.any(missing)):
+        return values
+    row = np.arange(values.size)
+    return np.interp(row, row[~missing], values[~missing])
+
+
+def _runs(wanted: BoolArray) -> list[tuple[int, int]]:
+    """Return first and last-plus-one index of every run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int8), [0]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _stretches(u: FloatArray, longest_gap: int) -> list[tuple[int, int]]:
+    """Return first and last-plus-one row of the stretches without a long gap in any input."""
+    if np.isfinite(np.sum(u)):
+        return [(0, u.shape[0])]
+    cut = np.zeros(u.shape[0], dtype=bool)
+    for column in np.isnan(u).T:
+        for begin, end in _runs(column):
+            if end - begin > longest_gap:
+                cut[begin:end] = True
+    return _runs(~cut)
+
+
+def _starts(columns: Sequence[FloatArray]) -> tuple[float, ...]:
+    """Return where the lags of every input begin.
+
+    A machine in its reference state has lags at zero, whatever the first reading says: rounding
+    and the rise within the first row are no state. Else the first value is taken as lasting.
+    """
+    first = [float(c[0]) for c in columns]
+    at_reference = all(
+        abs(value) <= AT_REFERENCE * float(np.sqrt(np.mean(np.square(c))))
+        for value, c in zip(first, columns, strict=True)
+    )
+    return (0.0,) * len(first) if at_reference else tuple(first)
+
+
+def _segment(
+    experiment: Experiment, number: int, span: tuple[int, int], rows: int, late: Sequence[int]
+) -> Segment | None:
+    begin, end = span
+    u, y = experiment.u[begin:end], experiment.y[begin:end]
+    columns: list[FloatArray] = []
+    for i, rows_late in enumerate(late):
+        column = _without_gaps(np.ascontiguousarray(u[:, i]))
+        held = min(rows_late, column.size)
+        columns.append(np.concatenate([np.full(held, column[0]), column[: column.size - held]]))
+    blocks = -(-y.size // rows)
+    if y.size % rows and blocks > MANY_BLOCKS:
+        blocks -= 1
+        y, columns = y[: blocks * rows], [c[: blocks * rows] for c in columns]
+    padding = blocks * rows - y.size
+    missing = np.isnan(y)
+    if padding:
+        # The last block is filled up with rows that count for nothing.
+        columns = [np.concatenate([c, np.full(padding, c[-1])]) for c in columns]
+        y = np.concatenate([y, np.full(padding, np.nan)])
+        missing = np.isnan(y)
+    blocked = y.reshape(blocks, rows)
+    if not bool(np.any(missing)):
+        mean, count, measured = blocked.mean(axis=1), np.full(blocks, float(rows)), None
+    else:
+        measured = (~missing).reshape(blocks, rows).astype(np.float64)
+        count = measured.sum(axis=1)
+        mean = np.where(count > 0, np.nansum(blocked, axis=1) / np.maximum(count, 1.0), np.nan)
+    if not np.any(count > 0):
+        return None
+    return Segment(
+        experiment=number,
+        start_s=begin * experiment.sample_time_s,
+        sample_time_s=experiment.sample_time_s,
+        rows=rows,
+        u=tuple(columns),
+        start=_starts(columns),
+        mean_u=np.column_stack([_block_means(c, rows, measured) for c in columns]),
+        y=mean,
+        count=count,
+        measured=measured,
+    )
+
+
+def segments_of(
+    experiments: Sequence[Experiment], block_s: float, delays_s: Sequence[float]
+) -> tuple[Segment, ...]:
+    """Cut experiments into blocks of about one length.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        With the same inputs.
+    block_s : float
+        Wanted length of a block; it is shortened to whole rows. [s]
+    delays_s : sequence of float
+        Delay of every input, rounded to whole rows. [s]
+
+    Returns
+    -------
+    tuple of Segment
+        One per experiment and stretch without a long gap in the inputs.
+
+    Raises
+    ------
+    DataError
+        If no displacement is left.
+    """
+    found: list[Segment] = []
+    for number, experiment in enumerate(experiments):
+        step_s = experiment.sample_time_s
+        rows = max(1, int(block_s / step_s + 1e-9))
+        late = [round(delay / step_s) for delay in delays_s]
+        gap = max(1, int(LONGEST_GAP_S / step_s))
+        for span in _stretches(experiment.u, gap):
+            segment = _segment(experiment, number, span, rows, late)
+            if segment is not None:
+                found.append(segment)
+    if not found:
+        raise DataError("there is no displacement where all inputs were measured")
+    return tuple(found)

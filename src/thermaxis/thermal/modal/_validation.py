@@ -1,0 +1,113 @@
+"""The number of lags, by the free run over blocks of the record that the fit has not seen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.modal._lags import Linearised, Refined, Refinement
+from thermaxis.thermal.modal._slow_noise import weighted_products
+
+FOLDS = 6
+"""Blocks that a record is cut into. [1]"""
+EXACT = 1e-9
+"""Share of the displacement's variance that is not worth another lag. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockedValidation:
+    """Free-run errors over held-out blocks, by number of lags."""
+
+    lags: tuple[int, ...]
+    """Numbers of lags compared."""
+    error: FloatArray
+    """Mean square of the free-run error under the noise, per number of lags, (l,). [1]"""
+    standard_error: FloatArray
+    """Standard error of its difference to the best, (l,). [1]"""
+    chosen: int
+    """Smallest number of lags within one standard error of the best. [1]"""
+
+
+def _products_of_blocks(problem: Refinement, local: Linearised) -> tuple[FloatArray, FloatArray]:
+    """Return the products of every block, (f, q + 1, q + 1), and its readings, (f,)."""
+    design, noise = local.design, problem.sizes.noise
+    length = max(2, -(-design.readings // FOLDS))
+    products: list[FloatArray] = []
+    counts: list[int] = []
+    for rows, white, times_s in zip(
+        design.rows, design.white_variance, design.times_s, strict=True
+    ):
+        pieces = max(1, round(rows.shape[0] / length))
+        edges = [round(rows.shape[0] * place / pieces) for place in range(pieces + 1)]
+        for first, last in pairwise(edges):
+            piece = slice(first, last)
+            found = weighted_products(rows[piece], white[piece], times_s[piece], noise)
+            products.append(found.gram)
+            counts.append(last - first)
+    return np.array(products), np.array(counts, dtype=np.float64)
+
+
+def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArray]:
+    """Return the squared free-run error over every block and its readings, (f,)."""
+    local = problem.linearised(refined)
+    blocks, counts = _products_of_blocks(problem, local)
+    if counts.size < 2:
+        return np.zeros(counts.size), counts
+    size = int(blocks.shape[1]) - 1
+    diagonal = np.arange(int(size))
+    outside = blocks.sum(axis=0) - blocks
+    left = outside[:, :-1, :-1].copy()
+    # A start or an offset that only the held-out block knows stays at zero in the fit.
+    left[:, diagonal, diagonal] += local.prior + 1e-9
+    mean = np.asarray(np.linalg.solve(left, outside[:, :-1, -1:]), dtype=np.float64)[:, :, 0]
+    response = np.r_[0 : local.gains, size - local.lags : size].astype(np.intp)
+    own = np.arange(int(local.gains), int(size - local.lags))
+    signed = np.concatenate([-mean[:, response], np.ones((counts.size, 1))], axis=1)
+    kept = np.append(response, size)
+    total = np.einsum("fi,fij,fj->f", signed, blocks[:, kept[:, None], kept], signed)
+    right = np.einsum("fij,fj->fi", blocks[:, own[:, None], kept], signed)
+    start = blocks[:, own[:, None], own].copy()
+    places = np.arange(int(size - local.lags - local.gains))
+    start[:, places, places] += local.prior[own] + 1e-9
+    solved = np.asarray(np.linalg.solve(start, right[:, :, None]), dtype=np.float64)[:, :, 0]
+    return total - np.einsum("fi,fi->f", right, solved), counts
+
+
+def validated(candidates: Sequence[tuple[Refinement, Refined]]) -> BlockedValidation:
+    """Choose the number of lags by blocked cross-validation of the free run.
+
+    Parameters
+    ----------
+    candidates : sequence of tuple of Refinement and Refined
+        The best set of every number of lags, on all of the record.
+
+    Returns
+    -------
+    BlockedValidation
+        The smallest number of lags whose error is within a standard error of the least.
+
+    Notes
+    -----
+    Gains and time constants are fitted without the block, the latter to first order. The block is
+    then simulated by its inputs; of its displacement only the offset and the unknown start are
+    taken. Errors are weighed by the inverse covariance of the noise, so that the slow drift of a
+    block does not drown what the lags explain.
+    """
+    numbers = tuple(int(refined.time_constants_s.size) for _, refined in candidates)
+    found = [_errors(problem, refined) for problem, refined in candidates]
+    counts = found[0][1]
+    unit = candidates[-1][1].variance
+    errors = np.array([e for e, _ in found]) / unit
+    mean = errors.sum(axis=1) / counts.sum()
+    best = int(np.argmin(mean))
+    folds = counts.size
+    if folds < 2:
+        return BlockedValidation(numbers, mean, np.zeros(len(numbers)), numbers[0])
+    spread = np.std(errors - errors[best], axis=1, ddof=1) * np.sqrt(folds) / counts.sum()
+    worse = mean - mean[best]
+    within = np.flatnonzero((worse <= spread) | (worse * unit <= EXACT))
+    return BlockedValidation(numbers, mean, spread, numbers[int(within[0])])

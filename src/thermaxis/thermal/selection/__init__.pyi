@@ -1,0 +1,18 @@
+from ._bank import (
+    RecordPart as RecordPart,
+)
+from ._selection import (
+    FIXED_TIME_CONSTANTS_S as FIXED_TIME_CONSTANTS_S,
+    ChannelScore as ChannelScore,
+    SelectedOutput as SelectedOutput,
+    SelectionOptions as SelectionOptions,
+    SelectionResult as SelectionResult,
+    StructureScore as StructureScore,
+    select as select,
+)
+from ._sensors import (
+    SensorFault as SensorFault,
+    SensorFinding as SensorFinding,
+    check_candidates as check_candidates,
+    sensor_noise_k as sensor_noise_k,
+)

@@ -1,0 +1,183 @@
+"""Means over blocks of time of all candidates and their lags, computed once for all outputs."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import Experiment
+from thermaxis.thermal.modal import Segment, segments_of
+
+IndexArray: TypeAlias = NDArray[np.intp]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Bank:
+    """Regressors and displacements of outputs that were measured in the same rows.
+
+    The columns are the candidates without a lag, then behind each time constant, then a one.
+    """
+
+    output_names: tuple[str, ...]
+    """Names of the outputs, (o,)."""
+    regressors: FloatArray
+    """Block means, (n, (1 + L) k + 1). [K]"""
+    displacement: FloatArray
+    """Block means, (n, o). [µm]"""
+    weight: FloatArray
+    """Measured rows per block mean, (n,). [1]"""
+    part: IndexArray
+    """Part of the record that each block mean belongs to, (n,); parts are held out whole."""
+    experiment: IndexArray
+    """Experiment of each block mean, (n,)."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RecordPart:
+    """A stretch of an experiment that is held out as a whole."""
+
+    experiment: int
+    """Number of the experiment, from zero. [1]"""
+    start_s: float
+    """Begin since the experiment's first row. [s]"""
+    duration_s: float
+    """Length. [s]"""
+
+
+def record_parts(experiments: Sequence[Experiment], count: int) -> tuple[RecordPart, ...]:
+    """Cut experiments into parts of about equal length.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        In the order in which they were run.
+    count : int
+        Wanted number of parts. [1]
+
+    Returns
+    -------
+    tuple of RecordPart
+        In order of time; an experiment shorter than a part is one of its own.
+    """
+    wanted_s = sum(e.duration_s for e in experiments) / count
+    parts: list[RecordPart] = []
+    for number, experiment in enumerate(experiments):
+        pieces = max(1, round(experiment.duration_s / wanted_s))
+        length_s = experiment.duration_s / pieces
+        parts += [RecordPart(number, i * length_s, length_s) for i in range(pieces)]
+    return tuple(parts)
+
+
+def _check_same_inputs(outputs: Mapping[str, Sequence[Experiment]]) -> None:
+    names = list(outputs)
+    first = outputs[names[0]]
+    for name in names[1:]:
+        own = outputs[name]
+        same = len(own) == len(first) and all(
+            a.sample_time_s == b.sample_time_s
+            and (a.u is b.u or np.array_equal(a.u, b.u, equal_nan=True))
+            for a, b in zip(own, first, strict=True)
+        )
+        if not same:
+            raise DataError(
+                f"the inputs of output {name} are not those of output {names[0]}",
+                where=f"output {name}",
+                remedy="Outputs that are identified together need the same logs and candidates",
+            )
+
+
+def _same_rows(outputs: Mapping[str, Sequence[Experiment]]) -> list[list[str]]:
+    """Return the outputs grouped by the rows in which they were measured."""
+    groups: dict[tuple[bytes, ...], list[str]] = {}
+    for name, experiments in outputs.items():
+        rows = tuple(np.packbits(np.isnan(e.y)).tobytes() for e in experiments)
+        groups.setdefault(rows, []).append(name)
+    return list(groups.values())
+
+
+def _regressors(segment: Segment, time_constants_s: FloatArray) -> FloatArray:
+    inputs = segment.input_means()
+    means = np.empty((segment.blocks, 1 + time_constants_s.size, inputs.shape[1]))
+    means[:, 0] = inputs
+    if time_constants_s.size:
+        for i in range(inputs.shape[1]):
+            means[:, 1:, i] = segment.lag_means(i, time_constants_s)
+    return np.column_stack([means.reshape(segment.blocks, -1), np.ones(segment.blocks)])
+
+
+def _parts_of(segment: Segment, parts: Sequence[RecordPart]) -> IndexArray:
+    middle_s = segment.times_s + 0.5 * segment.rows * segment.sample_time_s
+    own = [i for i, part in enumerate(parts) if part.experiment == segment.experiment]
+    begins = np.array([parts[i].start_s for i in own])
+    return own[0] + np.searchsorted(begins[1:], middle_s, side="right")
+
+
+def banks_of(
+    outputs: Mapping[str, Sequence[Experiment]],
+    columns: Sequence[int],
+    time_constants_s: FloatArray,
+    mean_s: float,
+    parts: Sequence[RecordPart],
+) -> tuple[Bank, ...]:
+    """Compute the regressors of all outputs.
+
+    Parameters
+    ----------
+    outputs : mapping of str to sequence of Experiment
+        Experiments of every output, with the same inputs.
+    columns : sequence of int
+        Inputs that are candidates, (k,).
+    time_constants_s : FloatArray
+        Time constants of the lags, (L,). [s]
+    mean_s : float
+        Length of the block means. [s]
+    parts : sequence of RecordPart
+        Parts of the record.
+
+    Returns
+    -------
+    tuple of Bank
+        One per group of outputs that were measured in the same rows.
+
+    Raises
+    ------
+    DataError
+        If the outputs have other inputs, or an output is never measured together with them.
+    """
+    _check_same_inputs(outputs)
+    banks: list[Bank] = []
+    for names in _same_rows(outputs):
+        segments = [
+            segments_of(
+                [Experiment(e.sample_time_s, e.u[:, columns], e.y, e.name) for e in outputs[name]],
+                mean_s,
+                [0.0] * len(columns),
+            )
+            for name in names
+        ]
+        kept = [s.count > 0 for s in segments[0]]
+        rows = list(zip(segments[0], kept, strict=True))
+        banks.append(
+            Bank(
+                output_names=tuple(names),
+                regressors=np.concatenate([_regressors(s, time_constants_s)[k] for s, k in rows]),
+                displacement=np.column_stack(
+                    [
+                        np.concatenate([s.y[k] for s, k in zip(own, kept, strict=True)])
+                        for own in segments
+                    ]
+                ),
+                weight=np.concatenate([s.count[k] for s, k in rows]),
+                part=np.concatenate([_parts_of(s, parts)[k] for s, k in rows]),
+                experiment=np.concatenate(
+                    [np.full(int(np.count_nonzero(k)), s.experiment) for s, k in rows]
+                ),
+            )
+        )
+    return tuple(banks)

@@ -1,0 +1,78 @@
+from ._arx import (
+    SampleTimeTrial as SampleTimeTrial,
+    arx as arx,
+    block_means as block_means,
+    sample_time_study as sample_time_study,
+    solve_triangle as solve_triangle,
+    triangle as triangle,
+)
+from ._conversion import (
+    PAPER_SPINDLE as PAPER_SPINDLE,
+    PAPER_TABLE as PAPER_TABLE,
+    ModalForm as ModalForm,
+    OtherMode as OtherMode,
+    PrintedTransferFunction as PrintedTransferFunction,
+    RoundingLoss as RoundingLoss,
+    change_sample_time as change_sample_time,
+    equivalent_part as equivalent_part,
+    left_after as left_after,
+    modal_form as modal_form,
+    modal_part as modal_part,
+    part_with_digits as part_with_digits,
+    polynomial_model_of as polynomial_model_of,
+    printed_with as printed_with,
+    rounding_loss as rounding_loss,
+    thermal_model_of as thermal_model_of,
+    transfer_function_of as transfer_function_of,
+)
+from ._figures import (
+    SimulationFigures as SimulationFigures,
+    fit_percent as fit_percent,
+    simulation_figures as simulation_figures,
+)
+from ._linearity import (
+    Linearity as Linearity,
+    check_linearity as check_linearity,
+)
+from ._oe import (
+    OeOptions as OeOptions,
+    oe as oe,
+)
+from ._paper_models import (
+    paper_spindle_model as paper_spindle_model,
+    paper_table_model as paper_table_model,
+)
+from ._polynomial_model import (
+    OrderTrial as OrderTrial,
+    PolynomialModel as PolynomialModel,
+    PolynomialResult as PolynomialResult,
+    Start as Start,
+    TransferFunction as TransferFunction,
+    frozen_array as frozen_array,
+    held as held,
+    simulate_from_fitted_start as simulate_from_fitted_start,
+    simulate_polynomial as simulate_polynomial,
+    simulate_transfer_function as simulate_transfer_function,
+)
+from ._residuals import (
+    InformationCriteria as InformationCriteria,
+    PoleZeroMap as PoleZeroMap,
+    ResidualAnalysis as ResidualAnalysis,
+    StepResponses as StepResponses,
+    analyse_residuals as analyse_residuals,
+    information_criteria as information_criteria,
+    pole_zero_map as pole_zero_map,
+    step_responses as step_responses,
+)
+from ._superposition import (
+    DiameterGain as DiameterGain,
+    combine_models as combine_models,
+    parse_gain as parse_gain,
+)
+from ._thermal_model import (
+    ModalPart as ModalPart,
+    ThermalModel as ThermalModel,
+    section_response as section_response,
+    simulate_modal as simulate_modal,
+    step_response as step_response,
+)

@@ -1,0 +1,721 @@
+"""ARX: autoregression with inputs, by least squares on rows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import Experiment, common_shape
+from thermaxis.thermal.transfer_function._figures import fit_percent
+from thermaxis.thermal.transfer_function._polynomial_model import (
+    MOST_COEFFICIENTS,
+    OrderTrial,
+    PolynomialModel,
+    PolynomialResult,
+    Start,
+    TransferFunction,
+    common_sample_time_s,
+    frozen_array,
+    held,
+    names_of_inputs,
+    simulate_polynomial,
+)
+from thermaxis.thermal.transfer_function._residuals import correlation, portmanteau_p
+
+HIGHEST_ORDER = 4
+"""Largest n and m of the default search: that of the paper's tables and one more. [1]"""
+FEWEST_BLOCKS = 5
+"""Blocks of rows that the default search leaves out one after the other, at least. [1]"""
+SLOWEST_ROWS = 40.0
+"""A time constant of more rows than this is too slow for an equation error. [row]"""
+LONGEST_SHARE = 1.0 / 3.0
+"""A time constant longer than this share of the longest experiment is not supported. [1]"""
+WHITENESS_LAGS = 10
+"""Lags at which the one-step residuals are tested. [row]"""
+WHITENESS_LEVEL = 0.001
+"""Probability below which the residuals do not count as white. [1]"""
+LEAST_CORRELATION = 0.05
+"""Correlations below this do no harm, however sure they are. [1]"""
+_CHUNK_ROWS = 1 << 15
+_RANK = 1e-11
+_ROUND_OFF = 1e-18
+"""Residuals below this share of the squares are rounding. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ArxOrders:
+    """Orders of an ARX structure, in Ljung's letters."""
+
+    na: int
+    """Coefficients b_1 ... b_m of the denominator: m of the paper. [1]"""
+    nb: tuple[int, ...]
+    """Coefficients of the numerator of every input: n + 1 of the paper without delay. [1]"""
+    nk: tuple[int, ...]
+    """Delay of every input: leading zeros of its numerator. [row]"""
+
+    @property
+    def longest_lag(self) -> int:
+        """Rows that an equation reaches back. [row]"""
+        reach = [k + b - 1 for b, k in zip(self.nb, self.nk, strict=True) if b]
+        return max([self.na, *reach])
+
+    @property
+    def parameters(self) -> int:
+        """Number of coefficients. [1]"""
+        return self.na + sum(self.nb)
+
+
+def per_input(value: int | Sequence[int], inputs: int, name: str) -> tuple[int, ...]:
+    """Return an order for every input.
+
+    Parameters
+    ----------
+    value : int or sequence of int
+        One number for all inputs, or one per input. [1]
+    inputs : int
+        Number of inputs. [1]
+    name : str
+        Name of the order, for messages.
+
+    Returns
+    -------
+    tuple of int
+        One number per input. [1]
+
+    Raises
+    ------
+    ConfigurationError
+        If there is not one per input or one is negative or larger than allowed.
+    """
+    values = (value,) * inputs if isinstance(value, int) else tuple(value)
+    if len(values) != inputs:
+        raise ConfigurationError(
+            f"{len(values)} numbers for {inputs} inputs",
+            where=name,
+            remedy="State one number for all inputs or one per input",
+        )
+    limit = MOST_COEFFICIENTS // 2
+    if any(not 0 <= v <= limit for v in values):
+        raise ConfigurationError(f"an order lies outside 0 to {limit}", where=name)
+    return values
+
+
+def regressors(u: FloatArray, y: FloatArray, orders: ArxOrders, *, constant: bool) -> FloatArray:
+    """Return the rows of the least-squares problem of one experiment.
+
+    Parameters
+    ----------
+    u : FloatArray
+        Inputs, (n, k); NaN where not measured. [K]
+    y : FloatArray
+        Displacement, (n,); NaN where not measured. [µm]
+    orders : ArxOrders
+        Orders.
+    constant : bool
+        Whether a constant belongs to the equation.
+
+    Returns
+    -------
+    FloatArray
+        Columns -y(k-1) ... -y(k-na), u(k-nk) ... of every input, 1 and y(k), (rows, d + 1), for
+        k from the longest lag on; rows that need a missing value are left out. [µm and K]
+    """
+    first, n = orders.longest_lag, y.size
+    if n <= first:
+        return np.zeros((0, orders.parameters + constant + 1))
+    columns = [-y[first - i : n - i] for i in range(1, orders.na + 1)]
+    for j, (count, delay) in enumerate(zip(orders.nb, orders.nk, strict=True)):
+        columns += [u[first - delay - i : n - delay - i, j] for i in range(count)]
+    if constant:
+        columns.append(np.ones(n - first))
+    rows = np.stack([*columns, y[first:]], axis=1)
+    return rows[np.isfinite(rows @ np.ones(rows.shape[1]))]
+
+
+def triangle(blocks: Sequence[FloatArray]) -> FloatArray:
+    """Return the triangular factor of rows stacked below each other.
+
+    Parameters
+    ----------
+    blocks : sequence of FloatArray
+        Rows, (r, c) each, or triangular factors of rows. [any]
+
+    Returns
+    -------
+    FloatArray
+        R with R'R the sum of products of all rows, (c, c). [any]
+    """
+    columns = blocks[0].shape[1]
+    factor = np.zeros((columns, columns))
+    for block in blocks:
+        for start in range(0, block.shape[0], _CHUNK_ROWS):
+            stacked = np.vstack([factor, block[start : start + _CHUNK_ROWS]])
+            factor = np.asarray(np.linalg.qr(stacked, mode="r"), dtype=np.float64)
+    return factor
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class LeastSquares:
+    """Solution of a least-squares problem by its triangular factor."""
+
+    parameters: FloatArray
+    """Solution, (d,). [any]"""
+    inverse_root: FloatArray
+    """Root of the inverse of the sum of products of the regressors, (d, d). [any]"""
+    sum_of_squares: float
+    """What is left. [µm²]"""
+    weak: tuple[int, ...]
+    """Regressors of the directions that the rows do not determine; empty if they do. [1]"""
+
+
+def solve_triangle(factor: FloatArray, columns: Sequence[int] | None = None) -> LeastSquares:
+    """Solve a least-squares problem whose last column is the right side.
+
+    Parameters
+    ----------
+    factor : FloatArray
+        Triangular factor of regressors and right side, (d + 1, d + 1). [any]
+    columns : sequence of int, optional
+        Regressors to use. Default: all. [1]
+
+    Returns
+    -------
+    LeastSquares
+        Solution of least norm in scaled columns where the rows do not determine it.
+    """
+    chosen = list(range(factor.shape[1] - 1)) if columns is None else list(columns)
+    matrix, right = factor[:, chosen], factor[:, -1]
+    norm = np.linalg.norm(matrix, axis=0)
+    scale = np.where(norm > 0, norm, 1.0)
+    left, values, right_vectors = np.linalg.svd(matrix / scale, full_matrices=False)
+    kept = values > _RANK * (values[0] if values.size else 0.0)
+    inverse_values = np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0)
+    parameters = (right_vectors.T @ (inverse_values * (left.T @ right))) / scale
+    vectors = (right_vectors.T * inverse_values) / scale[:, None]
+    weak = {int(np.argmax(np.abs(v))) for v in right_vectors[~kept]}
+    residual = right - matrix @ parameters
+    return LeastSquares(
+        parameters=parameters,
+        inverse_root=vectors,
+        sum_of_squares=float(residual @ residual),
+        weak=tuple(sorted(weak)),
+    )
+
+
+def parameter_names(orders: ArxOrders, names: Sequence[str], *, constant: bool) -> tuple[str, ...]:
+    """Return names of the coefficients in the order of the regressors.
+
+    Parameters
+    ----------
+    orders : ArxOrders
+        Orders.
+    names : sequence of str
+        Names of the inputs.
+    constant : bool
+        Whether a constant belongs to the equation.
+
+    Returns
+    -------
+    tuple of str
+        Names such as `b_1` and `a_0 spindle`.
+    """
+    said = [f"b_{i}" for i in range(1, orders.na + 1)]
+    for name, count, delay in zip(names, orders.nb, orders.nk, strict=True):
+        said += [f"a_{delay + i} {name}" for i in range(count)]
+    return (*said, "constant") if constant else tuple(said)
+
+
+def arx(
+    experiments: Sequence[Experiment],
+    na: int | None = None,
+    nb: int | Sequence[int] | None = None,
+    nk: int | Sequence[int] = 0,
+    *,
+    input_names: Sequence[str] = (),
+    constant: bool = False,
+) -> PolynomialResult:
+    """Identify an ARX model: one denominator for all inputs, by least squares.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        Tests; their rows are stacked test by test, so no equation reaches over a border.
+    na : int, optional
+        Coefficients of the denominator (paper: m). Default: searched, 0 to 4. [1]
+    nb : int or sequence of int, optional
+        Coefficients of the numerator per input (paper: n + 1). Default: searched, 1 to 5. [1]
+    nk : int or sequence of int
+        Delay per input. Default: 0, the present input acts at once. [row]
+    input_names : sequence of str
+        Names of the inputs. Default: u1, u2, ...
+    constant : bool
+        Estimate a constant too. Default: no, the coordinates are relative (paper).
+
+    Returns
+    -------
+    PolynomialResult
+        Coefficients, their covariance for white residuals, the free run and warnings; `stable`
+        says whether every pole lies inside the unit circle. It need not.
+
+    Raises
+    ------
+    DataError
+        If there are too few complete rows, the rows do not determine the coefficients, or sample
+        times or inputs differ.
+    ConfigurationError
+        If an order is negative, too large, or only one of na and nb is given.
+
+    Notes
+    -----
+    The default search takes every n and m up to four, fits without one block of rows after the
+    other (a fifth of the record, or a whole test where there are five), runs free from the first
+    row and compares in the block left out. Of the orders whose mean square error exceeds the least
+    one by no more than one standard error of the difference, those with the fewest coefficients
+    are taken. A fit that is unstable is never taken.
+
+    An equation error weighs what changes from row to row. At short sample times that is noise, and
+    slow poles come out too fast: `sample_time_study` shows how far the answer depends on it.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equations (2) and (3): numerator a, denominator b. L. Ljung, System
+    Identification, writes B and A for them (from memory).
+    """
+    inputs = common_shape(experiments)
+    names = names_of_inputs(experiments, input_names)
+    sample_time_s = common_sample_time_s(experiments)
+    delays = per_input(nk, inputs, "nk")
+    search: tuple[OrderTrial, ...] = ()
+    if na is None and nb is None:
+        search, orders = _search(experiments, delays, constant=constant)
+    elif na is None or nb is None:
+        raise ConfigurationError(
+            "only one of na and nb is given",
+            where="orders",
+            remedy="Give both, or none to have them searched",
+        )
+    else:
+        (order,) = per_input(na, 1, "na")
+        orders = ArxOrders(order, per_input(nb, inputs, "nb"), delays)
+    _check_orders(orders, constant=constant)
+    factor, rows = _factor_of_all(experiments, orders, constant=constant)
+    _check_rows(rows, orders.parameters + constant)
+    solution = solve_triangle(factor)
+    labels = parameter_names(orders, names, constant=constant)
+    if solution.weak:
+        _refuse_weak(labels, solution.weak)
+    model = _model(solution.parameters, orders, names, sample_time_s, constant=constant)
+    variance = solution.sum_of_squares / (rows - solution.parameters.size)
+    simulated = tuple(_free_run(model, e) for e in experiments)
+    fit = fit_percent(np.concatenate([e.y for e in experiments]), np.concatenate(simulated))
+    at = _numerator_at(orders)
+    return PolynomialResult(
+        method="arx",
+        model=model,
+        parameter_names=labels,
+        parameters=frozen_array(solution.parameters),
+        covariance_root=frozen_array(np.sqrt(variance) * solution.inverse_root),
+        numerator_at=at,
+        denominator_at=(tuple(range(orders.na)),) * inputs,
+        delays=orders.nk,
+        noise_coefficients=frozen_array([]),
+        noise_variance=variance,
+        mean_square=solution.sum_of_squares / rows,
+        rows=rows,
+        simulated_um=simulated,
+        fit_percent=fit,
+        search=search,
+        warnings=_warnings(model, experiments, solution.parameters, orders, constant=constant),
+    )
+
+
+def _check_orders(orders: ArxOrders, *, constant: bool) -> None:
+    if orders.parameters + constant == 0:
+        raise ConfigurationError("no coefficient is asked for", where="orders")
+
+
+def _check_rows(rows: int, parameters: int) -> None:
+    if rows <= parameters:
+        raise DataError(
+            f"{rows} complete rows do not determine {parameters} coefficients",
+            where="experiments",
+            remedy="Use lower orders, a longer log, or the method oe, which needs no complete rows",
+        )
+
+
+def _refuse_weak(labels: Sequence[str], weak: Sequence[int]) -> None:
+    named = ", ".join(labels[i] for i in weak)
+    raise DataError(
+        f"the rows do not determine the coefficients (first: {named})",
+        where="experiments",
+        remedy="Lower the orders, or leave out an input that does not change or repeats another",
+    )
+
+
+def _factor_of_all(
+    experiments: Sequence[Experiment], orders: ArxOrders, *, constant: bool
+) -> tuple[FloatArray, int]:
+    """Return the triangular factor of all complete rows and their number."""
+    width = orders.parameters + constant + 1
+    factor, count = np.zeros((width, width)), 0
+    for experiment in experiments:
+        rows = regressors(experiment.u, experiment.y, orders, constant=constant)
+        factor = triangle([factor, rows])
+        count += rows.shape[0]
+    return factor, count
+
+
+def _numerator_at(orders: ArxOrders) -> tuple[tuple[int, ...], ...]:
+    ends = orders.na + np.cumsum(orders.nb)
+    return tuple(
+        tuple(range(int(end) - count, int(end))) for end, count in zip(ends, orders.nb, strict=True)
+    )
+
+
+def _model(
+    parameters: FloatArray,
+    orders: ArxOrders,
+    names: tuple[str, ...],
+    sample_time_s: float,
+    *,
+    constant: bool,
+) -> PolynomialModel:
+    below = np.concatenate([[1.0], parameters[: orders.na]])
+    parts: list[TransferFunction] = []
+    for at, delay in zip(_numerator_at(orders), orders.nk, strict=True):
+        above = np.concatenate([np.zeros(delay), parameters[list(at)]])
+        parts.append(TransferFunction(above if above.size else np.zeros(1), below))
+    level = float(np.sum(below))
+    offset = float(parameters[-1]) / level if constant and level != 0.0 else 0.0
+    return PolynomialModel(names, tuple(parts), sample_time_s, offset)
+
+
+def _free_run(model: PolynomialModel, experiment: Experiment) -> FloatArray:
+    """Return the free run, at rest where there is no steady state, without overflow."""
+    start = Start.STEADY
+    if any(not np.isfinite(part.dc_gain) for part in model.transfer_functions):
+        start = Start.REST
+    with np.errstate(over="ignore", invalid="ignore"):
+        y = simulate_polynomial(model, experiment.u, start=start)
+    return frozen_array(np.where(np.isfinite(y), np.clip(y, -1e100, 1e100), 1e100))
+
+
+def blocks_of_rows(experiments: Sequence[Experiment]) -> list[tuple[Experiment, int, int]]:
+    """Return the blocks that are left out one after the other.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        At least one.
+
+    Returns
+    -------
+    list of tuple
+        Experiment, first row and the row after the last one; five blocks or more in all, every
+        experiment cut into equally many.
+    """
+    each = -(-FEWEST_BLOCKS // len(experiments))
+    blocks: list[tuple[Experiment, int, int]] = []
+    for experiment in experiments:
+        borders = [round(experiment.y.size * i / each) for i in range(each + 1)]
+        blocks += [(experiment, a, b) for a, b in pairwise(borders)]
+    return blocks
+
+
+def _search(
+    experiments: Sequence[Experiment], delays: tuple[int, ...], *, constant: bool
+) -> tuple[tuple[OrderTrial, ...], ArxOrders]:
+    """Try every n and m up to the highest by the free run in blocks that the fit did not see."""
+    inputs = len(delays)
+    largest = ArxOrders(HIGHEST_ORDER, (HIGHEST_ORDER + 1,) * inputs, delays)
+    blocks = blocks_of_rows(experiments)
+    factors = [
+        triangle([regressors(e.u[a:b], e.y[a:b], largest, constant=constant)]) for e, a, b in blocks
+    ]
+    kept = [triangle([f for j, f in enumerate(factors) if j != i]) for i in range(len(blocks))]
+    filled = [(held(e.u)[0][:b], e.y[:b], a) for e, a, b in blocks]
+    trials: dict[tuple[int, int], FloatArray] = {}
+    for m in range(HIGHEST_ORDER + 1):
+        for n in range(HIGHEST_ORDER + 1):
+            orders = ArxOrders(m, (n + 1,) * inputs, delays)
+            columns = _columns_within(largest, orders, constant=constant)
+            solutions = [solve_triangle(factor, columns) for factor in kept]
+            errors = [
+                _left_out_error(solution, orders, rows, constant=constant)
+                for solution, rows in zip(solutions, filled, strict=True)
+            ]
+            trials[n, m] = np.array(errors)
+    weights = np.array([float(np.count_nonzero(~np.isnan(e.y[a:b]))) for e, a, b in blocks])
+    n, m = choose_orders(trials, weights, inputs)
+    searched = tuple(
+        OrderTrial(i, j, float(np.sqrt(np.sum(errors) / np.sum(weights))), (i, j) == (n, m))
+        for (i, j), errors in trials.items()
+    )
+    return searched, ArxOrders(m, (n + 1,) * inputs, delays)
+
+
+def choose_orders(
+    errors: dict[tuple[int, int], FloatArray], weights: FloatArray, inputs: int
+) -> tuple[int, int]:
+    """Choose the fewest coefficients that are not clearly worse than the best.
+
+    Parameters
+    ----------
+    errors : dict
+        Sum of squares in each block by (n, m), (blocks,); infinite where a fit is of no use. [µm²]
+    weights : FloatArray
+        Rows of each block, (blocks,). [1]
+    inputs : int
+        Number of inputs. [1]
+
+    Returns
+    -------
+    tuple of int
+        n and m.
+
+    Raises
+    ------
+    DataError
+        If no fit was of use.
+    """
+    totals = {key: float(np.sum(values)) for key, values in errors.items()}
+    best = min(totals, key=lambda key: totals[key])
+    if not np.isfinite(totals[best]):
+        raise DataError(
+            "no orders up to four give a stable fit in every block",
+            where="order search",
+            remedy="State the orders, take block means of the log, or use the method modal",
+        )
+    count = max(int(np.count_nonzero(weights)), 2)
+    allowed: list[tuple[int, int]] = []
+    for key, values in errors.items():
+        if not np.isfinite(totals[key]):
+            continue
+        difference = values - errors[best]
+        std_error = float(np.std(difference, ddof=1)) * float(np.sqrt(count))
+        if totals[key] - totals[best] <= std_error:
+            allowed.append(key)
+    return min(allowed, key=lambda key: (inputs * (key[0] + 1) + key[1], totals[key]))
+
+
+def _columns_within(largest: ArxOrders, orders: ArxOrders, *, constant: bool) -> list[int]:
+    """Return where the regressors of lower orders stand among those of the largest."""
+    columns = list(range(orders.na))
+    start = largest.na
+    for all_of_input, wanted in zip(largest.nb, orders.nb, strict=True):
+        columns += list(range(start, start + wanted))
+        start += all_of_input
+    return [*columns, start] if constant else columns
+
+
+def _left_out_error(
+    solution: LeastSquares,
+    orders: ArxOrders,
+    rows: tuple[FloatArray, FloatArray, int],
+    *,
+    constant: bool,
+) -> float:
+    """Return the sum of squares of the free run in a block that the fit did not see."""
+    if solution.weak:
+        return float("inf")
+    names = tuple(f"u{i + 1}" for i in range(len(orders.nb)))
+    model = _model(solution.parameters, orders, names, 1.0, constant=constant)
+    if not model.stable:
+        return float("inf")
+    u, y, first = rows
+    error = y[first:] - simulate_polynomial(model, u)[first:]
+    return float(np.nansum(error**2))
+
+
+def _warnings(
+    model: PolynomialModel,
+    experiments: Sequence[Experiment],
+    parameters: FloatArray,
+    orders: ArxOrders,
+    *,
+    constant: bool,
+) -> tuple[str, ...]:
+    said = list(pole_warnings(model, experiments))
+    rows = model.transfer_functions[0].time_constants_s(1.0)
+    if rows.size and np.isfinite(rows[0]) and rows[0] > SLOWEST_ROWS:
+        better = rows[0] / 30.0 * model.sample_time_s
+        said.append(
+            f"the slowest time constant is {rows[0]:.0f} rows: an equation error at so short a"
+            f" sample time is biased; take block means of about {better:.0f} s, or the method oe"
+        )
+    errors: list[FloatArray] = []
+    for experiment in experiments:
+        table = regressors(experiment.u, experiment.y, orders, constant=constant)
+        errors.append(table[:, -1] - table[:, :-1] @ parameters)
+    size = sum(float(np.nansum(e.y**2)) for e in experiments)
+    if sum(float(e @ e) for e in errors) <= _ROUND_OFF * size:
+        return tuple(said)
+    values, pairs = correlation(errors, errors, WHITENESS_LAGS)
+    own, pairs = values[WHITENESS_LAGS + 1 :], pairs[WHITENESS_LAGS + 1 :]
+    largest = float(np.max(np.abs(own)))
+    if largest > LEAST_CORRELATION and portmanteau_p(own, pairs) < WHITENESS_LEVEL:
+        said.append(
+            f"the residuals are not white (correlation {largest:.2f} within {WHITENESS_LAGS} rows):"
+            " the coefficients are biased and their standard deviations do not hold;"
+            " compare with the method oe"
+        )
+    return tuple(said)
+
+
+def pole_warnings(model: PolynomialModel, experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """Return what must be said about the poles of a model.
+
+    Parameters
+    ----------
+    model : PolynomialModel
+        The model.
+    experiments : sequence of Experiment
+        The tests that it was identified from.
+
+    Returns
+    -------
+    tuple of str
+        Sentences on instability, poles that are no lags, and time constants that are too long
+        for the tests.
+    """
+    longest = max(e.duration_s for e in experiments)
+    said: list[str] = []
+    shared: dict[tuple[float, ...], list[str]] = {}
+    for name, part in zip(model.input_names, model.transfer_functions, strict=True):
+        shared.setdefault(tuple(float(b) for b in part.denominator), []).append(name)
+    for denominator, names in shared.items():
+        part = TransferFunction(np.ones(1), np.array(denominator))
+        poles, said_of = part.poles, " and ".join(names)
+        if poles.size == 0:
+            continue
+        if not part.stable:
+            said.append(
+                f"{said_of}: unstable, a pole has the modulus {np.max(np.abs(poles)):.6f};"
+                " the model must not act on a machine"
+            )
+        if bool(np.any((poles.imag != 0.0) | (poles.real < 0.0))):
+            said.append(f"{said_of}: a pole oscillates, which is no heat conduction")
+        slowest = part.time_constants_s(model.sample_time_s)[0]
+        if part.stable and slowest > LONGEST_SHARE * longest:
+            said.append(
+                f"{said_of}: the slowest time constant, {slowest:.0f} s, is longer than a third of"
+                f" the longest test ({longest:.0f} s); it and the DC gain are extrapolated"
+            )
+    return tuple(said)
+
+
+def block_means(experiment: Experiment, rows: int) -> Experiment:
+    """Return an experiment at a longer sample time, each row the mean of a block.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        The test.
+    rows : int
+        Rows of a block, at least one; what is left over at the end is dropped. [row]
+
+    Returns
+    -------
+    Experiment
+        Means of what is present in each block; NaN where nothing is.
+
+    Raises
+    ------
+    ConfigurationError
+        If rows is less than one.
+    DataError
+        If fewer than eight blocks with a displacement are left.
+    """
+    if rows < 1:
+        raise ConfigurationError(f"a block of {rows} rows does not exist", where="block means")
+    if rows == 1:
+        return experiment
+    count = experiment.y.size // rows
+    u = experiment.u[: count * rows].reshape(count, rows, -1)
+    y = experiment.y[: count * rows].reshape(count, rows)
+    return Experiment(
+        sample_time_s=experiment.sample_time_s * rows,
+        u=_mean_of_present(u),
+        y=_mean_of_present(y),
+        name=experiment.name,
+    )
+
+
+def _mean_of_present(blocks: FloatArray) -> FloatArray:
+    present = np.count_nonzero(~np.isnan(blocks), axis=1)
+    return np.where(present > 0, np.nansum(blocks, axis=1) / np.maximum(present, 1), np.nan)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SampleTimeTrial:
+    """What one structure gives at one sample time."""
+
+    sample_time_s: float
+    """Time between rows. [s]"""
+    dc_gain: FloatArray
+    """DC gain of every input, (k,). [µm/K]"""
+    slowest_time_constant_s: float
+    """Slowest time constant of all parts; infinite where unstable. [s]"""
+    fit_percent: float
+    """Fit of the free run at this sample time. [%]"""
+    stable: bool
+    """Whether every pole lies inside the unit circle."""
+
+
+def sample_time_study(
+    experiments: Sequence[Experiment],
+    na: int,
+    nb: int | Sequence[int],
+    block_rows: Sequence[int],
+    *,
+    constant: bool = False,
+) -> tuple[SampleTimeTrial, ...]:
+    """Show how far an ARX model depends on the sample time.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        Tests at the shortest sample time.
+    na : int
+        Coefficients of the denominator. [1]
+    nb : int or sequence of int
+        Coefficients of the numerator per input. [1]
+    block_rows : sequence of int
+        Blocks of which means are taken. [row]
+    constant : bool
+        Estimate a constant too.
+
+    Returns
+    -------
+    tuple of SampleTimeTrial
+        One per block. An answer that moves with the sample time is biased at the shorter ones.
+
+    Raises
+    ------
+    DataError, ConfigurationError
+        As in `arx` and `block_means`.
+    """
+    trials: list[SampleTimeTrial] = []
+    for rows in block_rows:
+        result = arx([block_means(e, rows) for e in experiments], na, nb, constant=constant)
+        slowest = [
+            float(np.max(part.time_constants_s(result.model.sample_time_s), initial=0.0))
+            for part in result.model.transfer_functions
+        ]
+        trials.append(
+            SampleTimeTrial(
+                sample_time_s=result.model.sample_time_s,
+                dc_gain=result.dc_gain,
+                slowest_time_constant_s=max(slowest),
+                fit_percent=result.fit_percent,
+                stable=result.stable,
+            )
+        )
+    return tuple(trials)

@@ -1,0 +1,717 @@
+"""Numerator and denominator to gains and time constants and back; what printed digits lose."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import fsum, log10
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.transfer_function._polynomial_model import (
+    PolynomialModel,
+    TransferFunction,
+    frozen_array,
+)
+from thermaxis.thermal.transfer_function._roots import ComplexArray, distances_from_one
+from thermaxis.thermal.transfer_function._thermal_model import ModalPart, ThermalModel
+
+SAME_POLE = 1e-7
+"""Poles that are closer than this share of their distance from one count as a double pole. [1]"""
+MOST_CORNERS = 1 << 12
+"""Largest number of corners of the rounding that are computed. [1]"""
+ROUNDING_DRAWS = 20_000
+"""Random roundings for the standard deviations. [1]"""
+_DRAW_SEED = 2021
+_WHOLE_ROWS = 1e-6
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class OtherMode:
+    """A mode that is no lag: a complex pair, a negative pole, or one that does not decay."""
+
+    pole: complex
+    """Pole in z; of a pair the one with positive imaginary part. [1]"""
+    gain: complex
+    """Gain of c (1 - p) / (z - p); a pair contributes this and its conjugate. [µm/K]"""
+
+    @property
+    def pair(self) -> bool:
+        """Whether the mode is a complex pair."""
+        return self.pole.imag != 0.0
+
+    @property
+    def modulus(self) -> float:
+        """Distance of the pole from zero: what remains from one row to the next. [1]"""
+        return abs(self.pole)
+
+    @property
+    def decay_rows(self) -> float:
+        """Rows after which the mode has fallen to 1/e; infinite where it does not fall. [row]"""
+        if self.modulus >= 1.0:
+            return float("inf")
+        return -1.0 / float(np.log(self.modulus)) if self.modulus > 0.0 else 0.0
+
+    @property
+    def dc_gain(self) -> float:
+        """What the mode contributes to the DC gain. [µm/K]"""
+        return (2.0 if self.pair else 1.0) * self.gain.real
+
+    def left_after(self, rows: int) -> float:
+        """Return how far the mode is from its end after a unit step.
+
+        Parameters
+        ----------
+        rows : int
+            Rows since the step. [row]
+
+        Returns
+        -------
+        float
+            Contribution after that many rows minus the lasting one. [µm/K]
+        """
+        return -(2.0 if self.pair else 1.0) * (self.gain * self.pole**rows).real
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ModalForm:
+    """A transfer function as parallel modes, nothing left out.
+
+    y(k) = direct_gain u(k) + sum of gain x(k) + other modes + sum of late_gains[i] u(k - 1 - i),
+    everything after the delay.
+    """
+
+    sample_time_s: float
+    """Time between rows. [s]"""
+    direct_gain: float
+    """Gain without a lag. [µm/K]"""
+    gains: FloatArray
+    """Gains of the lags, (j,), slowest first. [µm/K]"""
+    time_constants_s: FloatArray
+    """Their time constants, (j,). [s]"""
+    other_modes: tuple[OtherMode, ...]
+    """Modes that are no lags."""
+    late_gains: FloatArray
+    """Gains of u(k - 1), u(k - 2), ... where the numerator is longer than the denominator.
+    [µm/K]"""
+    delay_rows: int
+    """Delay. [row]"""
+
+    @property
+    def dc_gain(self) -> float:
+        """Sum of all gains. [µm/K]"""
+        others = sum(mode.dc_gain for mode in self.other_modes)
+        return self.direct_gain + fsum(self.gains) + fsum(self.late_gains) + others
+
+    @property
+    def stable(self) -> bool:
+        """Whether every mode decays."""
+        return all(mode.modulus < 1.0 for mode in self.other_modes)
+
+    @property
+    def only_lags(self) -> bool:
+        """Whether the form is a direct gain and lags alone: what heat conduction gives."""
+        return not self.other_modes and self.late_gains.size == 0
+
+
+def modal_form(transfer_function: TransferFunction, sample_time_s: float) -> ModalForm:
+    """Decompose a transfer function into parallel modes.
+
+    Parameters
+    ----------
+    transfer_function : TransferFunction
+        Numerator a and denominator b.
+    sample_time_s : float
+        Time between rows for which they hold. [s]
+
+    Returns
+    -------
+    ModalForm
+        Lags for poles between 0 and 1; complex pairs, negative poles and poles that do not decay
+        are reported as such.
+
+    Raises
+    ------
+    DataError
+        If the sample time is not positive, two poles coincide, or a pole lies at z = 1.
+
+    Notes
+    -----
+    Poles are found as their distances from one, so slow ones keep their digits.
+    """
+    _check_sample_time(sample_time_s)
+    b0 = transfer_function.denominator[0]
+    below = _without_zeros_at_end(transfer_function.denominator) / b0
+    above = _without_zeros_at_end(transfer_function.numerator) / b0
+    order = below.size - 1
+    delay, above = _split_delay(above, order)
+    above, late = _split_late_gains(above, below)
+    direct = float(above[0])
+    rest = np.zeros(max(order, 1))
+    padded = np.zeros(order + 1)
+    padded[: above.size] = above
+    rest[:order] = (padded - direct * below)[1:]
+    gains, distances = _mode_gains(rest, below)
+    is_lag = (distances.imag == 0.0) & (distances.real > 0.0) & (distances.real < 1.0)
+    others = tuple(
+        OtherMode(pole=complex(1.0 - w), gain=complex(c))
+        for w, c in zip(distances[~is_lag], gains[~is_lag], strict=True)
+        if w.imag <= 0.0  # of a pair the pole with positive imaginary part
+    )
+    return ModalForm(
+        sample_time_s=sample_time_s,
+        direct_gain=direct,
+        gains=frozen_array(gains[is_lag].real),
+        time_constants_s=frozen_array(-sample_time_s / np.log1p(-distances[is_lag].real)),
+        other_modes=others,
+        late_gains=frozen_array(late),
+        delay_rows=delay,
+    )
+
+
+def _check_sample_time(sample_time_s: float) -> None:
+    if not (np.isfinite(sample_time_s) and sample_time_s > 0):
+        raise DataError(f"the sample time is {sample_time_s:g} s, not a positive time")
+
+
+def _without_zeros_at_end(coefficients: FloatArray) -> FloatArray:
+    nonzero = np.flatnonzero(coefficients)
+    return coefficients[: int(nonzero[-1]) + 1] if nonzero.size else coefficients[:1]
+
+
+def _split_delay(above: FloatArray, order: int) -> tuple[int, FloatArray]:
+    """Take leading zeros off a numerator; one may stay where lags without direct gain have it."""
+    nonzero = np.flatnonzero(above)
+    leading = int(nonzero[0]) if nonzero.size else 0
+    if leading == 0:
+        return 0, above
+    short = above[leading:]
+    if short.size <= order:
+        return leading - 1, above[leading - 1 :]
+    return leading, short
+
+
+def _split_late_gains(above: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Divide off what makes the numerator longer than the denominator."""
+    excess = above.size - below.size
+    if excess <= 0:
+        return above, np.zeros(0)
+    left, late = above.copy(), np.zeros(excess)
+    for i in range(excess, 0, -1):
+        late[i - 1] = left[i + below.size - 1] / below[-1]
+        left[i : i + below.size] -= late[i - 1] * below
+    return left[: below.size], late
+
+
+def _mode_gains(rest: FloatArray, below: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return c of every c (1 - p) / (z - p) and the distances 1 - p, slowest first."""
+    distances = distances_from_one(below)
+    order = distances.size
+    if order == 0:
+        return np.zeros(0, dtype=np.complex128), distances
+    if bool(np.any(distances == 0.0)):
+        raise DataError(
+            "a pole lies at z = 1: the response to a step never ends",
+            where="denominator",
+            remedy="A thermal model needs a pole inside the unit circle; identify it again",
+        )
+    gaps = distances[None, :] - distances[:, None]  # p_i - p_j
+    np.fill_diagonal(gaps, 1.0)
+    nearest = np.abs(gaps) + np.where(np.eye(order, dtype=bool), np.inf, 0.0)
+    if bool(np.any(nearest < SAME_POLE * np.abs(distances)[:, None])):
+        raise DataError(
+            "two poles coincide: they are no sum of lags",
+            where="denominator",
+            remedy="Identify with a lower order",
+        )
+    values = _at_distances(rest, distances)
+    return values / (distances * np.prod(gaps, axis=1)), distances
+
+
+def _at_distances(coefficients: FloatArray, distances: ComplexArray) -> ComplexArray:
+    """Return a polynomial in falling powers of z at z = 1 - w, without cancellation near one."""
+    derived = np.asarray(coefficients, dtype=np.float64)
+    value = np.zeros(distances.size, dtype=np.complex128)
+    power = np.ones(distances.size, dtype=np.complex128)
+    for _ in range(coefficients.size):
+        value = value + fsum(derived) * power
+        power = -power * distances
+        derived = np.cumsum(derived)[:-1]  # synthetic division by z - 1
+    return value
+
+
+def modal_part(form: ModalForm, input_name: str) -> ModalPart:
+    """Return direct gain and lags of a modal form; other modes go into the direct gain.
+
+    Parameters
+    ----------
+    form : ModalForm
+        The form.
+    input_name : str
+        Name of the input.
+
+    Returns
+    -------
+    ModalPart
+        The form itself where it has lags alone, else its equivalent once the other modes have
+        decayed; `left_after` says how far it is off before.
+
+    Raises
+    ------
+    DataError
+        If a mode does not decay.
+    """
+    if not form.stable:
+        worst = max(mode.modulus for mode in form.other_modes)
+        raise DataError(
+            f"a pole has the modulus {worst:.6f}: the model is unstable and has no equivalent",
+            where=f"part {input_name}",
+            remedy="Identify with the method modal or oe, which give stable models",
+        )
+    folded = fsum(mode.dc_gain for mode in form.other_modes) + fsum(form.late_gains)
+    return ModalPart(
+        input_name=input_name,
+        direct_gain=form.direct_gain + folded,
+        gains=form.gains,
+        time_constants_s=form.time_constants_s,
+        delay_s=form.delay_rows * form.sample_time_s,
+    )
+
+
+def left_after(form: ModalForm, rows: int) -> float:
+    """Return how far the equivalent of `modal_part` is off some rows after a unit step.
+
+    Parameters
+    ----------
+    form : ModalForm
+        The form.
+    rows : int
+        Rows since the step arrived, 0 at the row of the step itself. [row]
+
+    Returns
+    -------
+    float
+        Step response of the transfer function minus that of the equivalent. [µm/K]
+    """
+    return sum(mode.left_after(rows) for mode in form.other_modes) - fsum(form.late_gains[rows:])
+
+
+def equivalent_part(
+    transfer_function: TransferFunction, sample_time_s: float, input_name: str
+) -> ModalPart:
+    """Return direct gain and lags that do what a transfer function does.
+
+    Parameters
+    ----------
+    transfer_function : TransferFunction
+        Numerator a and denominator b.
+    sample_time_s : float
+        Time between rows for which they hold. [s]
+    input_name : str
+        Name of the input.
+
+    Returns
+    -------
+    ModalPart
+        As `modal_part`.
+
+    Raises
+    ------
+    DataError
+        As in `modal_form` and `modal_part`.
+    """
+    return modal_part(modal_form(transfer_function, sample_time_s), input_name)
+
+
+def transfer_function_of(part: ModalPart, sample_time_s: float) -> TransferFunction:
+    """Return numerator and denominator of direct gain and lags.
+
+    Parameters
+    ----------
+    part : ModalPart
+        Direct gain and lags. Lags with one time constant are joined.
+    sample_time_s : float
+        Time between rows. [s]
+
+    Returns
+    -------
+    TransferFunction
+        Exact for an input that is held between rows; b_0 is one.
+
+    Raises
+    ------
+    DataError
+        If the sample time is not positive or the delay is no whole number of rows.
+
+    Notes
+    -----
+    Ten digits of a and b may hold less than two of the DC gain: `rounding_loss` says how many.
+    """
+    _check_sample_time(sample_time_s)
+    rows = part.delay_s / sample_time_s
+    if abs(rows - round(rows)) > _WHOLE_ROWS * max(rows, 1.0):
+        raise DataError(
+            f"the delay of {part.delay_s:g} s is {rows:.4g} rows of {sample_time_s:g} s",
+            where=f"part {part.input_name}",
+            remedy="Choose a sample time that divides the delay",
+        )
+    time_constants = np.unique(part.time_constants_s)
+    gains = np.array([fsum(part.gains[part.time_constants_s == tau]) for tau in time_constants])
+    alphas = -np.expm1(-sample_time_s / time_constants)
+    below = _product(alphas)
+    above = part.direct_gain * below
+    for i, (gain, alpha) in enumerate(zip(gains, alphas, strict=True)):
+        above[1:] += gain * alpha * _product(np.delete(alphas, i))
+    return TransferFunction(np.concatenate([np.zeros(round(rows)), above]), below)
+
+
+def _product(alphas: FloatArray) -> FloatArray:
+    """Return the product of all 1 - (1 - alpha) / z."""
+    below = np.ones(1)
+    for alpha in alphas:
+        below = np.convolve(below, [1.0, alpha - 1.0])
+    return below
+
+
+def change_sample_time(
+    transfer_function: TransferFunction, sample_time_s: float, new_sample_time_s: float
+) -> TransferFunction:
+    """Return the same model for another sample time, pole by pole.
+
+    Parameters
+    ----------
+    transfer_function : TransferFunction
+        Numerator a and denominator b.
+    sample_time_s : float
+        Time between rows for which they hold. [s]
+    new_sample_time_s : float
+        Wanted time between rows. [s]
+
+    Returns
+    -------
+    TransferFunction
+        Poles p^(new / old), gains unchanged; late gains and delays must stay whole rows.
+
+    Raises
+    ------
+    DataError
+        As in `modal_form`, or if a negative pole, a late gain or a delay has no counterpart at
+        the new sample time.
+    """
+    _check_sample_time(new_sample_time_s)
+    form = modal_form(transfer_function, sample_time_s)
+    ratio = new_sample_time_s / sample_time_s
+    whole = abs(ratio - round(ratio)) < _WHOLE_ROWS
+    delay = form.delay_rows / ratio
+    real = [mode.pole.real for mode in form.other_modes if not mode.pair]
+    no_counterpart = (
+        form.late_gains.size > 0
+        or (not whole and any(pole < 0.0 for pole in real))
+        or abs(delay - round(delay)) > _WHOLE_ROWS * max(delay, 1.0)
+    )
+    if no_counterpart:
+        raise DataError(
+            f"a negative pole, a late gain or the delay of {form.delay_rows} rows has no"
+            f" counterpart at {new_sample_time_s:g} s",
+            remedy="Take the equivalent of direct gain and lags first",
+        )
+    distances = [
+        complex(-np.expm1(-new_sample_time_s / float(tau))) for tau in form.time_constants_s
+    ]
+    gains = [complex(c) for c in form.gains]
+    for mode in form.other_modes:
+        pole = mode.pole ** (round(ratio) if whole else ratio)
+        distances += [1.0 - pole, 1.0 - pole.conjugate()][: 2 if mode.pair else 1]
+        gains += [mode.gain, mode.gain.conjugate()][: 2 if mode.pair else 1]
+    return _joined(form.direct_gain, gains, distances, round(delay))
+
+
+def _joined(
+    direct: float, gains: Sequence[complex], distances: Sequence[complex], delay: int
+) -> TransferFunction:
+    below = np.ones(1, dtype=np.complex128)
+    for w in distances:
+        below = np.convolve(below, [1.0, w - 1.0])
+    above = direct * below
+    for i, (gain, w) in enumerate(zip(gains, distances, strict=True)):
+        others = np.ones(1, dtype=np.complex128)
+        for j, v in enumerate(distances):
+            others = np.convolve(others, [1.0, v - 1.0]) if j != i else others
+        above[1:] += gain * w * others
+    return TransferFunction(np.concatenate([np.zeros(delay), above.real]), below.real)
+
+
+def polynomial_model_of(model: ThermalModel, sample_time_s: float) -> PolynomialModel:
+    """Return numerators and denominators of a model of direct gains and lags.
+
+    Parameters
+    ----------
+    model : ThermalModel
+        The model.
+    sample_time_s : float
+        Time between rows. [s]
+
+    Returns
+    -------
+    PolynomialModel
+        Exact for inputs that are held between rows.
+
+    Raises
+    ------
+    DataError
+        As in `transfer_function_of`.
+    """
+    return PolynomialModel(
+        input_names=model.input_names,
+        transfer_functions=tuple(transfer_function_of(p, sample_time_s) for p in model.parts),
+        sample_time_s=sample_time_s,
+        offset_um=model.offset_um,
+    )
+
+
+def thermal_model_of(model: PolynomialModel) -> ThermalModel:
+    """Return direct gains and lags that do what numerators and denominators do.
+
+    Parameters
+    ----------
+    model : PolynomialModel
+        The model.
+
+    Returns
+    -------
+    ThermalModel
+        Modes that are no lags go into the direct gains, as in `modal_part`.
+
+    Raises
+    ------
+    DataError
+        As in `equivalent_part`.
+    """
+    return ThermalModel(
+        parts=tuple(
+            equivalent_part(part, model.sample_time_s, name)
+            for name, part in zip(model.input_names, model.transfer_functions, strict=True)
+        ),
+        offset_um=model.offset_um,
+    )
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PrintedTransferFunction:
+    """A transfer function as it was printed, with what its digits leave open."""
+
+    transfer_function: TransferFunction
+    """The printed coefficients."""
+    numerator_decimals: tuple[int | None, ...]
+    """Decimals of each a; None where the coefficient is exact. [1]"""
+    denominator_decimals: tuple[int | None, ...]
+    """Decimals of each b; None where the coefficient is exact, as b_0 = 1 is. [1]"""
+
+
+PAPER_SPINDLE = PrintedTransferFunction(
+    TransferFunction(
+        frozen_array([10.01220, -9.9895457, 0.0, 0.0]),
+        frozen_array([1.0, -0.877647, 0.020108, -0.141865]),
+    ),
+    (5, 7, None, None),
+    (None, 6, 6, 6),
+)
+"""Table 1 of the paper, the spindle's transfer function. Its sample time is stated nowhere."""
+PAPER_TABLE = PrintedTransferFunction(
+    TransferFunction(
+        frozen_array([-82.41672, 82.41479, 0.0, 0.0]),
+        frozen_array([1.0, -0.64533, 0.10375, -0.45835]),
+    ),
+    (5, 5, None, None),
+    (None, 5, 5, 5),
+)
+"""Table 2 of the paper, the table's transfer function. Its digits do not define its DC gain."""
+
+
+def printed_with(transfer_function: TransferFunction, decimals: int) -> PrintedTransferFunction:
+    """Return a transfer function as it reads when printed with so many decimals.
+
+    Parameters
+    ----------
+    transfer_function : TransferFunction
+        Numerator a and denominator b.
+    decimals : int
+        Digits after the point. [1]
+
+    Returns
+    -------
+    PrintedTransferFunction
+        Rounded coefficients; zeros and b_0 count as exact.
+
+    Raises
+    ------
+    DataError
+        If b_0 rounds to zero.
+    """
+    a, b = transfer_function.numerator, transfer_function.denominator
+    return PrintedTransferFunction(
+        TransferFunction(np.round(a, decimals), np.round(b, decimals)),
+        tuple(None if value == 0.0 else decimals for value in a),
+        tuple(None if value == 0.0 or i == 0 else decimals for i, value in enumerate(b)),
+    )
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RoundingLoss:
+    """What the printed digits of a transfer function leave of its DC gain and time constant."""
+
+    dc_gain: float
+    """DC gain of the printed coefficients. [µm/K]"""
+    dc_gain_between: tuple[float, float]
+    """Least and largest DC gain that rounds to these digits; infinite where the digits allow a
+    pole at z = 1. [µm/K]"""
+    dc_gain_relative_std: float
+    """Standard deviation over roundings that are equally likely; NaN where one is unstable. [1]"""
+    time_constant_rows: float
+    """Slowest time constant of the printed coefficients. [row]"""
+    time_constant_rows_between: tuple[float, float]
+    """Least and largest one that rounds to these digits; infinite where unstable. [row]"""
+    time_constant_relative_std: float
+    """Standard deviation over equally likely roundings; NaN where one is unstable. [1]"""
+    unstable_share: float
+    """Share of the roundings that are unstable. [1]"""
+    decimals_for_percent: float
+    """Decimals of b with which its worst corner moves the DC gain by one percent. [1]"""
+
+    @property
+    def dc_gain_error(self) -> tuple[float, float]:
+        """Relative errors of the DC gain at the corners, the smaller first; NaN for gain 0. [1]"""
+        if self.dc_gain == 0.0:
+            return float("nan"), float("nan")
+        low, high = (abs(x) / abs(self.dc_gain) - 1.0 for x in self.dc_gain_between)
+        return (low, high) if low < high else (high, low)
+
+
+def rounding_loss(printed: PrintedTransferFunction) -> RoundingLoss:
+    """Return what the printed digits of a transfer function leave open.
+
+    Parameters
+    ----------
+    printed : PrintedTransferFunction
+        Coefficients and their decimals; each true coefficient lies within half a last digit.
+
+    Returns
+    -------
+    RoundingLoss
+        DC gain and slowest time constant: as printed, at the worst corners, and their scatter
+        over 20,000 equally likely roundings (seeded).
+
+    Raises
+    ------
+    DataError
+        If there are more than twelve rounded coefficients.
+    """
+    tf = printed.transfer_function
+    half = np.array(
+        [
+            0.0 if d is None else 0.5 * 10.0**-d
+            for d in (*printed.numerator_decimals, *printed.denominator_decimals)
+        ]
+    )
+    centre = np.concatenate([tf.numerator, tf.denominator])
+    if half.size != centre.size:
+        raise DataError(
+            f"{centre.size} coefficients have {half.size} numbers of decimals",
+            remedy="State the decimals of every coefficient, None where it is exact",
+        )
+    open_at = np.flatnonzero(half)
+    if 1 << open_at.size > MOST_CORNERS:
+        raise DataError(
+            f"{open_at.size} rounded coefficients have too many corners",
+            remedy="Judge the parts one by one",
+        )
+    signs = np.zeros((1 << open_at.size, half.size))
+    signs[:, open_at] = np.array(list(product((-1.0, 1.0), repeat=open_at.size)))
+    at_corners = _gain_and_time_constant(centre + signs * half, tf.numerator.size)
+    draws = np.random.default_rng(_DRAW_SEED).uniform(-1.0, 1.0, (ROUNDING_DRAWS, half.size))
+    drawn = _gain_and_time_constant(centre + draws * half, tf.numerator.size)
+    below = half[tf.numerator.size :]
+    opened = int(np.count_nonzero(below))
+    sum_b = abs(fsum(tf.denominator / tf.denominator[0]))
+    own = _gain_and_time_constant(centre[None, :], tf.numerator.size)
+    return RoundingLoss(
+        dc_gain=tf.dc_gain,
+        dc_gain_between=_between(at_corners[0]),
+        dc_gain_relative_std=_relative_std(drawn[0], tf.dc_gain),
+        time_constant_rows=float(own[1][0]),
+        time_constant_rows_between=_between(at_corners[1]),
+        time_constant_relative_std=_relative_std(drawn[1], float(own[1][0])),
+        unstable_share=float(np.mean(np.isinf(drawn[1]))),
+        decimals_for_percent=log10(0.5 * opened / (0.01 * sum_b)) if opened and sum_b else 0.0,
+    )
+
+
+def _gain_and_time_constant(
+    coefficients: FloatArray, numerator_size: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return DC gains and slowest time constants in rows, (r,) each, infinite where unstable."""
+    below = coefficients[:, numerator_size:] / coefficients[:, numerator_size, None]
+    above = coefficients[:, :numerator_size] / coefficients[:, numerator_size, None]
+    order = below.shape[1] - 1
+    radius = np.zeros(coefficients.shape[0])
+    if order:
+        companion = np.zeros((coefficients.shape[0], order, order))
+        companion[:, 0, :] = -below[:, 1:]
+        companion[:, np.arange(1, order), np.arange(order - 1)] = 1.0
+        radius = np.max(np.abs(np.linalg.eigvals(companion)), axis=1)
+    stable = radius < 1.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain = np.where(stable, np.sum(above, axis=1) / np.sum(below, axis=1), np.inf)
+        rows = np.where(stable, -1.0 / np.log(radius), np.inf)
+    return gain, rows
+
+
+def _between(values: FloatArray) -> tuple[float, float]:
+    return float(np.min(values)), float(np.max(values))
+
+
+def _relative_std(values: FloatArray, centre: float) -> float:
+    if not bool(np.all(np.isfinite(values))) or centre == 0.0:
+        return float("nan")
+    return float(np.std(values)) / abs(centre)
+
+
+def part_with_digits(part: ModalPart, digits: int) -> ModalPart:
+    """Return a part whose gains and time constants have so many significant digits.
+
+    Parameters
+    ----------
+    part : ModalPart
+        Direct gain and lags.
+    digits : int
+        Significant digits, at least one. [1]
+
+    Returns
+    -------
+    ModalPart
+        The rounded part, to compare with `rounding_loss` of the polynomials.
+
+    Raises
+    ------
+    DataError
+        If digits is less than one.
+    """
+    if digits < 1:
+        raise DataError(f"{digits} significant digits are fewer than one")
+
+    def rounded(values: FloatArray) -> FloatArray:
+        return np.array([float(f"{value:.{digits - 1}e}") for value in values])
+
+    return ModalPart(
+        input_name=part.input_name,
+        direct_gain=float(rounded(np.array([part.direct_gain]))[0]),
+        gains=rounded(part.gains),
+        time_constants_s=rounded(part.time_constants_s),
+        delay_s=part.delay_s,
+    )

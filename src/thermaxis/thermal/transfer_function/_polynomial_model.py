@@ -1,0 +1,597 @@
+"""Transfer functions of the paper, with numerator a and denominator b, and their simulation."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import fsum
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import Experiment
+from thermaxis.thermal.transfer_function._cascade import filtered, output_of
+from thermaxis.thermal.transfer_function._roots import ComplexArray, distances_from_one
+
+MOST_COEFFICIENTS = 64
+"""Largest number of coefficients of a numerator or denominator. [1]"""
+
+
+class Start(StrEnum):
+    """What is known of the time before the first row."""
+
+    STEADY = "steady"
+    """The inputs were for long what they are in the first row."""
+    REST = "rest"
+    """Inputs and displacement were zero: the paper's relative coordinates."""
+    FREE = "free"
+    """Nothing: the initial state is estimated, or fitted to the measured displacement."""
+
+
+def frozen_array(values: FloatArray | Sequence[float]) -> FloatArray:
+    """Return a copy as float64 that nobody can write to.
+
+    Parameters
+    ----------
+    values : FloatArray or sequence of float
+        Numbers of any shape. [any]
+
+    Returns
+    -------
+    FloatArray
+        Read-only copy. [as given]
+    """
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TransferFunction:
+    """A discrete transfer function: numerator a_0 ... a_n over denominator b_0 ... b_m.
+
+    Ljung writes B for this numerator and A (ARX) or F (output error) for this denominator. A
+    delay is leading zeros of the numerator.
+
+    Raises
+    ------
+    DataError
+        If a coefficient is not finite, b_0 is zero, or one of both has no or more than 64
+        coefficients.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equation (2).
+    """
+
+    numerator: FloatArray
+    """a_0 ... a_n, (n + 1,). [µm/K times the unit of b]"""
+    denominator: FloatArray
+    """b_0 ... b_m, (m + 1,). [1]"""
+
+    def __post_init__(self) -> None:
+        """Check the coefficients and freeze them."""
+        object.__setattr__(self, "numerator", frozen_array(self.numerator))
+        object.__setattr__(self, "denominator", frozen_array(self.denominator))
+        for name, values in (("numerator", self.numerator), ("denominator", self.denominator)):
+            if values.ndim != 1 or not 1 <= values.size <= MOST_COEFFICIENTS:
+                raise DataError(
+                    f"the coefficients have the shape {values.shape}, not (1,) to"
+                    f" ({MOST_COEFFICIENTS},)",
+                    where=name,
+                )
+            if not bool(np.all(np.isfinite(values))):
+                raise DataError("a coefficient is not finite", where=name)
+        if self.denominator[0] == 0.0:
+            raise DataError(
+                "the coefficient b_0 is zero: the present output is not defined",
+                where="denominator",
+                remedy="Shift the equation in time until b_0 is not zero",
+            )
+
+    @property
+    def dc_gain(self) -> float:
+        """Sum of a over sum of b; infinite where the sum of b is zero. [µm/K]"""
+        above, below = fsum(self.numerator), fsum(self.denominator)
+        return above / below if below != 0.0 else float(np.copysign(np.inf, above))
+
+    @property
+    def distances_from_one(self) -> ComplexArray:
+        """One minus each pole, slowest first, (m,). [1]"""
+        return distances_from_one(self.denominator)
+
+    @property
+    def poles(self) -> ComplexArray:
+        """Roots of the denominator in z, slowest first, (m,). [1]"""
+        return 1.0 - self.distances_from_one
+
+    @property
+    def zeros(self) -> ComplexArray:
+        """Roots of the numerator in z, with those at z = 0, (<= max(n, m),). [1]"""
+        nonzero = np.flatnonzero(self.numerator)
+        if nonzero.size == 0:
+            return np.zeros(0, dtype=np.complex128)
+        last = int(nonzero[-1])
+        roots = 1.0 - distances_from_one(self.numerator[nonzero[0] : last + 1])
+        poles_elsewhere = int(np.flatnonzero(self.denominator)[-1])
+        at_origin = max(poles_elsewhere - last, 0)
+        return np.concatenate([roots, np.zeros(at_origin, dtype=np.complex128)])
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole lies inside the unit circle."""
+        return bool(np.all(np.abs(self.poles) < 1.0))
+
+    def time_constants_s(self, sample_time_s: float) -> FloatArray:
+        """Return the time constant of every pole by its modulus, slowest first.
+
+        Parameters
+        ----------
+        sample_time_s : float
+            Time between rows. [s]
+
+        Returns
+        -------
+        FloatArray
+            Time after which the response of the pole has fallen to 1/e, (m,); infinite for a pole
+            on or outside the unit circle, 0 for one at z = 0. [s]
+        """
+        w = self.distances_from_one
+        # |z|^2 = 1 - 2 Re w + |w|^2, which keeps the digits of a slow pole
+        with np.errstate(divide="ignore"):
+            rate = -0.5 * np.log1p(np.maximum(-2.0 * w.real + np.abs(w) ** 2, -1.0))
+        with np.errstate(divide="ignore"):
+            return np.where(rate > 0, sample_time_s / rate, np.inf)
+
+
+def simulate_transfer_function(
+    transfer_function: TransferFunction,
+    u: FloatArray,
+    *,
+    past_u: Sequence[float] | FloatArray = (),
+    past_y: Sequence[float] | FloatArray = (),
+) -> FloatArray:
+    """Return the displacement by the difference equation of the paper.
+
+    Parameters
+    ----------
+    transfer_function : TransferFunction
+        Numerator a and denominator b; b_0 need not be one.
+    u : FloatArray
+        Input relative to its reference, (n,). [K]
+    past_u : sequence of float
+        Inputs before the first row, newest first. Default: zero. [K]
+    past_y : sequence of float
+        Displacements before the first row, newest first. Default: zero. [µm]
+
+    Returns
+    -------
+    FloatArray
+        y(k) = (sum of a_i u(k - i) - sum over i >= 1 of b_i y(k - i)) / b_0, (n,). [µm]
+
+    Raises
+    ------
+    DataError
+        If the input has another shape or a value is missing or infinite.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equation (3).
+    """
+    values = np.asarray(u, dtype=np.float64)
+    if values.ndim != 1:
+        raise DataError(f"the input has the shape {values.shape}, not (n,)")
+    if not bool(np.all(np.isfinite(values))):
+        raise DataError(
+            "an input is missing or infinite", remedy="Hold or interpolate missing inputs first"
+        )
+    a, b = transfer_function.numerator, transfer_function.denominator
+    before_u = _past(past_u, a.size - 1)
+    before_y = _past(past_y, b.size - 1)
+    state = np.zeros(max(a.size, b.size) - 1)
+    for i in range(state.size):  # transposed direct form: what past rows still contribute
+        state[i] = a[i + 1 :] @ before_u[: max(a.size - 1 - i, 0)]
+        state[i] -= b[i + 1 :] @ before_y[: max(b.size - 1 - i, 0)]
+    return filtered(a / b[0], b / b[0], values, state / b[0])
+
+
+def _past(values: Sequence[float] | FloatArray, size: int) -> FloatArray:
+    given = np.asarray(values, dtype=np.float64)
+    if given.ndim != 1 or not bool(np.all(np.isfinite(given))):
+        raise DataError("the past values are not finite numbers in one row")
+    past = np.zeros(size)
+    past[: min(size, given.size)] = given[:size]
+    return past
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PolynomialModel:
+    """Model of one displacement: one transfer function per input, summed, and an offset.
+
+    Raises
+    ------
+    DataError
+        If names and transfer functions are not one each, there is none, or the sample time is
+        not positive.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equations (1) and (2).
+    """
+
+    input_names: tuple[str, ...]
+    """Names of the inputs, in their order."""
+    transfer_functions: tuple[TransferFunction, ...]
+    """One per input."""
+    sample_time_s: float
+    """Time between rows for which the coefficients hold. [s]"""
+    offset_um: float = 0.0
+    """Displacement where every input is at its reference for long. [µm]"""
+
+    def __post_init__(self) -> None:
+        """Check that names and transfer functions belong together."""
+        if len(self.input_names) != len(self.transfer_functions) or not self.input_names:
+            raise DataError(
+                f"{len(self.transfer_functions)} transfer functions have"
+                f" {len(self.input_names)} names of inputs",
+                remedy="Name every input once",
+            )
+        if not (np.isfinite(self.sample_time_s) and self.sample_time_s > 0):
+            raise DataError(f"the sample time is {self.sample_time_s:g} s, not a positive time")
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole of every part lies inside the unit circle."""
+        return all(part.stable for part in self.transfer_functions)
+
+
+def held(u: FloatArray) -> tuple[FloatArray, int]:
+    """Replace missing inputs by the last measured one, at the start by the first measured one.
+
+    Parameters
+    ----------
+    u : FloatArray
+        Inputs, (n, k); NaN where not measured. [K]
+
+    Returns
+    -------
+    tuple
+        Inputs without gaps, (n, k) [K], and the number of replaced values [1].
+    """
+    missing = np.isnan(u)
+    count = int(np.count_nonzero(missing))
+    if count == 0:
+        return u, 0
+    rows = np.arange(u.shape[0], dtype=np.int64)[:, None]
+    last = np.maximum.accumulate(np.where(missing, -1, rows), axis=0)
+    first = np.argmin(missing, axis=0)
+    source = np.where(last < 0, first[None, :], last)
+    return np.take_along_axis(u, source, axis=0), count
+
+
+def simulate_polynomial(
+    model: PolynomialModel, u: FloatArray, *, start: Start = Start.STEADY
+) -> FloatArray:
+    """Return the displacement that the model gives in free run.
+
+    Parameters
+    ----------
+    model : PolynomialModel
+        The model.
+    u : FloatArray
+        Inputs relative to their reference at the sample time of the model, (n, k); a missing one
+        (NaN) is held at its last value. [K]
+    start : Start
+        STEADY (default, as `simulate_modal`) or REST (the paper).
+
+    Returns
+    -------
+    FloatArray
+        Displacement at every row, (n,). [µm]
+
+    Raises
+    ------
+    DataError
+        If the shape does not fit the model, an input is infinite or never measured, the start is
+        FREE, or a steady start is asked of a model that has none.
+    """
+    values = _checked_inputs(model, u)
+    if start is Start.FREE:
+        raise DataError(
+            "a free start needs a measured displacement", remedy="Use simulate_from_fitted_start"
+        )
+    y = np.full(values.shape[0], model.offset_um)
+    for name, part, column in zip(
+        model.input_names, model.transfer_functions, values.T, strict=True
+    ):
+        first = float(column[0]) if start is Start.STEADY else 0.0
+        if first != 0.0 and not np.isfinite(part.dc_gain):
+            raise DataError(
+                "a pole at z = 1 has no steady state",
+                where=f"input {name}",
+                remedy="Start at rest, with inputs relative to the first row",
+            )
+        b0 = part.denominator[0]
+        y += output_of(part.numerator / b0, part.denominator / b0, column, first)
+    return y
+
+
+def simulate_from_fitted_start(
+    model: PolynomialModel, u: FloatArray, measured_um: FloatArray
+) -> FloatArray:
+    """Return the free run whose initial state fits the measured displacement best.
+
+    Parameters
+    ----------
+    model : PolynomialModel
+        The model.
+    u : FloatArray
+        Inputs relative to their reference, (n, k); a missing one is held. [K]
+    measured_um : FloatArray
+        Measured displacement, (n,); NaN where not measured. [µm]
+
+    Returns
+    -------
+    FloatArray
+        Displacement at every row, (n,). [µm]
+
+    Raises
+    ------
+    DataError
+        As in `simulate_polynomial`, or if the measured displacement has another length or is
+        never present.
+
+    Notes
+    -----
+    What the unknown past contributes is the free response of every distinct denominator, one
+    number per state. Few rows are flattered by it: on a short record say so.
+    """
+    y = simulate_polynomial(model, u, start=Start.REST)
+    measured = np.asarray(measured_um, dtype=np.float64)
+    if measured.shape != y.shape:
+        raise DataError(
+            f"the measured displacement has the shape {measured.shape}, the inputs {y.size} rows"
+        )
+    present = ~np.isnan(measured)
+    if not bool(np.any(present)):
+        raise DataError("the displacement was never measured")
+    responses = free_responses(model.transfer_functions, y.size)
+    scale = np.linalg.norm(responses[present], axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    state, *_ = np.linalg.lstsq(responses[present] / scale, (measured - y)[present], rcond=None)
+    return y + responses @ (state / scale)
+
+
+def free_responses(parts: Sequence[TransferFunction], rows: int) -> FloatArray:
+    """Return what the past before the first row can contribute, one column per state.
+
+    Parameters
+    ----------
+    parts : sequence of TransferFunction
+        Transfer functions; a denominator that several share counts once.
+    rows : int
+        Number of rows n. [1]
+
+    Returns
+    -------
+    FloatArray
+        Free responses, (n, states). [1]
+    """
+    longest: dict[tuple[float, ...], int] = {}
+    for part in parts:
+        key = tuple(float(b) / float(part.denominator[0]) for b in part.denominator)
+        order = max(part.denominator.size, part.numerator.size) - 1
+        longest[key] = max(longest.get(key, 0), order)
+    columns: list[FloatArray] = []
+    for key, order in longest.items():
+        impulse = np.zeros(rows)
+        impulse[:1] = 1.0
+        response = filtered(np.ones(1), np.array(key), impulse, np.zeros(len(key) - 1))
+        columns += [
+            np.concatenate([np.zeros(j), response[: rows - j]]) for j in range(min(order, rows))
+        ]
+    return np.stack(columns, axis=1) if columns else np.zeros((rows, 0))
+
+
+def _checked_inputs(model: PolynomialModel, u: FloatArray) -> FloatArray:
+    values = np.asarray(u, dtype=np.float64)
+    if values.ndim != 2 or values.shape[1] != len(model.input_names) or values.shape[0] == 0:
+        raise DataError(
+            f"inputs have the shape {values.shape}, the model has {len(model.input_names)} inputs",
+            remedy="One row per sample, one column per input, in the order of the model",
+        )
+    if bool(np.any(np.isinf(values))):
+        raise DataError("an input is infinite")
+    never = np.flatnonzero(np.all(np.isnan(values), axis=0))
+    if never.size:
+        raise DataError("the input was never measured", where=model.input_names[int(never[0])])
+    return held(values)[0]
+
+
+def names_of_inputs(experiments: Sequence[Experiment], names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the inputs, u1, u2, ... where none are given.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        At least one.
+    names : sequence of str
+        Names in the order of the inputs, or none.
+
+    Returns
+    -------
+    tuple of str
+        One name per input.
+
+    Raises
+    ------
+    DataError
+        If there is not one name per input, or one is there twice.
+    """
+    count = experiments[0].inputs
+    given = tuple(names) if names else tuple(f"u{i + 1}" for i in range(count))
+    if len(given) != count or len(set(given)) != count:
+        raise DataError(
+            f"the names {', '.join(given)} do not name each of the {count} inputs once",
+            where="input names",
+        )
+    return given
+
+
+def common_sample_time_s(experiments: Sequence[Experiment]) -> float:
+    """Return the sample time that all experiments share.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        At least one.
+
+    Returns
+    -------
+    float
+        Time between rows. [s]
+
+    Raises
+    ------
+    DataError
+        If the sample times differ by more than a millionth.
+    """
+    first = experiments[0].sample_time_s
+    for experiment in experiments:
+        if abs(experiment.sample_time_s - first) > 1e-6 * first:
+            raise DataError(
+                f"the sample times {first:g} s and {experiment.sample_time_s:g} s differ",
+                where=experiment.name,
+                remedy="Resample the logs to one sample time; coefficients hold for one only",
+            )
+    return first
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class OrderTrial:
+    """One pair of orders of the default search."""
+
+    numerator_order: int
+    """n of every input. [1]"""
+    denominator_order: int
+    """m. [1]"""
+    rmse_um: float
+    """Root mean square error of the free run in blocks that the fit did not see; infinite where a
+    fit was unstable or impossible. [µm]"""
+    chosen: bool
+    """Whether these orders were taken."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PolynomialResult:
+    """An identified polynomial model and how sure it is."""
+
+    method: str
+    """`arx` or `oe`."""
+    model: PolynomialModel
+    """Numerators and denominators; of ARX the denominators are one and the same."""
+    parameter_names: tuple[str, ...]
+    """Names of the free parameters, such as `b_1`, `a_0 spindle`, `offset`, `phi_1`."""
+    parameters: FloatArray
+    """Their values, (d,). [µm/K, 1 or µm]"""
+    covariance_root: FloatArray
+    """Root of their covariance, (d, r): slow models lose the covariance of sums of coefficients in
+    the covariance itself. [their units]"""
+    numerator_at: tuple[tuple[int, ...], ...]
+    """Where the numerator of each input stands among the parameters. [1]"""
+    denominator_at: tuple[tuple[int, ...], ...]
+    """Where b_1 ... b_m of each input stand among the parameters. [1]"""
+    delays: tuple[int, ...]
+    """Delay of each input: leading zeros of its numerator that were not estimated. [row]"""
+    noise_coefficients: FloatArray
+    """phi of the noise, v(k) = sum of phi_i v(k - i) + e(k), (p,); empty for white noise. [1]"""
+    noise_variance: float
+    """Variance of e: sum of squares over rows less parameters. [µm²]"""
+    mean_square: float
+    """Sum of squares of e over rows, what the estimator made small. [µm²]"""
+    rows: int
+    """Rows that were used. [1]"""
+    simulated_um: tuple[FloatArray, ...]
+    """Free run of each experiment from its first row, (n,) each. [µm]"""
+    fit_percent: float
+    """Fit of the free run over all experiments, equation (4). [%]"""
+    search: tuple[OrderTrial, ...]
+    """The orders that were tried; empty where they were given."""
+    warnings: tuple[str, ...]
+    """What the reader of the result must know, in words."""
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole lies inside the unit circle."""
+        return self.model.stable
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of the parameters, (d, d). [product of their units]"""
+        return self.covariance_root @ self.covariance_root.T
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviations of the parameters, (d,). [their units]"""
+        return np.linalg.norm(self.covariance_root, axis=1)
+
+    @property
+    def noise_std_um(self) -> float:
+        """Standard deviation of e. [µm]"""
+        return float(np.sqrt(self.noise_variance))
+
+    @property
+    def numerators(self) -> tuple[FloatArray, ...]:
+        """a_0 ... a_n of every input. [µm/K]"""
+        return tuple(part.numerator for part in self.model.transfer_functions)
+
+    @property
+    def denominators(self) -> tuple[FloatArray, ...]:
+        """b_0 ... b_m of every input; b_0 is one. [1]"""
+        return tuple(part.denominator for part in self.model.transfer_functions)
+
+    @property
+    def dc_gain(self) -> FloatArray:
+        """DC gain of every input, (k,). [µm/K]"""
+        return np.array([part.dc_gain for part in self.model.transfer_functions])
+
+    @property
+    def dc_gain_std(self) -> FloatArray:
+        """Its standard deviation to first order, (k,). [µm/K]"""
+        deviations: list[float] = []
+        for part, a_at, b_at in zip(
+            self.model.transfer_functions, self.numerator_at, self.denominator_at, strict=True
+        ):
+            below = fsum(part.denominator)
+            gradient = np.zeros(self.parameters.size)
+            if below != 0.0:
+                gradient[list(a_at)] = 1.0 / below
+                gradient[list(b_at)] = -part.dc_gain / below
+            deviation = float(np.linalg.norm(gradient @ self.covariance_root))
+            deviations.append(deviation if below != 0.0 else np.inf)
+        return np.array(deviations)
+
+    @property
+    def fpe(self) -> float:
+        """Final prediction error V (1 + d/N) / (1 - d/N). [µm²]"""
+        d, n = self.parameters.size, self.rows
+        return self.mean_square * (1.0 + d / n) / (1.0 - d / n) if n > d else float("inf")
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion N ln V + 2 d. [1]"""
+        return self._log_likelihood_term + 2.0 * self.parameters.size
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion N ln V + d ln N. [1]"""
+        return self._log_likelihood_term + self.parameters.size * float(np.log(self.rows))
+
+    @property
+    def _log_likelihood_term(self) -> float:
+        return self.rows * float(np.log(max(self.mean_square, np.finfo(float).tiny)))

@@ -1,0 +1,452 @@
+"""What a model left over: autocorrelation, correlation with the inputs, poles, step responses."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import prod
+from statistics import NormalDist
+from typing import final
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft  # pyright: ignore[reportUnknownVariableType]
+from scipy.special import gammaincc
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.transfer_function._cascade import later, output_of
+from thermaxis.thermal.transfer_function._polynomial_model import (
+    PolynomialResult,
+    TransferFunction,
+    held,
+)
+from thermaxis.thermal.transfer_function._roots import ComplexArray
+
+DEFAULT_LAGS = 25
+"""Lags of the correlations, unless others are asked for. [row]"""
+LEVEL = 0.99
+"""Probability with which a correlation of an independent residual lies within its band. [1]"""
+CANCELLING = 0.02
+"""A pole and a zero that are closer than this share of the pole's distance from one are said to
+cancel. [1]"""
+_LARGEST_SHARE_OF_ROWS = 0.25
+
+
+def correlation(
+    first: Sequence[FloatArray], second: Sequence[FloatArray], lags: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the correlation of two series that several tests share, with missing values.
+
+    Parameters
+    ----------
+    first, second : sequence of FloatArray
+        One array per test, (n,) each, of mean zero; NaN where missing. [any]
+    lags : int
+        Largest lag. [row]
+
+    Returns
+    -------
+    tuple of FloatArray
+        Mean of first(k + lag) second(k) over the pairs that are present, divided by both root mean
+        squares and drawn to zero as the pairs get fewer, for lag = -lags ... lags, (2 lags + 1,)
+        [1], and the number of pairs, (2 lags + 1,) [1].
+    """
+    products, pairs = np.zeros(2 * lags + 1), np.zeros(2 * lags + 1)
+    possible, rows = np.zeros(2 * lags + 1), 0
+    distance = np.abs(np.arange(-lags, lags + 1))
+    for a, b in zip(first, second, strict=True):
+        length = int(next_fast_len(a.size + lags + 1, real=True) or 0)
+        products += _lagged(np.nan_to_num(a), np.nan_to_num(b), lags, length)
+        pairs += np.round(
+            _lagged(
+                (~np.isnan(a)).astype(np.float64), (~np.isnan(b)).astype(np.float64), lags, length
+            )
+        )
+        possible += np.maximum(a.size - distance, 0)
+        rows += a.size
+    scale = _root_mean_square(first) * _root_mean_square(second)
+    means = np.divide(products, pairs, out=np.zeros_like(products), where=pairs > 0)
+    drawn = means * possible / rows
+    return (drawn / scale if scale > 0 else np.zeros_like(drawn)), pairs
+
+
+def _lagged(a: FloatArray, b: FloatArray, lags: int, length: int) -> FloatArray:
+    spectrum = np.asarray(rfft(a, length)) * np.conj(np.asarray(rfft(b, length)))
+    circular = np.asarray(irfft(spectrum, length), dtype=np.float64)
+    reach = min(lags, a.size - 1)
+    values = np.zeros(2 * lags + 1)
+    values[lags : lags + reach + 1] = circular[: reach + 1]
+    if reach:
+        values[lags - reach : lags] = circular[-reach:]
+    return values
+
+
+def _root_mean_square(series: Sequence[FloatArray]) -> float:
+    total = sum(float(np.nansum(values**2)) for values in series)
+    count = sum(int(np.count_nonzero(~np.isnan(values))) for values in series)
+    return float(np.sqrt(total / count)) if count else 0.0
+
+
+def portmanteau_p(autocorrelation: FloatArray, pairs: FloatArray, parameters: int = 0) -> float:
+    """Return how likely so large autocorrelations are where the residual is white.
+
+    Parameters
+    ----------
+    autocorrelation : FloatArray
+        Autocorrelations at lags 1, 2, ..., (l,). [1]
+    pairs : FloatArray
+        Pairs of each lag, (l,). [1]
+    parameters : int
+        Coefficients that were fitted to the autocorrelation; they take degrees of freedom. [1]
+
+    Returns
+    -------
+    float
+        Probability. [1]
+
+    References
+    ----------
+    G. Ljung and G. Box 1978 (from memory), with the pairs of each lag in place of n - lag.
+    """
+    rows = float(np.max(pairs))
+    present = pairs > 0
+    statistic = rows * (rows + 2.0) * np.sum(autocorrelation[present] ** 2 / pairs[present])
+    free = max(int(np.count_nonzero(present)) - parameters, 1)
+    return float(gammaincc(0.5 * free, 0.5 * float(statistic)))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ResidualAnalysis:
+    """Correlations of a residual with itself and with the inputs."""
+
+    lags: FloatArray
+    """0 ... L. [row]"""
+    autocorrelation: FloatArray
+    """Of the residual, (L + 1,). [1]"""
+    autocorrelation_band: FloatArray
+    """Half width of the band of a white residual, (L + 1,). [1]"""
+    white_p: float
+    """Probability of such autocorrelations of a white residual. [1]"""
+    cross_lags: FloatArray
+    """-L ... L: residual later than the input where positive. [row]"""
+    cross_correlation: FloatArray
+    """Of residual and every input, (2 L + 1, k). [1]"""
+    cross_band: FloatArray
+    """Half width of the band of a residual that is independent of the input, (k,); at most 1. [1]
+    """
+    effective_rows: FloatArray
+    """Independent rows that residual and input are worth, (k,). [1]"""
+    residual_effective_rows: float
+    """Independent rows that the mean of the residual is worth. [1]"""
+    rows: int
+    """Rows with a residual. [1]"""
+
+    @property
+    def white(self) -> bool:
+        """Whether the residual may be white, at the 1 % level."""
+        return self.white_p > 1.0 - LEVEL
+
+    @property
+    def independent(self) -> tuple[bool, ...]:
+        """Whether the residual may be independent of each input's past, 1 % level of all lags."""
+        half = self.cross_lags.size // 2
+        quantile = NormalDist().inv_cdf(0.5 + 0.5 * LEVEL)
+        strict = NormalDist().inv_cdf(1.0 - 0.5 * (1.0 - LEVEL) / (half + 1)) / quantile
+        past = np.max(np.abs(self.cross_correlation[half:]), axis=0)
+        return tuple(
+            bool(v <= min(b * strict, 1.0)) for v, b in zip(past, self.cross_band, strict=True)
+        )
+
+
+def analyse_residuals(
+    residuals_um: Sequence[FloatArray],
+    inputs: Sequence[FloatArray],
+    *,
+    lags: int = DEFAULT_LAGS,
+    parameters: int = 0,
+) -> ResidualAnalysis:
+    """Evaluate what a model left over.
+
+    Parameters
+    ----------
+    residuals_um : sequence of FloatArray
+        Measured minus simulated (or innovations) of every test, (n,) each; NaN where missing. [µm]
+    inputs : sequence of FloatArray
+        Inputs of every test, (n, k) each; missing ones are held. [K]
+    lags : int
+        Largest lag. Default: 25. [row]
+    parameters : int
+        Coefficients of a noise model that the residual has behind it. Default: none. [1]
+
+    Returns
+    -------
+    ResidualAnalysis
+        Correlations with bands that hold 99 % of the values of an independent residual.
+
+    Raises
+    ------
+    DataError
+        If there is no test, shapes do not fit, or fewer rows than lags have a residual.
+
+    Notes
+    -----
+    Slow series are worth few rows. With r and s the autocorrelations of residual and input, their
+    cross-correlation scatters by 1/sqrt(n_e), n_e = n / sum of r s over all lags, not by
+    1/sqrt(n). The sum runs over a quarter of the rows with a triangular weight.
+
+    References
+    ----------
+    M. S. Bartlett 1935 and 1946 (from memory).
+    """
+    _check_series(residuals_um, inputs, lags)
+    residuals = _centred(residuals_um)
+    rows = sum(int(np.count_nonzero(~np.isnan(e))) for e in residuals)
+    own, pairs = correlation(residuals, residuals, lags)
+    longest = max(e.size for e in residuals)
+    reach = max(int(_LARGEST_SHARE_OF_ROWS * longest), 1)
+    weight = 1.0 - np.abs(np.arange(-reach, reach + 1)) / (reach + 1.0)
+    wide, _ = correlation(residuals, residuals, reach)
+    quantile = NormalDist().inv_cdf(0.5 + 0.5 * LEVEL)
+    cross: list[FloatArray] = []
+    effective: list[float] = []
+    for column in range(inputs[0].shape[1]):
+        series = _centred([held(u)[0][:, column] for u in inputs])
+        values, _ = correlation(residuals, series, lags)
+        input_wide, _ = correlation(series, series, reach)
+        total = float(np.sum(weight * wide * input_wide))
+        effective.append(rows / max(total, 1.0))
+        cross.append(values)
+    counts = np.array(effective)
+    return ResidualAnalysis(
+        lags=np.arange(lags + 1, dtype=np.float64),
+        autocorrelation=own[lags:],
+        autocorrelation_band=quantile / np.sqrt(np.maximum(pairs[lags:], 1.0)),
+        white_p=portmanteau_p(own[lags + 1 :], pairs[lags + 1 :], parameters),
+        cross_lags=np.arange(-lags, lags + 1, dtype=np.float64),
+        cross_correlation=np.stack(cross, axis=1),
+        cross_band=np.minimum(quantile / np.sqrt(counts), 1.0),
+        effective_rows=counts,
+        residual_effective_rows=rows / max(float(np.sum(weight * wide)), 1.0),
+        rows=rows,
+    )
+
+
+def _check_series(residuals: Sequence[FloatArray], inputs: Sequence[FloatArray], lags: int) -> None:
+    if not residuals or len(residuals) != len(inputs):
+        raise DataError(
+            f"there are residuals of {len(residuals)} and inputs of {len(inputs)} tests",
+            remedy="Give both of the same tests",
+        )
+    for e, u in zip(residuals, inputs, strict=True):
+        if e.ndim != 1 or u.ndim != 2 or u.shape[0] != e.size or u.shape[1] != inputs[0].shape[1]:
+            raise DataError(
+                f"a residual has the shape {e.shape} and its inputs {u.shape}, not (n,) and (n, k)"
+            )
+        if u.shape[0] == 0 or bool(np.any(np.all(np.isnan(u), axis=0))):
+            raise DataError("an input was never measured in one of the tests")
+    rows = sum(int(np.count_nonzero(~np.isnan(e))) for e in residuals)
+    if lags < 1 or rows <= lags:
+        raise DataError(
+            f"{rows} residuals do not show correlations up to lag {lags}",
+            remedy="Ask for fewer lags, at least one",
+        )
+
+
+def _centred(series: Sequence[FloatArray]) -> list[FloatArray]:
+    present = [values[~np.isnan(values)] for values in series]
+    mean = float(np.mean(np.concatenate(present)))
+    return [np.asarray(values, dtype=np.float64) - mean for values in series]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class InformationCriteria:
+    """Criteria that weigh what is left over against the number of parameters."""
+
+    fpe_um2: float
+    """Final prediction error V (1 + d/N) / (1 - d/N); infinite where N is not above d. [µm²]"""
+    aic: float
+    """Akaike: N ln V + 2 d. [1]"""
+    bic: float
+    """Schwarz: N ln V + d ln N. [1]"""
+
+
+def information_criteria(
+    mean_square_um2: float, rows: float, parameters: int
+) -> InformationCriteria:
+    """Return the criteria of a fit.
+
+    Parameters
+    ----------
+    mean_square_um2 : float
+        Mean square V of the residual. [µm²]
+    rows : float
+        Rows N; of a coloured residual the independent rows that it is worth. [1]
+    parameters : int
+        Parameters d. [1]
+
+    Returns
+    -------
+    InformationCriteria
+        Smaller is better; only differences on the same rows mean something.
+
+    Raises
+    ------
+    DataError
+        If the mean square is negative or there is no row.
+
+    References
+    ----------
+    H. Akaike 1969 and 1974, G. Schwarz 1978 (from memory).
+    """
+    if mean_square_um2 < 0 or rows <= 0:
+        raise DataError(f"a mean square of {mean_square_um2:g} over {rows:g} rows does not exist")
+    logarithm = rows * float(np.log(max(mean_square_um2, np.finfo(float).tiny)))
+    d = parameters
+    fpe = mean_square_um2 * (1.0 + d / rows) / (1.0 - d / rows) if rows > d else float("inf")
+    return InformationCriteria(fpe, logarithm + 2.0 * d, logarithm + d * float(np.log(rows)))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class StepResponses:
+    """Responses to a lasting step of one kelvin in every input, with bands."""
+
+    times_s: FloatArray
+    """Time since the step, (r,). [s]"""
+    response: FloatArray
+    """Displacement, (r, k). [µm/K]"""
+    std: FloatArray
+    """Its standard deviation to first order in the coefficients, (r, k). [µm/K]"""
+
+
+def step_responses(result: PolynomialResult, rows: int) -> StepResponses:
+    """Return the step responses of a polynomial model and how sure they are.
+
+    Parameters
+    ----------
+    result : PolynomialResult
+        Result of `arx` or `oe`.
+    rows : int
+        Rows to show, at least one. [row]
+
+    Returns
+    -------
+    StepResponses
+        One column per input.
+
+    Raises
+    ------
+    DataError
+        If rows is less than one.
+    """
+    if rows < 1:
+        raise DataError(f"a step response of {rows} rows does not exist")
+    step = np.ones(rows)
+    responses: list[FloatArray] = []
+    deviations: list[FloatArray] = []
+    for part, a_at, b_at, delay in zip(
+        result.model.transfer_functions,
+        result.numerator_at,
+        result.denominator_at,
+        result.delays,
+        strict=True,
+    ):
+        y, gradient = _step_and_gradient(part, step, delay, (len(a_at), len(b_at)))
+        at = [*a_at, *b_at]
+        responses.append(y)
+        deviations.append(np.linalg.norm(gradient @ result.covariance_root[at], axis=1))
+    return StepResponses(
+        times_s=np.arange(rows, dtype=np.float64) * np.float64(result.model.sample_time_s),
+        response=np.stack(responses, axis=1),
+        std=np.stack(deviations, axis=1),
+    )
+
+
+def _step_and_gradient(
+    part: TransferFunction, u: FloatArray, delay: int, counts: tuple[int, int]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the output and its gradient by the free coefficients a and b."""
+    b = part.denominator
+    one = np.ones(1)
+    y = output_of(part.numerator, b, u, 0.0)
+    behind, again = output_of(one, b, u, 0.0), output_of(one, b, y, 0.0)
+    columns = [later(behind, delay + i, 0.0) for i in range(counts[0])]
+    columns += [-later(again, i + 1, 0.0) for i in range(counts[1])]
+    return y, np.stack(columns, axis=1) if columns else np.zeros((u.size, 0))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PoleZeroMap:
+    """Poles and zeros of the part of one input."""
+
+    input_name: str
+    """Name of the input."""
+    poles: ComplexArray
+    """Poles in z, slowest first, (m,). [1]"""
+    time_constants_s: FloatArray
+    """Time constant of each pole by its modulus, (m,). [s]"""
+    time_constants_std_s: FloatArray
+    """Standard deviation to first order, (m,); NaN for a pole that is no lag. [s]"""
+    zeros: ComplexArray
+    """Zeros in z. [1]"""
+    cancelling: tuple[tuple[int, int], ...]
+    """Pole and zero, by their place, that nearly cancel: the order may be too high."""
+
+
+def pole_zero_map(result: PolynomialResult) -> tuple[PoleZeroMap, ...]:
+    """Return poles and zeros of every part.
+
+    Parameters
+    ----------
+    result : PolynomialResult
+        Result of `arx` or `oe`.
+
+    Returns
+    -------
+    tuple of PoleZeroMap
+        One per input.
+    """
+    maps: list[PoleZeroMap] = []
+    sample_time_s = result.model.sample_time_s
+    for name, part, at in zip(
+        result.model.input_names,
+        result.model.transfer_functions,
+        result.denominator_at,
+        strict=True,
+    ):
+        distances = part.distances_from_one
+        zeros = part.zeros
+        root = result.covariance_root[list(at)]
+        gaps = np.abs(zeros[None, :] - part.poles[:, None])
+        near = np.argwhere(gaps < CANCELLING * np.abs(distances)[:, None])
+        maps.append(
+            PoleZeroMap(
+                input_name=name,
+                poles=part.poles,
+                time_constants_s=part.time_constants_s(sample_time_s),
+                time_constants_std_s=_time_constant_std(distances, root, sample_time_s),
+                zeros=zeros,
+                cancelling=tuple((int(i), int(j)) for i, j in near),
+            )
+        )
+    return tuple(maps)
+
+
+def _time_constant_std(
+    distances: ComplexArray, root: FloatArray, sample_time_s: float
+) -> FloatArray:
+    """Return the standard deviations of the time constants of real poles between 0 and 1."""
+    m = root.shape[0]
+    deviations = np.full(distances.size, np.nan)
+    for i, w in enumerate(distances):
+        if w.imag != 0.0 or not 0.0 < w.real < 1.0:
+            continue
+        pole = 1.0 - w.real
+        slope = prod(complex(v) for v in np.delete(distances, i) - w).real  # of the denominator
+        if slope == 0.0:
+            continue
+        by_b = -(pole ** np.arange(m - 1, -1, -1.0)) / slope
+        by_pole = sample_time_s / (pole * np.log1p(-w.real) ** 2)
+        deviations[i] = by_pole * float(np.linalg.norm(by_b @ root))
+    return deviations

@@ -1,0 +1,226 @@
+"""The identified model of one displacement: gains and first-order lags of every input."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
+
+from thermaxis.errors import DataError
+from thermaxis.thermal._arrays import FloatArray
+
+
+def _frozen(values: FloatArray) -> FloatArray:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ModalPart:
+    """What one input contributes: a direct gain and first-order lags side by side.
+
+    The transfer function is direct_gain + sum of gain / (1 + time constant s), each times the
+    delay. Time constants are real and positive, so the part is stable and cannot oscillate.
+
+    Raises
+    ------
+    DataError
+        If gains and time constants are not one each, a number is not finite, a time constant is
+        not positive, or the delay is negative.
+    """
+
+    input_name: str
+    """Name of the input."""
+    direct_gain: float
+    """Gain without a lag. [µm/K]"""
+    gains: FloatArray
+    """Gains of the lags, (j,). [µm/K]"""
+    time_constants_s: FloatArray
+    """Time constants of the lags, (j,). [s]"""
+    delay_s: float = 0.0
+    """Time that the input needs to act at all. [s]"""
+
+    def __post_init__(self) -> None:
+        """Check the numbers and freeze the arrays."""
+        object.__setattr__(self, "gains", _frozen(self.gains))
+        object.__setattr__(self, "time_constants_s", _frozen(self.time_constants_s))
+        where = f"part {self.input_name}"
+        if self.gains.ndim != 1 or self.gains.shape != self.time_constants_s.shape:
+            raise DataError(
+                f"gains have the shape {self.gains.shape}, time constants"
+                f" {self.time_constants_s.shape}",
+                where=where,
+                remedy="Every lag has one gain and one time constant",
+            )
+        numbers = np.concatenate(
+            [[self.direct_gain, self.delay_s], self.gains, self.time_constants_s]
+        )
+        if not bool(np.all(np.isfinite(numbers))):
+            raise DataError("a gain, a time constant or the delay is not finite", where=where)
+        if bool(np.any(self.time_constants_s <= 0)):
+            raise DataError("a time constant is not positive", where=where)
+        if self.delay_s < 0:
+            raise DataError("the delay is negative", where=where)
+
+    @property
+    def dc_gain(self) -> float:
+        """What a lasting change of one kelvin does in the end. [µm/K]"""
+        return float(self.direct_gain + np.sum(self.gains))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ThermalModel:
+    """Model of one displacement: the sum of its parts and an offset.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equations (1) and (2), in parallel form.
+    """
+
+    parts: tuple[ModalPart, ...]
+    """One part per input, in the order of the inputs."""
+    offset_um: float = 0.0
+    """Displacement where every input is at its reference for long. [µm]"""
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs, in their order."""
+        return tuple(part.input_name for part in self.parts)
+
+
+def section_response(
+    u: FloatArray, time_constant_s: float, sample_time_s: float, start: float
+) -> FloatArray:
+    """Return the state of one first-order lag behind a held input.
+
+    Parameters
+    ----------
+    u : FloatArray
+        Input, (n,). [K]
+    time_constant_s : float
+        Time constant. [s]
+    sample_time_s : float
+        Time between rows. [s]
+    start : float
+        State at the first row. [K]
+
+    Returns
+    -------
+    FloatArray
+        State at every row, (n,): x[k+1] = x[k] + alpha (u[k] - x[k]). [K]
+    """
+    alpha = -np.expm1(-sample_time_s / time_constant_s)
+    state, _ = lfilter([0.0, alpha], [1.0, alpha - 1.0], u, zi=[start])
+    return np.asarray(state, dtype=np.float64)
+
+
+def delayed(u: FloatArray, delay_s: float, sample_time_s: float) -> FloatArray:
+    """Return a held input that arrives later; before it arrives it has its first value.
+
+    Parameters
+    ----------
+    u : FloatArray
+        Input, (n,). [K]
+    delay_s : float
+        Delay, rounded to whole rows. [s]
+    sample_time_s : float
+        Time between rows. [s]
+
+    Returns
+    -------
+    FloatArray
+        Delayed input, (n,). [K]
+    """
+    rows = min(round(delay_s / sample_time_s), u.size)
+    if rows == 0:
+        return u
+    return np.concatenate([np.full(rows, u[0]), u[: u.size - rows]])
+
+
+def _checked_inputs(model: ThermalModel, sample_time_s: float, u: FloatArray) -> FloatArray:
+    values = np.asarray(u, dtype=np.float64)
+    if not (np.isfinite(sample_time_s) and sample_time_s > 0):
+        raise DataError(f"the sample time is {sample_time_s:g} s, not a positive time")
+    if values.ndim != 2 or values.shape[1] != len(model.parts) or values.shape[0] == 0:
+        raise DataError(
+            f"inputs have the shape {values.shape}, the model has {len(model.parts)} inputs",
+            remedy="One row per sample, one column per input, in the order of the parts",
+        )
+    if not bool(np.all(np.isfinite(values))):
+        raise DataError(
+            "an input is missing or infinite", remedy="Hold or interpolate missing inputs first"
+        )
+    return values
+
+
+def simulate_modal(
+    model: ThermalModel,
+    sample_time_s: float,
+    u: FloatArray,
+    initial_state: Sequence[FloatArray] | None = None,
+) -> FloatArray:
+    """Return the displacement that the model gives in free run.
+
+    Parameters
+    ----------
+    model : ThermalModel
+        The model.
+    sample_time_s : float
+        Time between rows. [s]
+    u : FloatArray
+        Inputs relative to their reference, (n, k), each held until the next row. [K]
+    initial_state : sequence of FloatArray, optional
+        States of the lags of every part at the first row, (j,) each. Default: the steady state
+        of the first row. [K]
+
+    Returns
+    -------
+    FloatArray
+        Displacement at every row, (n,). [µm]
+
+    Raises
+    ------
+    DataError
+        If shapes do not fit the model, the sample time is not positive, or an input is missing.
+    """
+    values = _checked_inputs(model, sample_time_s, u)
+    if initial_state is not None and [np.shape(x) for x in initial_state] != [
+        part.gains.shape for part in model.parts
+    ]:
+        raise DataError("the initial state does not have one number per lag of every part")
+    y = np.full(values.shape[0], model.offset_um, dtype=np.float64)
+    for i, part in enumerate(model.parts):
+        column = delayed(np.ascontiguousarray(values[:, i]), part.delay_s, sample_time_s)
+        y += part.direct_gain * column
+        for j, (gain, tau_s) in enumerate(zip(part.gains, part.time_constants_s, strict=True)):
+            start = column[0] if initial_state is None else initial_state[i][j]
+            y += gain * section_response(column, float(tau_s), sample_time_s, float(start))
+    return y
+
+
+def step_response(model: ThermalModel, times_s: FloatArray) -> FloatArray:
+    """Return what a lasting step of one kelvin does, input by input.
+
+    Parameters
+    ----------
+    model : ThermalModel
+        The model.
+    times_s : FloatArray
+        Times since the step, (n,). [s]
+
+    Returns
+    -------
+    FloatArray
+        Displacement, (n, k). [µm/K]
+    """
+    times = np.asarray(times_s, dtype=np.float64)
+    response = np.zeros((times.size, len(model.parts)))
+    for i, part in enumerate(model.parts):
+        since = times - part.delay_s
+        rise = -np.expm1(-np.maximum(since, 0.0)[:, None] / part.time_constants_s)
+        response[:, i] = np.where(since >= 0, part.direct_gain + rise @ part.gains, 0.0)
+    return response

@@ -1,0 +1,5 @@
+"""Models in free run against measured logs, beside simple baselines."""
+
+from lazy_loader import attach_stub
+
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

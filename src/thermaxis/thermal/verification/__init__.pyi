@@ -1,0 +1,20 @@
+from ._baselines import (
+    Baseline as Baseline,
+    BaselineModel as BaselineModel,
+    fit_baseline as fit_baseline,
+    persistence_one_step as persistence_one_step,
+    simulate_baseline as simulate_baseline,
+)
+from ._verification import (
+    OUTSIDE_SHARE as OUTSIDE_SHARE,
+    REFERENCE_S as REFERENCE_S,
+    MeasuredOutput as MeasuredOutput,
+    SimulatedLog as SimulatedLog,
+    SimulatedOutput as SimulatedOutput,
+    Verification as Verification,
+    VerificationFigures as VerificationFigures,
+    VerifiedLog as VerifiedLog,
+    VerifiedOutput as VerifiedOutput,
+    simulate_log as simulate_log,
+    verify as verify,
+)

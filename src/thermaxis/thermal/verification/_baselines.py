@@ -1,0 +1,210 @@
+"""Simple models that stand beside every identified one: what is gained must be seen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import final
+
+import numpy as np
+
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import Experiment, common_shape
+from thermaxis.thermal.transfer_function import (
+    frozen_array,
+    held,
+    section_response,
+    solve_triangle,
+    triangle,
+)
+
+AVERAGE_LAGS_S = (300.0, 1200.0, 3600.0, 10_800.0)
+"""Time constants of the fixed exponential averages: 5 min to 3 h, what machines have. [s]"""
+DEFAULT_RIDGE = 1e-3
+"""Penalty of the ridge on standardised columns, times the rows. [1]"""
+
+
+class Baseline(StrEnum):
+    """Which simple model."""
+
+    PERSISTENCE = "persistence"
+    """The last measured displacement stays."""
+    STATIC = "static"
+    """A gain per input, no lag: multiple linear regression."""
+    RIDGE = "ridge"
+    """The same with a penalty on large gains, for inputs that repeat each other."""
+    AVERAGES = "averages"
+    """Gains on every input and on its exponential averages with fixed lags."""
+    AVERAGES_RIDGE = "averages_ridge"
+    """The same with a penalty on large gains."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class BaselineModel:
+    """A fitted simple model."""
+
+    baseline: Baseline
+    """Which one."""
+    offset_um: float
+    """Displacement where every input is at its reference; all there is of persistence. [µm]"""
+    gains_um_per_k: FloatArray
+    """Gain of every input and lag, (k, 1 + lags), the direct gain first; (k, 0) for persistence.
+    [µm/K]"""
+    lags_s: tuple[float, ...]
+    """Time constants of the averages; empty where there are none. [s]"""
+    rows: int
+    """Rows that were used. [1]"""
+
+
+def fit_baseline(
+    baseline: Baseline,
+    experiments: Sequence[Experiment],
+    *,
+    ridge: float = DEFAULT_RIDGE,
+    lags_s: Sequence[float] = AVERAGE_LAGS_S,
+) -> BaselineModel:
+    """Fit a simple model.
+
+    Parameters
+    ----------
+    baseline : Baseline
+        Which one.
+    experiments : sequence of Experiment
+        Tests; sample times may differ. Missing displacements leave their rows out, missing inputs
+        are held.
+    ridge : float
+        Penalty per row on the squares of the standardised gains; for the ridges only. Default:
+        0.001. [1]
+    lags_s : sequence of float
+        Time constants of the averages; for these only. Default: 300, 1200, 3600 and 10,800 s. [s]
+
+    Returns
+    -------
+    BaselineModel
+        Gains and offset. Persistence holds the last measured displacement of the last test.
+
+    Raises
+    ------
+    DataError
+        If the numbers of inputs differ or the rows do not determine the gains.
+    ConfigurationError
+        If the penalty is negative or a lag is not positive.
+    """
+    inputs = common_shape(experiments)
+    if not (np.isfinite(ridge) and ridge >= 0):
+        raise ConfigurationError(f"a penalty of {ridge:g} is not a number from zero up")
+    if any(not (np.isfinite(lag) and lag > 0) for lag in lags_s):
+        raise ConfigurationError("a lag of an average is not a positive time", where="lags")
+    rows = sum(int(np.count_nonzero(~np.isnan(e.y))) for e in experiments)
+    if baseline is Baseline.PERSISTENCE:
+        last = experiments[-1].y
+        value = float(last[np.flatnonzero(~np.isnan(last))[-1]])
+        return BaselineModel(baseline, value, frozen_array(np.zeros((inputs, 0))), (), rows)
+    lags = tuple(lags_s) if baseline in _WITH_AVERAGES else ()
+    penalty = ridge if baseline in _WITH_PENALTY else 0.0
+    width = inputs * (1 + len(lags)) + 2
+    factor = np.zeros((width, width))
+    for experiment in experiments:
+        columns = _columns(experiment.u, experiment.sample_time_s, lags)
+        table = np.column_stack([np.ones(experiment.y.size), columns, experiment.y])
+        factor = triangle([factor, table[~np.isnan(experiment.y)]])
+    offset, gains = _solved(factor, penalty, rows)
+    return BaselineModel(
+        baseline, offset, frozen_array(gains.reshape(inputs, 1 + len(lags))), lags, rows
+    )
+
+
+_WITH_AVERAGES = (Baseline.AVERAGES, Baseline.AVERAGES_RIDGE)
+_WITH_PENALTY = (Baseline.RIDGE, Baseline.AVERAGES_RIDGE)
+
+
+def _columns(u: FloatArray, sample_time_s: float, lags_s: Sequence[float]) -> FloatArray:
+    """Return every input followed by its averages, (n, k (1 + lags))."""
+    values, _ = held(u)
+    columns: list[FloatArray] = []
+    for column in values.T:
+        own = np.ascontiguousarray(column)
+        columns.append(own)
+        columns += [section_response(own, lag, sample_time_s, float(own[0])) for lag in lags_s]
+    return np.stack(columns, axis=1)
+
+
+def _solved(factor: FloatArray, penalty: float, rows: int) -> tuple[float, FloatArray]:
+    """Return offset and gains; the offset is not penalised."""
+    # the first row of the factor is the mean, the rest is about it
+    about_mean = factor[1:, 1:]
+    spread = np.linalg.norm(about_mean[:, :-1], axis=0) / np.sqrt(rows)
+    if penalty > 0.0:
+        root = np.sqrt(penalty * rows) * spread
+        extra = np.column_stack([np.diag(root), np.zeros(root.size)])
+        about_mean = triangle([about_mean, extra])
+    elif rows < factor.shape[1]:
+        raise DataError(
+            f"{rows} measured rows do not determine {factor.shape[1] - 1} numbers",
+            remedy="Use a longer log or a baseline with a penalty",
+        )
+    gains = solve_triangle(about_mean).parameters
+    offset = float(factor[0, -1] - factor[0, 1:-1] @ gains) / float(factor[0, 0])
+    return offset, gains
+
+
+def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float) -> FloatArray:
+    """Return the displacement that a simple model gives in free run.
+
+    Parameters
+    ----------
+    model : BaselineModel
+        The model.
+    u : FloatArray
+        Inputs relative to the same references, (n, k); a missing one is held. [K]
+    sample_time_s : float
+        Time between rows. [s]
+
+    Returns
+    -------
+    FloatArray
+        Displacement at every row, (n,); averages start in the steady state of the first row. [µm]
+
+    Raises
+    ------
+    DataError
+        If the inputs do not fit the model, one was never measured, or the sample time is not
+        positive.
+    """
+    values: FloatArray = np.asarray(u, dtype=np.float64)
+    if values.ndim != 2 or values.shape[1] != model.gains_um_per_k.shape[0] or not values.shape[0]:
+        raise DataError(
+            f"inputs have the shape {values.shape}, the model has"
+            f" {model.gains_um_per_k.shape[0]} inputs"
+        )
+    if not (np.isfinite(sample_time_s) and sample_time_s > 0):
+        raise DataError(f"the sample time is {sample_time_s:g} s, not a positive time")
+    y = np.full(values.shape[0], model.offset_um)
+    if model.baseline is Baseline.PERSISTENCE:
+        return y
+    if bool(np.any(np.all(np.isnan(values), axis=0))):
+        raise DataError("an input was never measured")
+    columns = _columns(values, sample_time_s, model.lags_s)
+    for column, gain in zip(columns.T, model.gains_um_per_k.ravel(), strict=True):
+        y += column * gain
+    return y
+
+
+def persistence_one_step(measured_um: FloatArray) -> FloatArray:
+    """Return the last measured displacement before each row: what every one-step figure must beat.
+
+    Parameters
+    ----------
+    measured_um : FloatArray
+        Measured displacement, (n,); NaN where not measured. [µm]
+
+    Returns
+    -------
+    FloatArray
+        Last measured value before the row, (n,); NaN where there is none. [µm]
+    """
+    measured = np.asarray(measured_um, dtype=np.float64)
+    places = np.where(np.isnan(measured), -1, np.arange(measured.size))
+    last = np.concatenate([[-1], np.maximum.accumulate(places)[:-1]]).astype(np.int64)
+    return np.where(last >= 0, measured[last], np.nan)

@@ -1,0 +1,658 @@
+"""Verify a compensation model on a log: free run through the cycle that acts on the machine."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.compensation import (
+    STATED,
+    CompensationModel,
+    Limits,
+    Outcome,
+    Quality,
+    Reading,
+    gain_of,
+    initial_state,
+    limit_step,
+    model_step,
+)
+from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal.log import ThermalLog
+
+REFERENCE_S = 60.0
+"""Relative coordinates refer to the mean of this first time of a log. [s]"""
+HOUR_S = 3600.0
+"""ISO 230-3 states the displacement after 60 minutes. [s]"""
+HOUR_TOLERANCE_S = 600.0
+"""The first row after 60 minutes counts if it is at most so much later. [s]"""
+LIMITED_STEPS = 5.0
+"""After a gap the limited correction moves on as if so many usual steps had passed. [1]"""
+OUTSIDE_SHARE = 0.05
+"""Share of the rows outside the training range from which on a warning is given. [1]"""
+OUTSIDE_WIDTH = 0.01
+"""Less than this share of the training range is the noise at its edge. [1]"""
+STANDSTILL_RPM = 1.0
+"""Below this a speed counts as standstill. [1/min]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class MeasuredOutput:
+    """A measured channel and what of the model it is compared with."""
+
+    channel: str
+    """Channel of the log."""
+    output: str
+    """Output of the model."""
+    diameter_mm: float | None = None
+    """Workpiece diameter at which it was measured; None for the tool centre point. [mm]"""
+
+    @property
+    def name(self) -> str:
+        """Name in results: the channel."""
+        return self.channel
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedOutput:
+    """An output of the model in free run along a log."""
+
+    displacement_um: FloatArray
+    """Displacement, (n,); NaN before the model could start. [µm]"""
+    contribution_um: FloatArray
+    """What every part contributes, (n, parts). [µm]"""
+    parts: tuple[str, ...]
+    """Names of the parts."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedLog:
+    """A model in free run along a log."""
+
+    time_s: FloatArray
+    """Times, (n,). [s]"""
+    outputs: Mapping[str, SimulatedOutput]
+    """Outputs by name."""
+    outside: Mapping[str, tuple[float, float]]
+    """For inputs that left their training range: share of the rows, and by how much at most,
+    relative to the width of the range."""
+    bad: NDArray[np.bool_]
+    """Rows in which an input had failed for too long, (n,)."""
+    outcomes: Mapping[Outcome, int]
+    """How often something was out of the ordinary."""
+
+    @property
+    def bad_share(self) -> float:
+        """Share of the rows in which an input had failed for too long. [1]"""
+        return float(np.mean(self.bad))
+
+
+def _reference(model: CompensationModel, log: ThermalLog, reference_s: float) -> dict[str, float]:
+    """Return the mean of every channel over the first time of the log."""
+    if model.reference == STATED:
+        return dict(model.reference_c)
+    first = log.time_s <= reference_s
+    found: dict[str, float] = {}
+    for channel, column in zip(model.channels, _model_columns(model, log), strict=True):
+        values = column[first]
+        present = values[~np.isnan(values)]
+        if present.size:
+            found[channel] = float(np.mean(present))
+    return found
+
+
+def simulate_log(
+    model: CompensationModel,
+    log: ThermalLog,
+    *,
+    diameter_mm: float | None = None,
+    reference_s: float = REFERENCE_S,
+) -> SimulatedLog:
+    """Run a model along a log, row by row through `cycle`.
+
+    Parameters
+    ----------
+    model : CompensationModel
+        The model.
+    log : ThermalLog
+        The log; it needs every channel of the model.
+    diameter_mm : float, optional
+        Clamping diameter of the workpiece. Default: the tool centre point. [mm]
+    reference_s : float
+        References are the mean of this first time of the log, unless the model states them.
+        Default: the first minute. [s]
+
+    Returns
+    -------
+    SimulatedLog
+        Displacement and contributions, one row per row of the log.
+
+    Raises
+    ------
+    DataError
+        If the log lacks a channel of the model.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equations (3) and (8).
+    """
+    columns = _model_columns(model, log)
+    names = model.channels
+    state = initial_state(model, _reference(model, log, reference_s))
+    said: list[tuple[float, ...]] = []
+    shares: list[tuple[tuple[float, ...], ...]] = []
+    waiting: list[bool] = []
+    bad: list[bool] = []
+    outcomes: dict[Outcome, int] = {}
+    table = np.stack(columns, axis=1).tolist()
+    for time_s, row in zip(log.time_s.tolist(), table, strict=True):
+        reading = Reading(time_s, dict(zip(names, row, strict=True)), diameter_mm)
+        state, output = model_step(model, state, reading)
+        said.append(output.model_um)
+        shares.append(output.contribution_um)
+        waiting.append(state.time_s is None)
+        if output.outcomes:
+            for outcome in output.outcomes:
+                outcomes[outcome] = outcomes.get(outcome, 0) + 1
+        bad.append(output.quality is Quality.BAD)
+    displacement = np.array(said)
+    displacement[np.array(waiting)] = np.nan
+    outputs = {
+        output.name: SimulatedOutput(
+            displacement[:, o],
+            np.array([row[o] for row in shares]),
+            tuple(part.name for part in output.parts),
+        )
+        for o, output in enumerate(model.outputs)
+    }
+    return SimulatedLog(
+        time_s=log.time_s,
+        outputs=outputs,
+        outside=_outside(model, log, reference_s),
+        bad=np.array(bad, dtype=np.bool_),
+        outcomes=outcomes,
+    )
+
+
+def _model_columns(model: CompensationModel, log: ThermalLog) -> list[FloatArray]:
+    """Return the channels of the model, temperatures in degC whatever the log's unit."""
+    columns: list[FloatArray] = []
+    for channel in model.channels:
+        known = log.name_of(channel)
+        in_celsius = log.units[known] in {"degC", "K", "degF"}
+        columns.append(log.column(known, unit="degC" if in_celsius else ""))
+    return columns
+
+
+def _outside(
+    model: CompensationModel, log: ThermalLog, reference_s: float
+) -> dict[str, tuple[float, float]]:
+    """Return which inputs leave their training range, how often and by how much."""
+    reference = _reference(model, log, reference_s)
+    relative = {
+        channel: values - reference.get(channel, np.nan)
+        for channel, values in zip(model.channels, _model_columns(model, log), strict=True)
+    }
+    found: dict[str, tuple[float, float]] = {}
+    for output in model.outputs:
+        for part in output.parts:
+            if part.lowest_k is None or part.highest_k is None:
+                continue
+            u = relative[part.plus] - (relative[part.minus] if part.minus else 0.0)
+            beyond = np.maximum(part.lowest_k - u, u - part.highest_k)
+            share = float(np.mean(beyond > 0))
+            if share > 0:
+                width = max(part.highest_k - part.lowest_k, 1e-9)
+                known = found.get(part.name, (0.0, 0.0))
+                far = float(np.nanmax(beyond)) / width
+                found[part.name] = (max(share, known[0]), max(far, known[1]))
+    return found
+
+
+# ---- figures ------------------------------------------------------------------------------------
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerificationFigures:
+    """Figures of one output: measured against free run, both relative to the start of the log."""
+
+    rows: int
+    """Rows in which the output was measured and simulated. [1]"""
+    fit_percent: float | None
+    """Equation (4) with the mean of the measured output; None if that is constant. [%]"""
+    uncompensated_um: float
+    """Peak-to-peak of the measured displacement. [µm]"""
+    residual_um: float
+    """Peak-to-peak of measured minus simulated. [µm]"""
+    rmse_um: float
+    """Root mean square of the residual. [µm]"""
+    mae_um: float
+    """Mean absolute residual. [µm]"""
+    max_um: float
+    """Largest absolute residual. [µm]"""
+    after_60_min_um: tuple[float, float] | None
+    """Measured and residual displacement after 60 minutes; None in a shorter log. [µm]"""
+    at_end_um: tuple[float, float]
+    """Measured and residual displacement at the last measured row. [µm]"""
+    persistence_rmse_um: float | None
+    """Root mean square of measured minus its value one row before: one step ahead, 'nothing
+    changes'; None with one row. [µm]"""
+    static_rmse_um: float | None
+    """Root mean square left by the static regression on the model's inputs that the model carries
+    from its training; where it carries none, by one that is fitted to this very log, which is
+    better than any that was known before; None where there is neither. [µm]"""
+
+    @property
+    def reduction(self) -> float:
+        """Uncompensated over residual peak-to-peak; infinite where nothing is left. [1]"""
+        return self.uncompensated_um / self.residual_um if self.residual_um > 0 else float("inf")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class VerifiedOutput:
+    """One measured output of one log."""
+
+    measured: MeasuredOutput
+    """What was compared."""
+    figures: VerificationFigures
+    """Its figures."""
+    measured_um: FloatArray
+    """Measured displacement relative to the start, (n,); NaN where not measured. [µm]"""
+    simulated_um: FloatArray
+    """Simulated displacement relative to the start, (n,). [µm]"""
+    contribution_um: FloatArray
+    """Contribution of every part relative to the start, (n, parts). [µm]"""
+    parts: tuple[str, ...]
+    """Names of the parts."""
+    counted: NDArray[np.bool_]
+    """Rows that count in the figures, (n,)."""
+    limited: VerificationFigures | None = None
+    """The figures with the correction within limits; None where none were stated."""
+
+    @property
+    def residual_um(self) -> FloatArray:
+        """Measured minus simulated: the compensated machine, (n,). [µm]"""
+        return self.measured_um - self.simulated_um
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class VerifiedLog:
+    """One log."""
+
+    name: str
+    """Name of the log."""
+    time_s: FloatArray
+    """Times, (n,). [s]"""
+    outputs: tuple[VerifiedOutput, ...]
+    """Its outputs."""
+    environmental: bool
+    """Whether no spindle or table turned: then the ranges are ETVE (ISO 230-3)."""
+    outside: Mapping[str, tuple[float, float]]
+    """As of `SimulatedLog`."""
+    warnings: tuple[str, ...]
+    """What the reader must know, in words."""
+    reference_s: float
+    """Everything is relative to the mean over this first time. [s]"""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Verification:
+    """A model against logs."""
+
+    pooled: Mapping[str, VerificationFigures]
+    """Figures over all logs, by measured channel."""
+    logs: tuple[VerifiedLog, ...]
+    """Every log."""
+    warnings: tuple[str, ...]
+    """What the reader must know, in words."""
+
+    @property
+    def mean_fit_percent(self) -> float | None:
+        """Mean of the pooled fits, as below the paper's Table 3; None without a fit. [%]"""
+        fits = [f.fit_percent for f in self.pooled.values() if f.fit_percent is not None]
+        return float(np.mean(fits)) if fits else None
+
+
+def verify(
+    model: CompensationModel,
+    logs: Sequence[ThermalLog],
+    measured: Sequence[MeasuredOutput] | None = None,
+    *,
+    reference_s: float = REFERENCE_S,
+    rows: tuple[int, int] | None = None,
+    limits: Mapping[str, Limits] | None = None,
+) -> Verification:
+    """Compare the free run of a model with what logs measured.
+
+    Every log starts the model anew. Measured and simulated displacement are both taken relative
+    to their mean over the first time of the log; where the output was not measured then, to the
+    first measured row.
+
+    Parameters
+    ----------
+    model : CompensationModel
+        The model.
+    logs : sequence of ThermalLog
+        Independent tests.
+    measured : sequence of MeasuredOutput, optional
+        What is compared. Default: the channels that are named as the model's outputs.
+    reference_s : float
+        The first time. Default: a minute. [s]
+    rows : tuple of int, optional
+        Rows that count in the figures, from 0, half open; the free run begins at the first row
+        of the log all the same. Default: all. [1]
+
+    limits : mapping of str to Limits, optional
+        Limits of the correction by output of the model; the figures with the limited correction
+        then stand beside those without limits. Default: none.
+
+    Returns
+    -------
+    Verification
+        Figures per log and pooled.
+
+    Raises
+    ------
+    DataError
+        If a log lacks a channel, or an output was measured in no row.
+    ConfigurationError
+        If there is no log, or no output to compare.
+
+    References
+    ----------
+    Mareš and Horejš 2021, equation (4), Table 3, figures 10 to 13; ISO 230-3:2020 for the value
+    after 60 minutes and ETVE (from memory).
+    """
+    if not logs:
+        raise ConfigurationError("there is no log to verify with", where="logs")
+    if rows is not None and not 0 <= rows[0] < rows[1]:
+        raise ConfigurationError(
+            f"{rows[0]}:{rows[1]} is no span of rows",
+            where="rows",
+            remedy="Count rows from zero; the last one is not included",
+        )
+    verified = tuple(
+        _verify_log(
+            _Comparison(model, _measured_in(model, log, measured), reference_s, rows, limits or {}),
+            log,
+        )
+        for log in logs
+    )
+    names = dict.fromkeys(output.measured.name for log in verified for output in log.outputs)
+    pooled = {
+        name: _pooled([o for log in verified for o in log.outputs if o.measured.name == name])
+        for name in names
+    }
+    warnings = [f"{log.name}: {w}" if log.name else w for log in verified for w in log.warnings]
+    return Verification(pooled, verified, tuple(dict.fromkeys(warnings)))
+
+
+def _measured_in(
+    model: CompensationModel, log: ThermalLog, measured: Sequence[MeasuredOutput] | None
+) -> tuple[MeasuredOutput, ...]:
+    names = [output.name for output in model.outputs]
+    if measured is None:
+        known = {channel.casefold() for channel in log.columns}
+        found = tuple(MeasuredOutput(name, name) for name in names if name.casefold() in known)
+        if not found:
+            raise ConfigurationError(
+                f"the log has no column named as an output of the model ({', '.join(names)})",
+                where=log.name,
+                remedy="Say which channel is which output: --measured CHANNEL=OUTPUT",
+            )
+        return found
+    for entry in measured:
+        if entry.output not in names:
+            raise ConfigurationError(
+                f"the model has no output {printable(entry.output, 40)}",
+                where=f"measured {printable(entry.channel, 40)}",
+                remedy=f"Its outputs are {', '.join(names)}",
+            )
+    return tuple(measured)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Comparison:
+    """What is compared, and how."""
+
+    model: CompensationModel
+    measured: Sequence[MeasuredOutput]
+    reference_s: float
+    rows: tuple[int, int] | None
+    limits: Mapping[str, Limits]
+
+
+def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
+    model, reference_s = asked.model, asked.reference_s
+    runs: dict[float | None, SimulatedLog] = {}
+    outputs: list[VerifiedOutput] = []
+    for entry in asked.measured:
+        if entry.diameter_mm not in runs:
+            runs[entry.diameter_mm] = simulate_log(
+                model, log, diameter_mm=entry.diameter_mm, reference_s=reference_s
+            )
+        outputs.append(_verify_output(asked, log, entry, runs[entry.diameter_mm]))
+    any_run = next(iter(runs.values()))
+    return VerifiedLog(
+        name=log.name,
+        time_s=log.time_s,
+        outputs=tuple(outputs),
+        environmental=_standstill(log),
+        outside=any_run.outside,
+        warnings=_warnings(runs),
+        reference_s=reference_s,
+    )
+
+
+def _standstill(log: ThermalLog) -> bool:
+    """Whether the log has speeds and none of them turned."""
+    speeds = [log.columns[c] for c, unit in log.units.items() if unit == "rpm"]
+    return bool(speeds) and all(
+        bool(np.all(np.abs(v[~np.isnan(v)]) < STANDSTILL_RPM)) for v in speeds
+    )
+
+
+def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[str, ...]:
+    said: list[str] = []
+    run = next(iter(runs.values()))
+    for name, (share, beyond) in run.outside.items():
+        if (share >= OUTSIDE_SHARE and beyond >= OUTSIDE_WIDTH) or beyond >= OUTSIDE_SHARE:
+            said.append(
+                f"input {name} lies outside the range of the training in {share:.0%} of the rows,"
+                f" by up to {beyond:.0%} of its width: the model is extrapolated there"
+            )
+    if run.bad_share > 0:
+        said.append(f"an input had failed for too long in {run.bad_share:.1%} of the rows")
+    for outcome in (Outcome.GAP, Outcome.CLOCK_BACKWARD):
+        count = run.outcomes.get(outcome, 0)
+        if count:
+            said.append(f"{outcome} ({count} times)")
+    said += [
+        str(outcome)
+        for outcome in (Outcome.DIAMETER_HELD, Outcome.DIAMETER_UNKNOWN)
+        if any(outcome in r.outcomes for r in runs.values())
+    ]
+    return tuple(said)
+
+
+def _verify_output(
+    asked: _Comparison, log: ThermalLog, entry: MeasuredOutput, run: SimulatedLog
+) -> VerifiedOutput:
+    model, reference_s, rows = asked.model, asked.reference_s, asked.rows
+    simulated = run.outputs[entry.output]
+    measured = np.array(log.column(entry.channel, unit="um"))
+    both = ~(np.isnan(measured) | np.isnan(simulated.displacement_um))
+    if not bool(np.any(both)):
+        raise DataError(
+            f"channel {entry.channel} was measured in no row in which the model runs",
+            where=log.name,
+        )
+    at_start = both & (log.time_s <= reference_s)
+    if not bool(np.any(at_start)):
+        at_start = np.zeros_like(both)
+        at_start[np.flatnonzero(both)[0]] = True
+    measured -= float(np.mean(measured[at_start]))
+    displacement = simulated.displacement_um - float(np.mean(simulated.displacement_um[at_start]))
+    contribution = simulated.contribution_um - np.mean(simulated.contribution_um[at_start], axis=0)
+    counted = both
+    if rows is not None:
+        counted = np.zeros_like(both)
+        counted[slice(*rows)] = True
+        counted &= both
+        if not bool(np.any(counted)):
+            raise DataError(
+                f"channel {entry.channel} was measured in no row from {rows[0]} to {rows[1]}",
+                where=log.name,
+            )
+    inputs = _inputs_of(model, entry.output, log)
+    static = _static_of(model, entry, inputs)
+    static_rmse = (
+        _own_static_rmse(measured[counted], inputs[counted])
+        if static is None
+        else _rmse((measured - static + np.nanmean(static[at_start]))[counted])
+    )
+    times, seen = [log.time_s[counted]], [measured[counted]]
+    limits = asked.limits.get(entry.output)
+    limited: VerificationFigures | None = None
+    if limits is not None:
+        allowed = _limited(limits, log, simulated.displacement_um, run.bad)
+        allowed = allowed - float(np.mean(allowed[at_start]))
+        limited = _figures(times, seen, [allowed[counted]], static_rmse)
+    return VerifiedOutput(
+        measured=entry,
+        figures=_figures(times, seen, [displacement[counted]], static_rmse),
+        measured_um=measured,
+        simulated_um=displacement,
+        contribution_um=contribution,
+        parts=simulated.parts,
+        counted=counted,
+        limited=limited,
+    )
+
+
+def _limited(
+    limits: Limits, log: ThermalLog, simulated_um: FloatArray, bad: NDArray[np.bool_]
+) -> FloatArray:
+    """Return what a limited correction takes away of the displacement, row by row.
+
+    It begins at zero, holds while an input has failed, and no gap lets it jump.
+    """
+    taken: list[float] = []
+    longest_s = LIMITED_STEPS * log.usual_step_s if log.rows > 1 else 0.0
+    before_um, before_s = 0.0, 0.0
+    rows = zip(log.time_s.tolist(), simulated_um.tolist(), bad.tolist(), strict=True)
+    for now_s, wanted_um, failed in rows:
+        if not failed:
+            elapsed_s = min(now_s - before_s, longest_s)
+            before_um = -limit_step(limits, -before_um, -wanted_um, elapsed_s)
+        before_s = now_s
+        taken.append(before_um)
+    return np.array(taken)
+
+
+def _inputs_of(model: CompensationModel, output: str, log: ThermalLog) -> FloatArray:
+    """Return the inputs of an output, not relative to anything, (n, parts)."""
+    columns = dict(zip(model.channels, _model_columns(model, log), strict=True))
+    parts = next(o.parts for o in model.outputs if o.name == output)
+    return np.stack(
+        [columns[p.plus] - (columns[p.minus] if p.minus else 0.0) for p in parts], axis=1
+    )
+
+
+def _figures(
+    times_s: Sequence[FloatArray],
+    measured: Sequence[FloatArray],
+    simulated: Sequence[FloatArray],
+    static_rmse_um: float | None,
+) -> VerificationFigures:
+    """Return the figures of one or several runs; each spread is about its own run's mean."""
+    residuals = [y - s for y, s in zip(measured, simulated, strict=True)]
+    y, e = np.concatenate(measured), np.concatenate(residuals)
+    about_mean = np.concatenate([m - np.mean(m) for m in measured])
+    spread = float(np.linalg.norm(about_mean))
+    fit = None
+    if spread > 0:
+        fit = 100.0 * (1.0 - float(np.linalg.norm(e)) / spread)
+    steps = np.concatenate([np.diff(m) for m in measured])
+    late = (times_s[0] >= HOUR_S) & (times_s[0] <= HOUR_S + HOUR_TOLERANCE_S)
+    after = None
+    if len(measured) == 1 and bool(np.any(late)):
+        k = int(np.argmax(late))
+        after = (float(measured[0][k]), float(residuals[0][k]))
+    return VerificationFigures(
+        rows=y.size,
+        fit_percent=fit,
+        uncompensated_um=float(np.ptp(y)),
+        residual_um=float(np.ptp(e)),
+        rmse_um=float(np.sqrt(np.mean(e**2))),
+        mae_um=float(np.mean(np.abs(e))),
+        max_um=float(np.max(np.abs(e))),
+        after_60_min_um=after,
+        at_end_um=(float(measured[-1][-1]), float(residuals[-1][-1])),
+        persistence_rmse_um=float(np.sqrt(np.mean(steps**2))) if steps.size else None,
+        static_rmse_um=static_rmse_um,
+    )
+
+
+def _static_of(
+    model: CompensationModel, entry: MeasuredOutput, inputs: FloatArray
+) -> FloatArray | None:
+    """Return what the static regression of the training says, None where the model has none."""
+    parts = next(o.parts for o in model.outputs if o.name == entry.output)
+    gains = [part.static_gain_um_per_k for part in parts]
+    if any(gain is None for gain in gains):
+        return None
+    by_diameter = [gain_of(part, entry.diameter_mm) for part in parts]
+    total = np.array([g or 0.0 for g in gains]) * np.array(by_diameter)
+    return np.asarray(inputs @ total, dtype=np.float64)
+
+
+def _rmse(values: FloatArray) -> float | None:
+    present = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(present**2))) if present.size else None
+
+
+def _own_static_rmse(measured: FloatArray, inputs: FloatArray) -> float | None:
+    """Return what the best static regression leaves of the log that it is fitted to."""
+    present = ~np.any(np.isnan(inputs), axis=1)
+    if int(np.sum(present)) <= inputs.shape[1] + 1:
+        return None
+    u = inputs[present] - np.mean(inputs[present], axis=0)
+    y = measured[present] - np.mean(measured[present])
+    factor, triangle = np.linalg.qr(u)
+    if float(np.min(np.abs(np.diag(triangle)))) < 1e-9 * float(np.max(np.abs(triangle))):
+        return None
+    left: FloatArray = y - factor @ (factor.T @ y)
+    return _rmse(left)
+
+
+def _pooled(outputs: Sequence[VerifiedOutput]) -> VerificationFigures:
+    """Return figures over several logs; those that only one log has are of the last one."""
+    if len(outputs) == 1:
+        return outputs[0].figures
+    present = [o.counted for o in outputs]
+    statics = [(o.figures.static_rmse_um, o.figures.rows) for o in outputs]
+    pooled: float | None = None
+    if all(value is not None for value, _ in statics):
+        squares = sum((v or 0.0) ** 2 * n for v, n in statics)
+        pooled = float(np.sqrt(squares / sum(n for _, n in statics)))
+    return replace(
+        _figures(
+            [np.zeros(1)],
+            [o.measured_um[p] for o, p in zip(outputs, present, strict=True)],
+            [o.simulated_um[p] for o, p in zip(outputs, present, strict=True)],
+            pooled,
+        ),
+        after_60_min_um=None,
+    )

@@ -1,0 +1,502 @@
+"""The virtual vertical lathe: a machine in a program, stepped through time.
+
+Not protected: it is a simulation. Its numbers are plausible, they are those of no machine, and
+what holds on it is proven on it alone.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, TypeAlias, final
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.virtual.lathe._axis import OffsetAxis, OffsetRules
+from thermaxis.virtual.lathe._faults import OF_NETWORK, Fault, FaultKind
+from thermaxis.virtual.lathe._hall import HELD_S, Hall, HallSettings
+from thermaxis.virtual.lathe._physics import Boundary, LatheDuty, LathePhysics, Node
+from thermaxis.virtual.lathe._scenarios import Scenario, Stage, scenario_named, seen_at
+from thermaxis.virtual.lathe._signals import (
+    FAULTY,
+    FLAGS,
+    GOOD,
+    HALL,
+    NOT_SEEN,
+    PROBES,
+    SENSORS,
+    SETTABLE,
+    SIGNALS,
+    TRUE,
+    UNCORRECTED,
+    LatheReading,
+    SensorNoise,
+    counted,
+)
+
+if TYPE_CHECKING:
+    from thermaxis.virtual.lathe._network import ThermalNetwork
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+DEFAULT_SCENARIO: Final = "day"
+"""Scenario of a machine for which none is named."""
+_MOST_NETWORKS = 256
+_SAME_S = 1e-9
+_OF_CHANNELS = frozenset(FaultKind) - OF_NETWORK - {FaultKind.SET}
+_BAD_STATUS = {
+    FaultKind.BAD: ("BadSensorFailure", 0.0),
+    FaultKind.MISSING: ("BadNoCommunication", None),
+}
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LatheSettings:
+    """What a virtual lathe is made of. Every default is an assumption of plausible size."""
+
+    physics: LathePhysics = field(default_factory=LathePhysics)
+    """Numbers of the machine."""
+    hall: HallSettings = field(default_factory=HallSettings)
+    """How the hall's temperature moves."""
+    offset: OffsetRules = field(default_factory=OffsetRules)
+    """Rules of the machine for its offset."""
+    temperature_noise_k: float = 0.02
+    """Noise of the temperature sensors before rounding, standard deviation. [K]"""
+    temperature_count_k: float = 0.1
+    """Step of the temperature sensors, as in the paper. [K]"""
+    displacement_noise_um: float = 0.3
+    """Noise of the displacement probes, standard deviation. [µm]"""
+    displacement_count_um: float = 0.1
+    """Step of the displacement probes. [µm]"""
+
+
+@final
+class VirtualLathe:
+    """A vertical lathe with a thermal network of its own.
+
+    Parameters
+    ----------
+    scenario : str or Scenario
+        What it does. Default: the working day.
+    seed : int
+        Seed of the hall and of all noise: the same scenario and seed give the same run, however
+        its time is stepped; another scenario has another day. [1]
+    settings : LatheSettings, optional
+        What it is made of.
+    faults : sequence of Fault
+        What goes wrong, and when.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no such scenario, the seed is negative, or a fault acts on what is not there.
+    """
+
+    def __init__(
+        self,
+        scenario: str | Scenario = DEFAULT_SCENARIO,
+        seed: int = 1,
+        settings: LatheSettings | None = None,
+        faults: Sequence[Fault] = (),
+    ) -> None:
+        if seed < 0:
+            raise ConfigurationError("the seed is negative", where="seed")
+        for fault in faults:
+            _check_fault(fault)
+        self.scenario = scenario_named(scenario) if isinstance(scenario, str) else scenario
+        self.seed = seed
+        self.settings = settings or LatheSettings()
+        self.faults = tuple(faults)
+        self.axis = OffsetAxis(self.settings.offset)
+        physics = self.settings.physics
+        seeds = (seed, crc32(self.scenario.name.encode()))
+        self._hall = Hall(self.settings.hall, seeds, self.scenario.start_s)
+        self._noise = SensorNoise(seeds, len(SENSORS) + len(PROBES))
+        self._shape = physics.shape()
+        self._temperature_c = self._hall.rest(physics)
+        self._zero_um = self._shape @ self._temperature_c
+        self._networks: dict[LatheDuty, ThermalNetwork] = {}
+        self._time_s = 0.0
+        self._segment_end_s = 0.0
+        self._stage_number = -1
+        self._stage: Stage = self.scenario.stages[0]
+        self._cooler = False
+        self._referenced = True
+        self._diameter_mm = 0.0
+        self._set: dict[str, float] = {}
+        self._held: dict[int, Mapping[str, LatheReading]] = {}
+        self._begin_segment()
+
+    # ---- time ----
+
+    @property
+    def time_s(self) -> float:
+        """Time since the begin of the scenario. [s]"""
+        return self._time_s
+
+    def step(self, seconds: float) -> None:
+        """Let time go by; the result does not depend on how a time is divided into steps.
+
+        Parameters
+        ----------
+        seconds : float
+            The time, from zero up. [s]
+
+        Raises
+        ------
+        ConfigurationError
+            If it is negative or not finite.
+        """
+        if not 0.0 <= seconds <= 1e9:
+            raise ConfigurationError(f"a step of {seconds:g} s is not possible", where="step")
+        target_s = self._time_s + seconds
+        while True:
+            stop_s = min(target_s, self._segment_end_s)
+            self._advance(stop_s - self._time_s)
+            self._time_s = stop_s
+            if stop_s >= self._segment_end_s - _SAME_S:
+                self._begin_segment()
+            if stop_s >= target_s:
+                return
+
+    def step_to(self, time_s: float) -> None:
+        """Let time go by until a time; nothing happens if it has passed. [s]"""
+        self.step(max(0.0, time_s - self._time_s))
+
+    def _advance(self, seconds: float) -> None:
+        if seconds <= 0.0:
+            return
+        self._temperature_c = self._network.after(
+            self._temperature_c, self._heat_w, self._boundary_c, seconds
+        )
+        own = 0.0
+        if self.flag("own_compensation"):
+            rise_k = self._temperature_c[Node.SPINDLE_BEARING] - self._temperature_c[Node.COLUMNS]
+            own = -self.settings.offset.own_um_per_k * float(rise_k)
+        self.axis.step(
+            seconds,
+            moves=self._runs,
+            permitted=self.flag("referenced") and not self.flag("homing"),
+            own_goal_um=own,
+        )
+
+    def _begin_segment(self) -> None:
+        """Find what the machine does from now on, and until when nothing changes."""
+        now_s = self._time_s
+        number, stage, end_s = self.scenario.stage_at(now_s + _SAME_S)
+        if number != self._stage_number:
+            self._enter(number, stage)
+        self._note_faults()
+        physics = self.settings.physics
+        duty = self._duty()
+        if duty not in self._networks:
+            if len(self._networks) >= _MOST_NETWORKS:
+                self._networks.clear()
+            self._networks[duty] = physics.network(duty)
+        self._network = self._networks[duty]
+        self._heat_w = physics.heat_w(duty)
+        grid_s = (math.floor((now_s + _SAME_S) / HELD_S) + 1.0) * HELD_S
+        hall_c = self._hall.at(grid_s - 0.5 * HELD_S)
+        self._boundary_c = np.array([hall_c, physics.foundation_c, physics.cooler_c])
+        ends = [end_s, grid_s, *(f.next_change_s(now_s + _SAME_S) for f in self.faults)]
+        if self._turning:
+            ends.append(seen_at(now_s + _SAME_S)[1])
+        self._segment_end_s = min(ends)
+
+    def _enter(self, number: int, stage: Stage) -> None:
+        if self._stage.homing and not stage.homing:
+            self._referenced = True
+        if not stage.machine_on or stage.homing:
+            self._referenced = False
+        if self._stage_number < 0 or stage.diameter_mm != self._stage.diameter_mm:
+            self._diameter_mm = stage.diameter_mm
+        self._stage_number, self._stage = number, stage
+
+    def _duty(self) -> LatheDuty:
+        physics = self.settings.physics
+        coolant_c = float(self._temperature_c[Node.COOLANT])
+        if coolant_c >= physics.cooler_on_c:
+            self._cooler = True
+        elif coolant_c <= physics.cooler_off_c:
+            self._cooler = False
+        coolant = self.flag("coolant_on")
+        return LatheDuty(
+            spindle_rpm=self.spindle_rpm,
+            gear=self._stage.gear_engaged,
+            table_rpm=self.table_rpm,
+            coolant=coolant,
+            cooler=coolant and self._cooler,
+        )
+
+    # ---- what it does ----
+
+    @property
+    def _runs(self) -> bool:
+        return self.flag("machine_on") and not self.flag("emergency_stop")
+
+    @property
+    def _turning(self) -> bool:
+        """Whether the table is asked to turn, short stops included."""
+        return self._runs and self._stage.table_rpm != 0.0
+
+    @property
+    def spindle_rpm(self) -> float:
+        """Speed of the spindle. [rpm]"""
+        return self._stage.spindle_rpm if self._runs else 0.0
+
+    @property
+    def table_rpm(self) -> float:
+        """Speed of the table; it is stopped now and then to be measured. [rpm]"""
+        if not self._turning or seen_at(self._time_s + _SAME_S)[0]:
+            return 0.0
+        return self._stage.table_rpm
+
+    @property
+    def table_seen(self) -> bool:
+        """Whether the table stands in the measuring location."""
+        return self.table_rpm == 0.0
+
+    @property
+    def diameter_mm(self) -> float:
+        """Diameter at which the workpiece is turned. [mm]"""
+        return self._value_set("diameter_mm", self._diameter_mm)
+
+    def flag(self, name: str) -> bool:
+        """Return a flag of the machine.
+
+        Parameters
+        ----------
+        name : str
+            One of `FLAGS`, or ``coolant_on``.
+
+        Returns
+        -------
+        bool
+            Whether it is set.
+        """
+        own = {
+            "machine_on": self._stage.machine_on,
+            "referenced": self._referenced,
+            "homing": self._stage.homing,
+            "coolant_on": self._stage.coolant,
+        }
+        return bool(self._value_set(name, own.get(name, False)))
+
+    def _value_set(self, name: str, own: float) -> float:
+        for fault in self.faults:
+            if fault.kind is FaultKind.SET and fault.channels[0] == name and self._acts(fault):
+                return float(fault.amount or 0.0)
+        return self._set.get(name, own)
+
+    def _acts(self, fault: Fault) -> bool:
+        return fault.begin_s(self._time_s + _SAME_S) is not None
+
+    # ---- what is written ----
+
+    def write_offset(self, offset_mm: float) -> bool:
+        """Write the offset of the Z axis.
+
+        Parameters
+        ----------
+        offset_mm : float
+            Positive moves the tool away from the workpiece. [mm]
+
+        Returns
+        -------
+        bool
+            Whether it is a finite number; another one is not taken.
+        """
+        return self.axis.write_offset(offset_mm)
+
+    def write_heartbeat(self, heartbeat: int) -> None:
+        """Write the heartbeat; only a changed one counts. [1]"""
+        self.axis.write_heartbeat(heartbeat)
+
+    def write_diameter(self, diameter_mm: float) -> bool:
+        """Write the workpiece's diameter, which stays until the scenario changes it.
+
+        Parameters
+        ----------
+        diameter_mm : float
+            Diameter. [mm]
+
+        Returns
+        -------
+        bool
+            Whether it is a finite number from zero up; another one is not taken.
+        """
+        if not (math.isfinite(diameter_mm) and diameter_mm >= 0.0):
+            return False
+        self._diameter_mm = diameter_mm
+        return True
+
+    def set_flag(self, name: str, *, value: bool | None) -> None:
+        """Set a flag of the machine against its scenario.
+
+        Parameters
+        ----------
+        name : str
+            One of `FLAGS`, or ``coolant_on``.
+        value : bool or None
+            Its value; None gives it back to the scenario.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no such flag.
+        """
+        if name not in {*FLAGS, "coolant_on"}:
+            raise ConfigurationError(
+                f"there is no flag {printable(name, 40)}",
+                where="flag",
+                remedy=f"Flags are {', '.join(FLAGS)}, coolant_on",
+            )
+        if value is None:
+            self._set.pop(name, None)
+        else:
+            self._set[name] = float(value)
+        self._begin_segment()
+
+    # ---- what it shows ----
+
+    @property
+    def temperature_c(self) -> FloatArray:
+        """True temperatures, (n,), in the order of `Node`. [°C]"""
+        return self._temperature_c.copy()
+
+    @property
+    def hall_c(self) -> float:
+        """True temperature of the hall's air. [°C]"""
+        return float(self._boundary_c[Boundary.HALL])
+
+    @property
+    def uncorrected_um(self) -> FloatArray:
+        """True displacement by position as it were without any offset, (4,). [µm]"""
+        return self._shape @ self._temperature_c - self._zero_um
+
+    @property
+    def true_um(self) -> FloatArray:
+        """True displacement by position with the offset that acts, (4,). [µm]
+
+        It is the tool point relative to the workpiece, positive away from it.
+        """
+        return self.uncorrected_um + self.axis.effective_um + self.axis.own_um
+
+    @property
+    def reachable(self) -> bool:
+        """Whether its server answers."""
+        return self.network_fault is None
+
+    @property
+    def network_fault(self) -> FaultKind | None:
+        """Fault of the way to the machine that acts now; a restart goes before a pause."""
+        acting = [f.kind for f in self.faults if f.kind in OF_NETWORK and self._acts(f)]
+        return min(acting, key=lambda kind: kind is FaultKind.PAUSE, default=None)
+
+    def clean_readings(self) -> Mapping[str, LatheReading]:
+        """Return every value as its sensor gives it, without faults.
+
+        Returns
+        -------
+        mapping
+            Readings by the names in `SIGNALS`, in their order.
+        """
+        settings, now_s = self.settings, self._time_s
+        noise = self._noise.at(now_s).tolist()
+        values: dict[str, float | bool | None] = {}
+        for k, (name, node) in enumerate(SENSORS.items()):
+            true_c = self.hall_c if node == HALL else float(self._temperature_c[node])
+            noisy = true_c + settings.temperature_noise_k * noise[k]
+            values[name] = counted(noisy, settings.temperature_count_k)
+        true_um, uncorrected_um = self.true_um.tolist(), self.uncorrected_um.tolist()
+        seen = self.table_seen
+        for k, name in enumerate(PROBES):
+            noisy = true_um[k] + settings.displacement_noise_um * noise[len(SENSORS) + k]
+            values[name] = counted(noisy, settings.displacement_count_um) if seen else None
+        values |= zip(TRUE, true_um, strict=True)
+        values |= zip(UNCORRECTED, uncorrected_um, strict=True)
+        axis = self.axis
+        values |= {
+            "n_spindle_rpm": self.spindle_rpm,
+            "n_table_rpm": self.table_rpm,
+            "gear": float(self._stage.gear_engaged),
+            "coolant_on": self.flag("coolant_on"),
+            "table_seen": seen,
+            "diameter_mm": self.diameter_mm,
+            **{name: self.flag(name) for name in FLAGS},
+            "offset_mm": axis.written_mm,
+            "offset_accepted_mm": 1e-3 * axis.accepted_um,
+            "offset_effective_mm": 1e-3 * axis.effective_um,
+            "heartbeat": float(axis.heartbeat),
+            "watchdog_alive": axis.alive,
+            "time_s": now_s,
+        }
+        return {
+            name: LatheReading(value, NOT_SEEN if value is None else GOOD, now_s)
+            for name, value in values.items()
+        }
+
+    def readings(self) -> Mapping[str, LatheReading]:
+        """Return every value as the machine shows it, with the faults that act on channels.
+
+        Returns
+        -------
+        mapping
+            Readings by the names in `SIGNALS`, in their order.
+        """
+        found = dict(self.clean_readings())
+        for number, fault in enumerate(self.faults):
+            if fault.kind in _OF_CHANNELS and self._acts(fault):
+                self._spoil(found, number, fault)
+        return MappingProxyType(found)
+
+    def _note_faults(self) -> None:
+        """Keep what the channels showed when a fault began that holds them."""
+        for number, fault in enumerate(self.faults):
+            if fault.kind not in {FaultKind.STUCK, FaultKind.STALE}:
+                continue
+            if not self._acts(fault):
+                self._held.pop(number, None)
+            elif number not in self._held:
+                self._held[number] = self.clean_readings()
+
+    def _spoil(self, found: dict[str, LatheReading], number: int, fault: Fault) -> None:
+        name = fault.channels[0]
+        shown = found[name]
+        if fault.kind is FaultKind.SWAP:
+            other = fault.channels[1]
+            found[name], found[other] = found[other], found[name]
+        elif fault.kind is FaultKind.STUCK:
+            found[name] = self._held[number][name]._replace(stamp_s=self._time_s)
+        elif fault.kind is FaultKind.STALE:
+            found[name] = self._held[number][name]
+        elif fault.kind is FaultKind.JUMP and shown.value is not None:
+            found[name] = shown._replace(value=round(shown.value + (fault.amount or 0.0), 9))
+        elif fault.kind is FaultKind.NAN:
+            found[name] = shown._replace(value=math.nan, status=GOOD)
+        elif fault.kind is FaultKind.UNCERTAIN:
+            found[name] = shown._replace(status="UncertainSensorNotAccurate")
+        elif fault.kind in _BAD_STATUS:
+            status, value = _BAD_STATUS[fault.kind]
+            found[name] = shown._replace(value=value, status=status)
+
+
+def _check_fault(fault: Fault) -> None:
+    allowed = SETTABLE if fault.kind is FaultKind.SET else FAULTY
+    for name in fault.channels:
+        if name not in allowed:
+            raise ConfigurationError(
+                f"nothing is {fault.kind} at '{printable(name, 40)}'",
+                where=f"fault {fault.kind}",
+                remedy=f"Names are {', '.join(allowed)}",
+            )
+        if fault.kind is not FaultKind.SET and SIGNALS[name].unit == "bool":
+            raise ConfigurationError(
+                f"{name} is a flag",
+                where=f"fault {fault.kind}",
+                remedy=f"Write: set {name} to 1",
+            )
