@@ -90,19 +90,7 @@ def _load(name: str) -> Command:
 
 
 def build_parser(only: str | None = None) -> argparse.ArgumentParser:
-    """Return the parser of the command line.
-
-    Parameters
-    ----------
-    only : str, optional
-        Declare the arguments of this command alone, so that no other is imported.
-        Default: those of all commands.
-
-    Returns
-    -------
-    argparse.ArgumentParser
-        The parser; its namespace has `command`, None if no command was given.
-    """
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="thermaxis",
         description="Measure machine axes without thermal drift, and compensate thermal errors.",
@@ -162,18 +150,7 @@ def _lacking(error: ModuleNotFoundError) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one per kind of end
-    """Run the command line.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Words after the program's name. Default: those of this run of Python.
-
-    Returns
-    -------
-    int
-        0 if all went well, 2 for bad input, 130 if interrupted from the keyboard.
-    """
+    """Run the command line."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     wanted = next((word for word in words if not word.startswith("-")), "")
     parser = build_parser(only=wanted if wanted in COMMANDS else "")

@@ -7,20 +7,7 @@ from pathlib import Path
 
 
 def write_json(results: Mapping[str, object], destination: str) -> None:
-    """Write results as JSON.
-
-    Parameters
-    ----------
-    results : Mapping
-        Strings, numbers, lists, mappings and None; a number that is not finite is a defect.
-    destination : str
-        File, or ``-`` for standard output.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be written, or is a folder or a pipe.
-    """
+    """Write results as JSON."""
     text = json.dumps(results, indent=2, allow_nan=False) + "\n"
     if destination == "-":
         sys.stdout.write(text)

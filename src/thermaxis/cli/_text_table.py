@@ -18,25 +18,7 @@ def _aligned(text: str, width: int, *, left: bool) -> str:
 def text_table(
     title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], *, words: int = 0
 ) -> str:
-    """Return a table as text.
-
-    Parameters
-    ----------
-    title : str
-        Line above the table.
-    heads : sequence of str
-        Heads of the columns.
-    rows : sequence of sequence of str
-        Cells, as many in each row as there are heads.
-    words : int
-        Number of columns, from the left, that hold words and are aligned to the left; numbers
-        are aligned to the right. Default: none. [1]
-
-    Returns
-    -------
-    str
-        Lines without trailing blanks; the last one ends in a line feed.
-    """
+    """Return a table as text."""
     widths = [max(map(_width, column)) for column in zip(heads, *rows, strict=True)]
 
     def line(cells: Sequence[str]) -> str:
@@ -51,20 +33,7 @@ def text_table(
 
 
 def filled(text: str, *, hanging: bool = False) -> str:
-    """Return a sentence in lines of at most 100 characters.
-
-    Parameters
-    ----------
-    text : str
-        The sentence.
-    hanging : bool
-        Whether all lines but the first are indented. Default: no.
-
-    Returns
-    -------
-    str
-        Lines; the last one has no end.
-    """
+    """Return a sentence in lines of at most 100 characters."""
     return textwrap.fill(
         text,
         100,

@@ -40,13 +40,7 @@ __all__ = [
 
 @cache
 def control_names() -> tuple[str, ...]:
-    """Return the names of all controls: the public modules of this package.
-
-    Returns
-    -------
-    tuple of str
-        Names in alphabetical order, hyphens in place of underscores.
-    """
+    """Return the names of all controls: the public modules of this package."""
     modules = (entry.name for entry in files(__name__).iterdir())
     return tuple(
         sorted(
@@ -58,23 +52,7 @@ def control_names() -> tuple[str, ...]:
 
 
 def control_by_name(name: str) -> Control:
-    """Return a control.
-
-    Parameters
-    ----------
-    name : str
-        One of `control_names`.
-
-    Returns
-    -------
-    Control
-        The control.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is no control of this name.
-    """
+    """Return a control."""
     if name not in control_names():
         raise ConfigurationError(
             f"there is no control '{printable(name, 40)}'",

@@ -362,27 +362,7 @@ def _meaning_or_names(known: Mapping[str, ControlOption], name: str) -> str:
 
 
 def number_option(options: Mapping[str, str], name: str, *, lowest: float, highest: float) -> float:
-    """Return the value of an option that is a number.
-
-    Parameters
-    ----------
-    options : mapping
-        Options as `check_options` returns them.
-    name : str
-        Name of the option.
-    lowest, highest : float
-        Range of the number.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no number within the range.
-    """
+    """Return the value of an option that is a number."""
     try:
         number = float(options[name])
     except ValueError:
@@ -396,25 +376,7 @@ def number_option(options: Mapping[str, str], name: str, *, lowest: float, highe
 
 
 def plain_number(value: float, decimals: int) -> str:
-    """Return a number as controls read it: no exponent, no locale, no minus before zero.
-
-    Parameters
-    ----------
-    value : float
-        The number; finite.
-    decimals : int
-        Digits after the point. [1]
-
-    Returns
-    -------
-    str
-        The number with a decimal point.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is not finite: a non-number never reaches a control.
-    """
+    """Return a number as controls read it: no exponent, no locale, no minus before zero."""
     if not math.isfinite(value):
         raise ConfigurationError("a value of the program or table is not a finite number")
     text = f"{value:.{decimals}f}"
@@ -445,27 +407,7 @@ def check_size(content: str | bytes, path: str) -> None:
 
 
 def text_lines(text: str, path: str) -> tuple[list[str], list[str]]:
-    """Return the lines of a table for a control whose ends of lines are not known by a proof.
-
-    Parameters
-    ----------
-    text : str
-        Content of the file. A byte order mark at its start is left out.
-    path : str
-        Its name, for errors.
-
-    Returns
-    -------
-    lines : list of str
-        The lines; CR LF, LF and CR alone end one.
-    findings : list of str
-        The first line that CR alone ends before another one, in words.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it is larger than `LARGEST_TABLE_BYTES`.
-    """
+    """Return the lines of a table for a control whose ends of lines are not known by a proof."""
     check_size(text, path)
     for mark in BYTE_ORDER_MARKS:
         text = text.removeprefix(mark)

@@ -73,44 +73,13 @@ class PointOptions:
 
 
 def detection_unit(kind: AxisKind, options: Mapping[str, str]) -> float:
-    """Return the detection unit.
-
-    Parameters
-    ----------
-    kind : AxisKind
-        Linear or rotary.
-    options : mapping
-        The control's options.
-
-    Returns
-    -------
-    float
-        The unit. [µm or arcsec]
-    """
+    """Return the detection unit."""
     count = number_option(options, "detection_unit", lowest=0.001, highest=100.0)
     return count * kind.units.deviations_per_position * STATION
 
 
 def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
-    """Return the options of a table as numbers.
-
-    Parameters
-    ----------
-    kind : AxisKind
-        Linear or rotary.
-    options : mapping
-        The control's options.
-
-    Returns
-    -------
-    PointOptions
-        The numbers.
-
-    Raises
-    ------
-    ConfigurationError
-        If one of them is no such number, or a linear axis is said to be modulo.
-    """
+    """Return the options of a table as numbers."""
     modulo = options["modulo"] == "1"
     if modulo and kind is not AxisKind.ROTARY:
         raise ConfigurationError("only a rotary axis is modulo", where="--set modulo")
@@ -179,26 +148,6 @@ def point_values(table: CompensationTable, chosen: PointOptions, axis_number: in
 
     The sum of the values from the reference position to any point is the correction there,
     rounded once: it departs by at most half of magnification times detection unit.
-
-    Parameters
-    ----------
-    table : CompensationTable
-        The table; equidistant.
-    chosen : PointOptions
-        The options.
-    axis_number : int
-        Number of the axis on the control. [1]
-
-    Returns
-    -------
-    PointValues
-        Parameters and increments.
-
-    Raises
-    ------
-    ConfigurationError
-        If the points do not fit the reference position, the numbers or the integers of the
-        control.
     """
     step = _interval(table)
     reference = _reference(table, chosen)

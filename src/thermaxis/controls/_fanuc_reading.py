@@ -43,30 +43,7 @@ _PAIR = re.compile(r"([A-Z])(.*?)(?=P|[A-DF-Z][0-9+.-]|$)", re.ASCII)
 
 
 def table_from_parameters(text: str, path: str, kind: AxisKind, chosen: PointOptions) -> ReadTable:
-    """Return the pitch error compensation of one axis.
-
-    Parameters
-    ----------
-    text : str
-        Content of the file.
-    path : str
-        Its name, for errors.
-    kind : AxisKind
-        Linear or rotary.
-    chosen : PointOptions
-        The options.
-
-    Returns
-    -------
-    ReadTable
-        Values as deviations, zero at the reference position, and findings.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it is no such file, ``%`` is missing at its end, a word is no whole number, a parameter
-        or point is missing or stated twice, or a value is beyond the control's.
-    """
+    """Return the pitch error compensation of one axis."""
     words = _words(text, path)
     return _Reading(path, words, chosen, _wanted_axis(path, words, chosen), kind).table()
 

@@ -30,23 +30,7 @@ _COLUMN_SLACK = 1  # a sign may stand before its column
 
 
 def signed(value: float) -> str:
-    """Return a number with its sign, as these tables show it.
-
-    Parameters
-    ----------
-    value : float
-        The number. [mm or deg]
-
-    Returns
-    -------
-    str
-        Sign, digits, point and four decimals; zero is positive.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is not finite or does not fit its column.
-    """
+    """Return a number with its sign, as these tables show it."""
     text = plain_number(value, DECIMALS)
     if abs(value) > LARGEST_NUMBER:
         raise ConfigurationError(
@@ -56,18 +40,7 @@ def signed(value: float) -> str:
 
 
 def check_positions(table: CompensationTable) -> None:
-    """Refuse points that four decimals cannot hold.
-
-    Parameters
-    ----------
-    table : CompensationTable
-        The table.
-
-    Raises
-    ------
-    ConfigurationError
-        If a position would be rounded.
-    """
+    """Refuse points that four decimals cannot hold."""
     off = np.abs(table.position - np.round(table.position, DECIMALS))
     if bool(np.any(off > 1e-7)):
         raise ConfigurationError(
@@ -78,36 +51,12 @@ def check_positions(table: CompensationTable) -> None:
 
 
 def value_unit(kind: AxisKind) -> float:
-    """Return how large one unit of a table's value is.
-
-    Parameters
-    ----------
-    kind : AxisKind
-        Linear or rotary.
-
-    Returns
-    -------
-    float
-        1000 µm for a value in mm, 3600 arcsec for one in deg [M]. [µm or arcsec]
-    """
+    """Return how large one unit of a table's value is."""
     return kind.units.deviations_per_position
 
 
 def common_sentences(table: CompensationTable, file_name: str) -> Iterator[str]:
-    """Say what the user of a table must know, whatever the form.
-
-    Parameters
-    ----------
-    table : CompensationTable
-        The table, not yet rounded.
-    file_name : str
-        Name that the file must have on the control.
-
-    Yields
-    ------
-    str
-        Sentences.
-    """
+    """Say what the user of a table must know, whatever the form."""
     if table.reference_position is None:
         yield "The values were not set to zero at a reference point."
     else:
@@ -143,48 +92,11 @@ class ComText:
     def error(
         self, what: str, line: int | None, remedy: str, column: str | None = None
     ) -> MeasurementFileError:
-        """Make the error that names a place of the table.
-
-        Parameters
-        ----------
-        what : str
-            What is wrong.
-        line : int or None
-            Line, from 1. [1]
-        remedy : str
-            What the reader can do.
-        column : str, optional
-            Column by its heading.
-
-        Returns
-        -------
-        MeasurementFileError
-            To be raised by the caller.
-        """
+        """Make the error that names a place of the table."""
         return MeasurementFileError(what, path=self.path, line=line, column=column, remedy=remedy)
 
     def number(self, word: str, line: int, column: str) -> float:
-        """Return a number as the control reads it.
-
-        Parameters
-        ----------
-        word : str
-            The word.
-        line : int
-            Its line, from 1. [1]
-        column : str
-            Its column, for the error.
-
-        Returns
-        -------
-        float
-            The number.
-
-        Raises
-        ------
-        MeasurementFileError
-            If it has a decimal comma, or is no decimal number that fits the column.
-        """
+        """Return a number as the control reads it."""
         if _NUMBER.fullmatch(word) is None:
             shown = printable(word[:99], 30)
             if re.fullmatch(r"[+-]?[0-9]+,[0-9]*", word[:60], re.ASCII):
@@ -207,25 +119,7 @@ class ComText:
 
 
 def com_text(text: str, path: str) -> ComText:
-    """Return the lines of a table.
-
-    Parameters
-    ----------
-    text : str
-        Content of the file.
-    path : str
-        Its name, for errors.
-
-    Returns
-    -------
-    ComText
-        Its lines.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it is too large, empty, has tabs or a line beyond `LONGEST_LINE`.
-    """
+    """Return the lines of a table."""
     source = ComText(path, ())
     lines, findings = text_lines(text, path)
     while lines and not lines[-1].strip():
@@ -247,40 +141,12 @@ def com_text(text: str, path: str) -> ComText:
 
 
 def words_of(line: str) -> list[tuple[int, str]]:
-    """Return the words of a line and where each begins.
-
-    Parameters
-    ----------
-    line : str
-        The line.
-
-    Returns
-    -------
-    list of (int, str)
-        Place from 0, and word.
-    """
+    """Return the words of a line and where each begins."""
     return [(found.start(), found.group()) for found in _WORD.finditer(line)]
 
 
 def check_numbering(source: ComText, word: str, line: int, expected: int) -> None:
-    """Refuse a row that is not the next one, or beyond the control's number of rows.
-
-    Parameters
-    ----------
-    source : ComText
-        The table.
-    word : str
-        What stands in the column NR.
-    line : int
-        Its line, from 1. [1]
-    expected : int
-        Number that the row must have, from 0. [1]
-
-    Raises
-    ------
-    MeasurementFileError
-        If it is not this number, or the row is the 257th.
-    """
+    """Refuse a row that is not the next one, or beyond the control's number of rows."""
     if not re.fullmatch(r"[0-9]{1,6}", word):
         raise source.error(
             f"the row begins with '{printable(word[:99], 30)}', not with its number",
@@ -305,44 +171,13 @@ def check_numbering(source: ComText, word: str, line: int, expected: int) -> Non
 
 
 def column_of(place: int, headings: Mapping[str, int]) -> str | None:
-    """Return the heading under which a word stands.
-
-    Parameters
-    ----------
-    place : int
-        Where the word begins, from 0.
-    headings : mapping
-        Where each heading begins, from left to right.
-
-    Returns
-    -------
-    str or None
-        The heading; None left of all of them.
-    """
+    """Return the heading under which a word stands."""
     under = [name for name, start in headings.items() if start <= place + _COLUMN_SLACK]
     return under[-1] if under else None
 
 
 def headings_of(source: ComText, first: tuple[str, ...]) -> dict[str, int]:
-    """Return where the headings of a table begin, from left to right, NR left out.
-
-    Parameters
-    ----------
-    source : ComText
-        The table.
-    first : tuple of str
-        Headings that stand before those of the axes.
-
-    Returns
-    -------
-    dict
-        Place of each heading in its line, by its name in capitals.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the second line does not begin with them, or a heading stands there twice.
-    """
+    """Return where the headings of a table begin, from left to right, NR left out."""
     words = words_of(source.lines[1].upper()) if len(source.lines) > 1 else []
     labels = [word for _, word in words]
     if tuple(labels[: len(first)]) != first:
@@ -357,25 +192,7 @@ def headings_of(source: ComText, first: tuple[str, ...]) -> dict[str, int]:
 
 
 def rows_of(source: ComText, *, needs_end: bool) -> tuple[str, ...]:
-    """Return the lines of a table's rows, from its third line up to ``[END]``.
-
-    Parameters
-    ----------
-    source : ComText
-        The table.
-    needs_end : bool
-        Whether ``[END]`` must be there.
-
-    Returns
-    -------
-    tuple of str
-        The lines.
-
-    Raises
-    ------
-    MeasurementFileError
-        If lines follow the end, the end is missing, or there are no rows.
-    """
+    """Return the lines of a table's rows, from its third line up to ``[END]``."""
     ends = [i for i, line in enumerate(source.lines) if line.strip().upper() == "[END]"]
     if ends and ends[0] < len(source.lines) - 1:
         raise source.error("lines follow the end of the table", ends[0] + 2, "Delete them")
@@ -392,18 +209,7 @@ def rows_of(source: ComText, *, needs_end: bool) -> tuple[str, ...]:
 
 
 def findings_on_others(others: Iterable[str]) -> list[str]:
-    """Return what is said of the columns that are not simulated.
-
-    Parameters
-    ----------
-    others : iterable of str
-        Columns of other axes that hold values.
-
-    Returns
-    -------
-    list of str
-        One finding, or none.
-    """
+    """Return what is said of the columns that are not simulated."""
     listed = ", ".join(sorted(others))
     if not listed:
         return []
@@ -411,29 +217,7 @@ def findings_on_others(others: Iterable[str]) -> list[str]:
 
 
 def own_column(source: ComText, name: str, labels: list[str]) -> tuple[str, list[str]]:
-    """Return the column of the axis whose positions the rows have, and what is unusual.
-
-    Parameters
-    ----------
-    source : ComText
-        The table.
-    name : str
-        The table's name in its first line, without ``.COM``.
-    labels : list of str
-        Headings of the axes.
-
-    Returns
-    -------
-    column : str
-        The column of the positional deviation.
-    findings : list of str
-        What is unusual.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the table's name names another axis than the columns, or none where there are several.
-    """
+    """Return the column of the axis whose positions the rows have, and what is unusual."""
     if not labels:
         raise source.error("no column of an axis has a heading", 2, "Restore the headings")
     named = _NAMED.fullmatch(name)

@@ -60,24 +60,6 @@ def klartext_program(request: ProgramRequest, title: str) -> str:
 
     Not protected: it moves one axis at the plan's feed from wherever it stands and knows nothing
     of what is in its way.
-
-    Parameters
-    ----------
-    request : ProgramRequest
-        Plan, motion, axis and options.
-    title : str
-        Name of the control for the head.
-
-    Returns
-    -------
-    str
-        Numbered blocks, lines ended by CR and LF.
-
-    Raises
-    ------
-    ConfigurationError
-        If the control has no such axis, a number does not fit its word, there are more than 999
-        repeated blocks, or the travel is passed.
     """
     check_motion(request, largest=LARGEST_POSITION)
     check_dwell(request.plan, LONGEST_DWELL_S, "cycle 9")
@@ -95,23 +77,7 @@ def klartext_program(request: ProgramRequest, title: str) -> str:
 
 
 def klartext_axis(name: str) -> str:
-    """Return the letter of an axis.
-
-    Parameters
-    ----------
-    name : str
-        Name as stated.
-
-    Returns
-    -------
-    str
-        One of `AXES`.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is none of them.
-    """
+    """Return the letter of an axis."""
     letter = name.upper()
     if letter not in AXES:
         raise ConfigurationError(

@@ -8,20 +8,7 @@ _HASH_DIGITS = 64
 
 
 def head_lines(request: ProgramRequest, control: str) -> tuple[str, ...]:
-    """Return the lines at the head of a program.
-
-    Parameters
-    ----------
-    request : ProgramRequest
-        Plan, axis, travel and options; the option ``coordinates`` is honoured if there is one.
-    control : str
-        Name of the control.
-
-    Returns
-    -------
-    tuple of str
-        Lines of letters, digits, space, ``-``, ``_`` and ``.`` alone.
-    """
+    """Return the lines at the head of a program."""
     plan = request.plan
     unit = plan.kind.units.position_suffix
     positions = [move.position for block in request.blocks for move in block.moves]

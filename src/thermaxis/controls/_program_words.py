@@ -20,34 +20,12 @@ _ROUND_OFF = 1e-6
 
 
 def stop_time_s(plan: TestPlan) -> float:
-    """Return how long the axis stands still at each stop.
-
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-
-    Returns
-    -------
-    float
-        Dwell plus recording. [s]
-    """
+    """Return how long the axis stands still at each stop."""
     return plan.dwell_s + plan.recording_s
 
 
 def position_text(position: float) -> str:
-    """Return a position as a program states it.
-
-    Parameters
-    ----------
-    position : float
-        The position, a multiple of a millionth of its unit. [mm or deg]
-
-    Returns
-    -------
-    str
-        Three decimals where they are enough, else six.
-    """
+    """Return a position as a program states it."""
     return plain_number(position, 3 if round(position, 3) == round(position, 6) else 6)
 
 
@@ -56,23 +34,6 @@ def inward_positions(block: MoveBlock, decimals: int) -> tuple[float, ...]:
 
     A stop is a target and has three decimals already; a turn is rounded towards its neighbour, so
     that no move ends beyond the plan's lowest or highest position.
-
-    Parameters
-    ----------
-    block : MoveBlock
-        The block.
-    decimals : int
-        Decimals of a position, at least 3. [1]
-
-    Returns
-    -------
-    tuple of float
-        One position for each move. [mm or deg]
-
-    Raises
-    ------
-    ConfigurationError
-        If the overrun is so short that a turn would fall on its stop.
     """
     scale = 10.0**decimals
     moves = block.moves
@@ -101,27 +62,7 @@ def inward_positions(block: MoveBlock, decimals: int) -> tuple[float, ...]:
 
 
 def feed_word(plan: TestPlan, *, decimals: int = FINEST_DECIMALS, largest: float = math.inf) -> str:
-    """Return the feed as a control reads it.
-
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-    decimals : int
-        Most decimals of the word. Default: `FINEST_DECIMALS`. [1]
-    largest : float
-        Largest feed that the control's word can hold. Default: none. [mm/min or deg/min]
-
-    Returns
-    -------
-    str
-        The number, without zeros at the end. [mm/min or deg/min]
-
-    Raises
-    ------
-    ConfigurationError
-        If it rounds to nothing or is beyond the word.
-    """
+    """Return the feed as a control reads it."""
     text = plain_number(plan.feed, decimals).rstrip("0").rstrip(".")
     unit = f"{plan.kind.units.position}/min"
     if not float(text) > 0:
@@ -140,40 +81,14 @@ def feed_word(plan: TestPlan, *, decimals: int = FINEST_DECIMALS, largest: float
 
 
 def move_comment(move: Move) -> str:
-    """Return what a move leads to.
-
-    Parameters
-    ----------
-    move : Move
-        The move.
-
-    Returns
-    -------
-    str
-        ``target 3 forward``, or ``turn``.
-    """
+    """Return what a move leads to."""
     if move.target is None or move.approach is None:
         return "turn"
     return f"target {move.target} {APPROACHES[move.approach]}"
 
 
 def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
-    """Refuse motion beyond the stated travel, or beyond the words of the control.
-
-    Parameters
-    ----------
-    request : ProgramRequest
-        Motion and travel.
-    largest : float
-        Largest magnitude of a position, of a control whose calls repeat at most
-        `LARGEST_REPETITIONS` times. Default: neither is limited. [mm or deg]
-
-    Raises
-    ------
-    ConfigurationError
-        If a move ends beyond an end of the travel, or a position or a number of repetitions is
-        beyond its word.
-    """
+    """Refuse motion beyond the stated travel, or beyond the words of the control."""
     positions = [move.position for block in request.blocks for move in block.moves]
     if math.isfinite(largest):
         if any(abs(position) > largest for position in positions):
@@ -204,22 +119,7 @@ def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
 
 
 def check_dwell(plan: TestPlan, longest_s: float, word: str) -> None:
-    """Refuse a stop that is longer than the control's word for it can say.
-
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-    longest_s : float
-        Longest dwell. [s]
-    word : str
-        The word, for the error.
-
-    Raises
-    ------
-    ConfigurationError
-        If dwell and recording together are longer.
-    """
+    """Refuse a stop that is longer than the control's word for it can say."""
     if stop_time_s(plan) > longest_s:
         raise ConfigurationError(
             f"a stop of {stop_time_s(plan):g} s is longer than the {longest_s:g} s of {word}",
@@ -248,25 +148,7 @@ class MoveWords:
 
 
 def move_lines(block: MoveBlock, words: MoveWords) -> Iterator[str]:
-    """Yield the lines of a block's moves, driven once.
-
-    Parameters
-    ----------
-    block : MoveBlock
-        The block.
-    words : MoveWords
-        The control's words.
-
-    Yields
-    ------
-    str
-        Lines without their ends.
-
-    Raises
-    ------
-    ConfigurationError
-        If the overrun is lost in the decimals.
-    """
+    """Yield the lines of a block's moves, driven once."""
     places = inward_positions(block, words.decimals)
     for move, place in zip(block.moves, places, strict=True):
         comment = words.comment.format(move_comment(move))
@@ -278,29 +160,7 @@ def move_lines(block: MoveBlock, words: MoveWords) -> Iterator[str]:
 def block_lines(
     block: MoveBlock, words: MoveWords, loop: tuple[str, str], indent: str = "  "
 ) -> Iterator[str]:
-    """Yield the lines of a block, in a loop where it is driven more than once.
-
-    Parameters
-    ----------
-    block : MoveBlock
-        The block.
-    words : MoveWords
-        The control's words.
-    loop : tuple of str
-        First and last line of the loop.
-    indent : str
-        What stands before the lines within the loop. Default: two spaces.
-
-    Yields
-    ------
-    str
-        Lines without their ends.
-
-    Raises
-    ------
-    ConfigurationError
-        If the overrun is lost in the decimals.
-    """
+    """Yield the lines of a block, in a loop where it is driven more than once."""
     yield words.comment.format(block.name)
     if block.repetitions == 1:
         yield from move_lines(block, words)

@@ -198,22 +198,6 @@ class Fanuc(Control):
         ``G04 P`` in milliseconds at each stop. Moves that are driven several times are a
         subprogram in the same file. ``G53`` moves in rapid traverse only [M], so that the program
         is in work coordinates.
-
-        Parameters
-        ----------
-        request : ProgramRequest
-            Plan, motion, axis and options.
-
-        Returns
-        -------
-        str
-            The program, between two lines ``%``.
-
-        Raises
-        ------
-        ConfigurationError
-            If the control has no such axis, a number does not fit its words, there are too many
-            subprograms, or the travel is passed.
         """
         check_motion(request, largest=LARGEST_POSITION)
         check_dwell(request.plan, LONGEST_DWELL_S, "G04")
@@ -250,21 +234,7 @@ class Fanuc(Control):
         return "".join(f"{line}\n" for line in ("%", *main, *after, "%"))
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
-        """Return the rule: equidistant points, one of them at the reference position.
-
-        Parameters
-        ----------
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options.
-
-        Returns
-        -------
-        GridRule
-            The rule. With a magnification chosen by the program the step of the values may be
-            wider than its resolution.
-        """
+        """Return the rule: equidistant points, one of them at the reference position."""
         chosen = point_options(kind, options)
         return GridRule(
             equidistant=True,
@@ -279,23 +249,7 @@ class Fanuc(Control):
         )
 
     def format_table(self, request: TableRequest) -> TableText:
-        """Return the table as a parameter file.
-
-        Parameters
-        ----------
-        request : TableRequest
-            Values, origin and options.
-
-        Returns
-        -------
-        TableText
-            Parameters and point values between two lines ``%``, and what the user must know.
-
-        Raises
-        ------
-        ConfigurationError
-            If a limit of the control is exceeded, or no point lies at the reference position.
-        """
+        """Return the table as a parameter file."""
         table = request.table
         chosen = point_options(table.kind, request.options)
         check_points(table, self.grid_rule(table.kind, request.options), self.title)
@@ -334,30 +288,7 @@ class Fanuc(Control):
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
     ) -> ReadTable:
-        """Read the pitch error compensation of one axis from a parameter file.
-
-        Parameters
-        ----------
-        text : str
-            Content of the file; parameters that have nothing to do with it are passed over.
-        path : str
-            Its name, for errors.
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options.
-
-        Returns
-        -------
-        ReadTable
-            Values as deviations, zero at the reference position, and findings.
-
-        Raises
-        ------
-        MeasurementFileError
-            If it is no such file, ``%`` is missing at its end, a word is no whole number, a
-            parameter or point is missing or stated twice, or a value is beyond the control's.
-        """
+        """Read the pitch error compensation of one axis from a parameter file."""
         chosen = point_options(kind, options)
         return table_from_parameters(text, path, kind, chosen)
 

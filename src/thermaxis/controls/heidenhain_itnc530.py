@@ -86,41 +86,11 @@ class HeidenhainITnc530(Control):
     )
 
     def format_program(self, request: ProgramRequest) -> str:
-        """Return the Klartext program of a plan, see `klartext_program`.
-
-        Parameters
-        ----------
-        request : ProgramRequest
-            Plan, motion, axis and options.
-
-        Returns
-        -------
-        str
-            The program.
-
-        Raises
-        ------
-        ConfigurationError
-            If the control has no such axis, a number does not fit its words, or the travel is
-            passed.
-        """
+        """Return the Klartext program of a plan, see `klartext_program`."""
         return klartext_program(request, "HEIDENHAIN iTNC 530")
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
-        """Return the rule: up to 256 equidistant points, one value each.
-
-        Parameters
-        ----------
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options.
-
-        Returns
-        -------
-        GridRule
-            The rule.
-        """
+        """Return the rule: up to 256 equidistant points, one value each."""
         power = options["spacing"] == "power_of_two"
         return GridRule(
             equidistant=True,
@@ -135,25 +105,7 @@ class HeidenhainITnc530(Control):
         )
 
     def format_table(self, request: TableRequest) -> TableText:
-        """Return the table as ``AXIS-X.COM``.
-
-        Parameters
-        ----------
-        request : TableRequest
-            Values and options.
-
-        Returns
-        -------
-        TableText
-            First line with datum and distance, headings, one row for each point; and what its
-            user must know.
-
-        Raises
-        ------
-        ConfigurationError
-            If there are more than 256 points, they are not equidistant at four decimals, the
-            distance is no power of two where it is asked for, or the axis has no such name.
-        """
+        """Return the table as ``AXIS-X.COM``."""
         table = request.table
         check_points(table, self.grid_rule(table.kind, request.options), self.title)
         axis = klartext_axis(table.axis)
@@ -188,28 +140,6 @@ class HeidenhainITnc530(Control):
 
         The control takes the positions from datum and distance [M]; a row whose own position
         differs is an error.
-
-        Parameters
-        ----------
-        text : str
-            Content of the file.
-        path : str
-            Its name, for errors.
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options.
-
-        Returns
-        -------
-        ReadTable
-            Values as deviations, and findings.
-
-        Raises
-        ------
-        MeasurementFileError
-            If it is no such table, a number has a decimal comma or is none, rows are not
-            equidistant, missing, more than 256 or without a value.
         """
         source = com_text(text, path)
         found = _FIRST.fullmatch(source.lines[0].strip())

@@ -72,41 +72,11 @@ class HeidenhainTnc640(Control):
     options = PROGRAM_OPTIONS
 
     def format_program(self, request: ProgramRequest) -> str:
-        """Return the Klartext program of a plan, see `klartext_program`.
-
-        Parameters
-        ----------
-        request : ProgramRequest
-            Plan, motion, axis and options.
-
-        Returns
-        -------
-        str
-            The program.
-
-        Raises
-        ------
-        ConfigurationError
-            If the control has no such axis, a number does not fit its words, or the travel is
-            passed.
-        """
+        """Return the Klartext program of a plan, see `klartext_program`."""
         return klartext_program(request, "HEIDENHAIN TNC 640")
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
-        """Return the rule: up to 256 points at any distances, a value for each direction.
-
-        Parameters
-        ----------
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options.
-
-        Returns
-        -------
-        GridRule
-            The rule.
-        """
+        """Return the rule: up to 256 points at any distances, a value for each direction."""
         del options
         return GridRule(
             equidistant=False,
@@ -120,25 +90,7 @@ class HeidenhainTnc640(Control):
         )
 
     def format_table(self, request: TableRequest) -> TableText:
-        """Return the table as ``AXIS_X.COM``.
-
-        Parameters
-        ----------
-        request : TableRequest
-            Values and options.
-
-        Returns
-        -------
-        TableText
-            First line, headings, one row for each point, ``[END]``; the column BACKLASH is left
-            empty where both directions have the same values. And what its user must know.
-
-        Raises
-        ------
-        ConfigurationError
-            If there are more than 256 points, a position has more than four decimals, or the axis
-            has no such name.
-        """
+        """Return the table as ``AXIS_X.COM``."""
         table = request.table
         check_points(table, self.grid_rule(table.kind, request.options), self.title)
         check_positions(table)
@@ -177,32 +129,7 @@ class HeidenhainTnc640(Control):
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
     ) -> ReadTable:
-        """Read a table of this form.
-
-        Parameters
-        ----------
-        text : str
-            Content of the file.
-        path : str
-            Its name, for errors.
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options.
-
-        Returns
-        -------
-        ReadTable
-            Values as deviations, and findings. Without BACKLASH the values hold for both
-            directions.
-
-        Raises
-        ------
-        MeasurementFileError
-            If it is no such table or in inches, ``[END]`` is missing, a number has a decimal
-            comma or is none, positions do not ascend, rows are missing or more than 256, or only
-            some rows have BACKLASH.
-        """
+        """Read a table of this form."""
         del options
         source = com_text(text, path)
         found = _FIRST.fullmatch(source.lines[0].strip())

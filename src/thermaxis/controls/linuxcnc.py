@@ -126,22 +126,6 @@ class LinuxCnc(Control):
 
         One move to a line, ``G53 G1``, in exact stop mode G61.1; a repeated block is an
         ``o... repeat`` loop. No rapid moves: the way to the first position is driven at the feed.
-
-        Parameters
-        ----------
-        request : ProgramRequest
-            Plan, motion, axis and options.
-
-        Returns
-        -------
-        str
-            The program, lines of at most 110 characters.
-
-        Raises
-        ------
-        ConfigurationError
-            If the axis has no letter that fits its kind, a move leaves the stated travel, or
-            overrun or feed are too small to be written.
         """
         axis = _axis_letter(request)
         check_motion(request)
@@ -161,22 +145,7 @@ class LinuxCnc(Control):
         return "".join(line + self.newline for line in lines)
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
-        """Return the rule: up to 256 points anywhere, a value for each direction.
-
-        Parameters
-        ----------
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options.
-
-        Returns
-        -------
-        GridRule
-            The rule. The control sets no resolution but that of single precision, in which it
-            holds its trims: 6e-8 of a trim. The digits are chosen so that rounding, at most
-            0.0005 µm, stays below what a laser resolves.
-        """
+        """Return the rule: up to 256 points anywhere, a value for each direction."""
         unit, decimals = _unit_and_decimals(kind, options)
         return GridRule(
             equidistant=False,
@@ -189,23 +158,7 @@ class LinuxCnc(Control):
         )
 
     def format_table(self, request: TableRequest) -> TableText:
-        """Return a table as a COMP_FILE.
-
-        Parameters
-        ----------
-        request : TableRequest
-            Values and options; `origin` has no place in the file.
-
-        Returns
-        -------
-        TableText
-            Lines ``nominal forward reverse``, the last ended by exactly one newline.
-
-        Raises
-        ------
-        ConfigurationError
-            If there are more than 256 points, or two fall together in the digits written.
-        """
+        """Return a table as a COMP_FILE."""
         table, options = request.table, request.options
         check_points(table, self.grid_rule(table.kind, options), self.title)
         unit, decimals = _unit_and_decimals(table.kind, options)
@@ -262,31 +215,6 @@ class LinuxCnc(Control):
         """Read a COMP_FILE by the control's own rule: up to the first line that is no triplet.
 
         Only a newline ends a line; a carriage return is a blank, and a byte order mark a letter.
-
-        Parameters
-        ----------
-        text : str
-            Content of the file.
-        path : str
-            Its name, for errors.
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options; the file does not say its type, nor its units.
-
-        Returns
-        -------
-        ReadTable
-            Values and findings: where reading stopped, text behind the numbers, values that look
-            like typing errors.
-
-        Raises
-        ------
-        MeasurementFileError
-            If no point is read, points do not increase or are nearer than `NEAREST`, there is a
-            257th, a number is not finite or larger than `LARGEST_NUMBER`, a decimal comma cuts a
-            value, a line is longer than `LONGEST_LINE`, or the values look like those of the
-            other type.
         """
         check_size(text, path)
         lines = text.split("\n")

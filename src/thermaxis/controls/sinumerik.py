@@ -148,22 +148,6 @@ class Sinumerik(Control):
         One move to a block, ``SUPA G1``, with exact stop G60; a repeated block is a ``FOR`` loop.
         With machine coordinates the program first compares its ends with the software limits of
         the axis and jumps over all motion if one is passed [M].
-
-        Parameters
-        ----------
-        request : ProgramRequest
-            Plan, motion, axis and options.
-
-        Returns
-        -------
-        str
-            The program, lines ended by CR LF.
-
-        Raises
-        ------
-        ConfigurationError
-            If the control can have no axis of this name, a move leaves the stated travel, or
-            overrun or feed are too small to be written.
         """
         axis = _axis_name(request.axis)
         check_motion(request)
@@ -192,26 +176,7 @@ class Sinumerik(Control):
         return "".join(line + self.newline for line in lines)
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
-        """Return the rule: equidistant points, one value for both directions.
-
-        Parameters
-        ----------
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options; ``max_points`` is MD38000.
-
-        Returns
-        -------
-        GridRule
-            The rule. Values are floating-point numbers in the control; the digits are chosen so
-            that rounding, at most 0.0005 µm, stays below what a laser resolves.
-
-        Raises
-        ------
-        ConfigurationError
-            If ``max_points`` is neither none nor a number from 2 up.
-        """
+        """Return the rule: equidistant points, one value for both directions."""
         most: int | None = None
         if options.get("max_points", "none") != "none":
             most = int(number_option(options, "max_points", lowest=2, highest=MOST_POINTS))
@@ -226,24 +191,7 @@ class Sinumerik(Control):
         )
 
     def format_table(self, request: TableRequest) -> TableText:
-        """Return a table as assignments to ``$AA_ENC_COMP``.
-
-        Parameters
-        ----------
-        request : TableRequest
-            Values, origin and options.
-
-        Returns
-        -------
-        TableText
-            The file, CR LF; it switches the compensation off and never on.
-
-        Raises
-        ------
-        ConfigurationError
-            If the control can have no axis of this name, the points are not equidistant or more
-            than MD38000, or a modulo axis' table does not span one turn.
-        """
+        """Return a table as assignments to ``$AA_ENC_COMP``."""
         table, options = request.table, request.options
         axis = _axis_name(table.axis)
         rule = self.grid_rule(table.kind, options)
@@ -278,18 +226,7 @@ class Sinumerik(Control):
         )
 
     def own_options(self, options: Mapping[str, str]) -> Mapping[str, str]:
-        """Return the options without the choice among several tables: a new file has only one.
-
-        Parameters
-        ----------
-        options : mapping
-            The control's options.
-
-        Returns
-        -------
-        mapping
-            The options, ``table`` set to none.
-        """
+        """Return the options without the choice among several tables: a new file has only one."""
         return MappingProxyType({**options, "table": "none"})
 
     def _sentences(self, request: TableRequest, axis: str, enc: str) -> tuple[str, ...]:
@@ -335,30 +272,7 @@ class Sinumerik(Control):
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
     ) -> ReadTable:
-        """Read assignments to ``$AA_ENC_COMP``.
-
-        Parameters
-        ----------
-        text : str
-            Content of the file.
-        path : str
-            Its name, for errors.
-        kind : AxisKind
-            Linear or rotary.
-        options : mapping
-            The control's options; ``table`` chooses among several.
-
-        Returns
-        -------
-        ReadTable
-            Values and findings: activation, repeated indices, lines that are not understood.
-
-        Raises
-        ------
-        MeasurementFileError
-            If there is no table or more than one, an index or a limit is missing, a value is no
-            number as the control reads it, or MAX is not MIN plus the steps.
-        """
+        """Read assignments to ``$AA_ENC_COMP``."""
         lines, unusual = text_lines(text, path)
         tables, findings = _split(lines, path)
         chosen = _choose(tables, options, path)

@@ -248,35 +248,12 @@ def compensated_stall(alpha: float) -> float:
     A compensated increment keeps what the sum loses in a second state of at most half a unit in
     the last place of the first, a share of 2**-24; an increment is lost only where it is less
     than half a unit in the last place of that one.
-
-    Parameters
-    ----------
-    alpha : float
-        Share of the difference that a cycle takes away. [1]
-
-    Returns
-    -------
-    float
-        The share. [1]
     """
     return 2.0**-48 / alpha
 
 
 def require_no_stall(alpha: float, *, where: str) -> None:
-    """Refuse a section that would come to rest too early in REAL.
-
-    Parameters
-    ----------
-    alpha : float
-        Share of the difference that a cycle takes away. [1]
-    where : str
-        What it belongs to.
-
-    Raises
-    ------
-    ConfigurationError
-        If it would rest at more than `LARGEST_STALL` of a step before its end.
-    """
+    """Refuse a section that would come to rest too early in REAL."""
     if not alpha > 0.0 or compensated_stall(alpha) > LARGEST_STALL:
         raise ConfigurationError(
             "the section is too slow for its cycle in REAL",

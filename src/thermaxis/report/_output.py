@@ -53,18 +53,7 @@ def _cannot_write(path: Path, error: OSError) -> ConfigurationError:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder; it may exist.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be made.
-    """
+    """Make a folder and those above it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

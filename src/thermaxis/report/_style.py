@@ -69,13 +69,7 @@ _NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 @contextmanager
 def drawing(name: str) -> Generator[None]:
-    """Set the style for the charts drawn and saved inside, whatever the machine's own settings.
-
-    Parameters
-    ----------
-    name : str
-        Name of the chart; identifiers inside an SVG depend on it and on nothing else.
-    """
+    """Set the style for the charts drawn and saved inside, whatever the machine's own settings."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(_SETTINGS)
@@ -84,13 +78,7 @@ def drawing(name: str) -> Generator[None]:
 
 
 def new_figure(height_in: float) -> Figure:
-    """Return an empty figure of the certificate's width.
-
-    Parameters
-    ----------
-    height_in : float
-        Its height. [in]
-    """
+    """Return an empty figure of the certificate's width."""
     figure = Figure(figsize=(FIGURE_WIDTH_IN, height_in), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -98,13 +86,7 @@ def new_figure(height_in: float) -> Figure:
 
 @cache
 def typeface(name: str) -> FT2Font:
-    """Return a typeface that comes with the chart library.
-
-    Parameters
-    ----------
-    name : str
-        Its file without suffix.
-    """
+    """Return a typeface that comes with the chart library."""
     return FT2Font(str(Path(mpl.get_data_path(), "fonts", "ttf", f"{name}.ttf")))
 
 
@@ -114,20 +96,7 @@ def chart_font() -> FT2Font:
 
 
 def drawable(text: str, limit: int = 120) -> str:
-    """Return text from a file so that a chart shows it, and nothing of it is obeyed.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-    limit : int
-        Longest result. Default: what fits a heading. [1]
-
-    Returns
-    -------
-    str
-        One line; a character without a glyph in the charts' font is shown as a box.
-    """
+    """Return text from a file so that a chart shows it, and nothing of it is obeyed."""
     return "".join(
         c if ord(c) < 128 or chart_font().get_char_index(ord(c)) else "□"
         for c in plain_text(text, limit)
@@ -135,18 +104,7 @@ def drawable(text: str, limit: int = 120) -> str:
 
 
 def set_heading(figure: Figure, first: str, second: str, *, title: str = "") -> None:
-    """Put lines above a figure.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    first, second : str
-        Lines, each shortened until it fits; text from files has passed `drawable`.
-    title : str
-        Stands whole: behind the first line, else between the two in one line or two; a title
-        that fits none of them is left out.
-    """
+    """Put lines above a figure."""
     if title and _fits(figure, f"{first} · {title}"):
         first, title = f"{first} · {title}", ""
     lines = [_fitting(figure, first), *_title_lines(figure, title), _fitting(figure, second)]

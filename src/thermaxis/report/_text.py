@@ -24,22 +24,7 @@ _SIGNIFICANT = 5
 
 
 def plain_text(text: str, limit: int = 300) -> str:
-    """Return text from a file or a person as one line that only shows itself.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-    limit : int
-        Longest result; a longer text is cut and ends in an ellipsis. Default: some lines of a
-        table. [1]
-
-    Returns
-    -------
-    str
-        The text without control characters and without characters that reorder or hide others;
-        runs of white space are one space.
-    """
+    """Return text from a file or a person as one line that only shows itself."""
     cut = text[: 4 * limit + 64]
     kept: list[str] = []
     for character in unicodedata.normalize("NFC", cut):
@@ -55,20 +40,7 @@ def plain_text(text: str, limit: int = 300) -> str:
 
 
 def decimals_of(values: FloatArray, *, finest: int = FINEST_DECIMALS) -> int:
-    """Return how many decimals numbers were written with.
-
-    Parameters
-    ----------
-    values : FloatArray
-        Numbers of any shape; NaN is left out. [any]
-    finest : int
-        Largest result. Default: one more would show round-off. [1]
-
-    Returns
-    -------
-    int
-        Fewest decimals that show all numbers. [1]
-    """
+    """Return how many decimals numbers were written with."""
     known = values[~np.isnan(values)]
     for decimals in range(finest):
         if bool(np.all(np.abs(known - np.round(known, decimals)) < _ROUND_OFF)):
@@ -77,21 +49,7 @@ def decimals_of(values: FloatArray, *, finest: int = FINEST_DECIMALS) -> int:
 
 
 def decimals_of_figures(readings: FloatArray, largest_figure: float) -> int:
-    """Return with how many decimals figures are printed.
-
-    Parameters
-    ----------
-    readings : FloatArray
-        The readings that the figures come from. [µm or arcsec]
-    largest_figure : float
-        Largest magnitude of a figure. [µm or arcsec]
-
-    Returns
-    -------
-    int
-        The decimals of the readings, at least one, and not more than five significant digits of
-        the largest figure need. [1]
-    """
+    """Return with how many decimals figures are printed."""
     useful = FINEST_DECIMALS
     if largest_figure > 0.0:
         useful = _SIGNIFICANT - 1 - int(np.floor(np.log10(largest_figure)))

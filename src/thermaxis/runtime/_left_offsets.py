@@ -61,18 +61,7 @@ class LeftOffsets:
         *,
         refused: bool = False,
     ) -> None:
-        """Remember where the offsets are after a write.
-
-        Parameters
-        ----------
-        written_um : mapping
-            What was written, by output. [µm]
-        applied : mapping
-            What the machine says of it, by output.
-        refused : bool
-            Whether the write has failed, so that the offset may be where it was before. Default:
-            not.
-        """
+        """Remember where the offsets are after a write."""
         for name, value_um in written_um.items():
             said = applied.get(name, Applied(None, None))
             places = [value_um, said.accepted_um, said.effective_um]
@@ -94,22 +83,7 @@ class LeftOffsets:
         *,
         number: int,
     ) -> tuple[FoundElsewhere, ...]:
-        """Compare what is found with what was left.
-
-        Parameters
-        ----------
-        found_um : mapping
-            What stands in the machine, by output; None where it is not known. [µm]
-        tolerance_um : float
-            Tolerance of the read-back. [µm]
-        number : int
-            Number of the cycle. [1]
-
-        Returns
-        -------
-        tuple of FoundElsewhere
-            What is elsewhere; the last one of every output is told until it is acknowledged.
-        """
+        """Compare what is found with what was left."""
         new: list[FoundElsewhere] = []
         for name, value_um in found_um.items():
             left = self._left.get(name)
@@ -124,23 +98,11 @@ class LeftOffsets:
         return tuple(new)
 
     def acknowledge(self, shown: Collection[str]) -> None:
-        """Tell no more of what somebody has seen.
-
-        Parameters
-        ----------
-        shown : collection of str
-            Keys of the alarms that were shown when it was asked for; what is not among them stays.
-        """
+        """Tell no more of what somebody has seen."""
         for name, one in tuple(self._elsewhere.items()):
             if one.key in shown:
                 del self._elsewhere[name]
 
     def elsewhere(self) -> tuple[FoundElsewhere, ...]:
-        """Return what was found elsewhere and is still to be told.
-
-        Returns
-        -------
-        tuple of FoundElsewhere
-            The last one of every output that nobody has acknowledged.
-        """
+        """Return what was found elsewhere and is still to be told."""
         return tuple(self._elsewhere.values())

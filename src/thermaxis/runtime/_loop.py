@@ -155,13 +155,7 @@ class Models(Protocol):
     """Where another model comes from."""
 
     def __call__(self, name: str) -> tuple[Compensation, str]:
-        """Return the compensation with a model of the configured folder, and the file's hash.
-
-        Raises
-        ------
-        ConfigurationError
-            If there is no such model, or it does not fit the machine's channels and outputs.
-        """
+        """Return the compensation with a model of the configured folder, and the file's hash."""
         ...
 
 
@@ -876,29 +870,7 @@ def resumed(
     now_s: float,
     age_s: float,
 ) -> tuple[CycleState, str]:
-    """Return the state with which a loop goes on after a restart, and what it is, in words.
-
-    Parameters
-    ----------
-    saved : SavedState
-        What was saved.
-    compensation : Compensation
-        Model, rules and limits of now.
-    settings : LoopSettings
-        Whether and for how long an enabled compensation is enabled again.
-    now_s : float
-        Monotonic time. [s]
-    age_s : float
-        Time since the state was saved, not negative. [s]
-
-    Returns
-    -------
-    state : CycleState
-        The saved sections while they are younger than the model's longest gap; else its
-        references with the steady state of the first reading. A fault stays one.
-    text : str
-        What was taken up.
-    """
+    """Return the state with which a loop goes on after a restart, and what it is, in words."""
     state = shifted(saved.state, now_s - age_s - saved.monotonic_s)
     old = state.memory
     kept = "sections and references are taken up"

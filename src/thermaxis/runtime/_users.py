@@ -402,16 +402,6 @@ class Users:
     not exist takes the same time as one that does.
 
     Not protected: whoever may write the file may do everything.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    clock : Ticker
-        Time for the failures.
-    tell : callable, optional
-        Takes the name of every log-in whose password was looked at, and whether it was right.
-        Default: nobody is told.
     """
 
     def __init__(
@@ -460,20 +450,7 @@ class Users:
         await asyncio.to_thread(self._thread.shutdown, wait=True, cancel_futures=True)
 
     async def identify(self, name: str, password: str) -> Identity | None:
-        """Return who logs in, or None for a wrong name or password, or too many failures.
-
-        Parameters
-        ----------
-        name : str
-            Name that was given.
-        password : str
-            Password that was given; it is kept nowhere.
-
-        Returns
-        -------
-        Identity or None
-            Who it is.
-        """
+        """Return who logs in, or None for a wrong name or password, or too many failures."""
         now_s = self._clock.monotonic_s()
         name = name[: LONGEST_NAME + 1]
         if self._failures.refused(name, now_s):
@@ -500,19 +477,7 @@ class Users:
         return Identity(user.name, user.hash) if user is not None and right and fits else None
 
     async def role_now(self, identity: Identity) -> Role:
-        """Return what somebody who has logged in may do now.
-
-        Parameters
-        ----------
-        identity : Identity
-            Who it is.
-
-        Returns
-        -------
-        Role
-            The role in the present file; none for a user who is no longer there or has another
-            password now.
-        """
+        """Return what somebody who has logged in may do now."""
         await asyncio.to_thread(self._read_again)  # never behind a password that is being checked
         user = self._users.get(identity.name)
         return Role.NONE if user is None or user.hash != identity.hash else user.role

@@ -48,20 +48,7 @@ _PAGES = (
 
 
 def build_application(parts: ScreenParts, hosts: Sequence[str]) -> ASGIApp:
-    """Put the pages together.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share; feed and log-ins are opened and closed with the application.
-    hosts : sequence of str
-        What the header ``Host`` of a request may be.
-
-    Returns
-    -------
-    ASGIApp
-        The application, guarded.
-    """
+    """Put the pages together."""
     assets = Assets()
 
     async def asset(request: Request) -> Response:

@@ -17,13 +17,6 @@ class Aside:
 
     A thread that hangs cannot be ended: it is left behind, and ends with the program. There are at
     most so many; while all of them hang, nobody waits.
-
-    Parameters
-    ----------
-    limit_s : float
-        Longest time for which a call is waited for. [s]
-    most : int
-        Threads at once. [1]
     """
 
     def __init__(self, limit_s: float, most: int) -> None:
@@ -31,23 +24,7 @@ class Aside:
         self._places = threading.BoundedSemaphore(most)
 
     async def run(self, work: Callable[[], T]) -> T:
-        """Return what a call returns.
-
-        Parameters
-        ----------
-        work : callable
-            The call; what it raises is raised, if it is a `ThermaxisError` or an OSError.
-
-        Returns
-        -------
-        object
-            Its result.
-
-        Raises
-        ------
-        TimeoutError
-            If there is none in time, or all threads are busy.
-        """
+        """Return what a call returns."""
         if not self._places.acquire(blocking=False):
             raise TimeoutError
         found: Future[T] = Future()

@@ -95,18 +95,7 @@ class Assets:
 
 
 def chart_script() -> Path:
-    """Return the script of the chart library.
-
-    Returns
-    -------
-    Path
-        The file in the installed package.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is not there.
-    """
+    """Return the script of the chart library."""
     spec = find_spec("plotly")
     for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
         path = Path(folder) / "package_data" / CHART_SCRIPT

@@ -38,18 +38,7 @@ class Listener(socket.socket):
         self._open: dict[str, list[socket.socket]] = {}
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """Take the next connection.
-
-        Returns
-        -------
-        socket and address
-            The connection.
-
-        Raises
-        ------
-        ConnectionAbortedError
-            If there are too many; asyncio passes over it.
-        """
+        """Take the next connection."""
         found, address = super().accept()
         host = str(address[0])
         still = {

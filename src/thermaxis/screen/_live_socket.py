@@ -23,18 +23,7 @@ _POLICY, _TOO_MANY = 1008, 1013
 
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
-    """Return the route of the open pages.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
-
-    Returns
-    -------
-    list of BaseRoute
-        ``/live``.
-    """
+    """Return the route of the open pages."""
     return [WebSocketRoute("/live", LiveSocket(parts).serve)]
 
 
@@ -45,11 +34,6 @@ class LiveSocket:
     A page that is slow gets the newest look when it is ready, and none in between; it delays no
     other. A page has nothing to say here: whatever it sends ends its connection. When its log-in
     ends, or the role changes, it is told so once, and loads itself again.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
     """
 
     def __init__(self, parts: ScreenParts) -> None:
@@ -57,13 +41,7 @@ class LiveSocket:
         self._open: Counter[tuple[bool, str]] = Counter()
 
     async def serve(self, socket: WebSocket) -> None:
-        """Serve one page until it is closed.
-
-        Parameters
-        ----------
-        socket : WebSocket
-            The page's connection.
-        """
+        """Serve one page until it is closed."""
         visitor = visitor_of(socket)
         if not visitor.role.at_least(Role.VIEWER):
             await socket.close(_POLICY)

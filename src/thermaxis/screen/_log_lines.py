@@ -21,11 +21,6 @@ class PlainLines(logging.Filter):
 
     What others send in halves or in no HTTP at all would fill the terminal otherwise, and hide what
     somebody should read.
-
-    Parameters
-    ----------
-    now : callable
-        Monotonic time. Default: the system's. [s]
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
@@ -34,18 +29,7 @@ class PlainLines(logging.Filter):
         self._told: dict[str, float] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Put a record into words; return whether it is told.
-
-        Parameters
-        ----------
-        record : logging.LogRecord
-            What is to be told; it is changed.
-
-        Returns
-        -------
-        bool
-            False for what was told within `SAME_LINE_S`.
-        """
+        """Put a record into words; return whether it is told."""
         error = record.exc_info[1] if record.exc_info else None
         text = record.getMessage() if error is None else words_of_mistake(error)
         record.msg, record.args = printable(text, 400), ()
@@ -61,18 +45,7 @@ class PlainLines(logging.Filter):
 
 
 def words_of_mistake(error: BaseException) -> str:
-    """Return one line about a mistake in the program, with the reference that its page shows.
-
-    Parameters
-    ----------
-    error : BaseException
-        The mistake.
-
-    Returns
-    -------
-    str
-        The line.
-    """
+    """Return one line about a mistake in the program, with the reference that its page shows."""
     said = printable(str(error), 160)
     return (
         f"screen: a mistake in the program, reference {reference_of(error)}:"

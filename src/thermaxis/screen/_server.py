@@ -117,22 +117,7 @@ def _giving(
 
 
 def allowed_hosts(settings: ScreenSettings, port: int, *, secure: bool) -> tuple[str, ...]:
-    """Return what browsers may call this server: any other name is somebody else's trick.
-
-    Parameters
-    ----------
-    settings : ScreenSettings
-        Address and further names.
-    port : int
-        Port at which it listens. [1]
-    secure : bool
-        Whether it speaks TLS.
-
-    Returns
-    -------
-    tuple of str
-        Values of the header ``Host``.
-    """
+    """Return what browsers may call this server: any other name is somebody else's trick."""
     names = list(settings.hosts)
     if settings.address not in _EVERYWHERE:
         names.append(_host(settings.address))

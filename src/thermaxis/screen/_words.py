@@ -329,34 +329,12 @@ class Words:
 
 
 def short_names(names: str) -> str:
-    """Return outputs and inputs as pages name them: the unit stands beside the value.
-
-    Parameters
-    ----------
-    names : str
-        A name, or several of them with ``", "`` between.
-
-    Returns
-    -------
-    str
-        ``Z`` of ``Z_um``, ``T_spindle`` of ``T_spindle_C``.
-    """
+    """Return outputs and inputs as pages name them: the unit stands beside the value."""
     return ", ".join(_UNIT_OF_NAME.sub("", name) for name in names.split(", "))
 
 
 def time_text(time_s: float) -> str:
-    """Return a time in the two largest units that it has, as the scripts of the pages do.
-
-    Parameters
-    ----------
-    time_s : float
-        The time. [s]
-
-    Returns
-    -------
-    str
-        Such as ``1 h``, ``1 h 30 min`` or ``45 s``, the same in every language.
-    """
+    """Return a time in the two largest units that it has, as the scripts of the pages do."""
     whole = max(0, math.floor(time_s + 0.5))
     if whole < 60:
         return f"{whole}{_SPACE}s"
@@ -389,22 +367,7 @@ def _with_times(template: str, values: Mapping[str, str]) -> tuple[str, Mapping[
 
 
 def number_text(value: object, spec: str, language: str) -> str:
-    """Return a number as it is shown.
-
-    Parameters
-    ----------
-    value : object
-        The number; anything else is not known.
-    spec : str
-        Python's format of it: ``.0f``, ``.1f`` or ``+.1f``.
-    language : str
-        One of `LANGUAGES`; it decides the decimal sign.
-
-    Returns
-    -------
-    str
-        The number with a true minus, zero without a sign; a dash where it is none.
-    """
+    """Return a number as it is shown."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return UNKNOWN
     text = format(value, spec)
@@ -426,21 +389,6 @@ def gaps_of(template: str) -> set[str]:
 
 def language_of(cookie: str | None, accept_language: str | None, default: str) -> str:
     """Return the language of a visitor.
-
-    Parameters
-    ----------
-    cookie : str or None
-        What the visitor has chosen before.
-    accept_language : str or None
-        The browser's header.
-    default : str
-        Language where neither names one of ours.
-
-    Returns
-    -------
-    str
-        One of `LANGUAGES`: the choice, else the one that the browser likes best, the first of
-        several liked equally.
 
     References
     ----------

@@ -56,29 +56,7 @@ class AxisRun:
 
 
 def read_run(path: Path, *, axis: str | None, encoding: str) -> AxisRun:
-    """Read a run; its drift is not looked for yet.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    axis : str or None
-        Stated name of the axis; None takes that of the file, else X, on a rotary axis C.
-    encoding : str
-        Encoding of a text that is not UTF-8.
-
-    Returns
-    -------
-    AxisRun
-        The run, without a drift result.
-
-    Raises
-    ------
-    ConfigurationError
-        If the stated name is no name of an axis.
-    MeasurementFileError
-        If the file cannot be read.
-    """
+    """Read a run; its drift is not looked for yet."""
     test, sha256 = read_positioning_with_sha256(path, fallback_encoding=encoding)
     stated = test.header.get("axis", "").strip() if axis is None else axis_name(axis)
     assumed, refused = not is_axis_name(stated), ""
@@ -88,20 +66,7 @@ def read_run(path: Path, *, axis: str | None, encoding: str) -> AxisRun:
 
 
 def with_drift(run: AxisRun, *, reference_time_s: float | None = None) -> AxisRun:
-    """Return a run with its drift, which takes a minute for some thousand readings.
-
-    Parameters
-    ----------
-    run : AxisRun
-        The run.
-    reference_time_s : float, optional
-        Thermal state of the drift-free levels. Default: the mean time of the readings. [s]
-
-    Returns
-    -------
-    AxisRun
-        The same run, with its drift or the reason why that cannot be told.
-    """
+    """Return a run with its drift, which takes a minute for some thousand readings."""
     try:
         drift = evaluate_drift(run.test, reference_time_s=reference_time_s)
     except DataError as error:
@@ -111,18 +76,7 @@ def with_drift(run: AxisRun, *, reference_time_s: float | None = None) -> AxisRu
 
 
 def axis_warning(run: AxisRun) -> str:
-    """Return what is said where the name of the axis was assumed.
-
-    Parameters
-    ----------
-    run : AxisRun
-        The run.
-
-    Returns
-    -------
-    str
-        A sentence; empty if the run or the user names it.
-    """
+    """Return what is said where the name of the axis was assumed."""
     if not run.axis_assumed:
         return ""
     if run.axis_refused:
@@ -134,18 +88,7 @@ def axis_warning(run: AxisRun) -> str:
 
 
 def run_in_words(run: AxisRun) -> str:
-    """Return one line about a run.
-
-    Parameters
-    ----------
-    run : AxisRun
-        The run.
-
-    Returns
-    -------
-    str
-        The line, without its end.
-    """
+    """Return one line about a run."""
     test = run.test
     unit = test.kind.units.position
     sides = "unidirectional" if test.unidirectional else "bidirectional"
@@ -156,18 +99,7 @@ def run_in_words(run: AxisRun) -> str:
 
 
 def temperature_in_words(test: PositioningTest) -> str:
-    """Return the temperatures of a run, which a table belongs to.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-
-    Returns
-    -------
-    str
-        A part of a sentence.
-    """
+    """Return the temperatures of a run, which a table belongs to."""
     said: list[str] = []
     for key, value in test.environment.items():
         ends = [f"{end:g}" for end in (value.start, value.end) if end is not None]
@@ -178,18 +110,7 @@ def temperature_in_words(test: PositioningTest) -> str:
 
 
 def drift_in_words(run: AxisRun) -> str:
-    """Return how far a run drifts.
-
-    Parameters
-    ----------
-    run : AxisRun
-        A run with a drift result.
-
-    Returns
-    -------
-    str
-        A part of a sentence; empty if there is no drift result or no drift is seen.
-    """
+    """Return how far a run drifts."""
     drift, units = run.drift, run.test.kind.units
     if drift is None or not drift.significant:
         return ""
@@ -201,20 +122,7 @@ def drift_in_words(run: AxisRun) -> str:
 
 
 def simulated_without_drift(run: AxisRun, correction: FloatArray) -> "CorrectionEffect | None":
-    """Return what corrections make of the readings without drift.
-
-    Parameters
-    ----------
-    run : AxisRun
-        The run.
-    correction : FloatArray
-        What the control adds, (m, 2). [µm or arcsec]
-
-    Returns
-    -------
-    CorrectionEffect or None
-        None where the run has no drift result, or no drift is seen.
-    """
+    """Return what corrections make of the readings without drift."""
     if run.drift is None or not run.drift.significant:
         return None
     return evaluate_correction(replace(run.test, deviation=run.drift.deviation), correction)
@@ -222,19 +130,6 @@ def simulated_without_drift(run: AxisRun, correction: FloatArray) -> "Correction
 
 def shown_figures(test: PositioningTest, figures: Iso230_2Figures) -> dict[str, float | None]:
     """Return figures as ``evaluate`` shows them.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-    figures : Iso230_2Figures
-        Figures of the run, with or without corrections. [µm or arcsec]
-
-    Returns
-    -------
-    dict
-        Each of `FIGURE_KEYS`; None where there is none, as for R and A of an axis over 2000 mm,
-        where one run is the rule. [µm or arcsec]
 
     References
     ----------
@@ -247,18 +142,7 @@ def shown_figures(test: PositioningTest, figures: Iso230_2Figures) -> dict[str, 
 
 
 def absent_in_words(test: PositioningTest) -> str:
-    """Return which figures a run cannot have, and why.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-
-    Returns
-    -------
-    str
-        A line without its end; empty if all figures exist.
-    """
+    """Return which figures a run cannot have, and why."""
     if is_single_run_axis(test):
         return "R, A: absent, the axis is longer than 2000 mm: one run per direction is the rule"
     forward, backward = test.measured_approaches
@@ -269,20 +153,7 @@ def absent_in_words(test: PositioningTest) -> str:
 
 
 def figure_rows(columns: "list[dict[str, float | None]]", decimals: int) -> list[list[str]]:
-    """Return rows of figures for a table: symbol, name, one number for each column.
-
-    Parameters
-    ----------
-    columns : list of dict
-        Figures by key; the first column decides which exist. [µm or arcsec]
-    decimals : int
-        Decimals. [1]
-
-    Returns
-    -------
-    list of list of str
-        A row for each figure that exists in the first column.
-    """
+    """Return rows of figures for a table: symbol, name, one number for each column."""
     names = FIGURE_NAMES[EDITION]
     rows: list[list[str]] = []
     for key in FIGURE_KEYS:
@@ -294,30 +165,12 @@ def figure_rows(columns: "list[dict[str, float | None]]", decimals: int) -> list
 
 
 def edition_in_words() -> str:
-    """Return the edition as tables name it.
-
-    Returns
-    -------
-    str
-        Such as ISO 230-2:2014.
-    """
+    """Return the edition as tables name it."""
     return edition_name(EDITION)
 
 
 def systematic_range(level: FloatArray) -> float:
     """Return the range of mean deviations by which tables are compared.
-
-    Parameters
-    ----------
-    level : FloatArray
-        Mean deviation of each target per direction, (m, 2); NaN where there is none.
-        [µm or arcsec]
-
-    Returns
-    -------
-    float
-        Largest minus smallest: E, or in a run of one direction E↑ or E↓; targets without readings
-        are left out. [µm or arcsec]
 
     References
     ----------

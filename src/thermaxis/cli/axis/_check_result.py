@@ -72,23 +72,7 @@ class CheckedTable:
 
 
 def check(arguments: argparse.Namespace) -> CheckedTable:
-    """Read table and run, and simulate.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What ``check-table`` declares.
-
-    Returns
-    -------
-    CheckedTable
-        What was found.
-
-    Raises
-    ------
-    ThermaxisError
-        If the table holds what the control would refuse, or the run cannot be read or evaluated.
-    """
+    """Read table and run, and simulate."""
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="table")
     wanted_axis: str | None = None if arguments.axis is None else axis_name(arguments.axis)
@@ -202,18 +186,7 @@ def _sign_findings(
 
 
 def as_text(result: CheckedTable) -> str:
-    """Return the result in words and tables, for a terminal.
-
-    Parameters
-    ----------
-    result : CheckedTable
-        What was found.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return the result in words and tables, for a terminal."""
     parts = [_head(result), _targets(result)]
     parts.append(effect_table(result.run.test, result.measured, result.without_drift))
     said = [f"finding: {printable(text, 600)}" for text in result.findings]
@@ -298,18 +271,7 @@ def _warnings(result: CheckedTable) -> list[str]:
 
 
 def as_json(result: CheckedTable) -> dict[str, object]:
-    """Return the result with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    result : CheckedTable
-        What was found.
-
-    Returns
-    -------
-    dict
-        Numbers, lists, texts, mappings and None.
-    """
+    """Return the result with the keys of the command's JSON."""
     from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
 
     test = result.run.test

@@ -8,52 +8,19 @@ _AXIS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,15}")
 
 
 def listed_controls() -> str:
-    """Return the names of all controls, for a help text; no control is imported for it.
-
-    Returns
-    -------
-    str
-        Names with commas between them.
-    """
+    """Return the names of all controls, for a help text; no control is imported for it."""
     from thermaxis.controls import control_names  # noqa: PLC0415  only where a parser is built
 
     return ", ".join(control_names())
 
 
 def is_axis_name(text: str) -> bool:
-    """Return whether a text may name an axis: a letter and up to 15 letters, digits or ``_``.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    bool
-        True if it may.
-    """
+    """Return whether a text may name an axis: a letter and up to 15 letters, digits or ``_``."""
     return _AXIS_NAME.fullmatch(text) is not None
 
 
 def axis_name(text: str) -> str:
-    """Return a stated name of an axis.
-
-    Parameters
-    ----------
-    text : str
-        What was stated with ``--axis``.
-
-    Returns
-    -------
-    str
-        The same.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no name: nothing else reaches an NC program or a table.
-    """
+    """Return a stated name of an axis."""
     if not is_axis_name(text):
         raise ConfigurationError(
             f"'{printable(text, 40)}' is no name of an axis",

@@ -47,20 +47,7 @@ _SAME_REVERSAL = 1e-3
 
 
 def as_text(result: MadeTable, kept: str | None) -> str:
-    """Return the summary for a terminal.
-
-    Parameters
-    ----------
-    result : MadeTable
-        The table and its simulation.
-    kept : str or None
-        Name under which a table that stood in its place was kept.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return the summary for a terminal."""
     parts = [_head(result, kept), _sign_and_unit(result), _values(result), _left(result)]
     parts.append(effect_table(result.run.test, result.measured, result.without_drift))
     if result.older is not None:
@@ -89,18 +76,7 @@ def _head(result: MadeTable, kept: str | None) -> str:
 
 
 def levels_in_words(result: MadeTable) -> str:
-    """Return what levels the table was made of.
-
-    Parameters
-    ----------
-    result : MadeTable
-        The table.
-
-    Returns
-    -------
-    str
-        A part of a sentence.
-    """
+    """Return what levels the table was made of."""
     drift = result.run.drift
     if not result.drift_free or drift is None:
         return "as measured, with the drift of the run in them"
@@ -226,22 +202,7 @@ def _left(result: MadeTable) -> str:
 def effect_table(
     test: PositioningTest, measured: CorrectionEffect, without_drift: CorrectionEffect | None
 ) -> str:
-    """Return the figures before and after, as measured and without drift.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-    measured : CorrectionEffect
-        Its readings with and without the table.
-    without_drift : CorrectionEffect or None
-        The same without drift.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return the figures before and after, as measured and without drift."""
     unit = test.kind.units.deviation
     effects = [measured] if without_drift is None else [measured, without_drift]
     columns = [
@@ -304,18 +265,7 @@ def _references(result: MadeTable) -> str:
 
 
 def warnings_of(result: MadeTable) -> list[str]:
-    """Return what the user of a table must know, in words.
-
-    Parameters
-    ----------
-    result : MadeTable
-        The table.
-
-    Returns
-    -------
-    list of str
-        Sentences.
-    """
+    """Return what the user of a table must know, in words."""
     run = result.run
     said = [*run.test.remarks, *result.levels.remarks]
     if run.axis_assumed:
@@ -448,20 +398,7 @@ def _points_outside(result: MadeTable, near: float) -> str:
 
 
 def as_json(result: MadeTable, kept: str | None) -> dict[str, object]:
-    """Return the result with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    result : MadeTable
-        The table and its simulation.
-    kept : str or None
-        Name under which a table that stood in its place was kept.
-
-    Returns
-    -------
-    dict
-        Numbers, lists, texts, booleans, mappings and None.
-    """
+    """Return the result with the keys of the command's JSON."""
     from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
 
     drift = result.run.drift
@@ -503,18 +440,7 @@ def as_json(result: MadeTable, kept: str | None) -> dict[str, object]:
 
 
 def table_as_json(table: CompensationTable) -> dict[str, object]:
-    """Return a table as the control reads it.
-
-    Parameters
-    ----------
-    table : CompensationTable
-        The table.
-
-    Returns
-    -------
-    dict
-        Positions and deviations; the step where it is the same throughout. [mm, µm; deg, arcsec]
-    """
+    """Return a table as the control reads it."""
     return {
         "axis": table.axis,
         "positions": table.position.tolist(),
@@ -530,18 +456,7 @@ def _column(values: FloatArray, approach: int) -> list[float | None]:
 
 
 def targets_as_json(effect: CorrectionEffect) -> list[dict[str, float | None]]:
-    """Return what happens at the targets.
-
-    Parameters
-    ----------
-    effect : CorrectionEffect
-        The run with and without the table.
-
-    Returns
-    -------
-    list of dict
-        One for each target. [mm, µm; deg, arcsec]
-    """
+    """Return what happens at the targets."""
     columns: dict[str, list[float | None]] = {
         "position": [finite_or_none(p) for p in effect.target.tolist()]
     }
@@ -558,20 +473,7 @@ def targets_as_json(effect: CorrectionEffect) -> list[dict[str, float | None]]:
 def figures_as_json(
     test: PositioningTest, effect: CorrectionEffect
 ) -> dict[str, dict[str, float | None]]:
-    """Return figures before and after.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-    effect : CorrectionEffect
-        The run with and without the table.
-
-    Returns
-    -------
-    dict
-        Figures by key. [µm or arcsec]
-    """
+    """Return figures before and after."""
     return {
         "before": shown_figures(test, effect.figures_before),
         "after": shown_figures(test, effect.figures_after),

@@ -42,29 +42,7 @@ class DriftAtImages:
 
 
 def drift_at_images(path: Path, result: ThermalFieldsResult) -> DriftAtImages:
-    """Evaluate the drift of a run and set it beside thermal images.
-
-    Parameters
-    ----------
-    path : Path
-        The positioning run.
-    result : ThermalFieldsResult
-        The images. Without times, two images stand for the start and the end of the run.
-
-    Returns
-    -------
-    DriftAtImages
-        The drift at the images; from three images within the run up, correlations.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the run cannot be read.
-    DataError
-        If its drift cannot be evaluated.
-    ConfigurationError
-        If more than two images have no times, or the run has none.
-    """
+    """Evaluate the drift of a run and set it beside thermal images."""
     test = read_positioning(path)
     drift = evaluate_drift(test)
     time_s, said = _times_in_run(drift, result)

@@ -16,22 +16,7 @@ from thermaxis.thermal import RegionDrift, ThermalFieldsResult
 def fields_as_text(
     result: ThermalFieldsResult, drift: DriftAtImages | None, warnings: Sequence[str]
 ) -> str:
-    """Return the result as tables for a terminal.
-
-    Parameters
-    ----------
-    result : ThermalFieldsResult
-        The compared images.
-    drift : DriftAtImages, optional
-        The drift of a run beside them.
-    warnings : sequence of str
-        Sentences that stand below the tables.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return the result as tables for a terminal."""
     parts = [_image_table(result), _region_table(result)]
     if drift is not None:
         parts += [_drift_table(drift), *_correlation_tables(drift)]
@@ -121,24 +106,7 @@ def fields_as_json(
     warnings: Sequence[str],
     options: Mapping[str, object],
 ) -> dict[str, object]:
-    """Return the result with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    result : ThermalFieldsResult
-        The compared images.
-    drift : DriftAtImages, optional
-        The drift of a run beside them.
-    warnings : sequence of str
-        What the reader must know.
-    options : Mapping
-        Options of the command that the result depends on, by key.
-
-    Returns
-    -------
-    dict
-        Numbers, lists, texts, mappings and None.
-    """
+    """Return the result with the keys of the command's JSON."""
     time = result.time_s
     images: list[dict[str, object]] = []
     for k, field in enumerate(result.fields):

@@ -44,20 +44,7 @@ class InForce:
         return None if self.read is None else replace(self.read.table, backlash=self.backlash)
 
     def correction(self, control: "Control", position: FloatArray) -> FloatArray:
-        """Return what the control added during the run.
-
-        Parameters
-        ----------
-        control : Control
-            The control.
-        position : FloatArray
-            Nominal positions, (p,). [mm or deg]
-
-        Returns
-        -------
-        FloatArray
-            Correction per direction, (p, 2). [µm or arcsec]
-        """
+        """Return what the control added during the run."""
         table = self.table
         if table is not None:
             return control.correction(table, position)
@@ -72,32 +59,7 @@ def what_was_in_force(
     rule: "GridRule",
     run: "AxisRun",
 ) -> InForce:
-    """Return what corrected the axis during the run, as the arguments of ``correct`` state it.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What ``correct`` declares.
-    control : Control
-        The control.
-    options : mapping
-        The control's options.
-    rule : GridRule
-        What it asks of a table.
-    run : AxisRun
-        The run.
-
-    Returns
-    -------
-    InForce
-        The older table and the reversal value.
-
-    Raises
-    ------
-    ThermaxisError
-        If the older table cannot be read or is of another axis, or a reversal value is stated
-        where the new file leaves that of the control alone.
-    """
+    """Return what corrected the axis during the run, as the arguments of ``correct`` state it."""
     path: Path | None = arguments.merge
     read = None
     if path is not None:
@@ -118,29 +80,7 @@ def what_was_in_force(
 def read_older(
     control: "Control", path: Path, run: "AxisRun", options: "Mapping[str, str]"
 ) -> "ReadTable":
-    """Read a table of a control from its file.
-
-    Parameters
-    ----------
-    control : Control
-        The control.
-    path : Path
-        The file.
-    run : AxisRun
-        The run, whose kind of axis gives the units.
-    options : mapping
-        The control's options.
-
-    Returns
-    -------
-    ReadTable
-        Values and findings, those of the file's encoding included.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it cannot be read, or holds what the control would refuse.
-    """
+    """Read a table of a control from its file."""
     text, unusual = read_table_text(path)
     try:
         read = control.read_table(text, str(path), run.test.kind, options)

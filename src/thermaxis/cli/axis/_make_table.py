@@ -125,24 +125,7 @@ class MadeTable:
 
 
 def make_table(arguments: argparse.Namespace) -> MadeTable:
-    """Make the table that the arguments of ``correct`` ask for; nothing is written.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What ``correct`` declares.
-
-    Returns
-    -------
-    MadeTable
-        The table and its simulation.
-
-    Raises
-    ------
-    ThermaxisError
-        If the run or the older table cannot be read, options do not go together, a limit of the
-        control is exceeded, or the table read back is not the one that was to be written.
-    """
+    """Make the table that the arguments of ``correct`` ask for; nothing is written."""
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="table")
     run = read_run(arguments.run, axis=arguments.axis, encoding=arguments.encoding)

@@ -59,20 +59,7 @@ class PlanResult:
 
 
 def as_text(result: PlanResult, output: str | None) -> str:
-    """Return the result in words and tables, for a terminal.
-
-    Parameters
-    ----------
-    result : PlanResult
-        The plan and what was worked out for it.
-    output : str or None
-        The file that the plan was written to.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return the result in words and tables, for a terminal."""
     parts = [_head(result, output), _targets(result.plan), _duration(result)]
     parts.append(_uncertainty(result))
     said = [f"remark: {printable(remark, 400)}" for remark in result.remarks]
@@ -252,18 +239,7 @@ def _uncertainty(result: PlanResult) -> str:
 
 
 def as_json(result: PlanResult) -> dict[str, object]:
-    """Return the result with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    result : PlanResult
-        The plan and what was worked out for it.
-
-    Returns
-    -------
-    dict
-        Numbers, lists, texts, mappings and None.
-    """
+    """Return the result with the keys of the command's JSON."""
     from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
     from thermaxis.files import plan_as_json  # noqa: PLC0415
 

@@ -26,26 +26,7 @@ close together noise and rounding make a steep slope of no height. [mm or deg]""
 
 
 def doubts_about_size(table: "CompensationTable", what: str) -> tuple[str, ...]:
-    """Return why the values of a table are doubted; refuse what no axis can have.
-
-    Parameters
-    ----------
-    table : CompensationTable
-        The table, or the levels at its points.
-    what : str
-        What it is, in words.
-
-    Returns
-    -------
-    tuple of str
-        A sentence for a slope of 1 % of the way or a deviation above 1 mm or 1 deg; empty if there
-        is nothing to doubt.
-
-    Raises
-    ------
-    DataError
-        If a slope reaches 10 % of the way: 100 µm/mm or 360 arcsec/deg.
-    """
+    """Return why the values of a table are doubted; refuse what no axis can have."""
     units = table.kind.units
     per, unit = units.deviations_per_position, f"{units.deviation}/{units.position}"
     slope, low, high = _steepest(table)

@@ -41,18 +41,7 @@ class ProgramResult:
 
 
 def as_text(result: ProgramResult) -> str:
-    """Return the summary for a terminal.
-
-    Parameters
-    ----------
-    result : ProgramResult
-        The program and what was worked out for it.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return the summary for a terminal."""
     parts = [_head(result), _motion(result), _operator(result)]
     parts += [filled(f"warning: {text}", hanging=True) + "\n" for text in _warnings(result)]
     return "\n".join(parts)

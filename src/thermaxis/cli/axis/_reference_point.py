@@ -38,31 +38,7 @@ class ReferencePoint:
 def reference_point(
     target: FloatArray, stated: float | None, read: "ReadTable | None", rule: "GridRule"
 ) -> ReferencePoint:
-    """Return where the new table is zero.
-
-    Parameters
-    ----------
-    target : FloatArray
-        Targets of the run, (m,). [mm or deg]
-    stated : float or None
-        What ``--reference`` says. [mm or deg]
-    read : ReadTable or None
-        The older table; None without one.
-    rule : GridRule
-        What the control asks of a table.
-
-    Returns
-    -------
-    ReferencePoint
-        The stated one, else that of the older table, so that the zero does not move; without an
-        older table 0, or the end of the targets that is nearest to it.
-
-    Raises
-    ------
-    ConfigurationError
-        If another one than that of the older table is stated on a control that counts its points
-        from there: the points would act elsewhere.
-    """
+    """Return where the new table is zero."""
     usual = min(max(0.0, float(target[0])), float(target[-1]))
     if read is None:
         return ReferencePoint(usual if stated is None else stated, "", None)

@@ -34,18 +34,7 @@ def _numbers(values: Iterable[float]) -> list[float | None]:
 
 
 def report_as_json(report: "PositioningReport") -> dict[str, object]:
-    """Return everything that was evaluated, by the documented keys.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        The evaluated run.
-
-    Returns
-    -------
-    dict
-        Only strings, numbers, booleans, lists, dicts and None. [µm or arcsec; mm or deg]
-    """
+    """Return everything that was evaluated, by the documented keys."""
     other = report.other_standard
     return {
         "version": report.version,

@@ -10,25 +10,7 @@ _MOST_KEPT = 1000
 
 
 def read_table_text(path: Path | str) -> tuple[str, tuple[str, ...]]:
-    """Read the text of a control's table.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-
-    Returns
-    -------
-    text : str
-        Its content, line ends as they are. Letters outside of ASCII are kept as single bytes.
-    findings : tuple of str
-        What is unusual about its encoding, in words.
-
-    Raises
-    ------
-    MeasurementFileError
-        If it cannot be read, is no regular file, too large, or in UTF-16.
-    """
+    """Read the text of a control's table."""
     from thermaxis.controls import LARGEST_TABLE_BYTES, check_size  # noqa: PLC0415  --help
 
     name = str(path)
@@ -69,24 +51,7 @@ def read_table_text(path: Path | str) -> tuple[str, tuple[str, ...]]:
 def check_output(
     output: str, *, inputs: Sequence[Path | str], what: str = "an input", option: str = "-o"
 ) -> None:
-    """Refuse an output that is an input, a folder, or in no folder.
-
-    Parameters
-    ----------
-    output : str
-        File that is to be written.
-    inputs : sequence of Path or str
-        Files that must stay as they are.
-    what : str
-        What the inputs are, in words. Default: an input.
-    option : str
-        Option that names the output. Default: ``-o``.
-
-    Raises
-    ------
-    ConfigurationError
-        If the output cannot be written there, or would take an input's place.
-    """
+    """Refuse an output that is an input, a folder, or in no folder."""
     path = Path(output)
     if output in {"", "-"}:
         raise ConfigurationError(
@@ -107,26 +72,7 @@ def check_output(
 
 
 def keep_older(output: str, text: str) -> str | None:
-    """Keep what stands in the place of a table that is to be written, under another name.
-
-    Parameters
-    ----------
-    output : str
-        The file that is to be written.
-    text : str
-        Its new content.
-
-    Returns
-    -------
-    str or None
-        Name under which the older content was kept: that of the output with ``.old-1``, or the
-        first such number that is free. None if there was none or it is the same.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be read or kept: then nothing has been overwritten.
-    """
+    """Keep what stands in the place of a table that is to be written, under another name."""
     path = Path(output)
     if not path.is_file():
         return None
@@ -154,20 +100,7 @@ def keep_older(output: str, text: str) -> str | None:
 
 
 def write_ascii(output: str, text: str) -> None:
-    """Write a program or table.
-
-    Parameters
-    ----------
-    output : str
-        The file; it is replaced if it exists.
-    text : str
-        Its content, ASCII, with the control's line ends.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be written.
-    """
+    """Write a program or table."""
     from thermaxis.report import write_bytes  # noqa: PLC0415  --help needs none
 
     write_bytes(Path(output), text.encode("ascii"))

@@ -33,13 +33,7 @@ if TYPE_CHECKING:
 
 
 def print_report(report: "PositioningReport") -> None:
-    """Print what was evaluated: the standard's figures first, the others after them.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        The evaluated run.
-    """
+    """Print what was evaluated: the standard's figures first, the others after them."""
     decimals = report.figure_decimals
     test = report.test
     parts = [

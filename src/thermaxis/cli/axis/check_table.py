@@ -11,13 +11,7 @@ simulation of that control what it leaves of a measured run. The run counts as m
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     from thermaxis.cli.axis._control_names import listed_controls  # noqa: PLC0415
 
     parser.description = _DESCRIPTION
@@ -45,24 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Check the table, and show what it leaves.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0, also with findings.
-
-    Raises
-    ------
-    ThermaxisError
-        If the table holds what the control would refuse, the run cannot be read or evaluated, or
-        an output is not possible.
-    """
+    """Check the table, and show what it leaves."""
     from thermaxis.cli._json import write_json  # noqa: PLC0415  needs none of these
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli.axis._check_result import as_json, as_text, check  # noqa: PLC0415  --help

@@ -41,13 +41,7 @@ def _reversal(text: str) -> float:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     from thermaxis.cli.axis._control_names import listed_controls  # noqa: PLC0415
 
     parser.description = _DESCRIPTION
@@ -122,25 +116,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the table, and show what it does.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If the run or the older table cannot be read, options do not go together, a limit of the
-        control is exceeded, the table read back is not the one that was to be written, or a file
-        cannot be written.
-    """
+    """Write the table, and show what it does."""
     from thermaxis.cli._json import write_json  # noqa: PLC0415  needs none of these
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli.axis._correction_result import as_json, as_text  # noqa: PLC0415  --help

@@ -47,13 +47,7 @@ def _date(text: str) -> str:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     add = parser.add_argument
     add("file", metavar="FILE", type=Path, help="measured run: .rtl, CSV, _ISO230.dat or .xlsx")
     add("--json", metavar="FILE|-", help="write all results as JSON; - for standard output alone")
@@ -252,27 +246,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
-    """Read and evaluate the run that the arguments name.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        The parsed arguments of the command.
-
-    Returns
-    -------
-    PositioningReport
-        Everything that was evaluated.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file cannot be read.
-    DataError
-        If the run cannot be evaluated.
-    ConfigurationError
-        If a header or limits file is wrong.
-    """
+    """Read and evaluate the run that the arguments name."""
     from dataclasses import replace  # noqa: PLC0415  --help needs none of these
 
     from thermaxis import __version__, report  # noqa: PLC0415
@@ -337,18 +311,7 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the command.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        The parsed arguments.
-
-    Returns
-    -------
-    int
-        Exit code 0; errors are raised.
-    """
+    """Run the command."""
     from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs no JSON
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli.axis._results import report_as_json  # noqa: PLC0415

@@ -19,13 +19,7 @@ first, the means of regions over time, and on request what they have to do with 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add(
@@ -61,23 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compare the images and show the result.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If a file cannot be read, images do not fit each other, or an option is not possible.
-    """
+    """Compare the images and show the result."""
     from thermaxis.cli._json import write_json  # noqa: PLC0415
     from thermaxis.cli.axis._field_drift import drift_at_images  # noqa: PLC0415  --help needs none
     from thermaxis.cli.axis._field_results import fields_as_json, fields_as_text  # noqa: PLC0415

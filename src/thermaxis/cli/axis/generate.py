@@ -11,13 +11,7 @@ LATHE_TESTS = ("lathe-spindle", "lathe-table", "lathe-verification")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     add = parser.add_argument
     add(
         "axis",
@@ -37,23 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measure the virtual axis and write the run.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file's name ends neither in .csv nor in .rtl, or a number is not possible.
-    """
+    """Measure the virtual axis and write the run."""
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
     from thermaxis.files import (  # noqa: PLC0415
         write_rtl,

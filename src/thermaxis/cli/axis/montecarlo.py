@@ -10,13 +10,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     add = parser.add_argument
     add(
         "--samples",
@@ -51,23 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the experiment and show its result.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ConfigurationError
-        If a number is not possible.
-    """
+    """Run the experiment and show its result."""
     from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.positioning import montecarlo_difference  # noqa: PLC0415
@@ -105,18 +83,7 @@ def _ratio_as_json(estimate: "RatioEstimate") -> dict[str, object]:
 
 
 def as_json(result: "DifferenceMonteCarlo") -> dict[str, object]:
-    """Return the result with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    result : DifferenceMonteCarlo
-        The experiment.
-
-    Returns
-    -------
-    dict
-        Numbers, lists, texts and mappings.
-    """
+    """Return the result with the keys of the command's JSON."""
     from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
 
     return {
@@ -159,18 +126,7 @@ def _paragraph(title: str, estimate: "RatioEstimate", samples: int) -> str:
 
 
 def as_text(result: "DifferenceMonteCarlo") -> str:
-    """Return the result in words, for a terminal.
-
-    Parameters
-    ----------
-    result : DifferenceMonteCarlo
-        The experiment.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return the result in words, for a terminal."""
     title = (
         "How much more does a difference scatter than the readings it is made of?\n"
         f"{result.repetitions} experiments with {result.samples} normal random numbers each,"

@@ -26,13 +26,7 @@ _FIELDS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     _add_targets(parser)
     _add_motion(parser)
@@ -140,24 +134,7 @@ def _add_uncertainty(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Make a plan, and show and write it.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ConfigurationError
-        If a number is not possible, options do not go together, no plan reaches the wanted
-        uncertainty, or a file cannot be written.
-    """
+    """Make a plan, and show and write it."""
     import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
 
     from thermaxis.cli._json import write_json  # noqa: PLC0415

@@ -42,13 +42,7 @@ def _count(text: str) -> int:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     from thermaxis.cli.axis._control_names import listed_controls  # noqa: PLC0415
 
     parser.description = _DESCRIPTION
@@ -85,24 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the program, and say what the operator must know.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ConfigurationError
-        If the plan cannot be read, the motion leaves the stated travel, the control does not know
-        the axis or an option, or the file cannot be written.
-    """
+    """Write the program, and say what the operator must know."""
     from thermaxis.cli.axis._program_result import (  # noqa: PLC0415  --help needs none of these
         as_text,
     )

@@ -12,13 +12,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     add = parser.add_argument
     add(
         "runs",
@@ -35,23 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Evaluate the runs and show how the figures changed.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If a run cannot be read or evaluated, kinds of axes are mixed, or an output is not possible.
-    """
+    """Evaluate the runs and show how the figures changed."""
     from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.files import read_positioning  # noqa: PLC0415
@@ -123,18 +101,7 @@ def _write_csv(trend: "Trend", destination: str) -> None:
 
 
 def trend_as_text(trend: "Trend") -> str:
-    """Return the trend as tables for a terminal.
-
-    Parameters
-    ----------
-    trend : Trend
-        The runs.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return the trend as tables for a terminal."""
     from thermaxis.errors import printable  # noqa: PLC0415  --help needs none of these
 
     unit = trend.runs[0].test.kind.units.deviation
@@ -195,18 +162,7 @@ def _change_lines(trend: "Trend") -> str:
 
 
 def trend_as_json(trend: "Trend") -> dict[str, object]:
-    """Return the trend with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    trend : Trend
-        The runs.
-
-    Returns
-    -------
-    dict
-        Numbers, lists, texts, booleans, mappings and None.
-    """
+    """Return the trend with the keys of the command's JSON."""
     from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
 
     return {

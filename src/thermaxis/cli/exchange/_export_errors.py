@@ -45,21 +45,7 @@ _PLACES = (
 
 
 def as_typed(error: ConfigurationError, arguments: argparse.Namespace) -> ConfigurationError:
-    """Return an error of an export in the words of whoever typed the command.
-
-    Parameters
-    ----------
-    error : ConfigurationError
-        An error that names settings of the exported block, or one that names a file or an option
-        already.
-    arguments : argparse.Namespace
-        What ``thermaxis export`` declares.
-
-    Returns
-    -------
-    ConfigurationError
-        The same with option, file or key as its place, and a remedy that names what to type.
-    """
+    """Return an error of an export in the words of whoever typed the command."""
     models = ", ".join(map(str, arguments.models))
     names = {
         "models": models,

@@ -63,24 +63,7 @@ class Export(NamedTuple):
 
 
 def export_of(arguments: argparse.Namespace) -> Export:
-    """Return what ``thermaxis export`` writes.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What the command declares.
-
-    Returns
-    -------
-    Export
-        Files and report: the same words and files give the same bytes.
-
-    Raises
-    ------
-    ConfigurationError
-        If a file cannot be read, the words contradict each other, or the target cannot hold it:
-        it names what was typed.
-    """
+    """Return what ``thermaxis export`` writes."""
     try:
         return _export_of(arguments)
     except ConfigurationError as error:
@@ -152,25 +135,7 @@ def _export_of(arguments: argparse.Namespace) -> Export:
 
 
 def target_of(arguments: argparse.Namespace) -> tuple[Target, bool]:
-    """Return who gets the program, and whether its numbers are LREAL.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What the command declares.
-
-    Returns
-    -------
-    target : Target
-        Dialect, and CPU or flavour.
-    double : bool
-        Whether numbers are LREAL.
-
-    Raises
-    ------
-    ConfigurationError
-        If an option belongs to another dialect, or LREAL is asked of a CPU that has none.
-    """
+    """Return who gets the program, and whether its numbers are LREAL."""
     dialect: str = arguments.dialect
     cpu: str | None = arguments.cpu
     flavour: str | None = arguments.flavour
@@ -191,25 +156,7 @@ def target_of(arguments: argparse.Namespace) -> tuple[Target, bool]:
 
 
 def program_files(program: Program, target: Target) -> dict[str, str]:
-    """Return a program as the files of a target.
-
-    Parameters
-    ----------
-    program : Program
-        The program.
-    target : Target
-        Who gets it.
-
-    Returns
-    -------
-    dict
-        Content by name.
-
-    Raises
-    ------
-    ThermaxisError
-        If the program breaks a rule, or the target cannot hold a number.
-    """
+    """Return a program as the files of a target."""
     if target.dialect == "c":
         text = print_c(program)
         return {f"{program.name}.h": text.header, f"{program.name}.c": text.source}
@@ -220,18 +167,7 @@ def program_files(program: Program, target: Target) -> dict[str, str]:
 
 
 def measured_difference(settings: PlcSettings) -> Difference:
-    """Return how far the model in REAL is from that in LREAL, along a scenario without faults.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported, in REAL.
-
-    Returns
-    -------
-    Difference
-        Largest difference of a displacement. [µm]
-    """
+    """Return how far the model in REAL is from that in LREAL, along a scenario without faults."""
     single, double = Twin(settings), Twin(replace(settings, double=True))
     hours = _COMPARED_CALLS * settings.cycle_s / 3600.0
     largest_um, calls = 0.0, 0

@@ -16,18 +16,7 @@ _REMEDY = "Name a new or empty folder"
 
 
 def require_folder(folder: Path) -> None:
-    """Refuse a folder that holds anything but an older export that nobody has changed.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no folder, its own folder does not exist, or something else lies in it.
-    """
+    """Refuse a folder that holds anything but an older export that nobody has changed."""
     if not folder.absolute().parent.is_dir():
         raise ConfigurationError(
             "its folder does not exist", where=str(folder), remedy="Make it first, or name another"
@@ -100,18 +89,6 @@ def write_folder(folder: Path, files: Mapping[str, str]) -> None:
     They are written beside it first; then the whole takes its place. What lay there is looked at
     once more when nobody finds it under its name any more, and only then removed; whatever ends
     the swap before puts it back.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    files : mapping
-        Content by name, ASCII or UTF-8.
-
-    Raises
-    ------
-    ConfigurationError
-        If something cannot be written: then the folder is as it was.
     """
     require_folder(folder)
     place = folder.absolute()

@@ -59,45 +59,13 @@ class Exported(NamedTuple):
 
 
 def named_number(text: str) -> _Named[float]:
-    """Return a number with or without a name before it: ``Z_um=100``.
-
-    Parameters
-    ----------
-    text : str
-        The words.
-
-    Returns
-    -------
-    tuple
-        Name, empty where there is none, and number.
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If there is no finite number.
-    """
+    """Return a number with or without a name before it: ``Z_um=100``."""
     name, _, number = text.rpartition("=")
     return name, _finite(number, text)
 
 
 def named_range(text: str) -> _Named[tuple[float, float]]:
-    """Return a range with or without a name before it: ``T_spindle_C=5:80``.
-
-    Parameters
-    ----------
-    text : str
-        The words.
-
-    Returns
-    -------
-    tuple
-        Name, empty where there is none, and the two ends.
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If there are no two finite numbers.
-    """
+    """Return a range with or without a name before it: ``T_spindle_C=5:80``."""
     name, _, ends = text.rpartition("=")
     lowest, colon, highest = ends.partition(":")
     if not colon:
@@ -119,23 +87,7 @@ def _finite(word: str, text: str) -> float:
 
 
 def read_sources(paths: Sequence[Path]) -> tuple[ModelSource, ...]:
-    """Read models.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        Their files.
-
-    Returns
-    -------
-    tuple of ModelSource
-        The models.
-
-    Raises
-    ------
-    ConfigurationError
-        If one cannot be read or is no model.
-    """
+    """Read models."""
     from thermaxis.files import model_sha256, read_model  # noqa: PLC0415  numpy comes with it
 
     models = [(path.name, read_model(path)) for path in paths]
@@ -273,26 +225,7 @@ def _common_provenance(sources: tuple[ModelSource, ...]) -> Provenance:
 
 
 def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
-    """Return what the words of the command line ask for.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What ``thermaxis export`` declares.
-    line : bool
-        Whether the outputs are displacements at positions of an axis.
-
-    Returns
-    -------
-    Exported
-        Model, rules and limits.
-
-    Raises
-    ------
-    ConfigurationError
-        If a file cannot be read, the parts do not fit together, or something that has no default
-        is not stated; the text says what to write.
-    """
+    """Return what the words of the command line ask for."""
     from thermaxis.files import model_sha256  # noqa: PLC0415  numpy comes with it
 
     read = sources = read_sources(arguments.models)

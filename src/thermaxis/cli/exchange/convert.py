@@ -10,13 +10,7 @@ comment above. The format is told from the content. Remarks go to standard error
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Add the arguments of the command."""
     parser.description = _DESCRIPTION
     parser.add_argument(
         "file", metavar="FILE", help="measured run: .rtl, CSV, _ISO230.dat or .xlsx"
@@ -37,25 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Convert one file.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        `file`, `output` and `encoding`.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file cannot be read as a positioning run, or the output cannot be written.
-    ConfigurationError
-        If the output is the input file, or there is no such encoding.
-    """
+    """Convert one file."""
     import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
 
     from thermaxis.errors import printable  # noqa: PLC0415

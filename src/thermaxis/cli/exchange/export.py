@@ -20,13 +20,7 @@ _BITS = ("32", "64")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     from thermaxis.cli.exchange._export_settings import (  # noqa: PLC0415  of this command only
         named_number,
         named_range,
@@ -110,24 +104,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Export and write.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If a file cannot be read or written, something that has no default is not stated, or the
-        target cannot hold what is exported.
-    """
+    """Export and write."""
     from thermaxis.cli._json import write_json  # noqa: PLC0415
     from thermaxis.cli.exchange._export_files import (  # noqa: PLC0415  --help needs none of these
         export_of,

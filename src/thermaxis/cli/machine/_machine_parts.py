@@ -62,15 +62,7 @@ class MachineParts:
 
 @final
 class PacedClock:
-    """The clock of a replayed log, at the pace of the day itself.
-
-    Parameters
-    ----------
-    replay : ReplayClock
-        The clock along the log.
-    real : Clock
-        The computer's clock.
-    """
+    """The clock of a replayed log, at the pace of the day itself."""
 
     def __init__(self, replay: "ReplayClock", real: Clock) -> None:
         self._replay = replay
@@ -93,13 +85,7 @@ class PacedClock:
 
 @final
 class YieldingClock:
-    """The clock of a replayed log, as fast as the program can; others get their turn.
-
-    Parameters
-    ----------
-    replay : ReplayClock
-        The clock along the log.
-    """
+    """The clock of a replayed log, as fast as the program can; others get their turn."""
 
     def __init__(self, replay: "ReplayClock") -> None:
         self._replay = replay
@@ -122,23 +108,6 @@ def build_parts(configuration: "MachineConfiguration", clock: Clock) -> MachineP
     """Make source, sink and historian; nothing is opened, connected or written.
 
     Not protected: a configuration that names the wrong node or sign; see `self_test`.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        What to make.
-    clock : Clock
-        The computer's clock.
-
-    Returns
-    -------
-    MachineParts
-        The parts, and the clock that the loop must run by.
-
-    Raises
-    ------
-    ConfigurationError
-        If a log cannot be read or lacks a channel, or the historian's URL is none.
     """
     sessions = build_sessions(configuration, clock)
     probes = build_probe_session(configuration, clock)
@@ -158,20 +127,7 @@ def build_parts(configuration: "MachineConfiguration", clock: Clock) -> MachineP
 def build_sessions(
     configuration: "MachineConfiguration", clock: Clock
 ) -> "dict[str, OpcUaSession]":
-    """Make the connections that source and sink share; none is opened.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-    clock : Clock
-        The computer's clock.
-
-    Returns
-    -------
-    dict
-        Connections by name.
-    """
+    """Make the connections that source and sink share; none is opened."""
     if not configuration.connections:
         return {}
     from thermaxis.runtime import OpcUaSession  # noqa: PLC0415 - asyncua is heavy
@@ -188,18 +144,6 @@ def build_probe_session(
 
     A request that is not answered in time costs its connection: a slow probe must not cost that
     of the inputs.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-    clock : Clock
-        The computer's clock.
-
-    Returns
-    -------
-    OpcUaSession or None
-        To the same server as the inputs; None where there are no probes.
     """
     if not configuration.probes:
         return None
@@ -230,18 +174,7 @@ def _opcua_source(
 
 
 def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
-    """Return what an OPC UA source reads, by the names of the ports.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-
-    Returns
-    -------
-    dict
-        Nodes with unit and scale: inputs, second sensors, interlocks, flag and diameter.
-    """
+    """Return what an OPC UA source reads, by the names of the ports."""
     from thermaxis.runtime.sources import NodeSettings  # noqa: PLC0415 - asyncua is heavy
 
     nodes: dict[str, NodeSettings] = {}
@@ -262,18 +195,7 @@ def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings
 
 
 def probes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings]":
-    """Return which probes are read, by the names of the ports.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-
-    Returns
-    -------
-    dict
-        Nodes whose values are in micrometres after the scale; empty where there are no probes.
-    """
+    """Return which probes are read, by the names of the ports."""
     from thermaxis.runtime.sources import NodeSettings  # noqa: PLC0415 - asyncua is heavy
 
     return {
@@ -305,22 +227,7 @@ def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source
 def build_sink(
     configuration: "MachineConfiguration", sessions: "Mapping[str, OpcUaSession]", clock: Clock
 ) -> Sink:
-    """Make the sink; it is not opened, and nothing is written.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-    sessions : mapping
-        Connections by name.
-    clock : Clock
-        The clock of the loop.
-
-    Returns
-    -------
-    Sink
-        Where corrections go.
-    """
+    """Make the sink; it is not opened, and nothing is written."""
     settings = configuration.sink
     if settings.kind == "opcua":
         from thermaxis.runtime.sinks import OpcUaOutput, OpcUaSink  # noqa: PLC0415
@@ -346,18 +253,7 @@ def build_sink(
 
 
 def loop_settings(configuration: "MachineConfiguration") -> "LoopSettings":
-    """Return what the loop needs besides the compensation.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-
-    Returns
-    -------
-    LoopSettings
-        Names, flags, and what happens at start and end.
-    """
+    """Return what the loop needs besides the compensation."""
     from thermaxis.runtime import AtStop, LoopSettings  # noqa: PLC0415 - only to run
     from thermaxis.runtime.config import configuration_sha256  # noqa: PLC0415 - only to run
 
@@ -385,26 +281,7 @@ def build_status_server(
     compensation: "Callable[[], Compensation | None]",
     audit: Callable[[EventRecord], None],
 ) -> "StatusServer | None":
-    """Make the status server, if one is configured; it does not listen yet.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-    box : RequestBox
-        Where requests go: the loop.
-    clock : Clock
-        The computer's clock.
-    compensation : callable
-        Returns the compensation in force.
-    audit : callable
-        Takes log-ins and refusals: the historian's `event`.
-
-    Returns
-    -------
-    StatusServer or None
-        None where the file has no table for it.
-    """
+    """Make the status server, if one is configured; it does not listen yet."""
     if configuration.server is None:
         return None
     from thermaxis.runtime import StatusServer  # noqa: PLC0415 - asyncua is heavy
@@ -413,20 +290,7 @@ def build_status_server(
 
 
 def build_metrics(configuration: "MachineConfiguration", clock: Clock) -> "MetricsServer | None":
-    """Make the server of figures for Prometheus, if one is configured; it does not listen yet.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-    clock : Clock
-        The computer's clock.
-
-    Returns
-    -------
-    MetricsServer or None
-        None where the file has no table for it.
-    """
+    """Make the server of figures for Prometheus, if one is configured; it does not listen yet."""
     if configuration.metrics is None:
         return None
     from thermaxis.runtime import MetricsServer  # noqa: PLC0415 - only where it is asked for

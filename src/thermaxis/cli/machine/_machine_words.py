@@ -15,18 +15,7 @@ _MARKS = {"ok": "ok", "warning": "warning", "error": "ERROR"}
 
 
 def machine_in_words(configuration: "MachineConfiguration") -> str:
-    """Return what would be done, in plain words.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-
-    Returns
-    -------
-    str
-        Sentences and tables; the last line ends in a line feed.
-    """
+    """Return what would be done, in plain words."""
     blocks = [
         _sentences(_overview(configuration)),
         _inputs_table(configuration),
@@ -310,37 +299,13 @@ def _screen(screen: "ScreenSettings", server: "ServerSettings | None") -> str:
 
 
 def findings_in_words(title: str, findings: "Sequence[Finding]") -> str:
-    """Return findings as text.
-
-    Parameters
-    ----------
-    title : str
-        Line above them.
-    findings : sequence of Finding
-        What was found.
-
-    Returns
-    -------
-    str
-        One paragraph for each; the last line ends in a line feed.
-    """
+    """Return findings as text."""
     lines = [filled(f"{_MARKS[f.level]:<8}{f.sentence}", hanging=True) for f in findings]
     return "\n".join((title, "", *lines, ""))
 
 
 def machine_as_json(configuration: "MachineConfiguration") -> dict[str, object]:
-    """Return what would be done, as JSON.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration.
-
-    Returns
-    -------
-    dict
-        Texts, numbers, lists and None; no secret.
-    """
+    """Return what would be done, as JSON."""
     rules, screen = configuration.rules, configuration.screen
     return {
         "name": configuration.name,
@@ -391,18 +356,7 @@ def machine_as_json(configuration: "MachineConfiguration") -> dict[str, object]:
 
 
 def findings_as_json(findings: "Sequence[Finding]") -> list[dict[str, str]]:
-    """Return findings as JSON.
-
-    Parameters
-    ----------
-    findings : sequence of Finding
-        What was found.
-
-    Returns
-    -------
-    list of dict
-        One object for each, with ``level``, ``where``, ``what`` and ``remedy``.
-    """
+    """Return findings as JSON."""
     return [
         {"level": str(f.level), "where": f.where, "what": f.what, "remedy": f.remedy}
         for f in findings

@@ -20,13 +20,7 @@ _ANSWER_LIMIT = 100
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     _add_new(actions.add_parser("new", help="make a certificate and its key", allow_abbrev=False))
@@ -79,24 +73,7 @@ def _add_fetch(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Make, show or fetch certificates.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ConfigurationError
-        If a file is there already, cannot be read or is no certificate, the machine cannot be
-        reached or has no certificate, or the fingerprint is another or not confirmed.
-    """
+    """Make, show or fetch certificates."""
     actions = {"new": _new, "show": _show, "fetch": _fetch}
     actions[arguments.action](arguments)
     return 0

@@ -25,13 +25,7 @@ WRONG = 2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add("configuration", metavar="MACHINE.toml", type=Path, help="configuration of the machine")
@@ -53,25 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Check a configuration and its machine.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0 if nothing forbids a correction, warnings included; 1 if the machine is not as the
-        configuration says; 2 if the configuration is wrong.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read, options do not go together, a file cannot be written, or with
-        --write another program runs the machine.
-    """
+    """Check a configuration and its machine."""
     from datetime import UTC, datetime  # noqa: PLC0415  --help needs none of these
 
     from thermaxis.runtime import (  # noqa: PLC0415

@@ -22,13 +22,7 @@ _ANSWERS_YES = {"yes", "y", "ja", "ano"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
@@ -46,24 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prove sign and size.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0 if they are proven, 1 if not or nobody said yes.
-
-    Raises
-    ------
-    ThermaxisError
-        If the configuration is wrong, the loop runs, the machine is not there, or the self-test
-        forbids a correction.
-    """
+    """Prove sign and size."""
     import asyncio  # noqa: PLC0415  --help needs none of these
 
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415

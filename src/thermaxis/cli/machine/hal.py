@@ -16,13 +16,7 @@ HAL file needs stands at the head of the result. The configuration names LinuxCN
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add("configuration", metavar="MACHINE.toml", type=Path, help="configuration of the machine")
@@ -35,23 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the lines.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ConfigurationError
-        If the configuration has a mistake or another sink, or the file cannot be written.
-    """
+    """Write the lines."""
     from thermaxis.cli.axis._table_files import check_output, write_ascii  # noqa: PLC0415  --help
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415  needs none of these
     from thermaxis.runtime import read_machine  # noqa: PLC0415

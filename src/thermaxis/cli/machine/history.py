@@ -42,13 +42,7 @@ def _count(text: str) -> int:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     export = actions.add_parser(
@@ -122,23 +116,7 @@ def _add_span(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Export, list, check or copy.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If the history cannot be found or read, is damaged, or has nothing of what is asked for.
-    """
+    """Export, list, check or copy."""
     url, password = _address_of(arguments.history, arguments.password_file)
     actions = {"export": _export, "events": _events, "check": _check, "copy": _copy}
     actions[arguments.action](arguments, url, password)

@@ -44,13 +44,7 @@ def _watchdog(text: str) -> float:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     add = parser.add_argument
     add("--list", action="store_true", help="show the scenarios and what the machine shows, end")
     add("--scenario", metavar="NAME", help="what the machine does (default: day; see --list)")
@@ -88,24 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve the machine, or write its log.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ConfigurationError
-        If options do not go together, a scenario, fault or number is not possible, the address
-        cannot be listened on, or a file cannot be read or written.
-    """
+    """Serve the machine, or write its log."""
     from thermaxis.virtual import (  # noqa: PLC0415
         DEFAULT_SCENARIO,
         FAULTY,

@@ -29,13 +29,7 @@ def _duration(text: str) -> float:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add("configuration", metavar="RECORD.toml", type=Path, help="servers, nodes, rates (TOML)")
@@ -56,24 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Record.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0; 1 if a node could not be read by ``--try``.
-
-    Raises
-    ------
-    ThermaxisError
-        If the configuration is wrong, the folder cannot be written to, another recording of the
-        same name runs there, or rows could not be written in the end.
-    """
+    """Record."""
     import asyncio  # noqa: PLC0415  --help needs none of these
 
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415

@@ -22,13 +22,7 @@ MOST_HOURS = 24.0 * 14
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
@@ -54,24 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Rehearse.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If the configuration is wrong, its channels are not those of the lathe, or there is no such
-        scenario, fault or length.
-    """
+    """Rehearse."""
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
     from thermaxis.runtime import (  # noqa: PLC0415
         read_machine,

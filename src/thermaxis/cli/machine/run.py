@@ -21,13 +21,7 @@ at once.
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
@@ -38,24 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the loop.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0 when it was told to end, or the log was at its end; 1 if an offset stands in the machine
-        that should have faded.
-
-    Raises
-    ------
-    ConfigurationError
-        If the configuration is wrong, or another program runs the machine.
-    """
+    """Run the loop."""
     import asyncio  # noqa: PLC0415  --help needs none of these
     import logging  # noqa: PLC0415
 

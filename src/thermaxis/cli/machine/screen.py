@@ -13,13 +13,7 @@ does not notice whether it lives. Ended by Ctrl+C or SIGTERM.
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
@@ -27,23 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve the pages.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0 when it was told to end.
-
-    Raises
-    ------
-    ConfigurationError
-        If the configuration is wrong, or the address is taken.
-    """
+    """Serve the pages."""
     import asyncio  # noqa: PLC0415  --help needs none of these
     import logging  # noqa: PLC0415
 

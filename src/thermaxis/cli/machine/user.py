@@ -20,13 +20,7 @@ _LONGEST_LINE = 4096
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     add = actions.add_parser(
@@ -48,24 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Add, remove or list users.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file is damaged or others may read it, a name or a password cannot be, there is no
-        such user, or the two passwords differ.
-    """
+    """Add, remove or list users."""
     import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
     from pathlib import Path  # noqa: PLC0415
 

@@ -26,18 +26,7 @@ def _with_interval(value: float, std: float | None, digits: int = 4) -> str:
 
 
 def finding_sentences(findings: "Mapping[str, Sequence[LogFinding]]") -> list[str]:
-    """Return findings as sentences; channels of one log of which the same is said share one.
-
-    Parameters
-    ----------
-    findings : mapping of str to sequence of LogFinding
-        Findings by log.
-
-    Returns
-    -------
-    list of str
-        Sentences, the most important of each log first.
-    """
+    """Return findings as sentences; channels of one log of which the same is said share one."""
     said: list[str] = []
     for log, found in findings.items():
         channels: dict[str, list[str]] = {}
@@ -62,24 +51,7 @@ def identification_as_text(
     findings: "Mapping[str, Sequence[LogFinding]]",
     remarks: "Sequence[str]" = (),
 ) -> str:
-    """Return an identification as tables for a terminal.
-
-    Parameters
-    ----------
-    result : Identification
-        The result.
-    records : Records
-        What it was identified from.
-    findings : mapping of str to sequence of LogFinding
-        Faults of sensors and clock, by log.
-    remarks : sequence of str
-        What was noticed while the logs were read.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return an identification as tables for a terminal."""
     count = {len(e) for e in records.experiments.values()}
     stable = "stable" if result.stable else "NOT STABLE"
     head = f"method {result.method}, {max(count)} experiment(s) at {records.sample_time_s:g} s;"
@@ -202,24 +174,7 @@ def identification_as_json(
     findings: "Mapping[str, Sequence[LogFinding]]",
     remarks: "Sequence[str]" = (),
 ) -> dict[str, object]:
-    """Return an identification with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    result : Identification
-        The result.
-    records : Records
-        What it was identified from.
-    findings : mapping of str to sequence of LogFinding
-        Faults of sensors and clock, by log.
-    remarks : sequence of str
-        What was noticed while the logs were read.
-
-    Returns
-    -------
-    dict
-        Numbers, lists, texts, booleans, mappings and None.
-    """
+    """Return an identification with the keys of the command's JSON."""
     from thermaxis import __version__  # noqa: PLC0415  JSON alone names it
 
     content: dict[str, object] = {

@@ -32,23 +32,7 @@ class Span:
 
 
 def span(text: str) -> Span:
-    """Return a span as it is written on the command line.
-
-    Parameters
-    ----------
-    text : str
-        ``first:last`` in rows from zero, the last one not included, or in times with s, min, h.
-
-    Returns
-    -------
-    Span
-        The span.
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If the text is something else.
-    """
+    """Return a span as it is written on the command line."""
     first_word, colon, last_word = text.replace(" ", "").partition(":")
     first, last = _EDGE.fullmatch(first_word), _EDGE.fullmatch(last_word)
     if not colon or first is None or last is None or first_word + last_word == "":
@@ -71,23 +55,7 @@ def span(text: str) -> Span:
 
 
 def positive_seconds(text: str) -> float:
-    """Return a time in seconds as it is written on the command line.
-
-    Parameters
-    ----------
-    text : str
-        A number, with s, min or h behind it if it is not in seconds.
-
-    Returns
-    -------
-    float
-        The time. [s]
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If the text is no positive time.
-    """
+    """Return a time in seconds as it is written on the command line."""
     match = _EDGE.fullmatch(text.replace(" ", ""))
     number = -1.0 if match is None or match["number"] is None else float(match["number"])
     seconds = number * _UNITS_S[(match["unit"] if match else None) or "s"]
@@ -97,13 +65,7 @@ def positive_seconds(text: str) -> float:
 
 
 def add_log_options(parser: argparse.ArgumentParser) -> None:
-    """Declare the options of reading logs.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of a command.
-    """
+    """Declare the options of reading logs."""
     parser.add_argument(
         "--mapping",
         metavar="FILE",
@@ -138,30 +100,7 @@ def read_logs(
     part: Span | None = None,
     sample_time_s: float | None = None,
 ) -> "list[ReadLog]":
-    """Read logs, or the same part of each.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        The files.
-    mapping : Path, optional
-        Mapping of columns.
-    part : Span, optional
-        Part of each log.
-    sample_time_s : float, optional
-        A large file is reduced to means over so much time while it is read; with a span in rows
-        it is not. [s]
-
-    Returns
-    -------
-    list of ReadLog
-        The logs in their order.
-
-    Raises
-    ------
-    ThermaxisError
-        If a file cannot be read, or the part is empty.
-    """
+    """Read logs, or the same part of each."""
     import hashlib  # noqa: PLC0415  --help needs none of these
 
     from thermaxis.compensation import TrainingLog  # noqa: PLC0415
@@ -190,18 +129,7 @@ def read_logs(
 
 
 def remarks_of(logs: "Sequence[ThermalLog]") -> list[str]:
-    """Return what was noticed while logs were read, each sentence with its log.
-
-    Parameters
-    ----------
-    logs : sequence of ThermalLog
-        The logs.
-
-    Returns
-    -------
-    list of str
-        Sentences; empty where nothing was noticed.
-    """
+    """Return what was noticed while logs were read, each sentence with its log."""
     return [f"{log.where}: {remark}" for log in logs for remark in log.remarks]
 
 
@@ -214,23 +142,7 @@ def _part(log: "ThermalLog", part: Span) -> "ThermalLog":
 
 
 def measured_output(text: str) -> "MeasuredOutput":
-    """Return what is compared with what, as it is written on the command line.
-
-    Parameters
-    ----------
-    text : str
-        ``CHANNEL``, ``CHANNEL=OUTPUT`` or ``CHANNEL=OUTPUT@DIAMETER`` with the diameter in mm.
-
-    Returns
-    -------
-    MeasuredOutput
-        Channel, output and diameter.
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If the text is something else.
-    """
+    """Return what is compared with what, as it is written on the command line."""
     from thermaxis.thermal import MeasuredOutput  # noqa: PLC0415  --help needs no numpy
 
     channel, sign, rest = text.partition("=")
@@ -245,23 +157,7 @@ def measured_output(text: str) -> "MeasuredOutput":
 
 
 def diameter(text: str) -> float:
-    """Return a workpiece diameter as it is written on the command line.
-
-    Parameters
-    ----------
-    text : str
-        A number of millimetres.
-
-    Returns
-    -------
-    float
-        The diameter. [mm]
-
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If the text is no number from 0 to a kilometre.
-    """
+    """Return a workpiece diameter as it is written on the command line."""
     try:
         found = float(text)
     except ValueError:
@@ -274,20 +170,7 @@ def diameter(text: str) -> float:
 def check_written(
     written: "Sequence[tuple[str, Path | str | None]]", read: "Sequence[Path | None]"
 ) -> None:
-    """Check that no output overwrites what is read, or another output.
-
-    Parameters
-    ----------
-    written : sequence of tuple of str and Path, str or None
-        Option and file of every output; None and ``-`` are no files.
-    read : sequence of Path or None
-        Files that are read.
-
-    Raises
-    ------
-    ConfigurationError
-        If two of them are one file.
-    """
+    """Check that no output overwrites what is read, or another output."""
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
 
     files = [(option, Path(name)) for option, name in written if name is not None and name != "-"]
@@ -307,18 +190,7 @@ def check_written(
 
 
 def check_csv_name(path: Path) -> None:
-    """Check that a log that is written as CSV is not named as another format.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    ConfigurationError
-        If its name ends as that of another format.
-    """
+    """Check that a log that is written as CSV is not named as another format."""
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
 
     if path.suffix.lower() in {".parquet", ".xlsx", ".mat", ".tdms", ".json"}:
@@ -334,25 +206,7 @@ def _same(one: Path, other: Path) -> bool:
 
 
 def rows_of_span(logs: "Sequence[ThermalLog]", part: Span) -> tuple[int, int]:
-    """Return a span as rows of the only log.
-
-    Parameters
-    ----------
-    logs : sequence of ThermalLog
-        The logs.
-    part : Span
-        The span.
-
-    Returns
-    -------
-    tuple of int
-        First row and the one behind the last. [1]
-
-    Raises
-    ------
-    ConfigurationError
-        If there are several logs, or no row lies in the span.
-    """
+    """Return a span as rows of the only log."""
     from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
 
     if len(logs) > 1:
@@ -374,20 +228,7 @@ def rows_of_span(logs: "Sequence[ThermalLog]", part: Span) -> tuple[int, int]:
 
 
 def sensor_warnings(logs: "Sequence[ThermalLog]", channels: "Sequence[str]") -> tuple[str, ...]:
-    """Return what is seriously wrong with the channels of a model, before the model is blamed.
-
-    Parameters
-    ----------
-    logs : sequence of ThermalLog
-        The logs.
-    channels : sequence of str
-        Channels of the model; those that a log lacks are left out.
-
-    Returns
-    -------
-    tuple of str
-        One sentence per finding, with the log and the remedy.
-    """
+    """Return what is seriously wrong with the channels of a model, before the model is blamed."""
     from thermaxis.thermal import check_log  # noqa: PLC0415  --help needs none
 
     said: list[str] = []

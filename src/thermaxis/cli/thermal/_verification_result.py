@@ -44,22 +44,7 @@ def _row(name: str, figures: "VerificationFigures") -> list[str]:
 
 
 def verification_as_text(result: "Verification", title: str, remarks: "Sequence[str]" = ()) -> str:
-    """Return a verification as tables for a terminal.
-
-    Parameters
-    ----------
-    result : Verification
-        The result.
-    title : str
-        First words of the title.
-    remarks : sequence of str
-        What was noticed while the logs were read.
-
-    Returns
-    -------
-    str
-        Lines, each with its end.
-    """
+    """Return a verification as tables for a terminal."""
     parts: list[str] = []
     if len(result.logs) > 1:
         for log in result.logs:
@@ -112,18 +97,7 @@ def _finite(value: float) -> float | None:
 
 
 def figures_as_json(figures: "VerificationFigures") -> dict[str, object]:
-    """Return figures with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    figures : VerificationFigures
-        The figures.
-
-    Returns
-    -------
-    dict
-        Numbers, None and mappings of them.
-    """
+    """Return figures with the keys of the command's JSON."""
     after = figures.after_60_min_um
     return {
         "rows": figures.rows,
@@ -150,22 +124,7 @@ def _pair(values: tuple[float, float]) -> dict[str, float]:
 def verification_as_json(
     result: "Verification", model_hash: str, remarks: "Sequence[str]" = ()
 ) -> dict[str, object]:
-    """Return a verification with the keys of the command's JSON.
-
-    Parameters
-    ----------
-    result : Verification
-        The result.
-    model_hash : str
-        Hash of the model.
-    remarks : sequence of str
-        What was noticed while the logs were read.
-
-    Returns
-    -------
-    dict
-        Numbers, lists, texts, booleans, mappings and None.
-    """
+    """Return a verification with the keys of the command's JSON."""
     from thermaxis import __version__  # noqa: PLC0415  JSON alone names it
 
     return {

@@ -6,13 +6,7 @@ from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     add = parser.add_argument
     add("models", metavar="MODEL", type=Path, nargs="+", help="compensation models (JSON)")
     add(
@@ -27,23 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Combine and write.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If a model cannot be read, they do not fit together, or the file cannot be written.
-    """
+    """Combine and write."""
     from thermaxis.cli.thermal._thermal_logs import check_written  # noqa: PLC0415  not for --help
     from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415
     from thermaxis.files import read_model, write_model  # noqa: PLC0415

@@ -6,13 +6,7 @@ from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
         add_log_options,
         measured_output,
@@ -34,23 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compare and show.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If a model or the log cannot be read, or a channel is missing.
-    """
+    """Compare and show."""
     from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli._json import write_json  # noqa: PLC0415
     from thermaxis.cli._progress import Progress  # noqa: PLC0415

@@ -59,13 +59,7 @@ def _date(text: str) -> str:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
         add_log_options,
         positive_seconds,
@@ -150,24 +144,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identify, show and write.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If a log cannot be read, a channel is missing, the records do not allow a model, or a file
-        cannot be written.
-    """
+    """Identify, show and write."""
     from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli._json import write_json  # noqa: PLC0415
     from thermaxis.cli._progress import Progress  # noqa: PLC0415

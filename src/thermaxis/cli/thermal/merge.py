@@ -14,13 +14,7 @@ def _common(text: str) -> tuple[str, str]:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     add = parser.add_argument
     add("first", metavar="A", type=Path, help="log whose clock holds")
     add("second", metavar="B", type=Path, help="log of the other recorder")
@@ -49,24 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Join and write.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If a log cannot be read, the shift can neither be found nor taken from the clocks, or the
-        file cannot be written.
-    """
+    """Join and write."""
     from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
         check_csv_name,

@@ -8,13 +8,7 @@ _LEAST_BEYOND = 0.01  # of the width of the training range: less is noise of the
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
         add_log_options,
         diameter,
@@ -35,23 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Simulate and write.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If model or log cannot be read, the log lacks a channel, or the file cannot be written.
-    """
+    """Simulate and write."""
     from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
         check_csv_name,

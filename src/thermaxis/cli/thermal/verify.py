@@ -11,13 +11,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Parser of this command.
-    """
+    """Declare the arguments of the command."""
     from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
         add_log_options,
         measured_output,
@@ -67,23 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Verify, show and write.
-
-    Parameters
-    ----------
-    arguments : argparse.Namespace
-        What `add_arguments` declares.
-
-    Returns
-    -------
-    int
-        0.
-
-    Raises
-    ------
-    ThermaxisError
-        If the model or a log cannot be read, a channel is missing, or a file cannot be written.
-    """
+    """Verify, show and write."""
     from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
     from thermaxis.cli._progress import Progress  # noqa: PLC0415
     from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415

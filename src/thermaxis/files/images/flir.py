@@ -35,18 +35,7 @@ _DAMAGED = (
 
 
 def is_jpeg(start: bytes) -> bool:
-    """Say whether a file starts as a JPEG.
-
-    Parameters
-    ----------
-    start : bytes
-        Its first bytes; three are enough.
-
-    Returns
-    -------
-    bool
-        Whether it does.
-    """
+    """Say whether a file starts as a JPEG."""
     return start.startswith(_JPEG)
 
 

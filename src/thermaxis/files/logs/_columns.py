@@ -160,18 +160,7 @@ class LogTable:
 
 
 def parse_log_heading(text: str) -> LogHeading:
-    """Find name, unit and role of a column of a log.
-
-    Parameters
-    ----------
-    text : str
-        Such as `T_spindle_C`, `Spindle [°C]`, `z / µm`, `time_s`, `Zeit`.
-
-    Returns
-    -------
-    LogHeading
-        Brackets with a known unit, or empty ones, are taken off the name.
-    """
+    """Find name, unit and role of a column of a log."""
     text = text.strip()
     rank, seconds = _time_role(text)
     for form in (_IN_BRACKETS, _BEHIND_SLASH):
@@ -203,28 +192,7 @@ def _time_role(text: str) -> tuple[int | None, float | None]:
 def plan_columns(
     path: str, headings: Sequence[str], mapping: ThermalMapping | None = None
 ) -> ColumnPlan:
-    """Decide which columns of a file are times and which are channels.
-
-    Parameters
-    ----------
-    path : str
-        The file, for errors.
-    headings : sequence of str
-        Headings as in the file.
-    mapping : ThermalMapping, optional
-        What the user says about the columns; it goes before the headings.
-
-    Returns
-    -------
-    ColumnPlan
-        The columns by their index.
-
-    Raises
-    ------
-    MeasurementFileError
-        If there are too many columns, no column of times, no channel, two channels of one name,
-        or the mapping names a column that is not there.
-    """
+    """Decide which columns of a file are times and which are channels."""
     mapping = mapping or ThermalMapping()
     if len(headings) > MOST_COLUMNS:
         raise MeasurementFileError(
@@ -335,31 +303,7 @@ def build_log(
     name: str,
     sample_time_s: float | None = None,
 ) -> ThermalLog:
-    """Make a log of a table, column by column.
-
-    Parameters
-    ----------
-    table : LogTable
-        The columns.
-    plan : ColumnPlan
-        What they are.
-    name : str
-        Name of the log.
-    sample_time_s : float, optional
-        Length of the blocks over which means are taken while reading. [s]
-
-    Returns
-    -------
-    ThermalLog
-        Rows in order of time.
-
-    Raises
-    ------
-    MeasurementFileError
-        If times or values are not what they claim to be, or there are too many of them.
-    ThermaxisError
-        If the sample time cannot be used.
-    """
+    """Make a log of a table, column by column."""
     if table.rows == 0:
         raise table.error("there is no row below the headings", remedy="Export the log again")
     if table.rows > MOST_ROWS:

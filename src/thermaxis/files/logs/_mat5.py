@@ -50,24 +50,7 @@ class _Element:
 
 
 def mat5_arrays(content: bytes) -> list[tuple[str, FloatArray]]:
-    """Return the real numeric arrays of a file, those in structures under the field's name.
-
-    Parameters
-    ----------
-    content : bytes
-        The whole file.
-
-    Returns
-    -------
-    list of (str, FloatArray)
-        Names and arrays in the order of the file, in float64. Texts, cells, tables and objects
-        are left out.
-
-    Raises
-    ------
-    ValueError
-        If the file is damaged; the message says how.
-    """
+    """Return the real numeric arrays of a file, those in structures under the field's name."""
     mark = content[126:128]
     if mark not in (b"IM", b"MI"):
         raise ValueError("the header has no mark of the byte order")

@@ -67,32 +67,7 @@ def read_thermal_csv(
     sample_time_s: float | None = None,
     fallback_encoding: str = FALLBACK_ENCODING,
 ) -> ThermalLog:
-    """Read a thermal log from CSV: comma, semicolon or tab, with point or decimal comma.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    mapping : ThermalMapping, optional
-        What the columns are; it goes before their headings.
-    sample_time_s : float, optional
-        Length of the blocks over which means are taken. [s]
-    fallback_encoding : str
-        Encoding of a file that is not UTF-8. Default: cp1250, met in files of Czech Windows.
-
-    Returns
-    -------
-    ThermalLog
-        Rows in order of time.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is no text or too large, no headings are found, a row has another number of
-        cells than the headings, or a cell is neither a number nor missing.
-    ThermaxisError
-        If there is no such encoding or the sample time cannot be used.
-    """
+    """Read a thermal log from CSV: comma, semicolon or tab, with point or decimal comma."""
     source = _Source(str(path), fallback_encoding)
     head = _read_head(source, path, mapping)
     plan = plan_columns(source.path, head.headings, mapping)

@@ -60,28 +60,6 @@ def read_thermal_mat(
     k channels, numbered before the unit: `T_C` becomes `T_1_C`, `T_2_C`. What is not as long as
     the times is left out with a remark. Tables and timetables are stored in a form that only
     MATLAB reads: save their columns as vectors.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file; one of version 7.3 needs the package h5py.
-    mapping : ThermalMapping, optional
-        What the columns are; it goes before their names.
-    sample_time_s : float, optional
-        Length of the blocks over which means are taken. [s]
-
-    Returns
-    -------
-    ThermalLog
-        Rows in order of time.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is none of MATLAB's, damaged or too large, it is of version 7.3 and h5py is not
-        installed, or it has no times or no channels.
-    ThermaxisError
-        If the sample time cannot be used.
     """
     name = str(path)
     check_file(path, FILE_LIMIT_BYTES, b"", "a file of MATLAB")

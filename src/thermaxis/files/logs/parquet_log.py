@@ -29,27 +29,6 @@ def read_thermal_parquet(
 
     Only the times and one channel are whole in memory at once: with a sample time, a year at 1 Hz
     is read in a small part of the memory that the record would take.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    mapping : ThermalMapping, optional
-        What the columns are; it goes before their names.
-    sample_time_s : float, optional
-        Length of the blocks over which means are taken. [s]
-
-    Returns
-    -------
-    ThermalLog
-        Rows in order of time.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is no Parquet file or damaged, too large, or has no times or no channels.
-    ThermaxisError
-        If the sample time cannot be used.
     """
     import polars as pl  # noqa: PLC0415  takes a tenth of a second
 
@@ -76,24 +55,7 @@ def read_thermal_parquet(
 
 
 def check_file(path: Path | str, limit_bytes: int, start: bytes, seems: str) -> None:
-    """Check size and first bytes of a binary file before it is read.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    limit_bytes : int
-        Largest size. [byte]
-    start : bytes
-        How such a file begins; empty if there is no fixed beginning.
-    seems : str
-        What it should be, with its article.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is not there, no regular file, empty, too large, or begins otherwise.
-    """
+    """Check size and first bytes of a binary file before it is read."""
     name = str(path)
     try:
         if not Path(path).is_file():

@@ -59,28 +59,6 @@ def read_thermal_tdms(
 
     Each group has its own times: a channel of times, or the increment of its waveforms. The
     groups share the union of all times. A name that several groups use gets the group before it.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    mapping : ThermalMapping, optional
-        What the channels are; it goes before their names.
-    sample_time_s : float, optional
-        Length of the blocks over which means are taken. [s]
-
-    Returns
-    -------
-    ThermalLog
-        Rows in order of time.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the package nptdms is not installed, the file is no such file, damaged or too large, or
-        it has no times or no channels.
-    ThermaxisError
-        If the sample time cannot be used.
     """
     name = str(path)
     check_file(path, FILE_LIMIT_BYTES, b"TDSm", "a file of LabVIEW (.tdms)")

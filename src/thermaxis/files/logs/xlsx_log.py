@@ -62,28 +62,6 @@ def read_thermal_xlsx(
 
     The first visible sheet with a row of headings that names times is read. Times may be cells
     with a date. A formula counts with its stored value.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    mapping : ThermalMapping, optional
-        What the columns are; it goes before their headings.
-    sample_time_s : float, optional
-        Length of the blocks over which means are taken. [s]
-
-    Returns
-    -------
-    ThermalLog
-        Rows in order of time.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is no workbook, damaged or too large, no sheet holds a log, or a cell is
-        neither a number nor missing; the error names the sheet and the row.
-    ThermaxisError
-        If the sample time cannot be used.
     """
     name = str(path)
     content = read_content(path)

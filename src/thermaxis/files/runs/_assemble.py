@@ -65,44 +65,7 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
     channels: Mapping[str, FloatArray] | None = None,
     line_word: str = "line",
 ) -> Assembled:
-    """Put readings listed one per row into arrays of targets, cycles and approaches.
-
-    Parameters
-    ----------
-    path : str
-        The file, for errors.
-    target : FloatArray
-        Target positions, (m,). [mm or deg]
-    target_index : IntArray
-        Index of the target of each reading, from 0, (k,). [1]
-    cycle : IntArray
-        Number of the cycle of each reading, from 1, (k,). [1]
-    approach : IntArray
-        0 forward or 1 backward, (k,). [1]
-    deviation : FloatArray
-        Deviation of each reading, NaN for a reading that the file lists as missing, (k,).
-        [µm or arcsec]
-    line : IntArray
-        Line of the file that holds each reading, for errors, (k,). [1]
-    order, time_s : FloatArray, optional
-        Acquisition order [1] and time [s] of each reading, (k,).
-    channels : Mapping of str to FloatArray, optional
-        Further columns, each (k,).
-    line_word : str
-        What a line is called in this kind of file. Default: text files have lines.
-
-    Returns
-    -------
-    Assembled
-        Arrays (m, n, 2) with n the largest cycle number; NaN where no reading is.
-
-    Raises
-    ------
-    MeasurementFileError
-        If there are no readings, a cycle number is below 1, a reading is listed twice, there are
-        more than 10000 targets, the numbers of targets and cycles are far larger than the number
-        of readings, or there are too many further columns.
-    """
+    """Put readings listed one per row into arrays of targets, cycles and approaches."""
     if not bool(np.any(np.isfinite(deviation))):
         raise MeasurementFileError(
             "there are no readings in the file",
@@ -144,20 +107,6 @@ def assemble_readings(  # noqa: PLR0913  the columns of one table, each by its n
 
 def check_enough_readings(test: PositioningTest, path: str) -> None:
     """Check that every target can be evaluated in every approach that was measured.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run as read.
-    path : str
-        The file, for errors.
-
-    Raises
-    ------
-    MeasurementFileError
-        If there is only one target, or a target has fewer than two readings in an approach that
-        was measured; on a linear axis with more than 2000 mm between its first and last target,
-        where one run is the rule, fewer than one.
 
     References
     ----------

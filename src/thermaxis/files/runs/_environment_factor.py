@@ -29,24 +29,6 @@ def environment_factor_um(
 ) -> float:
     """Compute half the wavelength of the laser in air, reduced to a scale at 20 °C.
 
-    Parameters
-    ----------
-    air_temperature_c : float
-        Temperature of the air, within `AIR_LIMITS`. [°C]
-    air_pressure_kpa : float
-        Pressure of the air, within `AIR_LIMITS`. [kPa]
-    air_humidity_percent : float
-        Relative humidity of the air. [%]
-    expansion_coefficient_ppm_per_k : float
-        Expansion coefficient of the scale or workpiece. Default: no reduction. [ppm/K]
-    material_temperature_c : float
-        Temperature of the material. Default: the reference temperature of ISO 1. [°C]
-
-    Returns
-    -------
-    float
-        Displacement per half wavelength. [µm]
-
     References
     ----------
     .. [1] K. P. Birch, M. J. Downs, Correction to the updated Edlén equation for the refractive
@@ -78,19 +60,7 @@ def environment_factor_um(
 
 
 def environment_factor_remarks(environment: Mapping[str, StartEnd]) -> list[str]:
-    """Compare a stated environment factor with the one that the other values give.
-
-    Parameters
-    ----------
-    environment : Mapping of str to StartEnd
-        Environment of a run, by the keys of `PositioningTest.environment`.
-
-    Returns
-    -------
-    list of str
-        A remark for the start and for the end of the run where air values are impossible or the
-        factor is off by more than 0.5 ppm; nothing where a value is not stated.
-    """
+    """Compare a stated environment factor with the one that the other values give."""
     remarks: list[str] = []
     for moment in ("start", "end"):
         remarks += _remarks_of_moment(_stated(environment, moment), moment)
@@ -98,20 +68,7 @@ def environment_factor_remarks(environment: Mapping[str, StartEnd]) -> list[str]
 
 
 def reduction_to_20_c(environment: Mapping[str, StartEnd]) -> str | None:
-    """Say with which expansion coefficient the instrument has reduced its readings to 20 °C.
-
-    Parameters
-    ----------
-    environment : Mapping of str to StartEnd
-        Environment of a run, by the keys of `PositioningTest.environment`.
-
-    Returns
-    -------
-    str or None
-        Such as "8 ppm/K": the stated factor is that of `environment_factor_um` within 0.5 ppm at
-        start and end, and at one of them it is not that without expansion. None where a value is
-        not stated, the factor does not fit, or the material is too near 20 °C to tell.
-    """
+    """Say with which expansion coefficient the instrument has reduced its readings to 20 °C."""
     coefficients: list[str] = []
     told = False
     for moment in ("start", "end"):

@@ -30,24 +30,6 @@ def targets_through_a_turn(
     neither rise nor fall as they are listed, every fall is more than half a turn, all rise then,
     and the targets lie within one turn.
     Without forward passes the backward ones are looked at, the other way round.
-
-    Parameters
-    ----------
-    kind : AxisKind
-        Kind of the axis; targets of a linear one stay as they are.
-    row_target : FloatArray
-        Target of each row, (k,). [mm or deg]
-    cycle, approach : array of int
-        Cycle, from 1, and approach of each row, (k,). [1]
-    place : FloatArray
-        Place of each row in the order of acquisition, NaN where it has none, (k,). [1]
-
-    Returns
-    -------
-    row_target : FloatArray
-        Target of each row, (k,). [mm or deg]
-    remarks : list of str
-        What was done.
     """
     if kind is not AxisKind.ROTARY or np.ptp(row_target) >= FULL_TURN_DEG:
         return row_target, []
@@ -80,18 +62,6 @@ def rows_against_direction(
     """Say that the rows of a table without order and times run against their directions.
 
     Nothing is said where both approaches are listed the same way: such a table was sorted.
-
-    Parameters
-    ----------
-    row_target : FloatArray
-        Target of each row, (k,). [mm or deg]
-    cycle, approach : array of int
-        Cycle, from 1, and approach of each row, (k,). [1]
-
-    Returns
-    -------
-    list of str
-        A remark, or nothing.
     """
     rows = np.lexsort((approach, cycle))  # stable: the order of the file within a pass
     within = (np.diff(cycle[rows]) == 0) & (np.diff(approach[rows]) == 0)

@@ -101,23 +101,7 @@ def read_iso230_dat(
 
 
 def dat_test(source: SourceText) -> PositioningTest:
-    """Make a positioning test from the text of an ``_ISO230.dat`` file.
-
-    Parameters
-    ----------
-    source : SourceText
-        The decoded file.
-
-    Returns
-    -------
-    PositioningTest
-        As `read_iso230_dat`.
-
-    Raises
-    ------
-    MeasurementFileError
-        As `read_iso230_dat`.
-    """
+    """Make a positioning test from the text of an ``_ISO230.dat`` file."""
     content = _read_lines(source)
     if not content.position:
         raise source.error(

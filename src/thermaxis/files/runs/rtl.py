@@ -175,23 +175,7 @@ def read_rtl(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) ->
 
 
 def rtl_test(source: SourceText) -> PositioningTest:
-    """Make a positioning test from the text of an ``.rtl`` file.
-
-    Parameters
-    ----------
-    source : SourceText
-        The decoded file.
-
-    Returns
-    -------
-    PositioningTest
-        As `read_rtl`.
-
-    Raises
-    ------
-    MeasurementFileError
-        As `read_rtl`.
-    """
+    """Make a positioning test from the text of an ``.rtl`` file."""
     sections = _split_into_sections(source)
     _check_sections(source, sections)
     header, header_remarks = _read_header(sections)

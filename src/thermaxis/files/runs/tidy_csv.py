@@ -104,23 +104,7 @@ def read_tidy_csv(
 
 
 def tidy_test(table: Table) -> PositioningTest:
-    """Make a positioning test from a table with one reading per row.
-
-    Parameters
-    ----------
-    table : Table
-        The cells, from a text file or a workbook.
-
-    Returns
-    -------
-    PositioningTest
-        As `read_tidy_csv`.
-
-    Raises
-    ------
-    MeasurementFileError
-        As `read_tidy_csv`.
-    """
+    """Make a positioning test from a table with one reading per row."""
     metadata = table.metadata
     remarks = [*metadata.remarks]
     target_column, unit = target_column_of(table)

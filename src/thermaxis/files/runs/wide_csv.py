@@ -81,23 +81,7 @@ def read_wide_csv(
 
 
 def wide_test(table: Table) -> PositioningTest:
-    """Make a positioning test from a table with one target per row and one run per column.
-
-    Parameters
-    ----------
-    table : Table
-        The cells, from a text file or a workbook.
-
-    Returns
-    -------
-    PositioningTest
-        As `read_wide_csv`.
-
-    Raises
-    ------
-    MeasurementFileError
-        As `read_wide_csv`.
-    """
+    """Make a positioning test from a table with one target per row and one run per column."""
     target_column, target_unit = target_column_of(table)
     row_target = target_unit.positions(table.numbers(target_column, required=True))
     runs = _run_columns(table)

@@ -83,25 +83,7 @@ def read_xlsx(path: Path | str) -> PositioningTest:
 
 
 def workbook_test(name: str, content: bytes) -> PositioningTest:
-    """Make a positioning test from the bytes of a workbook.
-
-    Parameters
-    ----------
-    name : str
-        The file, for errors.
-    content : bytes
-        The whole file.
-
-    Returns
-    -------
-    PositioningTest
-        As `read_xlsx`.
-
-    Raises
-    ------
-    MeasurementFileError
-        As `read_xlsx`.
-    """
+    """Make a positioning test from the bytes of a workbook."""
     if not content.startswith(b"PK"):
         raise _not_a_workbook(name, content)
     has_formulas = check_parts(content, path=name)

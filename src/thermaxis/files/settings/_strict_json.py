@@ -12,28 +12,7 @@ from thermaxis.errors import ConfigurationError, printable
 
 
 def read_json_object(name: str, *, largest_bytes: int, remedy: str) -> Mapping[str, object]:
-    """Read a file that holds one JSON object.
-
-    Parameters
-    ----------
-    name : str
-        The file, UTF-8.
-    largest_bytes : int
-        Largest size. [byte]
-    remedy : str
-        What to do where the file is something else.
-
-    Returns
-    -------
-    mapping
-        The object.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read, is too large, is no JSON object, has a key twice, or states a
-        number that is not finite.
-    """
+    """Read a file that holds one JSON object."""
     return _as_object(name, _read_text(name, largest_bytes, remedy), remedy)
 
 
@@ -99,21 +78,7 @@ def _as_object(name: str, text: str, remedy: str) -> Mapping[str, object]:
 
 
 def write_json_text(text: str, path: Path | str) -> None:
-    """Write the text of a JSON file: beside it first, then in its place, so it is never half there.
-
-    Parameters
-    ----------
-    text : str
-        The text, ASCII.
-    path : Path or str
-        The file; it is replaced if it exists. Where it is a link, what it leads to is replaced;
-        what is no regular file (a pipe) is written to.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be written; a file that was there before is then as it was.
-    """
+    """Write a JSON file beside its place first, then into it, so that it is never half there."""
     try:
         _replace_text(Path(path), text)
     except (OSError, ValueError) as error:  # ValueError: a NUL character in the name

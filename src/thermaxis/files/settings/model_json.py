@@ -71,18 +71,7 @@ _T = TypeVar("_T")
 
 
 def model_as_json(model: CompensationModel) -> dict[str, object]:
-    """Return a model with the keys of the format, its hash as the last one.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-
-    Returns
-    -------
-    dict
-        Texts, numbers, lists and None.
-    """
+    """Return a model with the keys of the format, its hash as the last one."""
     content = _content(model)
     return {**content, "sha256": _hash_of(content)}
 

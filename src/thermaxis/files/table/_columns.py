@@ -190,18 +190,7 @@ class Heading:
 
 
 def parse_heading(text: str) -> Heading:
-    """Find role and unit of a column.
-
-    Parameters
-    ----------
-    text : str
-        The heading: `target_mm`, `Target (mm)`, `Run 3`, `motor temperature`.
-
-    Returns
-    -------
-    Heading
-        Without role where the name is not known.
-    """
+    """Find role and unit of a column."""
     text = text.strip()
     if text.startswith(CHANNEL_PREFIX) or len(text) > LONGEST_HEADING:
         return Heading(text, None)
@@ -221,18 +210,7 @@ def parse_heading(text: str) -> Heading:
 
 
 def unit_named(text: str) -> Unit | None:
-    """Return the unit of a length or an angle by its name, None if it is not known.
-
-    Parameters
-    ----------
-    text : str
-        The name: `um`, `µm`, `Arcsec`.
-
-    Returns
-    -------
-    Unit or None
-        The unit.
-    """
+    """Return the unit of a length or an angle by its name, None if it is not known."""
     return _UNIT_WORDS.get(_folded(text))
 
 
@@ -242,18 +220,7 @@ def deviation_unit(kind: AxisKind) -> Unit:
 
 
 def direction_named(word: str) -> int | None:
-    """Return the approach that a word means, None if it is not known.
-
-    Parameters
-    ----------
-    word : str
-        Such as `forward`, `bwd`, `+`, `↓`, `zurück`, `vpřed`; accents and case do not count.
-
-    Returns
-    -------
-    int or None
-        0 forward, 1 backward.
-    """
+    """Return the approach that a word means, None if it is not known."""
     return _DIRECTIONS.get(_folded(unprotected(word)))
 
 

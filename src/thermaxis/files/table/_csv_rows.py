@@ -40,46 +40,12 @@ _Line: TypeAlias = tuple[int, str]
 
 
 def read_csv_table(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> Table:
-    """Read a CSV file as text cells, tidy or wide.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    fallback_encoding : str
-        Encoding of a file that is not UTF-8. Default: that of all text files here.
-
-    Returns
-    -------
-    Table
-        Its cells by column.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file is no text, no row of headings is found, or a row does not fit the headings.
-    """
+    """Read a CSV file as text cells, tidy or wide."""
     return csv_table(read_text(path, fallback_encoding=fallback_encoding))
 
 
 def csv_table(text: SourceText) -> Table:
-    """Make a table from the text of a CSV file.
-
-    Parameters
-    ----------
-    text : SourceText
-        The decoded file.
-
-    Returns
-    -------
-    Table
-        As `read_csv_table`.
-
-    Raises
-    ------
-    MeasurementFileError
-        If no row of headings is found, or a row does not fit the headings.
-    """
+    """Make a table from the text of a CSV file."""
     source = TableSource(text.path)
     table = _search(text, source, commented=False) or _search(text, source, commented=True)
     if table is None:

@@ -56,22 +56,7 @@ class Metadata:
     """Stated kind of the axis."""
 
     def read_comment(self, text: str, *, path: str, line: int) -> None:
-        """Take what a line of comment says.
-
-        Parameters
-        ----------
-        text : str
-            The line without its number signs.
-        path : str
-            The file, for errors.
-        line : int
-            The line, from 1, for errors. [1]
-
-        Raises
-        ------
-        MeasurementFileError
-            If a value of the environment or a time is not what its key promises.
-        """
+        """Take what a line of comment says."""
         named = _NAMED.fullmatch(text)
         if named is not None:
             key, value = _key_and_value(named[2])
@@ -88,15 +73,7 @@ class Metadata:
             self.read_pair(key, decoded(value.strip()))
 
     def read_pair(self, key: str, value: str) -> None:
-        """Keep a header field of a file that another program wrote.
-
-        Parameters
-        ----------
-        key : str
-            Its name as in the file.
-        value : str
-            Its text.
-        """
+        """Keep a header field of a file that another program wrote."""
         name = _field_name(key)
         text = clean_text(value)
         if not name or not text:
@@ -131,18 +108,7 @@ class Metadata:
 
 
 def metadata_lines(test: PositioningTest) -> list[str]:
-    """Write what the columns of a tidy table cannot say as lines of comment.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-
-    Returns
-    -------
-    list of str
-        One line each, starting with a number sign; `Metadata` reads them back.
-    """
+    """Write what the columns of a tidy table cannot say as lines of comment."""
     lines = [f"# kind: {test.kind}", f"# cycle: {test.cycle}"]
     lines += [
         f"# header {_key(key)}: {encoded(value)}".rstrip() for key, value in test.header.items()

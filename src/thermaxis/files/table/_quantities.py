@@ -18,14 +18,7 @@ _IntArray: TypeAlias = NDArray[np.int64]
 
 
 def target_column_of(table: Table) -> tuple[int, Unit]:
-    """Return the index of the column of targets, from 0, and its unit.
-
-    Raises
-    ------
-    MeasurementFileError
-        If there is no such column, its unit is not stated or not known, or the file states another
-        kind of axis.
-    """
+    """Return the index of the column of targets, from 0, and its unit."""
     column = table.column_of(Role.TARGET)
     if column is None:
         raise table.error(
@@ -44,29 +37,7 @@ def target_column_of(table: Table) -> tuple[int, Unit]:
 
 
 def unit_of_kind(table: Table, column: int, kind: AxisKind, example: str) -> Unit:
-    """Return the unit that the heading of a column states.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-    column : int
-        Index of the column, from 0. [1]
-    kind : AxisKind
-        Kind of the axis, from its targets.
-    example : str
-        A heading that would be right for a linear axis, for the error.
-
-    Returns
-    -------
-    Unit
-        Unit of a length or an angle.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the heading states no unit, one that is not known, or one of the other kind of axis.
-    """
+    """Return the unit that the heading of a column states."""
     if kind is AxisKind.ROTARY:
         example = example.replace("_um", "_arcsec").replace("_mm", "_deg")
     unit = _known_unit(table, column, example)
@@ -80,27 +51,14 @@ def unit_of_kind(table: Table, column: int, kind: AxisKind, example: str) -> Uni
 
 
 def group_targets(row_target: FloatArray) -> tuple[FloatArray, _IntArray]:
-    """Return the targets in rising order, (m,), and the index of each row's target, (k,).
-
-    Parameters
-    ----------
-    row_target : FloatArray
-        Target of each row, (k,); equal ones after rounding to 1e-6 are one target, with the value
-        of its first row. [mm or deg]
-    """
+    """Return the targets in rising order, (m,), and the index of each row's target, (k,)."""
     steps = np.rint(row_target / TARGET_RESOLUTION)
     _, first, index = np.unique(steps, return_index=True, return_inverse=True)
     return row_target[first], index.astype(np.int64)
 
 
 def check_start_and_end(table: Table, start: datetime | None, end: datetime | None) -> None:
-    """Check that the end of the run is not before its start, and that both can be compared.
-
-    Raises
-    ------
-    MeasurementFileError
-        If only one of them states a zone, or the end comes first.
-    """
+    """Check that the end of the run is not before its start, and that both can be compared."""
     if start is None or end is None:
         return
     if (start.tzinfo is None) != (end.tzinfo is None) or start > end:

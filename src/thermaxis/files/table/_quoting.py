@@ -8,34 +8,12 @@ _NEW_CELL = re.compile(r"[,;|]\s*([=+\-@]|$)")
 
 
 def protected(text: str) -> str:
-    """Return the text of a cell as a spreadsheet program shows it, not as a formula.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        With an apostrophe before it where it starts like a formula, or with an apostrophe.
-    """
+    """Return the text of a cell as a spreadsheet program shows it, not as a formula."""
     return f"'{text}" if text.startswith((*_FORMULA_STARTS, "'")) else text
 
 
 def unprotected(text: str) -> str:
-    """Take away the apostrophe that `protected` puts before a text.
-
-    Parameters
-    ----------
-    text : str
-        Text of a cell.
-
-    Returns
-    -------
-    str
-        The text as it was.
-    """
+    """Take away the apostrophe that `protected` puts before a text."""
     guarded = text.startswith("'") and text[1:].startswith((*_FORMULA_STARTS, "'"))
     return text[1:] if guarded else text
 
@@ -45,16 +23,6 @@ def encoded(text: str) -> str:
 
     Most texts stay as they are. A text with control characters, with blanks at its ends, or that
     a spreadsheet program would cut into a cell that starts like a formula, becomes a JSON string.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        One line; `decoded` gives the text back.
     """
     plain = text.isprintable() and text == text.strip() and not text.startswith('"')
     if plain and _NEW_CELL.search(text) is None:
@@ -63,34 +31,12 @@ def encoded(text: str) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a text as a JSON string in which nothing separates cells.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        ASCII in quotation marks.
-    """
+    """Return a text as a JSON string in which nothing separates cells."""
     return json.dumps(text).replace(",", "\\u002c").replace(";", "\\u003b").replace("|", "\\u007c")
 
 
 def decoded(text: str) -> str:
-    """Return the text that `encoded` wrote; any other text stays as it is.
-
-    Parameters
-    ----------
-    text : str
-        Text from a line of comment.
-
-    Returns
-    -------
-    str
-        The text as it was.
-    """
+    """Return the text that `encoded` wrote; any other text stays as it is."""
     if not text.startswith('"'):
         return text
     try:

@@ -74,65 +74,19 @@ class SourceText:
     def error(
         self, what: str, *, line: int | None = None, column: str | None = None, remedy: str
     ) -> MeasurementFileError:
-        """Make the error that says what is wrong in this file.
-
-        Parameters
-        ----------
-        what : str
-            What is wrong, without its full stop.
-        line : int, optional
-            Line in the file, from 1. [1]
-        column : str, optional
-            Column by its heading, or the word in the line.
-        remedy : str
-            What the reader can do.
-
-        Returns
-        -------
-        MeasurementFileError
-            To be raised by the caller.
-        """
+        """Make the error that says what is wrong in this file."""
         return MeasurementFileError(what, path=self.path, line=line, column=column, remedy=remedy)
 
 
 def kind_of_content(start: bytes) -> str | None:
-    """Say what a file seems to be that is not text.
-
-    Parameters
-    ----------
-    start : bytes
-        The first bytes of the file; 16 are enough.
-
-    Returns
-    -------
-    str or None
-        Such as "a picture (PNG)", None if no known signature is there.
-    """
+    """Say what a file seems to be that is not text."""
     if start[:4] == b"RIFF" and start[8:12] == b"WEBP":
         return "a picture (WebP)"
     return next((name for magic, name in _SIGNATURES if start.startswith(magic)), None)
 
 
 def read_content(path: Path | str) -> bytes:
-    """Read a regular, non-empty file of bounded size, once.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-
-    Returns
-    -------
-    bytes
-        The whole file.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file does not exist, is no regular file, is empty, is larger than the limit of
-        its kind (told from its first bytes, before the rest is read), or the operating system
-        refuses to read it.
-    """
+    """Read a regular, non-empty file of bounded size, once."""
     name = str(path)
     try:
         status = Path(path).stat()
@@ -180,26 +134,6 @@ def read_text(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -
 
     Numbers and keywords of every format are ASCII, so a wrong fallback changes names and titles
     only, never a result; the remarks say when it was used.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    fallback_encoding : str
-        Encoding of a file that is not UTF-8. Default: cp1250, met in files of Czech Windows.
-
-    Returns
-    -------
-    SourceText
-        The decoded text with its remarks.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the file cannot be read, is empty, is too large, or is not text; the error says what
-        it seems to be.
-    ConfigurationError
-        If there is no such encoding, or it writes letters and digits in another way than ASCII.
     """
     return decode_text(str(path), read_content(path), fallback_encoding=fallback_encoding)
 
@@ -207,29 +141,7 @@ def read_text(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -
 def decode_text(
     path: str, content: bytes, *, fallback_encoding: str = FALLBACK_ENCODING
 ) -> SourceText:
-    """Decode the bytes of a text file, as `read_text` does.
-
-    Parameters
-    ----------
-    path : str
-        The file, for errors.
-    content : bytes
-        The whole file.
-    fallback_encoding : str
-        Encoding of a file that is not UTF-8. Default: as `read_text`.
-
-    Returns
-    -------
-    SourceText
-        The decoded text with its remarks.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the bytes are not text, or blank.
-    ConfigurationError
-        As `read_text`.
-    """
+    """Decode the bytes of a text file, as `read_text` does."""
     _check_fallback(fallback_encoding)
     source = _decode(path, content, fallback_encoding)
     if not source.text.strip():
@@ -246,34 +158,7 @@ def parse_number(
     cell: str | None = None,
     decimal: str = ".",
 ) -> float:
-    """Read a finite decimal number.
-
-    Parameters
-    ----------
-    text : str
-        The word; blanks around it do not count.
-    path : str
-        The file, for the error.
-    line : int, optional
-        Line in the file, from 1, for the error. [1]
-    column : str, optional
-        Column by its heading, for the error.
-    cell : str, optional
-        Cell of a workbook, for the error.
-    decimal : str
-        The decimal sign, a point or a comma. Default: a point.
-
-    Returns
-    -------
-    float
-        The number. [unit of the column]
-
-    Raises
-    ------
-    MeasurementFileError
-        If the text is empty, is not a decimal number in ASCII digits (so neither ``nan`` nor
-        ``1_000`` nor hexadecimal), or is larger than 1e9 in magnitude.
-    """
+    """Read a finite decimal number."""
     word = text.strip(" \t")
     plain = word if decimal == "." else _with_point(word, decimal)
     if len(plain) <= _LONGEST_NUMBER and _NUMBER.fullmatch(plain) is not None:
@@ -300,31 +185,7 @@ def parse_whole_number(
     column: str | None = None,
     cell: str | None = None,
 ) -> int:
-    """Read a whole number from 0 up, such as a run number or a count.
-
-    Parameters
-    ----------
-    text : str
-        The word; blanks around it do not count.
-    path : str
-        The file, for the error.
-    line : int, optional
-        Line in the file, from 1, for the error. [1]
-    column : str, optional
-        Column by its heading, for the error.
-    cell : str, optional
-        Cell of a workbook, for the error.
-
-    Returns
-    -------
-    int
-        The number. [1]
-
-    Raises
-    ------
-    MeasurementFileError
-        If the text is not one to ten ASCII digits.
-    """
+    """Read a whole number from 0 up, such as a run number or a count."""
     word = text.strip(" \t")
     if _WHOLE_NUMBER.fullmatch(word) is None:
         what = f"'{word}' is not a whole number" if word else "a whole number is missing"
@@ -335,20 +196,7 @@ def parse_whole_number(
 
 
 def is_number(text: str, *, decimal: str = ".") -> bool:
-    """Say whether a word has the form of a decimal number, whatever its magnitude.
-
-    Parameters
-    ----------
-    text : str
-        The word; blanks around it do not count.
-    decimal : str
-        The decimal sign, a point or a comma. Default: a point.
-
-    Returns
-    -------
-    bool
-        Whether `parse_number` would accept its form.
-    """
+    """Say whether a word has the form of a decimal number, whatever its magnitude."""
     word = text.strip(" \t")
     plain = word if decimal == "." else _with_point(word, decimal)
     return len(plain) <= _LONGEST_NUMBER and _NUMBER.fullmatch(plain) is not None
@@ -360,18 +208,6 @@ def clean_text(text: str, *, limit: int = HEADER_TEXT_LIMIT) -> str:
     Control characters, line separators, marks that turn the direction of writing and code points
     that are no characters become a space. Nothing else changes: text is data, and is escaped
     where it is shown.
-
-    Parameters
-    ----------
-    text : str
-        Text from a file.
-    limit : int
-        Longest result; a longer text is cut and ends in three dots. [character]
-
-    Returns
-    -------
-    str
-        The text, without blanks at its ends.
     """
     if not text.isprintable():
         text = "".join(" " if _is_unwanted(c) else c for c in text[: 4 * limit])
@@ -380,20 +216,7 @@ def clean_text(text: str, *, limit: int = HEADER_TEXT_LIMIT) -> str:
 
 
 def first_few(names: Sequence[str], *, shown: int = 5) -> str:
-    """List names in words, the first few of many.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names in order.
-    shown : int
-        How many are named. Default: what a sentence bears. [1]
-
-    Returns
-    -------
-    str
-        Such as "a, b, c and 4 more".
-    """
+    """List names in words, the first few of many."""
     head = ", ".join(names[:shown])
     return head if len(names) <= shown else f"{head} and {len(names) - shown} more"
 

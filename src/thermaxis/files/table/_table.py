@@ -92,26 +92,7 @@ class TableSource:
         heading: str | None = None,
         remedy: str,
     ) -> MeasurementFileError:
-        """Make the error that says what is wrong in which cell.
-
-        Parameters
-        ----------
-        what : str
-            What is wrong, without its full stop.
-        row : int, optional
-            Number of the row in the file, from 1. [1]
-        column : int, optional
-            Index of the column, from 0. [1]
-        heading : str, optional
-            Heading of the column.
-        remedy : str
-            What the reader can do.
-
-        Returns
-        -------
-        MeasurementFileError
-            To be raised by the caller.
-        """
+        """Make the error that says what is wrong in which cell."""
         if self.sheet is None:
             return MeasurementFileError(
                 what, path=self.path, line=row, column=heading, remedy=remedy
@@ -145,24 +126,7 @@ class Table:
     def error(
         self, what: str, *, index: int | None = None, column: int | None = None, remedy: str
     ) -> MeasurementFileError:
-        """Make the error that says what is wrong in which cell.
-
-        Parameters
-        ----------
-        what : str
-            What is wrong, without its full stop.
-        index : int, optional
-            Index of the row in the arrays of this table, from 0; None for the heading. [1]
-        column : int, optional
-            Index of the column, from 0. [1]
-        remedy : str
-            What the reader can do.
-
-        Returns
-        -------
-        MeasurementFileError
-            To be raised by the caller.
-        """
+        """Make the error that says what is wrong in which cell."""
         row = self.heading_row if index is None else int(self.row[index])
         heading = None if column is None else self.headings[column].text
         return self.source.error(what, row=row, column=column, heading=heading, remedy=remedy)
@@ -171,11 +135,6 @@ class Table:
         """Return the index of the column with a role, None if there is none.
 
         Of several columns of a quantity the only one that states its unit is taken.
-
-        Raises
-        ------
-        MeasurementFileError
-            If two columns have the role.
         """
         found = [i for i, heading in enumerate(self.headings) if heading.role is role]
         if len(found) > 1 and role in QUANTITIES:
@@ -191,20 +150,7 @@ class Table:
         return found[0] if found else None
 
     def numbers(self, column: int, *, required: bool = False) -> FloatArray:
-        """Return the numbers of a column, (k,), NaN where a cell is empty.
-
-        Parameters
-        ----------
-        column : int
-            Index of the column, from 0. [1]
-        required : bool
-            Whether an empty cell is an error. Default: it is a missing reading.
-
-        Raises
-        ------
-        MeasurementFileError
-            If a cell is not a finite number of at most 1e9 in magnitude, or is empty and may not.
-        """
+        """Return the numbers of a column, (k,), NaN where a cell is empty."""
         values = numeric_cells(self.columns[column], self.decimal)
         if values is None or bool(np.any(np.abs(values) > NUMBER_LIMIT)):
             self._raise_first_wrong(column)
@@ -218,13 +164,7 @@ class Table:
         return values
 
     def whole_numbers(self, column: int) -> NDArray[np.int64]:
-        """Return the whole numbers of a column without empty cells, (k,).
-
-        Raises
-        ------
-        MeasurementFileError
-            If a cell is empty or no whole number.
-        """
+        """Return the whole numbers of a column without empty cells, (k,)."""
         values = self.numbers(column, required=True)
         wrong = np.flatnonzero(values != np.rint(values))
         if wrong.size:
@@ -274,21 +214,7 @@ def column_letters(column: int) -> str:
 
 
 def numeric_cells(cells: Sequence[str], decimal: str) -> FloatArray | None:
-    """Read a column of cells as numbers, NaN where a cell is empty.
-
-    Parameters
-    ----------
-    cells : sequence of str
-        The cells.
-    decimal : str
-        The decimal sign.
-
-    Returns
-    -------
-    FloatArray or None
-        None if a cell is neither empty nor a number in plain decimal writing; infinite where a
-        number is too large for a float.
-    """
+    """Read a column of cells as numbers, NaN where a cell is empty."""
     text = "\n".join(cells)
     if decimal != ".":
         if "." in text:
@@ -303,18 +229,7 @@ def numeric_cells(cells: Sequence[str], decimal: str) -> FloatArray | None:
 
 
 def recognise(cells: Sequence[str]) -> tuple[Layout, tuple[Heading, ...]] | None:
-    """Say whether a row holds the headings of a table of readings.
-
-    Parameters
-    ----------
-    cells : sequence of str
-        The cells of the row.
-
-    Returns
-    -------
-    tuple of Layout and headings, or None
-        None if it is another row.
-    """
+    """Say whether a row holds the headings of a table of readings."""
     if not 2 <= len(cells) <= MAX_COLUMNS:
         return None
     headings = tuple(parse_heading(unprotected(cell)) for cell in cells)
@@ -335,15 +250,7 @@ def is_comment(cells: Sequence[str]) -> bool:
 
 
 def read_above(metadata: Metadata, row: Row) -> None:
-    """Take a header field from a row above the headings: `key: value` or key and value cells.
-
-    Parameters
-    ----------
-    metadata : Metadata
-        Where the field is kept.
-    row : Row
-        The row; one text alone is the title.
-    """
+    """Take a header field from a row above the headings: `key: value` or key and value cells."""
     filled = [cell for cell in row[1] if cell]
     if not filled:
         return
@@ -371,36 +278,7 @@ def build_table(
     *,
     decimal_comma: bool,
 ) -> Table:
-    """Collect the rows below the headings.
-
-    Parameters
-    ----------
-    source : TableSource
-        Where the rows come from.
-    layout : Layout
-        Tidy or wide.
-    headings : tuple of Heading
-        One per column.
-    heading_row : int
-        Number of the row of headings. [1]
-    metadata : Metadata
-        What stands above them; comments between the rows are added to it.
-    rows : iterable of Row
-        The rows below the headings.
-    decimal_comma : bool
-        Whether a comma may be the decimal sign: not where it separates columns.
-
-    Returns
-    -------
-    Table
-        With the decimal sign that the numbers use.
-
-    Raises
-    ------
-    MeasurementFileError
-        If a row is shorter or longer than the row of headings, there are no rows or too many, or
-        some numbers have a decimal point and others a decimal comma.
-    """
+    """Collect the rows below the headings."""
     width = len(headings)
     while width and not headings[width - 1].text:
         width -= 1
@@ -442,20 +320,7 @@ def build_table(
 
 
 def no_table(source: TableSource, rows: Sequence[tuple[TableSource, Row]]) -> MeasurementFileError:
-    """Make the error of a file in which no row of headings was found.
-
-    Parameters
-    ----------
-    source : TableSource
-        The file.
-    rows : sequence of TableSource and Row
-        The rows among which the headings were looked for, none of them blank.
-
-    Returns
-    -------
-    MeasurementFileError
-        With the words of the row that comes nearest to headings, and what these lack.
-    """
+    """Make the error of a file in which no row of headings was found."""
     what = f"no column headings of a positioning run were found in the first {HEADER_ROWS} rows"
     number = None
     if rows:
@@ -559,20 +424,7 @@ def _decimal_sign(
 
 
 def unique_names(headings: Sequence[Heading], columns: Sequence[int]) -> list[str]:
-    """Name the channels of a table so that no two have the same name.
-
-    Parameters
-    ----------
-    headings : sequence of Heading
-        All headings.
-    columns : sequence of int
-        Indices of the columns that are channels, from 0. [1]
-
-    Returns
-    -------
-    list of str
-        The headings; `column 3` for the third without one, and `name (2)` for a second one.
-    """
+    """Name the channels of a table so that no two have the same name."""
     names: dict[str, int] = {}
     for column in columns:
         name = base = headings[column].channel_name or f"column {column + 1}"

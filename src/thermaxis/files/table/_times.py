@@ -35,19 +35,7 @@ class ReadingTimes:
 
 
 def parse_moment(text: str) -> datetime | None:
-    """Read a date with time as ISO 8601 writes it, or with the day first and points.
-
-    Parameters
-    ----------
-    text : str
-        Such as `2022-04-06T12:48:40.001708`, `2022-04-06 12:48:40Z` or `6.4.2022 12:48:40`.
-
-    Returns
-    -------
-    datetime or None
-        Aware if the text states a zone; None if the text is no such date or lies outside the
-        years 1900 to 2200.
-    """
+    """Read a date with time as ISO 8601 writes it, or with the day first and points."""
     day_first = _DAY_FIRST.fullmatch(text)
     if day_first is not None:
         day, month, year, hour, rest = day_first.groups()
@@ -68,34 +56,7 @@ def reading_times(
     path: str,
     line_word: str = "line",
 ) -> ReadingTimes:
-    """Decide what the columns of order and time are worth.
-
-    Parameters
-    ----------
-    given : array of bool
-        Which rows hold a reading, (k,).
-    order : FloatArray, optional
-        Column of acquisition order, NaN where empty, (k,). [1]
-    time_s : FloatArray, optional
-        Column of times from any origin, NaN where empty, (k,). [s]
-    line : array of int
-        Line of each row, for errors, (k,). [1]
-    path : str
-        The file, for errors.
-    line_word : str
-        What a line is called in this kind of file. Default: text files have lines.
-
-    Returns
-    -------
-    ReadingTimes
-        From the file where every reading has a time and times rise strictly in the order of
-        acquisition; the order alone otherwise, or nothing, with a remark that says why.
-
-    Raises
-    ------
-    MeasurementFileError
-        If two readings have the same number in the column of order.
-    """
+    """Decide what the columns of order and time are worth."""
     remarks: list[str] = []
     if order is not None and bool(np.isnan(order[given]).any()):
         remarks.append("some readings have no order number: the column order is not used")

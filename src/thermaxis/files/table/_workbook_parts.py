@@ -73,26 +73,6 @@ def check_parts(content: bytes, *, path: str) -> bool:
 
     Everything is checked in the archive's directory first, then in the stream of unpacked bytes:
     nothing is held in memory, and no part can unpack to more than its stated size.
-
-    Parameters
-    ----------
-    content : bytes
-        The file.
-    path : str
-        The file, for errors.
-
-    Returns
-    -------
-    bool
-        Whether any cell holds a formula.
-
-    Raises
-    ------
-    MeasurementFileError
-        If the archive is damaged, has a password or is no workbook, its parts are too many or
-        unpack to too much, there are more than a million cells, rows or the cells of a row do
-        not stand in rising order (the parser would leave some of them out), or a part declares a
-        document type or is not UTF-8.
     """
     _check_directory_size(content, path)
     try:
@@ -112,20 +92,7 @@ def check_parts(content: bytes, *, path: str) -> bool:
 
 
 def damaged(path: str, error: Exception) -> MeasurementFileError:
-    """Make the error of a workbook that cannot be unpacked or parsed.
-
-    Parameters
-    ----------
-    path : str
-        The file.
-    error : Exception
-        What went wrong inside.
-
-    Returns
-    -------
-    MeasurementFileError
-        To be raised by the caller.
-    """
+    """Make the error of a workbook that cannot be unpacked or parsed."""
     reason = str(error).partition("\n")[0] or type(error).__name__
     return MeasurementFileError(
         f"the workbook is damaged ({reason})",

@@ -38,17 +38,7 @@ NO = Truth(value=False)
 
 @final
 class Draft:
-    """Collects the variables of a block; every method returns the name of what it declares.
-
-    Parameters
-    ----------
-    name : str
-        Name of the block.
-    double : bool
-        Whether numbers are LREAL, or REAL.
-    *remarks : str
-        What the block does, in lines.
-    """
+    """Collects the variables of a block; every method returns the name of what it declares."""
 
     def __init__(self, name: str, *remarks: str, double: bool) -> None:
         self.name = name

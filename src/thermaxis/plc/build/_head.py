@@ -51,19 +51,7 @@ NEVER_QUALITIES = frozenset(
 
 
 def head_of(settings: PlcSettings) -> tuple[str, ...]:
-    """Return the head of a program.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    tuple of str
-        Lines of letters, digits, space and ``- _ . , : ( ) = /``; the same settings give the same
-        ones, whatever the day.
-    """
+    """Return the head of a program."""
     paragraphs = (
         *_identity(settings),
         *_conventions(settings),
@@ -76,19 +64,7 @@ def head_of(settings: PlcSettings) -> tuple[str, ...]:
 
 
 def restart_warning(settings: PlcSettings) -> str:
-    """Return what a restart of a warm machine does to a model that counts from its start.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    str
-        Sentences of the signs of a head; empty where the model has stated references, or never
-        corrects.
-    """
+    """Return what a restart of a warm machine does to a model that counts from its start."""
     model = settings.compensation.model
     if model.reference == STATED:
         return ""
@@ -113,18 +89,7 @@ def restart_warning(settings: PlcSettings) -> str:
 
 
 def wrapped(paragraph: str) -> list[str]:
-    """Return a paragraph as lines of a head.
-
-    Parameters
-    ----------
-    paragraph : str
-        Text of the signs of a head, indented or not.
-
-    Returns
-    -------
-    list of str
-        Lines of at most `WIDTH` signs, those behind the first indented by two more.
-    """
+    """Return a paragraph as lines of a head."""
     indent = " " * (len(paragraph) - len(paragraph.lstrip()))
     return textwrap.wrap(paragraph.strip(), WIDTH, initial_indent=indent,
                          subsequent_indent=indent + "  ") or [""]  # fmt: skip

@@ -14,52 +14,19 @@ _BOOL, _INT = Kind.BOOL, Kind.INT
 
 
 def channel_texts(settings: PlcSettings) -> list[tuple[str, str]]:
-    """Return stem and text of every channel.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    list of tuple
-        The stem of its names, and what people call it, for a remark.
-    """
+    """Return stem and text of every channel."""
     channels = settings.compensation.model.channels
     return [(s, remark_text(c)) for s, c in zip(settings.names.channels, channels, strict=True)]
 
 
 def output_texts(settings: PlcSettings) -> list[tuple[str, str]]:
-    """Return stem and text of every output.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    list of tuple
-        The stem of its names, and what people call it, for a remark.
-    """
+    """Return stem and text of every output."""
     outputs = settings.compensation.model.outputs
     return [(s, remark_text(o.name)) for s, o in zip(settings.names.outputs, outputs, strict=True)]
 
 
 def identity(settings: PlcSettings) -> tuple[int, ...]:
-    """Return the first digits of the model's hash, as numbers that every control holds.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    tuple of int
-        Two numbers of `IDENTITY_DIGITS` hexadecimal digits; none where no hash is stated. [1]
-    """
+    """Return the first digits of the model's hash, as numbers that every control holds."""
     digits = settings.model_sha256
     if not digits:
         return ()
@@ -68,15 +35,7 @@ def identity(settings: PlcSettings) -> tuple[int, ...]:
 
 
 def declare_inputs(draft: Draft, settings: PlcSettings) -> None:
-    """Declare what a caller states.
-
-    Parameters
-    ----------
-    draft : Draft
-        The block; it gets them in the order of a call.
-    settings : PlcSettings
-        What is exported.
-    """
+    """Declare what a caller states."""
     draft.input("cycle_time_s", "measured time since the last call [s]")
     draft.input("enable", "rising: enable, falling: disable", _BOOL)
     draft.input("hold", "while it is TRUE: hold, falling: resume", _BOOL)
@@ -97,15 +56,7 @@ def declare_inputs(draft: Draft, settings: PlcSettings) -> None:
 
 
 def declare_outputs(draft: Draft, settings: PlcSettings) -> None:
-    """Declare what a caller may read.
-
-    Parameters
-    ----------
-    draft : Draft
-        The block; it gets them in the order of a call.
-    settings : PlcSettings
-        What is exported.
-    """
+    """Declare what a caller may read."""
     for stem, text in output_texts(settings):
         draft.output(f"correction_{stem}", f"{text}: correction to be written [um]")
         draft.output(f"model_{stem}", f"{text}: displacement by the model [um]")

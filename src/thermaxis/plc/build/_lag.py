@@ -31,16 +31,6 @@ def lag_block(*, double: bool) -> Block:
 
     In REAL what the sum loses is kept in a second state and given back (Kahan): without it a slow
     section at a fast cycle comes to rest too early.
-
-    Parameters
-    ----------
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
     """
     draft = Draft(
         LAG,
@@ -84,36 +74,12 @@ def lag_block(*, double: bool) -> Block:
 
 
 def delay_name(cycles: int) -> str:
-    """Return the name of the block of a delay.
-
-    Parameters
-    ----------
-    cycles : int
-        Length of the delay. [1]
-
-    Returns
-    -------
-    str
-        The name.
-    """
+    """Return the name of the block of a delay."""
     return f"tx_delay_{cycles}"
 
 
 def delay_block(cycles: int, *, double: bool) -> Block:
-    """Return the block of a delay: a ring of as many numbers as it has cycles.
-
-    Parameters
-    ----------
-    cycles : int
-        Length of the delay, at least 1. [1]
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
-    """
+    """Return the block of a delay: a ring of as many numbers as it has cycles."""
     draft = Draft(
         delay_name(cycles),
         f"Delay of {cycles} cycles. Until so many have passed since the start the first value",
@@ -142,20 +108,6 @@ def delay_block(cycles: int, *, double: bool) -> Block:
 
 def gain_block(name: str, part: Part, *, double: bool) -> Block:
     """Return the block of a gain by diameter.
-
-    Parameters
-    ----------
-    name : str
-        Name of the block.
-    part : Part
-        Part with the gains.
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
 
     References
     ----------

@@ -37,18 +37,7 @@ LARGEST_READ_UM = LARGEST_RULE
 
 
 def trim_block(*, double: bool) -> Block:
-    """Return the block of a person's addition to one output.
-
-    Parameters
-    ----------
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
-    """
+    """Return the block of a person's addition to one output."""
     draft = Draft(
         TRIM,
         "A person adds a bounded amount to one output: every new value of the input is a request,",
@@ -98,18 +87,7 @@ def trim_block(*, double: bool) -> Block:
 
 
 def read_back_block(*, double: bool) -> Block:
-    """Return the block that compares what the machine reports with what was written.
-
-    Parameters
-    ----------
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
-    """
+    """Return the block that compares what the machine reports with what was written."""
     draft = Draft(
         READ_BACK,
         "Compares what the machine reports with what was written. In a fault the correction goes",
@@ -152,18 +130,7 @@ def read_back_block(*, double: bool) -> Block:
 
 
 def wanted_block(*, double: bool) -> Block:
-    """Return the block of what a correction should be, before rate and supervisor.
-
-    Parameters
-    ----------
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
-    """
+    """Return the block of what a correction should be, before rate and supervisor."""
     draft = Draft(
         WANTED,
         "Minus the weighted model within its magnitude, and the trim, within the total.",
@@ -198,16 +165,6 @@ def limit_block(*, double: bool) -> Block:
     """Return the block of the limits of one output.
 
     Not protected: a correction that lies outside the total comes back at the rate, no faster.
-
-    Parameters
-    ----------
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
     """
     draft = Draft(
         LIMIT,

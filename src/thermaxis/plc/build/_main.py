@@ -46,16 +46,6 @@ def main_block(settings: PlcSettings) -> Block:
     """Return the block that a user calls.
 
     Not protected: what `build_program` says.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    Block
-        The block.
     """
     main = _Main(settings)
     declare_inputs(main.draft, settings)

@@ -42,18 +42,7 @@ _OUTCOMES = list(Outcome)
 
 
 def outcome_bit(outcome: Outcome) -> Count:
-    """Return the number that an outcome adds to the word of outcomes.
-
-    Parameters
-    ----------
-    outcome : Outcome
-        The outcome.
-
-    Returns
-    -------
-    Count
-        Two to the power of its place.
-    """
+    """Return the number that an outcome adds to the word of outcomes."""
     return Count(2 ** _OUTCOMES.index(outcome))
 
 
@@ -91,16 +80,6 @@ def model_blocks(settings: PlcSettings) -> tuple[Block, ...]:
     """Return the block of the model, behind those of its delays and gains.
 
     Not protected: the model is neither limited nor ramped here.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    tuple of Block
-        The blocks, the model last.
     """
     layout, double = settings.compensation.model.layout, settings.double
     lengths = sorted({settings.delay_cycles(layout.parts[k]) for k in layout.delayed} - {0})

@@ -32,18 +32,7 @@ _QUALITIES = list(SampleQuality)
 
 
 def quality_number(quality: SampleQuality) -> Count:
-    """Return the number of a quality: its place among them.
-
-    Parameters
-    ----------
-    quality : SampleQuality
-        The quality.
-
-    Returns
-    -------
-    Count
-        Its number, 0 for a good value.
-    """
+    """Return the number of a quality: its place among them."""
     return Count(_QUALITIES.index(quality))
 
 
@@ -51,16 +40,6 @@ def sensor_block(*, double: bool) -> Block:
     """Return the block that judges what was read of one sensor.
 
     Not protected: what `judge` says, such as a slow drift of the sensor.
-
-    Parameters
-    ----------
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
     """
     draft = Draft(
         SENSOR,

@@ -36,34 +36,12 @@ _REASONS = list(Reason)
 
 
 def state_number(state: SupervisorState) -> Count:
-    """Return the number of a state: its place among them.
-
-    Parameters
-    ----------
-    state : SupervisorState
-        The state.
-
-    Returns
-    -------
-    Count
-        Its number, 0 for Off.
-    """
+    """Return the number of a state: its place among them."""
     return Count(_STATES.index(state))
 
 
 def reason_bit(reason: Reason) -> Count:
-    """Return the number that a reason adds to the fault word.
-
-    Parameters
-    ----------
-    reason : Reason
-        The reason.
-
-    Returns
-    -------
-    Count
-        Two to the power of its place.
-    """
+    """Return the number that a reason adds to the fault word."""
     return Count(2 ** _REASONS.index(reason))
 
 
@@ -71,18 +49,7 @@ _OFF, _WARMING, _ACTIVE, _HOLDING, _FADING, _FAULT = (state_number(s) for s in _
 
 
 def requests_block(*, double: bool) -> Block:
-    """Return the block that answers the requests of a call.
-
-    Parameters
-    ----------
-    double : bool
-        Whether numbers are LREAL, or REAL.
-
-    Returns
-    -------
-    Block
-        The block.
-    """
+    """Return the block that answers the requests of a call."""
     draft = Draft(
         REQUESTS,
         "Answers requests: every one is an edge of its input, so there is none in the first call,",
@@ -236,16 +203,6 @@ def supervisor_block(settings: PlcSettings) -> Block:
 
     Not protected: the supervisor believes its signals. An interlock that is wired to nothing is
     met or not met for ever.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    Block
-        The block.
     """
     draft = Draft(
         SUPERVISOR,

@@ -195,18 +195,7 @@ class LineSettings:
 
 
 def require_apart(positions_mm: Sequence[float]) -> None:
-    """Refuse positions that are too close together for a line.
-
-    Parameters
-    ----------
-    positions_mm : sequence of float
-        Positions. [mm]
-
-    Raises
-    ------
-    ConfigurationError
-        If two are closer together than `CLOSEST_MM`.
-    """
+    """Refuse positions that are too close together for a line."""
     if any(b - a < CLOSEST_MM for a, b in pairwise(sorted(positions_mm))):
         raise ConfigurationError(
             f"two positions are closer together than {CLOSEST_MM:g} mm",
@@ -216,40 +205,14 @@ def require_apart(positions_mm: Sequence[float]) -> None:
 
 
 def bound_texts(settings: PlcSettings, line: LineSettings) -> tuple[str, str]:
-    """Return the bounds of K0 and slope as head, guide and summary say them.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported; an output for every position.
-    line : LineSettings
-        Positions and direction.
-
-    Returns
-    -------
-    k0_mm : str
-        Largest magnitude of K0, rounded outward from the number that the block has. [mm]
-    slope : str
-        Largest magnitude of the slope, likewise. [1]
-    """
+    """Return the bounds of K0 and slope as head, guide and summary say them."""
     exact = line.bounds(tuple(bounds.total_um for bounds in settings.compensation.bounds))
     k0_mm, slope = (outward_text(stored(bound, double=settings.double)) for bound in exact)
     return k0_mm, slope
 
 
 def at_position(position_mm: float) -> str:
-    """Return the name of the output at a position.
-
-    Parameters
-    ----------
-    position_mm : float
-        The position. [mm]
-
-    Returns
-    -------
-    str
-        Such as ``at_250_5``, or ``at_m100`` for a negative one.
-    """
+    """Return the name of the output at a position."""
     digits = f"{abs(position_mm):.9g}".replace(".", "_")
     return f"at_{'m' if position_mm < 0.0 else ''}{digits}"
 

@@ -15,34 +15,12 @@ OPEN_INPUT_C = 0.0
 
 
 def setting_warnings(settings: PlcSettings) -> tuple[str, ...]:
-    """Return what is to be said of the settings of an export.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-
-    Returns
-    -------
-    tuple of str
-        Sentences without their full stops, of the signs of a head.
-    """
+    """Return what is to be said of the settings of an export."""
     return (*_steps(settings), *_gains(settings), *_ranges(settings))
 
 
 def never_corrects(output: Output) -> bool:
-    """Return whether no temperature ever changes what an output says.
-
-    Parameters
-    ----------
-    output : Output
-        An output of a model.
-
-    Returns
-    -------
-    bool
-        Whether all its gains are zero.
-    """
+    """Return whether no temperature ever changes what an output says."""
     return not any(
         part.direct_gain_um_per_k or any(section.gain_um_per_k for section in part.sections)
         for part in output.parts

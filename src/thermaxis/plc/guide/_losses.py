@@ -20,18 +20,7 @@ class _Loss(NamedTuple):
 
 
 def losses_text(settings: PlcSettings) -> Iterator[str]:
-    """Yield the lines of the tables.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What was exported.
-
-    Yields
-    ------
-    str
-        A line of Markdown, with the numbers of this export.
-    """
+    """Yield the lines of the tables."""
     grace_s, cycle_s = settings.compensation.supervisor.grace_s, settings.cycle_s
     counted = "Times are counted in whole calls"
     if grace_s < cycle_s:

@@ -77,20 +77,7 @@ class ReportFacts(NamedTuple):
 
 
 def instance_bytes(program: Program) -> int:
-    """Return about how much memory an instance takes.
-
-    Parameters
-    ----------
-    program : Program
-        The program.
-
-    Returns
-    -------
-    int
-        Inputs, outputs, states, and those of inner instances: 8 or 4 bytes a number, 2 an INT, 1 a
-        BOOL. A control adds what it needs to align them. Temporaries stand elsewhere, except in
-        ST, where they are of the instance too. [byte]
-    """
+    """Return about how much memory an instance takes."""
     size = {Kind.NUMBER: 8 if program.double else 4, Kind.INT: 2, Kind.BOOL: 1}
     blocks = {block.name: block for block in program.blocks}
 
@@ -183,18 +170,7 @@ def report_of(
 
 
 def report_sha256(report: Mapping[str, object]) -> str:
-    """Return the hash of a report without the field that holds it.
-
-    Parameters
-    ----------
-    report : mapping
-        A report, with or without its own hash.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-    """
+    """Return the hash of a report without the field that holds it."""
     others = {key: value for key, value in report.items() if key != REPORT_HASH}
     return sha256(report_text(others).encode("ascii")).hexdigest()
 

@@ -65,20 +65,7 @@ class Dialect:
 
 
 def block_lines(block: Block, dialect: Dialect) -> list[str]:
-    """Return a function block.
-
-    Parameters
-    ----------
-    block : Block
-        The block; its program was checked.
-    dialect : Dialect
-        How it is said.
-
-    Returns
-    -------
-    list of str
-        Its lines.
-    """
+    """Return a function block."""
     quoted = f"{dialect.quote}{block.name}{dialect.quote}"
     lines = [line for remark in block.remarks for line in remark_lines(remark, "", REMARK)]
     lines += [f"FUNCTION_BLOCK {quoted}", *dialect.before_declarations]
@@ -134,22 +121,7 @@ def _type(kind: Kind, dialect: Dialect) -> str:
 
 
 def body_lines(body: tuple[Statement, ...], wording: Wording, begin: str) -> list[str]:
-    """Return statements.
-
-    Parameters
-    ----------
-    body : tuple of Statement
-        The statements.
-    wording : Wording
-        How the dialect says what stands in an expression.
-    begin : str
-        Indentation.
-
-    Returns
-    -------
-    list of str
-        Their lines.
-    """
+    """Return statements."""
     lines: list[str] = []
     for statement in body:
         match statement:

@@ -45,20 +45,7 @@ class Wording:
 
 
 def expression_text(expression: Expression, wording: Wording) -> str:
-    """Return an expression, every operation in parentheses.
-
-    Parameters
-    ----------
-    expression : Expression
-        The expression.
-    wording : Wording
-        How the dialect says it.
-
-    Returns
-    -------
-    str
-        Its text in one line.
-    """
+    """Return an expression, every operation in parentheses."""
     match expression:
         case Name() | OutputOf() | Element():
             return _term_text(expression, wording)
@@ -86,22 +73,7 @@ def _term_text(term: Name | OutputOf | Element, wording: Wording) -> str:
 
 
 def start_text(variable: Variable, *, double: bool, truths: tuple[str, str]) -> str:
-    """Return the start of a variable, or the value of a constant, as a literal.
-
-    Parameters
-    ----------
-    variable : Variable
-        The variable.
-    double : bool
-        Whether numbers are LREAL, or REAL.
-    truths : tuple of str
-        FALSE and TRUE.
-
-    Returns
-    -------
-    str
-        The literal.
-    """
+    """Return the start of a variable, or the value of a constant, as a literal."""
     if variable.kind is Kind.BOOL:
         return truths[bool(variable.start)]
     if variable.kind is Kind.INT:
@@ -110,18 +82,7 @@ def start_text(variable: Variable, *, double: bool, truths: tuple[str, str]) -> 
 
 
 def broken(line: str) -> list[str]:
-    """Return a line of a program as lines that are not too long, broken at spaces.
-
-    Parameters
-    ----------
-    line : str
-        The line with its indentation.
-
-    Returns
-    -------
-    list of str
-        The lines; those after the first are indented by two more steps.
-    """
+    """Return a line of a program as lines that are not too long, broken at spaces."""
     begin = line[: len(line) - len(line.lstrip())]
     lines: list[str] = []
     rest = line.rstrip()
@@ -136,22 +97,7 @@ def broken(line: str) -> list[str]:
 
 
 def remark_lines(text: str, begin: str, signs: tuple[str, str]) -> list[str]:
-    """Return a remark as lines, each a remark of its own.
-
-    Parameters
-    ----------
-    text : str
-        The remark.
-    begin : str
-        Indentation.
-    signs : tuple of str
-        What opens and what closes a remark.
-
-    Returns
-    -------
-    list of str
-        The lines.
-    """
+    """Return a remark as lines, each a remark of its own."""
     opening, closing = signs
     width = LONGEST_LINE - len(begin) - len(opening) - len(closing) - 2
     lines: list[str] = []
@@ -167,22 +113,7 @@ def remark_lines(text: str, begin: str, signs: tuple[str, str]) -> list[str]:
 
 
 def declared(line: str, text: str, signs: tuple[str, str]) -> list[str]:
-    """Return a declaration with its remark: behind it, or above it where the line is too short.
-
-    Parameters
-    ----------
-    line : str
-        The declaration with its indentation.
-    text : str
-        The remark; may be empty.
-    signs : tuple of str
-        What opens and what closes a remark.
-
-    Returns
-    -------
-    list of str
-        The lines.
-    """
+    """Return a declaration with its remark: behind it, or above it where the line is too short."""
     opening, closing = signs
     whole = f"{line}  {opening} {text.strip()} {closing}"
     if text.strip() and len(whole) <= LONGEST_LINE:

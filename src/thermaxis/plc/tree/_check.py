@@ -82,19 +82,7 @@ def check_program(program: Program) -> None:
 
 
 def unused(program: Program) -> tuple[str, ...]:
-    """Return what is declared and never used: not wrong, but nothing that it should have.
-
-    Parameters
-    ----------
-    program : Program
-        A program that was checked.
-
-    Returns
-    -------
-    tuple of str
-        Constants, states and temporaries that are never read, and instances that are never
-        called, each as ``block.name``; blocks that nobody has an instance of, by their name.
-    """
+    """Return what is declared and never used: not wrong, but nothing that it should have."""
     found: list[str] = []
     for block in program.blocks:
         read = names_read(block)
@@ -264,27 +252,7 @@ def _require_kind(scope: Scope, expression: Expression, kind: Kind, where: str) 
 
 
 def kind_of(scope: Scope, expression: Expression, where: str) -> Kind:
-    """Return the kind of an expression.
-
-    Parameters
-    ----------
-    scope : Scope
-        What may be named.
-    expression : Expression
-        The expression.
-    where : str
-        Place of the statement.
-
-    Returns
-    -------
-    Kind
-        Its kind.
-
-    Raises
-    ------
-    ProgramError
-        If something in it is not declared, or operands are not of the kind that they must be.
-    """
+    """Return the kind of an expression."""
     match expression:
         case Name() | OutputOf() | Element():
             return _kind_of_term(scope, expression, where)

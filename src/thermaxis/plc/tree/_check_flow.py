@@ -17,16 +17,6 @@ def check_flow(scope: Scope) -> None:
     Both have no value of their own at the begin of a call: what lasts are the states. A path is
     counted whatever its condition says; an ``If`` without a last branch may do nothing at all.
     Elements of arrays are not followed: an array is zero before the first call in every target.
-
-    Parameters
-    ----------
-    scope : Scope
-        The block.
-
-    Raises
-    ------
-    ProgramError
-        If one may be read before it is written, or an output may not be written in a call.
     """
     where = f"block {scope.block.name}"
     written = _written(scope, scope.block.body, frozenset(), where)

@@ -57,18 +57,7 @@ _MIRRORED = {
 
 
 def check_ranges(scopes: tuple[Scope, ...]) -> None:
-    """Check the whole numbers of every block.
-
-    Parameters
-    ----------
-    scopes : tuple of Scope
-        The blocks, in the order of the program.
-
-    Raises
-    ------
-    ProgramError
-        If a whole number may leave INT, or an index its array.
-    """
+    """Check the whole numbers of every block."""
     outputs: dict[str, _Spans] = {}
     for scope in scopes:
         outputs[scope.block.name] = _Ranges(scope, outputs).checked()

@@ -79,26 +79,7 @@ class PlcNames:
 
 
 def names_of(model: CompensationModel, name: str) -> PlcNames:
-    """Return the names of a program.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    name : str
-        Name of the compensation, such as that of its axis.
-
-    Returns
-    -------
-    PlcNames
-        Legal names; the same model and name give the same names.
-
-    Raises
-    ------
-    ConfigurationError
-        If a name has no letter and no digit that every target knows, or if that of the block is
-        the name of another one.
-    """
+    """Return the names of a program."""
     outputs = _stems([o.name for o in model.outputs], "output", _LONGEST_OUTPUT, _TAKEN_STEMS)
     parts = [part.name for output in model.outputs for part in output.parts]
     return PlcNames(
@@ -141,22 +122,7 @@ def _stems(texts: Iterable[str], what: str, longest: int, taken: Iterable[str]) 
 
 
 def unique(stem: str, used: Iterable[str], longest: int) -> str:
-    """Return a name that is not used yet: with a number behind it where it is.
-
-    Parameters
-    ----------
-    stem : str
-        The name.
-    used : iterable of str
-        Names that are used, in lower case.
-    longest : int
-        Longest name. [1]
-
-    Returns
-    -------
-    str
-        The name, or its beginning and a number from 2 on.
-    """
+    """Return a name that is not used yet: with a number behind it where it is."""
     taken = set(used)
     tried, number = stem, 1
     while tried in taken:
@@ -167,27 +133,7 @@ def unique(stem: str, used: Iterable[str], longest: int) -> str:
 
 
 def legal_stem(text: str, longest: int, *, where: str) -> str:
-    """Return a text as a name behind a prefix: lower case, digits and single underscores.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-    longest : int
-        Longest result; a longer name is cut. [1]
-    where : str
-        What the text names, for the error.
-
-    Returns
-    -------
-    str
-        The name.
-
-    Raises
-    ------
-    ConfigurationError
-        If no letter a to z and no digit is left of it.
-    """
+    """Return a text as a name behind a prefix: lower case, digits and single underscores."""
     plain = unicodedata.normalize("NFKD", _ascii_units(text)).encode("ascii", "ignore").decode()
     stem = re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_")[:longest].rstrip("_")
     if not stem:
@@ -200,40 +146,13 @@ def legal_stem(text: str, longest: int, *, where: str) -> str:
 
 
 def is_legal(name: str) -> bool:
-    """Whether every target takes a name.
-
-    Parameters
-    ----------
-    name : str
-        The name.
-
-    Returns
-    -------
-    bool
-        Whether it is in lower case, begins with a letter, has single underscores inside, is no
-        longer than `LONGEST_NAME`, and is no reserved word.
-    """
+    """Whether every target takes a name."""
     formed = re.fullmatch(r"[a-z](_?[a-z0-9])*", name) is not None
     return formed and len(name) <= LONGEST_NAME and name not in RESERVED
 
 
 def remark_text(text: str, longest: int = LONGEST_TEXT) -> str:
-    """Return text from a person so that it may stand in a remark of any target.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-    longest : int
-        Longest result, at least 4: a longer text ends behind a word, and `CUT` says so; a single
-        word that is too long ends in it. Default: `LONGEST_TEXT`. [1]
-
-    Returns
-    -------
-    str
-        Its letters, digits, spaces, ``-``, ``_`` and ``.``, in ASCII; anything else is a space,
-        and spaces stand alone.
-    """
+    """Return text from a person so that it may stand in a remark of any target."""
     plain = unicodedata.normalize("NFKD", _ascii_units(text))
     kept = "".join(c for c in plain if not unicodedata.combining(c))
     whole = " ".join(re.sub(r"[^A-Za-z0-9 _.-]", " ", kept).split())

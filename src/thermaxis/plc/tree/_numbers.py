@@ -16,64 +16,17 @@ _PLAIN_FROM, _PLAIN_TO = -3, 6
 
 
 def figure(value: float, digits: int = 6) -> str:
-    """Return a number as a person reads it in a guide.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    digits : int
-        Significant digits, at most. Default: what a person reads. [1]
-
-    Returns
-    -------
-    str
-        Such as ``0.25`` or ``1e+06``.
-    """
+    """Return a number as a person reads it in a guide."""
     return f"{value:.{digits}g}"
 
 
 def noted(value: float, digits: int = 6) -> str:
-    """Return a number as a remark may have it: without a plus sign.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    digits : int
-        Significant digits, at most. Default: those of `figure`. [1]
-
-    Returns
-    -------
-    str
-        Such as ``1e06``.
-    """
+    """Return a number as a remark may have it: without a plus sign."""
     return figure(value, digits).replace("+", "")
 
 
 def stored(value: float, *, double: bool, where: str = "") -> float:
-    """Return a number as the target keeps it.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    double : bool
-        Whether the target keeps numbers as LREAL (binary64), or as REAL (binary32).
-    where : str
-        What the number is, for the error.
-
-    Returns
-    -------
-    float
-        The number, rounded to the nearest one of the target.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no number, is infinite, is too large for the target, or is so small that the
-        target would lose digits of it or take it for zero.
-    """
+    """Return a number as the target keeps it."""
     kind = "LREAL" if double else "REAL"
     if not math.isfinite(value):
         raise ConfigurationError("the number is infinite or no number at all", where=where)
@@ -90,28 +43,7 @@ def stored(value: float, *, double: bool, where: str = "") -> float:
 
 
 def number_text(value: float, *, double: bool, where: str = "") -> str:
-    """Return a number as text: a point in the mantissa, an exponent as in ``1.0E-06``.
-
-    Parameters
-    ----------
-    value : float
-        The number, in double precision; rounded once, here.
-    double : bool
-        Whether the target keeps numbers as LREAL, or as REAL.
-    where : str
-        What the number is, for the error.
-
-    Returns
-    -------
-    str
-        17 significant digits for LREAL, 9 for REAL, without zeros at their end; plain from 0.001
-        to ten millions. Whoever reads it as LREAL, or REAL, has the same binary number.
-
-    Raises
-    ------
-    ConfigurationError
-        If the target cannot keep the number, see `stored`.
-    """
+    """Return a number as text: a point in the mantissa, an exponent as in ``1.0E-06``."""
     kept = stored(value, double=double, where=where)
     sign = "-" if math.copysign(1.0, kept) < 0.0 else ""
     if kept == 0.0:
@@ -126,20 +58,7 @@ def number_text(value: float, *, double: bool, where: str = "") -> str:
 
 
 def outward_text(bound: float, digits: int = 6) -> str:
-    """Return a bound as people read it: rounded up, so that nothing that it allows passes it.
-
-    Parameters
-    ----------
-    bound : float
-        A bound, not negative.
-    digits : int
-        Significant digits. Default: six.
-
-    Returns
-    -------
-    str
-        A plain decimal number that is the bound or a little more.
-    """
+    """Return a bound as people read it: rounded up, so that nothing that it allows passes it."""
     exact = Decimal(bound)
     if not exact:
         return "0"

@@ -46,22 +46,7 @@ class Scope:
 
 
 def walk(body: tuple[Statement, ...], where: str) -> Iterator[tuple[Statement, str]]:
-    """Yield every statement with its place, those in branches behind their ``If``.
-
-    Parameters
-    ----------
-    body : tuple of Statement
-        Statements.
-    where : str
-        Their place.
-
-    Yields
-    ------
-    statement : Statement
-        The statement.
-    where : str
-        Its place: numbers from 1, of statement, branch, statement and so on.
-    """
+    """Yield every statement with its place, those in branches behind their ``If``."""
     for statement, place in placed(body, where):
         yield statement, place
         if isinstance(statement, If):

@@ -17,15 +17,6 @@ class LagTwin:
     In REAL the sum loses what is smaller than half a unit in the last place of x; the lost part
     is kept and given back with the next increment.
 
-    Parameters
-    ----------
-    cycle_s, time_constant_s : float
-        Time from call to call, and time constant. [s]
-    rounded : callable
-        Rounds every operation.
-    compensated : bool
-        Whether the lost part is kept.
-
     References
     ----------
     Kahan 1965, Further remarks on reducing truncation errors, CACM 8(1).
@@ -41,23 +32,11 @@ class LagTwin:
         self._lost = 0.0
 
     def begin(self, x: float) -> None:
-        """Start from a state.
-
-        Parameters
-        ----------
-        x : float
-            The state. [K]
-        """
+        """Start from a state."""
         self.x, self._lost = x, 0.0
 
     def advance(self, u: float) -> None:
-        """Go on by a cycle in which an input acts.
-
-        Parameters
-        ----------
-        u : float
-            The input. [K]
-        """
+        """Go on by a cycle in which an input acts."""
         r, x = self._r, self.x
         d = r(self._alpha * r(u - x))
         if not self._compensated:
@@ -147,15 +126,6 @@ class ModelTwin:
     """The model, from call to call.
 
     Not protected: the output is neither limited nor ramped here.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    cycle_s : float
-        Time from call to call. [s]
-    rounded : callable
-        Rounds every operation.
     """
 
     def __init__(self, model: CompensationModel, cycle_s: float, rounded: Rounding) -> None:
@@ -190,20 +160,7 @@ class ModelTwin:
         self._past: list[list[float]] = []
 
     def advance(self, values: Sequence[float | None], diameter_mm: float | None) -> ModelSaid:
-        """Go on by a cycle and say what the present inputs make.
-
-        Parameters
-        ----------
-        values : sequence of float or None
-            By channel; None where there is no usable value. [degC]
-        diameter_mm : float or None
-            Clamping diameter of the workpiece; None for the tool centre point. [mm]
-
-        Returns
-        -------
-        ModelSaid
-            Displacement, contributions, quality and outcomes.
-        """
+        """Go on by a cycle and say what the present inputs make."""
         outcomes: list[Outcome] = []
         quality = self._held(values, outcomes)
         if not self._running and quality is Quality.BAD:
@@ -230,18 +187,7 @@ class ModelTwin:
         return self._said(diameter_mm, quality, tuple(outcomes), tuple(widest))
 
     def stand(self, diameter_mm: float | None) -> ModelSaid:
-        """Say the last once more, as bad: a call with a wrong cycle time says nothing new.
-
-        Parameters
-        ----------
-        diameter_mm : float or None
-            Clamping diameter of the workpiece; None for the tool centre point. [mm]
-
-        Returns
-        -------
-        ModelSaid
-            Displacement, contributions, quality and outcomes.
-        """
+        """Say the last once more, as bad: a call with a wrong cycle time says nothing new."""
         if not self._running:
             return self._nothing((Outcome.CLOCK_UNUSABLE,))
         outcomes = [Outcome.CLOCK_UNUSABLE]

@@ -12,18 +12,7 @@ _SINGLE = Struct("<f")
 
 
 def to_double(value: float) -> float:
-    """Return a number as LREAL holds it, which is as Python holds it.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-
-    Returns
-    -------
-    float
-        The same.
-    """
+    """Return a number as LREAL holds it, which is as Python holds it."""
     return value
 
 
@@ -33,16 +22,6 @@ def to_single(value: float) -> float:
     One addition, subtraction, multiplication or division of two numbers of binary32 may be done
     in binary64 and rounded once more: 53 digits are more than twice 24 and two, so the result is
     that of binary32.
-
-    Parameters
-    ----------
-    value : float
-        The number; of any magnitude, infinite or NaN too.
-
-    Returns
-    -------
-    float
-        The nearest number of binary32; infinite where there is none.
 
     References
     ----------
@@ -56,16 +35,5 @@ def to_single(value: float) -> float:
 
 
 def rounding(*, double: bool) -> Rounding:
-    """Return what rounds to the numbers of the target.
-
-    Parameters
-    ----------
-    double : bool
-        Whether they are LREAL, or REAL.
-
-    Returns
-    -------
-    callable
-        The rounding.
-    """
+    """Return what rounds to the numbers of the target."""
     return to_double if double else to_single

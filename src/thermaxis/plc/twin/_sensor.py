@@ -14,15 +14,6 @@ class SensorTwin:
     """Judges what one channel reads, from call to call.
 
     Not protected: an error within range and rate is believed.
-
-    Parameters
-    ----------
-    rules : SensorRules
-        When a value is believed.
-    cycle_s : float
-        Time from call to call. [s]
-    rounded : callable
-        Rounds every operation.
     """
 
     def __init__(self, rules: SensorRules, cycle_s: float, rounded: Rounding) -> None:
@@ -42,24 +33,7 @@ class SensorTwin:
         self._allowance_k = 0.0
 
     def judged(self, value: float, *, ok: bool, moved: bool, timed: bool) -> SampleQuality:
-        """Return what is wrong with a value.
-
-        Parameters
-        ----------
-        value : float
-            The value, rounded to the target's numbers. [degC]
-        ok : bool
-            Whether its status is good.
-        moved : bool
-            Whether the time went on by a cycle since the last call.
-        timed : bool
-            Whether any call had a good cycle time yet, this one included.
-
-        Returns
-        -------
-        SampleQuality
-            ``GOOD`` or what is wrong.
-        """
+        """Return what is wrong with a value."""
         if moved:
             self._unchanged_s = self._r(self._unchanged_s + self._cycle_s)
         rate_k = self._rate_k if moved else 0.0

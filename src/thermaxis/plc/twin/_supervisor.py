@@ -40,15 +40,6 @@ class SupervisorTwin:
     """Decides in which state the compensation is, from call to call.
 
     Not protected: it believes its signals.
-
-    Parameters
-    ----------
-    rules : SupervisorRules
-        How long what is tolerated.
-    cycle_s : float
-        Time from call to call. [s]
-    rounded : callable
-        Rounds every operation.
     """
 
     def __init__(self, rules: SupervisorRules, cycle_s: float, rounded: Rounding) -> None:
@@ -79,18 +70,7 @@ class SupervisorTwin:
     # ---- requests ------------------------------------------------------------------------------
 
     def enable(self, *, other: bool, outside: bool) -> bool:
-        """Answer a request to enable it.
-
-        Parameters
-        ----------
-        other, outside : bool
-            Whether another compensation is active, or a correction in force outside its total.
-
-        Returns
-        -------
-        bool
-            Whether it takes effect.
-        """
+        """Answer a request to enable it."""
         if self.state is _FAULT or other or outside:
             return False
         if not self.enabled:
@@ -116,18 +96,7 @@ class SupervisorTwin:
         return True
 
     def acknowledge(self, now: Now) -> bool:
-        """Answer a request to acknowledge.
-
-        Parameters
-        ----------
-        now : Now
-            What is so in the call.
-
-        Returns
-        -------
-        bool
-            Whether it takes effect: there is no fault, or its cause is gone.
-        """
+        """Answer a request to acknowledge."""
         if self.state is not _FAULT:
             return True
         stands = {
@@ -145,18 +114,7 @@ class SupervisorTwin:
     # ---- the call ------------------------------------------------------------------------------
 
     def advance(self, now: Now) -> tuple[Reason, ...]:
-        """Count the times on by a cycle and take one row of the table.
-
-        Parameters
-        ----------
-        now : Now
-            What is so in the call.
-
-        Returns
-        -------
-        tuple of Reason
-            Why it is not active; empty while it is.
-        """
+        """Count the times on by a cycle and take one row of the table."""
         self._count(now)
         if self.state is _FAULT:
             return (self._fault or Reason.OFFSET_OUTSIDE,)

@@ -47,13 +47,6 @@ class LineTwin:
     """The block with a line, in the target's numbers: one `step` is one call.
 
     Not protected: as `Twin`.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported; an output for every position.
-    line : LineSettings
-        Positions and direction.
     """
 
     def __init__(self, settings: PlcSettings, line: LineSettings) -> None:
@@ -75,18 +68,7 @@ class LineTwin:
         self._written = 0.0, 0.0
 
     def reported_um(self, inputs: LineInputs) -> tuple[float, ...]:
-        """Return what the control's line means as corrections at the positions.
-
-        Parameters
-        ----------
-        inputs : LineInputs
-            Inputs of the call.
-
-        Returns
-        -------
-        tuple of float
-            The corrections. [µm]
-        """
+        """Return what the control's line means as corrections at the positions."""
         r = self._r
         k0_mm, slope, origin_mm = (r(read) for read in inputs[1:])
         if not all(abs(read) <= LARGEST_READ for read in (k0_mm, slope, origin_mm)):
@@ -101,18 +83,7 @@ class LineTwin:
         return tuple(said)
 
     def step(self, inputs: LineInputs) -> LineOutputs:
-        """Do what one call of the block does.
-
-        Parameters
-        ----------
-        inputs : LineInputs
-            Inputs of the call.
-
-        Returns
-        -------
-        LineOutputs
-            Outputs after the call.
-        """
+        """Do what one call of the block does."""
         if inputs.plain.restart:
             self._switch_on()
         reported_um = self.reported_um(inputs)

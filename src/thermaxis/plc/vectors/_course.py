@@ -136,18 +136,7 @@ def course_steps(settings: PlcSettings, *, seed: int) -> Iterator[PlcStep]:
 
 
 def words_of(outputs: PlcOutputs) -> PlcOutputs:
-    """Return outputs without the numbers that may change from call to call.
-
-    Parameters
-    ----------
-    outputs : PlcOutputs
-        Outputs after a call.
-
-    Returns
-    -------
-    PlcOutputs
-        State, words, qualities and what else is no number.
-    """
+    """Return outputs without the numbers that may change from call to call."""
     return outputs._replace(
         correction_um=(), model_um=(), wanted_um=(), weight=(), parts_um=(), heartbeat=0
     )
@@ -159,19 +148,7 @@ def _changed(step: PlcStep, last: PlcStep) -> bool:
 
 @final
 class CourseWorld(World):
-    """A world in which little changes from call to call.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported.
-    seed : int
-        Seed of the noise.
-    block : CourseBlock
-        Who is called.
-    near_share : float
-        Share of the read-back's tolerance by which the reported offset may be away. [1]
-    """
+    """A world in which little changes from call to call."""
 
     def __init__(
         self, settings: PlcSettings, seed: int, block: CourseBlock, near_share: float
@@ -238,20 +215,7 @@ class CourseWorld(World):
         return round(seconds / self.cycle_s) < self.calls_left
 
     def extreme_um(self, output: int, sign: float) -> float:
-        """Set the goals at which an output's model is largest; return what it is then.
-
-        Parameters
-        ----------
-        output : int
-            Number of the output.
-        sign : float
-            1 for the largest displacement, -1 for the smallest.
-
-        Returns
-        -------
-        float
-            Displacement times weight at rest. [µm]
-        """
+        """Set the goals at which an output's model is largest; return what it is then."""
         best_um, best_share = 0.0, _SHARES[0]
         for share in _SHARES:
             self.towards(output, sign, share)

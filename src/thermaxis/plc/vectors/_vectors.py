@@ -187,22 +187,7 @@ class LineStep(NamedTuple):
 
 
 def line_steps(settings: PlcSettings, line: LineSettings, *, seed: int) -> Iterator[LineStep]:
-    """Return the fixed course with a line in the control, call by call.
-
-    Parameters
-    ----------
-    settings : PlcSettings
-        What is exported; an output for every position.
-    line : LineSettings
-        Positions and direction.
-    seed : int
-        Seed of the noise.
-
-    Yields
-    ------
-    LineStep
-        One call.
-    """
+    """Return the fixed course with a line in the control, call by call."""
     block = _LineBlock(settings, line)
     course = Course(settings, seed=seed, block=block, near_share=_LINE_SHARE)
     for _ in course.steps():

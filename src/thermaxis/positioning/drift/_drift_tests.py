@@ -85,18 +85,6 @@ def _inverse(products: FloatArray) -> tuple[FloatArray, int]:
 def polynomials(time: FloatArray, degree: int) -> FloatArray:
     """Return the Legendre polynomials of degree 1 ... `degree` over the run.
 
-    Parameters
-    ----------
-    time : FloatArray
-        Times as a fraction of the run, (N,). [1]
-    degree : int
-        Highest degree. [1]
-
-    Returns
-    -------
-    FloatArray
-        (degree, N). [1]
-
     References
     ----------
     Bonnet's recurrence: (k + 1) P_(k+1) = (2 k + 1) x P_k - k P_(k-1).
@@ -129,18 +117,7 @@ class _Regression:
 
 
 class DriftTests:
-    """The tests of one run, which share their regressors.
-
-    Parameters
-    ----------
-    readings : Readings
-        The run; levels are the targets of one approach, then those of the other; the second
-        shape is the distance from the mean position.
-    targets : int
-        Number of targets. [1]
-    cycles : float
-        Readings per level, in the mean. [1]
-    """
+    """The tests of one run, which share their regressors."""
 
     def __init__(self, readings: Readings, targets: int, cycles: float) -> None:
         self._readings = readings

@@ -66,22 +66,7 @@ def _full_solve(factor: FloatArray, right: FloatArray) -> FloatArray:
 
 
 def sums_per(index: IntArray, value: FloatArray, size: int) -> FloatArray:
-    """Return the sum of the values of every index.
-
-    Parameters
-    ----------
-    index : IntArray
-        Index of each value, 0 ... size - 1, (N,). [1]
-    value : FloatArray
-        What is added up, (N,).
-    size : int
-        Number of sums. [1]
-
-    Returns
-    -------
-    FloatArray
-        (size,).
-    """
+    """Return the sum of the values of every index."""
     return np.asarray(np.bincount(index, value, size), dtype=np.float64)
 
 
@@ -106,22 +91,7 @@ class Readings:
 
 
 def spline_values(time: FloatArray, intervals: int) -> tuple[IntArray, FloatArray]:
-    """Return the four cubic B-splines that do not vanish at each time.
-
-    Parameters
-    ----------
-    time : FloatArray
-        Times as a fraction of the run, (N,). [1]
-    intervals : int
-        Number of equal intervals. [1]
-
-    Returns
-    -------
-    first : IntArray
-        Index of the first of the four, (N,). [1]
-    values : FloatArray
-        Their values, (N, 4). [1]
-    """
+    """Return the four cubic B-splines that do not vanish at each time."""
     first, x = _within(time, intervals)
     return first, np.stack((np.ones_like(x), x, x**2, x**3), axis=1) @ _PIECES.T
 
@@ -138,21 +108,6 @@ def warped(time: FloatArray, warm_up: float, plain: float = 0.5) -> FloatArray:
 
     Warming is fast at first and slow later. In logarithmic time a sum of such relaxations is
     smooth throughout, in plain time it is not; what else happens later is smooth in plain time.
-
-    Parameters
-    ----------
-    time : FloatArray
-        Times as a fraction of the run, (N,). [1]
-    warm_up : float
-        How much faster the logarithmic time goes at the start than at the end; 0 is plain time
-        alone. [1]
-    plain : float
-        Share of plain time in the sum with the logarithmic one. [1]
-
-    Returns
-    -------
-    FloatArray
-        (N,). [1]
     """
     if warm_up == 0.0:
         return time
@@ -160,18 +115,7 @@ def warped(time: FloatArray, warm_up: float, plain: float = 0.5) -> FloatArray:
 
 
 def slowest_rate(warm_up: float, plain: float = 0.5) -> float:
-    """Return how fast the time of `warped` runs at the end of the run, where it is slowest.
-
-    Parameters
-    ----------
-    warm_up, plain : float
-        As in `warped`. [1]
-
-    Returns
-    -------
-    float
-        Relative to plain time. [1]
-    """
+    """Return how fast the time of `warped` runs at the end of the run, where it is slowest."""
     if warm_up == 0.0:
         return 1.0
     rate = warm_up / ((1.0 + warm_up) * float(np.log1p(warm_up)))
@@ -179,19 +123,7 @@ def slowest_rate(warm_up: float, plain: float = 0.5) -> float:
 
 
 def curvature_energy(intervals: int) -> FloatArray:
-    """Return the integral of the squared second derivative as a form of spline coefficients.
-
-    Parameters
-    ----------
-    intervals : int
-        Number K of equal intervals. [1]
-
-    Returns
-    -------
-    FloatArray
-        Quadratic form in lower banded storage, (4, K + 3), scaled so that the prior root mean
-        square departure from a straight line is one. [1]
-    """
+    """Return the integral of the squared second derivative as a form of spline coefficients."""
     return _curvature(intervals) * _mean_square_departure()
 
 
@@ -312,22 +244,7 @@ def _add_moments(
 
 
 def sums_of(readings: Readings, intervals: int, warm_up: float, plain: float = 0.5) -> Sums:
-    """Return the sums of the normal equations; the cost is proportional to the readings.
-
-    Parameters
-    ----------
-    readings : Readings
-        The run.
-    intervals : int
-        Number of equal intervals of the splines. [1]
-    warm_up, plain : float
-        Of the time in which the functions are smooth, as in `warped`. [1]
-
-    Returns
-    -------
-    Sums
-        The sums.
-    """
+    """Return the sums of the normal equations; the cost is proportional to the readings."""
     shape = np.zeros((readings.shape.shape[0], readings.levels))
     shape[:, readings.level] = readings.shape
     c_all, size = shape.shape[0], shape.shape[0] * (intervals + 3)
@@ -403,23 +320,7 @@ class Fit:
 
 
 def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
-    """Fit levels and splines for a given smoothness.
-
-    Parameters
-    ----------
-    sums : Sums
-        The run.
-    penalty : FloatArray
-        Energy of the curvature of one function, (4, K + 3). [1]
-    departure : FloatArray
-        Prior root mean square departure of each f_c from its straight line, in units of the
-        noise, (C,). [1]
-
-    Returns
-    -------
-    Fit
-        The fit and its restricted likelihood.
-    """
+    """Fit levels and splines for a given smoothness."""
     c_all = sums.shapes
     band = sums.gram.copy()
     for c in range(c_all):
@@ -458,22 +359,7 @@ def _rows(sums: Sums, time: FloatArray) -> FloatArray:
 def _solved(
     fitted: Fit, level: FloatArray, spline: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return three parts of the covariance of linear combinations, without the noise's variance.
-
-    Parameters
-    ----------
-    fitted : Fit
-        A fit.
-    level : FloatArray
-        Weights of the levels, (L, J).
-    spline : FloatArray
-        Weights of the splines, (C (K + 3), J), zero where pinned.
-
-    Returns
-    -------
-    solved, through, back : FloatArray
-        The covariance is spline' solved + through' back.
-    """
+    """Return three parts of the covariance of linear combinations, without the noise's variance."""
     solved = _banded_solve(fitted.spline_factor, spline)
     through = level - fitted.sums.cross @ solved
     return solved, through, _full_solve(fitted.level_factor, through)
@@ -482,24 +368,7 @@ def _solved(
 def levels_at(
     fitted: Fit, time: float, shape_of_level: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the levels at one time and their covariance.
-
-    Parameters
-    ----------
-    fitted : Fit
-        A fit.
-    time : float
-        Time as a fraction of the run. [1]
-    shape_of_level : FloatArray
-        Value of every shape at the position of each level, (C, L). [1]
-
-    Returns
-    -------
-    level : FloatArray
-        (L,).
-    covariance : FloatArray
-        (L, L).
-    """
+    """Return the levels at one time and their covariance."""
     sums = fitted.sums
     row = _rows(sums, np.array([time]))[0]
     spline = np.zeros((sums.right.size, sums.levels))
@@ -512,22 +381,7 @@ def levels_at(
 
 
 def functions_at(fitted: Fit, time: FloatArray, reference: float) -> tuple[FloatArray, FloatArray]:
-    """Return the functions of time relative to a reference time, and their variances.
-
-    Parameters
-    ----------
-    fitted : Fit
-        A fit.
-    time : FloatArray
-        Times as a fraction of the run, (T,). [1]
-    reference : float
-        Time at which every function is zero. [1]
-
-    Returns
-    -------
-    value, variance : FloatArray
-        (C, T) each.
-    """
+    """Return the functions of time relative to a reference time, and their variances."""
     sums = fitted.sums
     rows = _rows(sums, time) - _rows(sums, np.array([reference]))
     value = np.stack([rows @ fitted.spline[c :: sums.shapes] for c in range(sums.shapes)])
@@ -564,22 +418,7 @@ def _variance_by_times(fitted: Fit, rows: FloatArray) -> FloatArray:
 
 
 def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:
-    """Return the drift of every reading relative to a reference time.
-
-    Parameters
-    ----------
-    fitted : Fit
-        A fit.
-    readings : Readings
-        The run.
-    reference : float
-        Time at which the drift is zero. [1]
-
-    Returns
-    -------
-    FloatArray
-        (N,).
-    """
+    """Return the drift of every reading relative to a reference time."""
     sums = fitted.sums
     first, values = spline_values(warped(readings.time, sums.warm_up, sums.plain), sums.intervals)
     row = _rows(sums, np.array([reference]))[0]
@@ -594,20 +433,7 @@ def drift_of(fitted: Fit, readings: Readings, reference: float) -> FloatArray:
 
 
 def leverages_of(fitted: Fit, readings: Readings) -> FloatArray:
-    """Return how far the fit follows each reading: 0 not at all, 1 wherever it goes.
-
-    Parameters
-    ----------
-    fitted : Fit
-        A fit.
-    readings : Readings
-        The run.
-
-    Returns
-    -------
-    FloatArray
-        (N,). [1]
-    """
+    """Return how far the fit follows each reading: 0 not at all, 1 wherever it goes."""
     sums = fitted.sums
     leverage = np.empty(readings.value.size)
     for start in range(0, leverage.size, _AT_ONCE):

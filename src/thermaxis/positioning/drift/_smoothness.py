@@ -114,22 +114,7 @@ class _Search:
 def average_over_smoothness(
     readings: Readings, intervals: int, times: Sequence[tuple[float, float]]
 ) -> Average:
-    """Fit a run with every smoothness that matters.
-
-    Parameters
-    ----------
-    readings : Readings
-        The run.
-    intervals : int
-        Number of equal intervals of the splines. [1]
-    times : sequence of (float, float)
-        Times that are averaged over, as warm-up and share of plain time; plain time first. [1]
-
-    Returns
-    -------
-    Average
-        The search begins on a coarse grid and follows what is likely.
-    """
+    """Fit a run with every smoothness that matters."""
     search = _Search([sums_of(readings, intervals, warm_up, plain) for warm_up, plain in times])
     coarse = range(0, len(search.departures), _COARSE)
     for a in coarse:
@@ -155,16 +140,6 @@ def average_over_smoothness(
 
 def effective_parameters(average: Average) -> float:
     """Return the effective number of parameters at the likeliest smoothness.
-
-    Parameters
-    ----------
-    average : Average
-        The fits.
-
-    Returns
-    -------
-    float
-        Levels and drift. [1]
 
     Notes
     -----
@@ -217,18 +192,7 @@ NO_DRIFT = Reported((), ())
 
 
 def reported(average: Average) -> Reported:
-    """Return the mean of the fits, or the line alone where it is enough.
-
-    Parameters
-    ----------
-    average : Average
-        The fits.
-
-    Returns
-    -------
-    Reported
-        Fits in the same time are put together, so that the sum is short.
-    """
+    """Return the mean of the fits, or the line alone where it is enough."""
     if average.line_is_enough:
         return Reported((average.line,), (1.0,))
     fits: list[Fit] = []
@@ -245,24 +209,7 @@ def reported(average: Average) -> Reported:
 def level_errors(
     average: Average, level: FloatArray, reference: float, shape_of_level: FloatArray
 ) -> FloatArray:
-    """Return the mean square errors of stated levels, averaged over the smoothness.
-
-    Parameters
-    ----------
-    average : Average
-        The fits.
-    level : FloatArray
-        What is stated for the reference time, (L,). [µm or arcsec]
-    reference : float
-        Time of the levels. [1]
-    shape_of_level : FloatArray
-        Value of every shape at the position of each level, (C, L). [1]
-
-    Returns
-    -------
-    FloatArray
-        Covariance about what is stated, (L, L). [µm² or arcsec²]
-    """
+    """Return the mean square errors of stated levels, averaged over the smoothness."""
     spread = np.zeros((level.size, level.size))
     for w, fitted in zip(average.weight, average.fits, strict=True):
         mean, covariance = levels_at(fitted, reference, shape_of_level)
@@ -273,24 +220,7 @@ def level_errors(
 def function_errors(
     average: Average, stated: FloatArray, time: FloatArray, reference: float
 ) -> FloatArray:
-    """Return the mean square errors of stated functions, averaged over the smoothness.
-
-    Parameters
-    ----------
-    average : Average
-        The fits.
-    stated : FloatArray
-        What is stated relative to the reference time, (C, T).
-    time : FloatArray
-        Times as a fraction of the run, (T,). [1]
-    reference : float
-        Time at which every function is zero. [1]
-
-    Returns
-    -------
-    FloatArray
-        (C, T).
-    """
+    """Return the mean square errors of stated functions, averaged over the smoothness."""
     square = np.zeros_like(stated)
     for w, fitted in zip(average.weight, average.fits, strict=True):
         mean, variance = functions_at(fitted, time, reference)

@@ -46,18 +46,6 @@ def _scatter_alike(variance: FloatArray, free: FloatArray) -> bool:
 def moderated_variances(variance: FloatArray, free: FloatArray) -> FloatArray:
     """Draw variances towards their common value by as much as chance explains.
 
-    Parameters
-    ----------
-    variance : FloatArray
-        Estimated variances, (L,).
-    free : FloatArray
-        Their degrees of freedom, (L,). [1]
-
-    Returns
-    -------
-    FloatArray
-        (L,); all alike where chance explains every difference.
-
     References
     ----------
     G. K. Smyth 2004, section 6.2 (fit of a scaled F distribution by its logarithm), from memory.
@@ -77,25 +65,7 @@ def moderated_variances(variance: FloatArray, free: FloatArray) -> FloatArray:
 def weights_of_levels(
     level: IntArray, residual: FloatArray, levels: int, drift_parameters: float
 ) -> FloatArray:
-    """Return a weight per level, inverse to its variance, or ones where all scatter alike.
-
-    Parameters
-    ----------
-    level : IntArray
-        Level of each reading, (N,). [1]
-    residual : FloatArray
-        Residuals of a fit with equal weights, (N,). [µm or arcsec]
-    levels : int
-        Number L of levels. [1]
-    drift_parameters : float
-        Effective number of parameters of the drift. [1]
-
-    Returns
-    -------
-    FloatArray
-        (L,), relative to the mean variance. Ones where Bartlett's test does not tell the levels
-        apart at the 1 % level. [1]
-    """
+    """Return a weight per level, inverse to its variance, or ones where all scatter alike."""
     alike = np.ones(levels)
     count = sums_per(level, np.ones(residual.size), levels)
     free = count * (1.0 - drift_parameters / residual.size) - 1.0

@@ -263,20 +263,7 @@ def _placed(plan: TestPlan, values: FloatArray) -> FloatArray:
 
 
 def assumed_levels(plan: TestPlan, assumptions: RunAssumptions) -> FloatArray:
-    """Return the levels of the assumed axis: one wave along it, and the reversal value.
-
-    Parameters
-    ----------
-    plan : TestPlan
-        The plan.
-    assumptions : RunAssumptions
-        Range and reversal value.
-
-    Returns
-    -------
-    FloatArray
-        (m, 2); both approaches, planned or not. [µm or arcsec]
-    """
+    """Return the levels of the assumed axis: one wave along it, and the reversal value."""
     wave = 0.5 * assumptions.systematic * np.sin(2.0 * np.pi * (_along(plan.target) - 0.5))
     half = 0.5 * assumptions.reversal
     level = np.empty((plan.target.size, 2))

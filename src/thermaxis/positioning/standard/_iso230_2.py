@@ -76,17 +76,6 @@ class Iso230_2Figures:
 def mean_and_s(deviation: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the mean and the standard deviation (n - 1) over the cycles of every target.
 
-    Parameters
-    ----------
-    deviation : FloatArray
-        Deviations, (..., m, n, 2); NaN where a reading is missing. [µm or arcsec]
-
-    Returns
-    -------
-    mean, s : FloatArray
-        (..., m, 2) each; the mean is NaN without a reading, s with fewer than two.
-        [µm or arcsec]
-
     References
     ----------
     ISO 230-2:2014, clause 3 (mean unidirectional positional deviation; estimator of the
@@ -117,18 +106,6 @@ def _band_width(mean: FloatArray, half_width: FloatArray) -> tuple[FloatArray, F
 
 def figures_of(mean: FloatArray, s: FloatArray, *, coverage_factor: float = 2.0) -> Iso230_2Figures:
     """Return the figures of ISO 230-2 from means and standard deviations of every target.
-
-    Parameters
-    ----------
-    mean, s : FloatArray
-        Mean deviation and its standard deviation, (..., m, 2) each. [µm or arcsec]
-    coverage_factor : float
-        Factor of s in repeatability and accuracy. Default 2, of the editions since 1997. [1]
-
-    Returns
-    -------
-    Iso230_2Figures
-        A figure is NaN where a mean or standard deviation that it needs is NaN.
 
     References
     ----------

@@ -27,18 +27,7 @@ MINIMUM_CYCLES = 3
 
 
 def spread_can_be_tested(deviation: FloatArray) -> bool:
-    """Return whether there are enough positions and complete cycles to test for anomalies.
-
-    Parameters
-    ----------
-    deviation : FloatArray
-        Deviations of one approach, (m, n). [µm or arcsec]
-
-    Returns
-    -------
-    bool
-        True for 5 to 500 positions and at least three complete cycles.
-    """
+    """Return whether there are enough positions and complete cycles to test for anomalies."""
     complete = int(np.sum(~np.any(np.isnan(deviation), axis=0)))
     return MINIMUM_POSITIONS <= deviation.shape[0] <= MOST_POSITIONS and complete >= MINIMUM_CYCLES
 
@@ -59,19 +48,7 @@ class SpreadAnomaly:
 
 
 def local_deviation_contrasts(target: FloatArray) -> FloatArray:
-    """Return the weights that turn one cycle's readings into local deviations.
-
-    Parameters
-    ----------
-    target : FloatArray
-        Target positions, (m,), m >= 4. [mm or deg]
-
-    Returns
-    -------
-    FloatArray
-        (m, m): row p holds the weights of all readings in the local deviation of position p.
-        Every row is orthogonal to a constant and to a term proportional to position. [1]
-    """
+    """Return the weights that turn one cycle's readings into local deviations."""
     m = target.size
     contrast = np.zeros((m, m))
     for p in range(1, m - 1):
@@ -90,18 +67,6 @@ def local_deviation_contrasts(target: FloatArray) -> FloatArray:
 
 def probability_positive(weight: FloatArray, degrees_of_freedom: int) -> float:
     """Return the probability that a weighted sum of independent chi-squared variables is positive.
-
-    Parameters
-    ----------
-    weight : FloatArray
-        Weights of the variables, (k,). [1]
-    degrees_of_freedom : int
-        Degrees of freedom of each of them, >= 1. [1]
-
-    Returns
-    -------
-    float
-        Probability, absolute error below 1e-7. [1]
 
     References
     ----------

@@ -148,20 +148,6 @@ def draw_levels(estimate: Estimate, samples: int, rng: np.random.Generator) -> F
     """Return where the true levels may lie.
 
     Truth and errors are drawn alike; what the estimates say beyond the draw is added to it.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        Levels with their covariance.
-    samples : int
-        Number of draws. [1]
-    rng : numpy.random.Generator
-        Where the numbers come from.
-
-    Returns
-    -------
-    FloatArray
-        (samples, L). [µm or arcsec]
     """
     size, targets = estimate.level.size, estimate.position.size
     free = float(np.sum(estimate.free))
@@ -267,22 +253,7 @@ def _draw_variances(
 
 
 def draw_std(estimate: Estimate, samples: int, rng: np.random.Generator) -> FloatArray:
-    """Return where the true standard deviations may lie.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        Standard deviations with their degrees of freedom.
-    samples : int
-        Number of draws. [1]
-    rng : numpy.random.Generator
-        Where the numbers come from.
-
-    Returns
-    -------
-    FloatArray
-        (samples, L). [µm or arcsec]
-    """
+    """Return where the true standard deviations may lie."""
     variance = estimate.s**2
     mean = float(np.mean(variance))
     if mean == 0.0:

@@ -30,15 +30,7 @@ _UNTESTED = (
 
 
 def adjacent_section(report: PositioningReport, pictures: dict[str, Picture]) -> list[Section]:
-    """Return the section on the adjacent-difference method; none if it was not evaluated.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    pictures : dict
-        Charts of the certificate by name.
-    """
+    """Return the section on the adjacent-difference method; none if it was not evaluated."""
     result = report.adjacent_difference
     if result is None:
         return []

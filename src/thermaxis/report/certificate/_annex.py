@@ -20,13 +20,7 @@ _MOST_CHANNELS = 30
 
 
 def target_section(report: PositioningReport) -> Section:
-    """Return the results of each target.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Return the results of each target."""
     result, test = report.iso230_2, report.test
     decimals = detail_decimals(report)
     columns = [Column("i", "left"), Column(f"Target [{test.kind.units.position}]")]
@@ -61,14 +55,7 @@ def target_section(report: PositioningReport) -> Section:
 
 
 def raw_section(report: PositioningReport) -> Section:
-    """Return all readings, so that anybody can recompute the results.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated. More than 20 000 readings, missing ones counted, are not printed;
-        the heading says so, and the file's check sum says where they are.
-    """
+    """Return all readings, so that anybody can recompute the results."""
     test = report.test
     readings = int(np.sum(~np.isnan(test.deviation)))
     if test.target.size * test.cycles * len(measured_approaches(report)) > _MOST_PRINTED:

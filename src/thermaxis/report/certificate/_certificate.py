@@ -69,15 +69,7 @@ _OVER_CYCLES = ("figure_06_all_cycles", "against_cycles", "figure_07_one_positio
 
 
 def draw_pictures(report: PositioningReport, progress: Progress) -> dict[str, Picture]:
-    """Return the charts of a certificate, with their captions, by name.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    progress : callable
-        Called before each chart and at the end, with one step left for the pages.
-    """
+    """Return the charts of a certificate, with their captions, by name."""
     charts = {chart.name: chart for chart in charts_of(report)}
     wanted = [name for name in _CAPTIONS if name in charts and _is_shown(name, report)]
     pictures: dict[str, Picture] = {}
@@ -98,20 +90,7 @@ def _is_shown(name: str, report: PositioningReport) -> bool:
 
 
 def build_certificate(report: PositioningReport, pictures: dict[str, Picture]) -> Document:
-    """Return the content of the certificate of a run.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    pictures : dict
-        Charts by name, from `draw_pictures`; a chart that is not there is left out.
-
-    Returns
-    -------
-    Document
-        Strings only; every text from files has passed `plain_text`.
-    """
+    """Return the content of the certificate of a run."""
     axis = prevailing(report, "axis")
     title = "Accuracy and repeatability of positioning"
     date = report.document_date

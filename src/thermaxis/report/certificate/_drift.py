@@ -43,15 +43,7 @@ _NOT_EVALUATED = "not evaluated"
 
 
 def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> list[Section]:
-    """Return the section on the run without its drift; none if it was not evaluated.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    pictures : dict
-        Charts of the certificate by name.
-    """
+    """Return the section on the run without its drift; none if it was not evaluated."""
     drift = report.drift
     if drift is None:
         return []
@@ -75,13 +67,7 @@ def drift_section(report: PositioningReport, pictures: dict[str, Picture]) -> li
 
 
 def diagnosis_section(report: PositioningReport) -> list[Section]:
-    """Return the section of what is wrong with the axis; none if nothing is said of it.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Return the section of what is wrong with the axis; none if nothing is said of it."""
     if not report.diagnosis:
         return []
     items = tuple(plain_text(finding.text, 600) for finding in report.diagnosis)
@@ -89,13 +75,7 @@ def diagnosis_section(report: PositioningReport) -> list[Section]:
 
 
 def level_tables(report: PositioningReport) -> tuple[Table, ...]:
-    """Return the levels of each target with their standard uncertainties; none without drift.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Return the levels of each target with their standard uncertainties; none without drift."""
     drift = report.drift
     if drift is None:
         return ()

@@ -108,15 +108,7 @@ def _both(typed: str, measured: str) -> str:
 
 
 def prevailing(report: PositioningReport, key: str) -> str:
-    """Return the value of a field without what else was said about it; empty if nobody stated it.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated. The head goes before the measured file.
-    key : str
-        Key of the field.
-    """
+    """Return the value of a field without what else was said about it; empty if it is not stated."""
     field = HEADER_FIELDS[key]
     typed = _typed(report, key)
     if key in _MOMENTS and (moment := moment_of(typed)) is not None:
@@ -125,15 +117,7 @@ def prevailing(report: PositioningReport, key: str) -> str:
 
 
 def stated(report: PositioningReport, key: str) -> str:
-    """Return the value of a field as it is printed; empty if nobody stated it.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated. Where head and measured file differ, both are printed.
-    key : str
-        Key of the field.
-    """
+    """Return the value of a field as it is printed; empty if nobody stated it."""
     field = HEADER_FIELDS[key]
     shown, measured = prevailing(report, key), _measured(report, field)
     if measured.startswith((f"{shown},", f"{shown}:")):
@@ -236,13 +220,7 @@ def _other_lines(report: PositioningReport) -> list[Block]:
 
 
 def identification(report: PositioningReport) -> Fields:
-    """Return the few lines that say what was tested, for the top of the first page.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Return the few lines that say what was tested, for the top of the first page."""
     machine = [stated(report, key) for key in ("machine", "machine_model", "machine_type")]
 
     def first(text: str) -> str:
@@ -264,13 +242,7 @@ def identification(report: PositioningReport) -> Fields:
 
 
 def condition_section(report: PositioningReport) -> Section:
-    """Return every field of the head, group by group.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated. A field that nobody stated is printed as not stated.
-    """
+    """Return every field of the head, group by group."""
     groups = [
         Fields(group.title, _group_fields(report, group.name, group.fields))
         for group in HEADER_GROUPS

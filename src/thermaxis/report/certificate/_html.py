@@ -71,20 +71,7 @@ footer { margin-top: 2rem; border-top: 1px solid #888; font-size: .8rem; color: 
 
 
 def certificate_html(report: PositioningReport, *, progress: Progress | None = None) -> str:
-    """Return the certificate as one HTML page.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    progress : callable, optional
-        Called before each step and at the end.
-
-    Returns
-    -------
-    str
-        A page without script and without references to anything outside itself.
-    """
+    """Return the certificate as one HTML page."""
     tell = progress or silent
     pictures = draw_pictures(report, tell)
     document = build_certificate(report, pictures)
@@ -94,13 +81,7 @@ def certificate_html(report: PositioningReport, *, progress: Progress | None = N
 
 
 def render_html(document: Document) -> str:
-    """Return a document as one HTML page; every text in it is escaped.
-
-    Parameters
-    ----------
-    document : Document
-        The content.
-    """
+    """Return a document as one HTML page; every text in it is escaped."""
     pictures = iter(range(1, 1000))
     title = escape(document.title)
     lines = [

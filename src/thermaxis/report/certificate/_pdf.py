@@ -13,21 +13,7 @@ from thermaxis.report.certificate._certificate import build_certificate, draw_pi
 
 
 def certificate_pdf(report: PositioningReport, *, progress: Progress | None = None) -> bytes:
-    """Return the certificate as PDF.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    progress : callable, optional
-        Called before each step and at the end.
-
-    Returns
-    -------
-    bytes
-        The same report gives the same bytes: fonts are those inside the typesetter, and the
-        file's time is the document's date, or 1970-01-01 if there is none.
-    """
+    """Return the certificate as PDF."""
     tell = progress or silent
     pictures = draw_pictures(report, tell)
     document = build_certificate(report, pictures)

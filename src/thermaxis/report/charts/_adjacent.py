@@ -71,13 +71,7 @@ def _pair_axis(axes: Axes, targets: int) -> FloatArray:
 
 
 def draw_standard_deviation(report: PositioningReport) -> Figure:
-    """Draw the spread between neighbours; the paper's figure 10.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Draw the spread between neighbours; the paper's figure 10."""
     result = _result(report)
     unit = report.test.kind.units.deviation
     figure = new_figure(4.1)
@@ -163,13 +157,7 @@ def _mark_anomalies(axes: Axes, result: AdjacentDifferenceResult) -> list[Line2D
 
 
 def draw_mean_mutual_deviation(report: PositioningReport) -> Figure:
-    """Draw the mean mutual deviation of neighbours; the paper's figure 11.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Draw the mean mutual deviation of neighbours; the paper's figure 11."""
     result = _result(report)
     figure = new_figure(3.2)
     axes = figure.subplots()
@@ -199,13 +187,7 @@ def draw_mean_mutual_deviation(report: PositioningReport) -> Figure:
 
 
 def draw_deviation_chart(report: PositioningReport) -> Figure:
-    """Draw the deviation chart by progressive addition with its bounds; the paper's figure 12.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Draw the deviation chart by progressive addition with its bounds; the paper's figure 12."""
     result = _result(report)
     figure = new_figure(3.3)
     axes = figure.subplots()

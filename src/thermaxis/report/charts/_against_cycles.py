@@ -23,13 +23,7 @@ _CURVES = (
 
 
 def draw_against_cycles(report: PositioningReport) -> Figure:
-    """Draw the figures evaluated from the first k cycles, for k = 2 ... n.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Draw the figures evaluated from the first k cycles, for k = 2 ... n."""
     against = report.against_cycles
     assert against is not None  # noqa: S101 - the chart is drawn only then
     unit = report.test.kind.units.deviation

@@ -38,13 +38,7 @@ steps that the scale beside the chart is drawn and not an image."""
 
 
 def draw_all_cycles(report: PositioningReport) -> Figure:
-    """Draw every cycle over position; the paper's figure 6.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Draw every cycle over position; the paper's figure 6."""
     return _draw_cycles(report, report.test.deviation, "All cycles", "deviation")
 
 
@@ -57,13 +51,7 @@ def shifted_to_first_position(report: PositioningReport) -> FloatArray:
 
 
 def draw_shifted_to_first_position(report: PositioningReport) -> Figure:
-    """Draw every cycle shifted to zero in position 1; the paper's figure 13.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    """
+    """Draw every cycle shifted to zero in position 1; the paper's figure 13."""
     shifted = shifted_to_first_position(report)
     what = "All cycles shifted to zero in position 1"
     return _draw_cycles(report, shifted, what, "deviation relative to position 1")
@@ -140,13 +128,7 @@ def widest_position(report: PositioningReport) -> int:
 
 
 def draw_one_position(report: PositioningReport) -> Figure:
-    """Draw one position over the cycles; the paper's figure 7.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated; the position with the largest range over the cycles is drawn.
-    """
+    """Draw one position over the cycles; the paper's figure 7."""
     test = report.test
     position = widest_position(report)
     approaches = measured_approaches(report)

@@ -76,15 +76,7 @@ def reference_place(report: PositioningReport) -> float:
 
 
 def drift_at(report: PositioningReport, position: float) -> FloatArray:
-    """Return the drift at a position relative to t0, at the times of the curves, (T,).
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    position : float
-        Where on the axis. [mm or deg]
-    """
+    """Return the drift at a position relative to t0, at the times of the curves, (T,)."""
     drift, target = drift_result(report), report.test.target
     from_mean = position - float(np.mean(target))
     found = drift.common + drift.slope * from_mean
@@ -171,13 +163,7 @@ def _drawn(report: PositioningReport) -> NDArray[np.bool_]:
 
 
 def draw_drift(report: PositioningReport) -> Figure:
-    """Draw the run in time order as measured and without drift, and the drift with its bands.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated, with its drift.
-    """
+    """Draw the run in time order as measured and without drift, and the drift with its bands."""
     drift, scale, drawn = drift_result(report), _scale(report), _drawn(report)
     level = drift.level[:, None, :]
     raw, free = report.test.deviation - level, drift.deviation - level
@@ -453,13 +439,7 @@ def _add_order(axes: Axes, report: PositioningReport, scale: _Scale) -> None:
 
 
 def drift_numbers(report: PositioningReport) -> NumberTable:
-    """Return one row per reading, in time order: before and after.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated, with its drift.
-    """
+    """Return one row per reading, in time order: before and after."""
     test, drift = report.test, drift_result(report)
     units = test.kind.units
     unit = units.deviation_suffix
@@ -492,13 +472,7 @@ def drift_numbers(report: PositioningReport) -> NumberTable:
 
 
 def drift_curve_numbers(report: PositioningReport) -> NumberTable:
-    """Return a(t) and b(t) relative to t0 with their standard uncertainties.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated, with its drift.
-    """
+    """Return a(t) and b(t) relative to t0 with their standard uncertainties."""
     test, drift = report.test, drift_result(report)
     unit = test.kind.units.deviation_suffix
     growth = "um_per_m" if unit == "um" else f"{unit}_per_1000_deg"

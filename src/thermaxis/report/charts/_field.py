@@ -109,22 +109,7 @@ def write_field_figures(
 
 
 def averaged(values: FloatArray, most: int) -> tuple[FloatArray, int]:
-    """Average square blocks of pixels until no edge is longer than `most`.
-
-    Parameters
-    ----------
-    values : FloatArray
-        Image, (rows, columns); NaN where a pixel is missing. [any]
-    most : int
-        Longest edge of the result. [px]
-
-    Returns
-    -------
-    blocks : FloatArray
-        Means of the pixels that are present; NaN where a block has none. [as `values`]
-    size : int
-        Edge of a block; blocks at the right and lower edge may be cut. [px]
-    """
+    """Average square blocks of pixels until no edge is longer than `most`."""
     size = max(1, -(-max(values.shape) // most))
     if size == 1:
         return values, 1
@@ -293,15 +278,7 @@ def _names(result: ThermalFieldsResult) -> str:
 
 
 def draw_difference(result: ThermalFieldsResult, mm_per_pixel: float | None) -> Figure:
-    """Draw the difference of the last image to the first one in plan view.
-
-    Parameters
-    ----------
-    result : ThermalFieldsResult
-        The compared images.
-    mm_per_pixel : float, optional
-        Scale of the images; None counts pixels. [mm]
-    """
+    """Draw the difference of the last image to the first one in plan view."""
     rows, columns = result.fields[0].shape
     height = min(max(FIGURE_WIDTH_IN * 0.82 * rows / columns + 0.9, 2.2), 8.5)
     figure = new_figure(height)
@@ -336,15 +313,7 @@ def _drawn_images(result: ThermalFieldsResult) -> list[int]:
 
 
 def draw_images(result: ThermalFieldsResult, mm_per_pixel: float | None) -> Figure:
-    """Draw the images in plan view with one scale of temperature.
-
-    Parameters
-    ----------
-    result : ThermalFieldsResult
-        The compared images; of more than six, six are drawn.
-    mm_per_pixel : float, optional
-        Scale of the images; None counts pixels. [mm]
-    """
+    """Draw the images in plan view with one scale of temperature."""
     drawn = _drawn_images(result)
     across = min(len(drawn), 2 if len(drawn) in (2, 4) else 3)
     down = -(-len(drawn) // across)
@@ -396,13 +365,7 @@ def _image_title(result: ThermalFieldsResult, k: int, limit: int) -> str:
 
 
 def draw_regions(result: ThermalFieldsResult) -> Figure:
-    """Draw the regions' mean temperatures over time.
-
-    Parameters
-    ----------
-    result : ThermalFieldsResult
-        The compared images; of more than twelve regions, the first twelve are drawn.
-    """
+    """Draw the regions' mean temperatures over time."""
     drawn = result.regions[:_MOST_REGIONS]
     columns = 3 if len(drawn) > 2 else len(drawn)
     figure = new_figure(2.9 + 0.16 * -(-len(drawn) // columns))

@@ -49,13 +49,7 @@ class Chart:
     """Further tables of numbers, by the ending of their name."""
 
     def svg(self, report: PositioningReport) -> bytes:
-        """Return the chart as SVG.
-
-        Parameters
-        ----------
-        report : PositioningReport
-            What was evaluated.
-        """
+        """Return the chart as SVG."""
         with drawing(self.name):
             return svg_bytes(self.draw(report))
 
@@ -110,13 +104,7 @@ _DRIFT = Chart(
 
 
 def charts_of(report: PositioningReport) -> tuple[Chart, ...]:
-    """Return the charts that a run has, in the order in which a report shows them.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated. A single cycle has no chart over cycles, one target none of pairs.
-    """
+    """Return the charts that a run has, in the order in which a report shows them."""
     charts = [_ISO230_2, _ALL_CYCLES]
     if report.test.cycles > 1:
         charts.append(_ONE_POSITION)

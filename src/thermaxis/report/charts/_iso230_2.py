@@ -34,18 +34,7 @@ from thermaxis.report.charts._parts import (
 
 
 def draw_iso230_2(report: PositioningReport) -> Figure:
-    """Draw means, bands, runs, and the extents of M, E, A, R and B.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-
-    Returns
-    -------
-    Figure
-        The chart. Unidirectional: one curve; no bands where s was not evaluated.
-    """
+    """Draw means, bands, runs, and the extents of M, E, A, R and B."""
     result = report.iso230_2
     figure = new_figure(3.4)
     axes, margin = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 0.17))

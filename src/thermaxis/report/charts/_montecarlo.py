@@ -11,13 +11,7 @@ from thermaxis.report._style import COLOURS, legend_below, new_figure, set_headi
 
 
 def draw_montecarlo(result: DifferenceMonteCarlo) -> Figure:
-    """Draw the distributions of the source and of the derived sequence.
-
-    Parameters
-    ----------
-    result : DifferenceMonteCarlo
-        Outcome of the experiments; the histograms are those of the first one.
-    """
+    """Draw the distributions of the source and of the derived sequence."""
     figure = new_figure(3.6)
     axes = figure.subplots()
     edges = result.histogram_edges

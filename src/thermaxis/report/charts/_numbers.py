@@ -51,17 +51,7 @@ def iso230_2_numbers(report: PositioningReport) -> NumberTable:
 
 
 def reading_numbers(report: PositioningReport, deviation: FloatArray, name: str) -> NumberTable:
-    """Return one row per reading.
-
-    Parameters
-    ----------
-    report : PositioningReport
-        What was evaluated.
-    deviation : FloatArray
-        The readings or what was made of them, (m, n, 2). [µm or arcsec]
-    name : str
-        Name of the last column, without unit.
-    """
+    """Return one row per reading."""
     position, unit = _suffixes(report)
     test = report.test
     time = test.time_s

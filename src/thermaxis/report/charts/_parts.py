@@ -44,20 +44,7 @@ def at_position(report: PositioningReport, target: float) -> str:
 def put_heading(
     figure: Figure, report: PositioningReport, what: str, *, before: str = "", after: str = ""
 ) -> None:
-    """Put the lines above a chart: what it shows, of which axis, and in which test.
-
-    Parameters
-    ----------
-    figure : Figure
-        The chart.
-    report : PositioningReport
-        What was evaluated. Its title is shown whole or, if it is too long, not at all: a part of
-        it could say the contrary of the whole.
-    what : str
-        What the chart shows.
-    before, after : str
-        What stands in the second line beside size and source of the run.
-    """
+    """Put the lines above a chart: what it shows, of which axis, and in which test."""
     axis, title = report.header.get("axis", ""), plain_text(report.header.get("title", ""), 400)
     first = f"{what} · axis {drawable(axis, 20)}" if axis else what
     shown = drawable(title, 400) if len(title) <= _LONGEST_TITLE else ""

@@ -314,13 +314,7 @@ def _check_sense(path: Path, place: str, text: str, field: HeaderField) -> None:
 
 
 def number_of(text: str) -> float | None:
-    """Return the number that a text is; None if it is another text.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``-2.5``.
-    """
+    """Return the number that a text is; None if it is another text."""
     try:
         return float(text)
     except ValueError:

@@ -92,13 +92,7 @@ class LimitsCheck:
     """Fail if any figure fails; else not decided if any is not decided or absent; else pass."""
 
     def of(self, key: str) -> FigureCheck | None:
-        """Return the check of one figure; None if it has no limit.
-
-        Parameters
-        ----------
-        key : str
-            Key of the figure.
-        """
+        """Return the check of one figure; None if it has no limit."""
         return next((check for check in self.figures if check.key == key), None)
 
 

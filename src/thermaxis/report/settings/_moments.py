@@ -10,13 +10,7 @@ ZONE_NOT_STATED = "(zone not stated)"
 
 
 def moment_of(text: str) -> dt.datetime | None:
-    """Return the date and time that a text states in ISO form; None if it is another text.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``2026-03-02 07:30:00+01:00``. A date alone is no moment.
-    """
+    """Return the date and time that a text states in ISO form; None if it is another text."""
     if ":" not in text:
         return None
     try:
@@ -26,13 +20,7 @@ def moment_of(text: str) -> dt.datetime | None:
 
 
 def day_of(text: str) -> dt.date | None:
-    """Return the day with which a text in ISO form begins; None if it is another text.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``2026-03-02``, with or without a time.
-    """
+    """Return the day with which a text in ISO form begins; None if it is another text."""
     try:
         return dt.date.fromisoformat(text.strip()[:10])
     except ValueError:
@@ -40,41 +28,21 @@ def day_of(text: str) -> dt.date | None:
 
 
 def moment_words(moment: dt.datetime) -> str:
-    """Return date and time as a certificate prints them, and that a zone is missing.
-
-    Parameters
-    ----------
-    moment : datetime
-        Date and time.
-    """
+    """Return date and time as a certificate prints them, and that a zone is missing."""
     whole = moment.microsecond == 0
     text = moment.isoformat(sep=" ", timespec="seconds" if whole else "auto")
     return text if moment.tzinfo is not None else f"{text} {ZONE_NOT_STATED}"
 
 
 def same_moment(first: dt.datetime, second: dt.datetime) -> bool:
-    """Return whether two statements agree; a missing zone contradicts nothing.
-
-    Parameters
-    ----------
-    first, second : datetime
-        Dates and times.
-    """
+    """Return whether two statements agree; a missing zone contradicts nothing."""
     if first.tzinfo is not None and second.tzinfo is not None:
         return first == second
     return first.replace(tzinfo=None) == second.replace(tzinfo=None)
 
 
 def in_file(test: PositioningTest, which: str) -> dt.datetime | None:
-    """Return start or end as the measured file has it.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-    which : str
-        Start or end.
-    """
+    """Return start or end as the measured file has it."""
     known = test.start if which == "start" else test.end
     return known if known is not None else moment_of(test.header.get(which, ""))
 
@@ -82,28 +50,12 @@ def in_file(test: PositioningTest, which: str) -> dt.datetime | None:
 def prevailing_moment(
     test: PositioningTest, header: Mapping[str, str], which: str
 ) -> dt.datetime | None:
-    """Return start or end as the head states it, else as the measured file has it.
-
-    Parameters
-    ----------
-    test : PositioningTest
-        The run.
-    header : Mapping
-        Fields of the head. A text that is no date and time leaves what the file has.
-    which : str
-        Start or end.
-    """
+    """Return start or end as the head states it, else as the measured file has it."""
     return moment_of(header.get(which, "")) or in_file(test, which)
 
 
 def duration_of(start: dt.datetime | None, end: dt.datetime | None) -> float | None:
-    """Return the time from start to end; None where one of them is unknown. [s]
-
-    Parameters
-    ----------
-    start, end : datetime or None
-        Dates and times; if one has no zone, both are taken to be of the same place.
-    """
+    """Return the time from start to end; None where one of them is unknown. [s]"""
     if start is None or end is None:
         return None
     if (start.tzinfo is None) != (end.tzinfo is None):
@@ -112,13 +64,7 @@ def duration_of(start: dt.datetime | None, end: dt.datetime | None) -> float | N
 
 
 def duration_words(start: dt.datetime | None, end: dt.datetime | None) -> str:
-    """Return the time between start and end; empty where one of them is unknown.
-
-    Parameters
-    ----------
-    start, end : datetime or None
-        Dates and times, as in `duration_of`.
-    """
+    """Return the time between start and end; empty where one of them is unknown."""
     duration_s = duration_of(start, end)
     if duration_s is None:
         return ""

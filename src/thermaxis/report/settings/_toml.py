@@ -11,26 +11,7 @@ _LARGEST_FILE = 1_000_000
 
 
 def read_toml(path: Path, *, example: str) -> Mapping[str, object]:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, UTF-8.
-    example : str
-        Lines that such a file may have, for the advice of an error.
-
-    Returns
-    -------
-    Mapping
-        Its tables and values.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file does not exist, is no regular file, is larger than 1 MB, is not UTF-8 or not
-        TOML.
-    """
+    """Read a TOML file."""
     import tomllib  # noqa: PLC0415  evaluating a run without such a file does not need it
 
     if path.exists() and not path.is_file():
@@ -73,22 +54,7 @@ def read_toml(path: Path, *, example: str) -> Mapping[str, object]:
 
 
 def unknown_key(path: Path, key: str, known: Iterable[str]) -> ConfigurationError:
-    """Return the error for a key that nobody knows.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    key : str
-        The key, with its table.
-    known : iterable of str
-        Keys that may stand there, with their table.
-
-    Returns
-    -------
-    ConfigurationError
-        It names the nearest known key.
-    """
+    """Return the error for a key that nobody knows."""
     import difflib  # noqa: PLC0415  needed only where something is wrong
 
     choices = sorted(known)
@@ -102,27 +68,7 @@ def unknown_key(path: Path, key: str, known: Iterable[str]) -> ConfigurationErro
 
 
 def as_table(path: Path, name: str, value: object) -> Mapping[str, object]:
-    """Return a value that must be a table.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str
-        Name of the table.
-    value : object
-        What stands there.
-
-    Returns
-    -------
-    Mapping
-        The table.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is not a table.
-    """
+    """Return a value that must be a table."""
     if not isinstance(value, dict):
         raise ConfigurationError(
             f"{name} is not a table",

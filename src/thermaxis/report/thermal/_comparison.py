@@ -50,23 +50,7 @@ _REST = "rest"
 def verification_charts(
     model: CompensationModel, logs: tuple[ThermalLog, ...], result: Verification
 ) -> tuple[ThermalChart, ...]:
-    """Return the charts of a verification in the order in which a report shows them.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    logs : tuple of ThermalLog
-        The logs, in the order of the result.
-    result : Verification
-        What was found.
-
-    Returns
-    -------
-    tuple of ThermalChart
-        Those of each log, then the step responses of the model. Of many logs the first four are
-        drawn.
-    """
+    """Return the charts of a verification in the order in which a report shows them."""
     charts: list[ThermalChart] = []
     several = len(result.logs) > 1
     for number, (log, verified) in enumerate(zip(logs, result.logs, strict=True)):
@@ -126,17 +110,7 @@ def place_of(output: VerifiedOutput) -> str:
 def comparison_panel(
     title: str, time_s: FloatArray, measured_um: FloatArray, simulated_um: FloatArray
 ) -> Panel:
-    """Return measured, simulated and residual displacement; the left part of figure 4.
-
-    Parameters
-    ----------
-    title : str
-        What it shows.
-    time_s : FloatArray
-        Times, (n,). [s]
-    measured_um, simulated_um : FloatArray
-        Both relative to the start, (n,). [µm]
-    """
+    """Return measured, simulated and residual displacement; the left part of figure 4."""
     time_h = time_s / HOUR_S
     return Panel(
         title=title,
@@ -153,20 +127,7 @@ def comparison_panel(
 def contribution_panel(
     time_s: FloatArray, contributions: Mapping[str, FloatArray]
 ) -> Panel:  # fmt: skip
-    """Return the contribution of every part; the lower part of figure 10.
-
-    Parameters
-    ----------
-    time_s : FloatArray
-        Times, (n,). [s]
-    contributions : mapping of str to FloatArray
-        Contribution by part, relative to the start, (n,) each. [µm]
-
-    Returns
-    -------
-    Panel
-        Up to six lines; of more parts the five largest and the sum of the rest.
-    """
+    """Return the contribution of every part; the lower part of figure 10."""
     time_h = time_s / HOUR_S
     drawn, others = largest(contributions, MOST_LINES)
     traces = [

@@ -18,13 +18,7 @@ _TITLE_NAMES = 3
 
 
 def speed_panel(log: ThermalLog) -> Panel | None:
-    """Return the speeds of a test, None where none was recorded; the paper's figures 3 and 7.
-
-    Parameters
-    ----------
-    log : ThermalLog
-        The test.
-    """
+    """Return the speeds of a test, None where none was recorded; the paper's figures 3 and 7."""
     speeds = {name: log.columns[name] for name, unit in log.units.items() if unit == _SPEED}
     known = {n: v for n, v in speeds.items() if not bool(np.all(np.isnan(v)))}
     if not known:
@@ -38,24 +32,7 @@ def relative_values(
     reference_s: float,
     reference: float | None = None,
 ) -> FloatArray:
-    """Return a channel relative to its reference.
-
-    Parameters
-    ----------
-    log : ThermalLog
-        The test.
-    channel : str
-        The channel, whatever its case.
-    reference_s : float
-        The reference is the mean over this first time, or the first value. [s]
-    reference : float, optional
-        A stated reference. [degC or unit of the channel]
-
-    Returns
-    -------
-    FloatArray
-        Values, (n,); temperatures in K whatever their unit. [K or unit of the channel]
-    """
+    """Return a channel relative to its reference."""
     name = log.name_of(channel)
     values = log.column(name, unit="degC" if log.units[name] in _TEMPERATURES else "")
     if reference is not None:
@@ -74,24 +51,7 @@ def input_panels(
     reference_s: float,
     stated: Mapping[str, float] | None = None,
 ) -> list[Panel]:
-    """Return the inputs of a model in relative coordinates; the paper's figures 3 and 8.
-
-    Parameters
-    ----------
-    log : ThermalLog
-        The test.
-    channels : sequence of str
-        Channels of the model.
-    reference_s : float
-        References are the mean over this first time. [s]
-    stated : mapping of str to float, optional
-        References that the model states. [degC]
-
-    Returns
-    -------
-    list of Panel
-        Temperatures together, every other unit in a panel of its own; speeds are left out.
-    """
+    """Return the inputs of a model in relative coordinates; the paper's figures 3 and 8."""
     by_unit: dict[str, dict[str, FloatArray]] = {}
     for channel in dict.fromkeys(channels):
         unit = log.units[log.name_of(channel)]
@@ -110,15 +70,7 @@ def input_panels(
 
 
 def displacement_panel(time_s: FloatArray, measured: Mapping[str, FloatArray]) -> Panel:
-    """Return measured displacements; the paper's figures 3 and 9.
-
-    Parameters
-    ----------
-    time_s : FloatArray
-        Times, (n,). [s]
-    measured : mapping of str to FloatArray
-        Displacements relative to the start by channel, (n,) each. [µm]
-    """
+    """Return measured displacements; the paper's figures 3 and 9."""
     return lines_panel(
         "Measured outputs relative to the start", "displacement [µm]", time_s, measured
     )
@@ -132,27 +84,7 @@ def lines_panel(
     *,
     height_in: float = 1.55,
 ) -> Panel:
-    """Return a panel of lines over hours.
-
-    Parameters
-    ----------
-    title : str
-        What it shows.
-    quantity : str
-        Label of the upright axis, with the unit.
-    time_s : FloatArray
-        Times, (n,). [s]
-    series : mapping of str to FloatArray
-        Values by name, (n,) each. [unit of the label]
-    height_in : float
-        Height. [in]
-
-    Returns
-    -------
-    Panel
-        Up to six lines; of more series the five with the largest range, and the extent of the
-        others as a pale area.
-    """
+    """Return a panel of lines over hours."""
     drawn, others = largest(series, MOST_LINES)
     time_h = time_s / HOUR_S
     areas: tuple[Area, ...] = ()
@@ -169,19 +101,7 @@ def lines_panel(
 
 
 def extent(label: str, x: FloatArray, low: FloatArray, high: FloatArray, most: int = 700) -> Area:
-    """Return an area whose edges are reduced to their extremes.
-
-    Parameters
-    ----------
-    label : str
-        Its name.
-    x : FloatArray
-        Places, (n,). [any]
-    low, high : FloatArray
-        Edges, (n,) each; infinite where there is none. [any]
-    most : int
-        Stretches of which the lowest and highest value are kept. [1]
-    """
+    """Return an area whose edges are reduced to their extremes."""
     known = np.isfinite(low) & np.isfinite(high)
     x, low, high = x[known], low[known], high[known]
     if x.size <= most:

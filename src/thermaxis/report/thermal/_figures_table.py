@@ -17,13 +17,6 @@ _MOST_PARTS = 60
 def table_3(model: CompensationModel, result: Verification) -> Table:
     """Return fit and reduction of every measuring position with their mean.
 
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    result : Verification
-        What was found.
-
     References
     ----------
     Mareš and Horejš 2021, Table 3.
@@ -73,15 +66,7 @@ def _place(diameter_mm: float | None) -> str:
 def figure_tables(
     figures: Mapping[str, VerificationFigures], words: str
 ) -> tuple[Block, ...]:  # fmt: skip
-    """Return all figures of a log, or of all logs together.
-
-    Parameters
-    ----------
-    figures : mapping of str to VerificationFigures
-        Figures by output.
-    words : str
-        What the tables are about.
-    """
+    """Return all figures of a log, or of all logs together."""
     columns = (
         Column("Output", "left", wide=True),
         Column("Rows"),
@@ -127,13 +112,7 @@ def figure_tables(
 
 
 def baseline_words(figures: Mapping[str, VerificationFigures]) -> Paragraph:
-    """Return in words where the model is worth no more than a simple rule.
-
-    Parameters
-    ----------
-    figures : mapping of str to VerificationFigures
-        Figures by output.
-    """
+    """Return in words where the model is worth no more than a simple rule."""
     beaten = [
         name_text(name)
         for name, f in figures.items()
@@ -152,17 +131,7 @@ def baseline_words(figures: Mapping[str, VerificationFigures]) -> Paragraph:
 def validity_table(
     model: CompensationModel, logs: Sequence[ThermalLog], verified: Sequence[VerifiedLog]
 ) -> Table:
-    """Return the ranges of the inputs in the training and in the logs.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    logs : sequence of ThermalLog
-        The logs.
-    verified : sequence of VerifiedLog
-        What was found in each.
-    """
+    """Return the ranges of the inputs in the training and in the logs."""
     parts = {part.name: part for output in model.outputs for part in output.parts}
     stated = dict(model.reference_c) if model.reference == STATED else {}
     rows: list[tuple[str, ...]] = []

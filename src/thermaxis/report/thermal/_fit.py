@@ -57,20 +57,7 @@ def input_names_of(output: IdentifiedOutput) -> tuple[str, ...]:
 
 
 def fitted_experiments(output: IdentifiedOutput, records: Records) -> tuple[FittedExperiment, ...]:
-    """Return the free run of a stable model along each of its records.
-
-    Parameters
-    ----------
-    output : IdentifiedOutput
-        The output.
-    records : Records
-        What it was identified from.
-
-    Returns
-    -------
-    tuple of FittedExperiment
-        In the order of the records; none for a model that is not stable.
-    """
+    """Return the free run of a stable model along each of its records."""
     model = output.model
     if model is None:
         return ()
@@ -115,20 +102,7 @@ class Leftover:
 
 
 def loss_of_parts_um(output: IdentifiedOutput, experiments: Sequence[FittedExperiment]) -> float:
-    """Return by how much gains and lags differ from the identified polynomials.
-
-    Parameters
-    ----------
-    output : IdentifiedOutput
-        The output.
-    experiments : sequence of FittedExperiment
-        Its model along the records.
-
-    Returns
-    -------
-    float
-        Largest difference of both free runs; 0 for modal. [µm]
-    """
+    """Return by how much gains and lags differ from the identified polynomials."""
     if output.polynomials is None or output.model is None:
         return 0.0
     return max(
@@ -141,18 +115,7 @@ def loss_of_parts_um(output: IdentifiedOutput, experiments: Sequence[FittedExper
 
 
 def leftover_of(experiments: Sequence[FittedExperiment]) -> Leftover | str:
-    """Analyse what a model left over, on means of its records.
-
-    Parameters
-    ----------
-    experiments : sequence of FittedExperiment
-        The records, at least one.
-
-    Returns
-    -------
-    Leftover or str
-        The analysis, or in words why there is none.
-    """
+    """Analyse what a model left over, on means of its records."""
     longest = max(experiment.time_s.size for experiment in experiments)
     block = max(1, longest // _ANALYSED_ROWS)
     step_s = block * float(experiments[0].time_s[1] - experiments[0].time_s[0])
@@ -173,22 +136,7 @@ def leftover_of(experiments: Sequence[FittedExperiment]) -> Leftover | str:
 def linearity_of(
     output: IdentifiedOutput, records: Records, experiments: Sequence[FittedExperiment]
 ) -> Linearity | str:
-    """Compare the gains in heating and in cooling.
-
-    Parameters
-    ----------
-    output : IdentifiedOutput
-        The output.
-    records : Records
-        What it was identified from.
-    experiments : sequence of FittedExperiment
-        Its model along them.
-
-    Returns
-    -------
-    Linearity or str
-        Both gains, or in words why they cannot be compared.
-    """
+    """Compare the gains in heating and in cooling."""
     try:
         return check_linearity(
             records.experiments[output.name], [e.simulated_um for e in experiments]

@@ -99,26 +99,7 @@ def identification_document(
     *,
     reference_s: float,
 ) -> Document:
-    """Return the content of the report of an identification.
-
-    Parameters
-    ----------
-    result : Identification
-        What was found.
-    records : Records
-        What it was found from.
-    logs : sequence of ThermalLog
-        The logs.
-    provenance : Provenance
-        Where everything comes from.
-    reference_s : float
-        References are the mean over this first time. [s]
-
-    Returns
-    -------
-    Document
-        Strings only; every text from files has passed `plain_text`.
-    """
+    """Return the content of the report of an identification."""
     charts = identification_charts(result, records, logs, reference_s=reference_s)
     pictures = pictures_of(charts)
     fitted = {o.name: fitted_experiments(o, records) for o in result.outputs}

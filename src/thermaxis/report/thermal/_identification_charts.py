@@ -55,24 +55,7 @@ def identification_charts(
     *,
     reference_s: float,
 ) -> tuple[ThermalChart, ...]:
-    """Return the charts of an identification in the order in which a report shows them.
-
-    Parameters
-    ----------
-    result : Identification
-        What was found.
-    records : Records
-        What it was found from.
-    logs : sequence of ThermalLog
-        The logs.
-    reference_s : float
-        References are the mean over this first time. [s]
-
-    Returns
-    -------
-    tuple of ThermalChart
-        How the model fits, what it is, what it left over, what was recorded.
-    """
+    """Return the charts of an identification in the order in which a report shows them."""
     record_s = record_length_s(records)
     outputs = result.outputs[:MOST_OUTPUTS]
     fitted = {output.name: fitted_experiments(output, records) for output in outputs}

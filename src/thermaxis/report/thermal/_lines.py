@@ -36,21 +36,7 @@ class DrawnLine:
 
 
 def envelope_rows(values: FloatArray, most: int) -> list[int]:
-    """Return the rows that keep the extremes of every stretch of a series.
-
-    Parameters
-    ----------
-    values : FloatArray
-        The series without gaps, (n,). [any]
-    most : int
-        Largest number of rows, about. [1]
-
-    Returns
-    -------
-    list of int
-        Rows in their order: all where there are few, else the lowest and the highest value of
-        each of `most` / 2 stretches, and both ends. [1]
-    """
+    """Return the rows that keep the extremes of every stretch of a series."""
     if values.size <= most:
         return list(range(values.size))
     length = -(-values.size // max(most // 2, 1))
@@ -64,22 +50,7 @@ def envelope_rows(values: FloatArray, most: int) -> list[int]:
 
 
 def drawn_line(x: FloatArray, y: FloatArray, most: int = DRAWN_POINTS) -> DrawnLine:
-    """Return a series as it is drawn.
-
-    Parameters
-    ----------
-    x : FloatArray
-        Places, (n,), rising. [any]
-    y : FloatArray
-        Values, (n,); NaN where there is none. [any]
-    most : int
-        Points of the line, about. Default: what a chart can show. [1]
-
-    Returns
-    -------
-    DrawnLine
-        The line, broken at gaps, and values that stand alone.
-    """
+    """Return a series as it is drawn."""
     present = np.isfinite(y)
     at, values = x[present], y[present]
     if at.size == 0:
@@ -110,21 +81,7 @@ def drawn_line(x: FloatArray, y: FloatArray, most: int = DRAWN_POINTS) -> DrawnL
 
 
 def marked(line: DrawnLine, turn: float) -> list[int]:
-    """Return which points of a line get a marker.
-
-    Parameters
-    ----------
-    line : DrawnLine
-        The line, with at least one point.
-    turn : float
-        Shift from 0 to 1, another one for each line of a panel, so that markers of lines that
-        cover each other stand side by side. [1]
-
-    Returns
-    -------
-    list of int
-        Points. [1]
-    """
+    """Return which points of a line get a marker."""
     known = np.flatnonzero(~np.isnan(line.x))
     x = line.x[known]
     shares = (np.arange(_MARKS) + turn) / np.float64(_MARKS)
@@ -139,21 +96,7 @@ def span_of(values: FloatArray) -> float:
 
 
 def largest(series: Mapping[str, FloatArray], most: int) -> tuple[list[str], list[str]]:
-    """Return which series are drawn one by one and which are taken together.
-
-    Parameters
-    ----------
-    series : mapping of str to FloatArray
-        Series by name. [any]
-    most : int
-        Lines of a panel. [1]
-
-    Returns
-    -------
-    tuple of list of str
-        All names and none where they fit; else those of the `most` - 1 largest peak-to-peak
-        values, in the order of the series, and the others.
-    """
+    """Return which series are drawn one by one and which are taken together."""
     names = list(series)
     if len(names) <= most:
         return names, []
@@ -163,20 +106,7 @@ def largest(series: Mapping[str, FloatArray], most: int) -> tuple[list[str], lis
 
 
 def shaded_spans(x: FloatArray, counted: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
-    """Return the stretches before and behind the rows that count.
-
-    Parameters
-    ----------
-    x : FloatArray
-        Places of the rows, (n,). [any]
-    counted : array of bool
-        Whether each row counts, (n,).
-
-    Returns
-    -------
-    tuple
-        Begin and end of each stretch that is seen in a chart. [any]
-    """
+    """Return the stretches before and behind the rows that count."""
     rows = np.flatnonzero(counted)
     if rows.size == 0:
         return ((float(x[0]), float(x[-1])),)

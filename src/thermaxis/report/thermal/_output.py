@@ -24,19 +24,7 @@ from thermaxis.thermal import Identification, Records, ThermalLog, Verification
 
 
 def document_pdf(document: Document) -> bytes:
-    """Return a document as PDF.
-
-    Parameters
-    ----------
-    document : Document
-        The content.
-
-    Returns
-    -------
-    bytes
-        The same document gives the same bytes: fonts are those inside the typesetter, and the
-        file's time is the document's date, or 1970-01-01 if there is none.
-    """
+    """Return a document as PDF."""
     template = resources.files("thermaxis.report").joinpath("certificate.typ").read_bytes()
     date = dt.date(1970, 1, 1) if document.date is None else dt.date.fromisoformat(document.date)
     return typst.compile(
@@ -223,25 +211,7 @@ def write_identification_figures(
 
 
 def write_charts(charts: Sequence[ThermalChart], folder: Path) -> tuple[Path, ...]:
-    """Write charts as PNG and SVG, and what they draw as CSV.
-
-    Parameters
-    ----------
-    charts : sequence of ThermalChart
-        The charts.
-    folder : Path
-        Where the files go; it is made if it does not exist.
-
-    Returns
-    -------
-    tuple of Path
-        The files.
-
-    Raises
-    ------
-    ConfigurationError
-        If the folder or a file cannot be written.
-    """
+    """Write charts as PNG and SVG, and what they draw as CSV."""
     make_folder(folder)
     written: list[Path] = []
     for chart in charts:

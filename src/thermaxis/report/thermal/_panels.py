@@ -196,17 +196,7 @@ class PanelGrid:
 
 
 def panel_chart(name: str, caption: str, grid: PanelGrid) -> ThermalChart:
-    """Return panels as a chart of a report.
-
-    Parameters
-    ----------
-    name : str
-        Name of its files, without suffix.
-    caption : str
-        What it shows and how to read it.
-    grid : PanelGrid
-        The panels.
-    """
+    """Return panels as a chart of a report."""
     return ThermalChart(name, caption, lambda: draw_panels(grid), panel_numbers(grid))
 
 
@@ -216,18 +206,7 @@ def shown_text(text: str) -> str:
 
 
 def panel_numbers(grid: PanelGrid) -> NumberTable:
-    """Return the points that are drawn: long lines are reduced to their extremes.
-
-    Parameters
-    ----------
-    grid : PanelGrid
-        The panels.
-
-    Returns
-    -------
-    NumberTable
-        One row per point.
-    """
+    """Return the points that are drawn: long lines are reduced to their extremes."""
     rows: list[tuple[str | float, ...]] = []
     for panel in grid.panels:
         lines = [(t.label, t.x, t.y) for t in panel.traces]
@@ -247,18 +226,7 @@ def panel_numbers(grid: PanelGrid) -> NumberTable:
 
 
 def draw_panels(grid: PanelGrid) -> Figure:
-    """Draw panels.
-
-    Parameters
-    ----------
-    grid : PanelGrid
-        The panels.
-
-    Returns
-    -------
-    Figure
-        The chart.
-    """
+    """Draw panels."""
     down = -(-len(grid.panels) // grid.columns)
     heights = [
         max(p.height_in for p in grid.panels[k * grid.columns : (k + 1) * grid.columns])
@@ -310,31 +278,14 @@ def _put_legends(figure: Figure, axes: Sequence[Axes], grid: PanelGrid) -> None:
 
 
 def legend_columns(labels: Sequence[str]) -> int:
-    """Return how many columns of a legend fit side by side, all lines filled alike.
-
-    Parameters
-    ----------
-    labels : sequence of str
-        What it shows, at least one label.
-    """
+    """Return how many columns of a legend fit side by side, all lines filled alike."""
     widest = max(len(line) for label in labels for line in label.split("\n"))
     most = max(1, int(_LEGEND_WIDTH / (_SAMPLE_WIDTH + widest)))
     return -(-len(labels) // -(-len(labels) // most))
 
 
 def line_label(label: str) -> str:
-    """Return the name of a line as a legend shows it.
-
-    Parameters
-    ----------
-    label : str
-        The name, in one line or two; text from files as it is.
-
-    Returns
-    -------
-    str
-        A long name loses its middle: names of channels often differ at their ends.
-    """
+    """Return the name of a line as a legend shows it."""
     text = "\n".join(_shortened(drawable(line)) for line in label.split("\n")[:2])
     return f" {text}" if text.startswith("_") else text  # the library hides such names
 

@@ -40,23 +40,7 @@ class _Lag:
 def time_constant_chart(
     outputs: Sequence[IdentifiedOutput], *, sample_time_s: float, record_s: float
 ) -> ThermalChart | None:
-    """Return the time constants of lags, the poles at z = exp(-sample time / time constant).
-
-    Parameters
-    ----------
-    outputs : sequence of IdentifiedOutput
-        Outputs of the method modal.
-    sample_time_s : float
-        Sample time of the records. [s]
-    record_s : float
-        Length of the longest record. [s]
-
-    Returns
-    -------
-    ThermalChart or None
-        One row per part, or per output where all parts share their time constants; None where
-        there is no lag.
-    """
+    """Return the time constants of lags, the poles at z = exp(-sample time / time constant)."""
     lags = [lag for output in outputs for lag in _lags(output)]
     if not lags:
         return None
@@ -156,18 +140,7 @@ def pole_maps(output: IdentifiedOutput) -> tuple[PoleZeroMap, ...]:
 
 
 def pole_zero_chart(outputs: Sequence[IdentifiedOutput]) -> ThermalChart | None:
-    """Return poles and zeros of ARX and output error in the plane of z.
-
-    Parameters
-    ----------
-    outputs : sequence of IdentifiedOutput
-        The outputs.
-
-    Returns
-    -------
-    ThermalChart or None
-        A panel per output and input; None where there is none.
-    """
+    """Return poles and zeros of ARX and output error in the plane of z."""
     maps = [
         (f"{output.name}: {found.input_name}", found)
         for output in outputs

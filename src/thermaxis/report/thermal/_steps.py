@@ -61,13 +61,7 @@ class Steps:
 
 
 def thermal_model_of_output(output: Output) -> ThermalModel:
-    """Return an output of a compensation model in the form of the identification.
-
-    Parameters
-    ----------
-    output : Output
-        The output; gains by diameter are left out.
-    """
+    """Return an output of a compensation model in the form of the identification."""
     return ThermalModel(
         tuple(
             ModalPart(
@@ -86,22 +80,7 @@ def thermal_model_of_output(output: Output) -> ThermalModel:
 def step_chart(
     model: CompensationModel, *, record_s: float, record_name: str
 ) -> ThermalChart:  # fmt: skip
-    """Return the step responses of a compensation model; the right part of figure 4.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    record_s : float
-        Length of the record: what comes behind it was never seen. [s]
-    record_name : str
-        What the record is.
-
-    Returns
-    -------
-    ThermalChart
-        A panel per output.
-    """
+    """Return the step responses of a compensation model; the right part of figure 4."""
     models = [(output.name, thermal_model_of_output(output)) for output in model.outputs]
     horizon = _horizon([m for _, m in models], record_s)
     steps = [_modal_steps(name, m, horizon) for name, m in models]
@@ -113,20 +92,7 @@ def step_chart(
 def identified_step_chart(
     outputs: Sequence[IdentifiedOutput], *, record_s: float
 ) -> ThermalChart | None:
-    """Return the step responses of identified models with what is known of their uncertainty.
-
-    Parameters
-    ----------
-    outputs : sequence of IdentifiedOutput
-        The outputs.
-    record_s : float
-        Length of the longest record. [s]
-
-    Returns
-    -------
-    ThermalChart or None
-        A panel per output with a stable model; None where there is none.
-    """
+    """Return the step responses of identified models with what is known of their uncertainty."""
     stable = [(o, o.model) for o in outputs if o.model is not None]
     if not stable:
         return None

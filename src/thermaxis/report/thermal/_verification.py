@@ -73,13 +73,7 @@ _FIRST = ("figure_13_with_and_without", "figure_13_with_and_without_log_1")
 
 
 def pictures_of(charts: Sequence[ThermalChart]) -> dict[str, Picture]:
-    """Return charts as pictures with numbered captions, by name.
-
-    Parameters
-    ----------
-    charts : sequence of ThermalChart
-        In the order in which the report shows them.
-    """
+    """Return charts as pictures with numbered captions, by name."""
     return {
         chart.name: Picture(chart.svg().decode("utf-8"), f"Figure {k + 1}. {chart.caption}")
         for k, chart in enumerate(charts)
@@ -89,22 +83,7 @@ def pictures_of(charts: Sequence[ThermalChart]) -> dict[str, Picture]:
 def verification_document(
     model: CompensationModel, logs: Sequence[ThermalLog], result: Verification
 ) -> Document:
-    """Return the content of the report of a verification.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    logs : sequence of ThermalLog
-        The logs, in the order of the result.
-    result : Verification
-        What was found.
-
-    Returns
-    -------
-    Document
-        Strings only; every text from files has passed `plain_text`.
-    """
+    """Return the content of the report of a verification."""
     pictures = pictures_of(verification_charts(model, tuple(logs), result))
     names = ", ".join(name_text(log.name, 40) for log in result.logs[:3])
     sha256 = model_sha256(model)

@@ -26,15 +26,7 @@ def name_text(text: str, limit: int = _NAME) -> str:
 
 
 def significant(value: float | None, digits: int = 4) -> str:
-    """Return a number with significant digits, without an exponent from a thousandth up.
-
-    Parameters
-    ----------
-    value : float or None
-        The number. [any]
-    digits : int
-        Significant digits. [1]
-    """
+    """Return a number with significant digits, without an exponent from a thousandth up."""
     if value is None or not math.isfinite(value):
         return DASH
     if value == 0.0:
@@ -46,17 +38,7 @@ def significant(value: float | None, digits: int = 4) -> str:
 
 
 def with_interval(value: float, std: float | None, factor: float) -> str:
-    """Return a number with its interval, both to two digits of the interval.
-
-    Parameters
-    ----------
-    value : float
-        The number. [any]
-    std : float or None
-        Its standard deviation; None where none is supported. [any]
-    factor : float
-        Standard deviations of the interval. [1]
-    """
+    """Return a number with its interval, both to two digits of the interval."""
     if std is None or not math.isfinite(std) or std <= 0.0:
         return significant(value)
     half = factor * std
@@ -89,19 +71,7 @@ def hours(seconds: float) -> str:
 
 
 def log_sha256(log: ThermalLog) -> str:
-    """Return a hash of a log's content: names, times and values as they were read.
-
-    Parameters
-    ----------
-    log : ThermalLog
-        The log.
-
-    Returns
-    -------
-    str
-        SHA-256 of the times and of every column with its name before it, columns by name; all
-        missing values count as the same.
-    """
+    """Return a hash of a log's content: names, times and values as they were read."""
     digest = hashlib.sha256()
 
     def add(name: str, values: FloatArray) -> None:
@@ -116,15 +86,7 @@ def log_sha256(log: ThermalLog) -> str:
 
 
 def warning_blocks(warnings: Sequence[str], extra: Sequence[str] = ()) -> tuple[Block, ...]:
-    """Return what must be read first.
-
-    Parameters
-    ----------
-    warnings : sequence of str
-        In words; may hold text from files.
-    extra : sequence of str
-        More of them, said after the others.
-    """
+    """Return what must be read first."""
     said = list(dict.fromkeys(plain_text(text, 500) for text in (*warnings, *extra)))
     if not said:
         return (Paragraph("No warnings."),)
@@ -135,15 +97,7 @@ def warning_blocks(warnings: Sequence[str], extra: Sequence[str] = ()) -> tuple[
 
 
 def model_parts_table(model: CompensationModel, output_number: int) -> Table:
-    """Return the parts of an output of a compensation model.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    output_number : int
-        Which output, from 0.
-    """
+    """Return the parts of an output of a compensation model."""
     output = model.outputs[output_number]
     with_g = any(part.gain_by_diameter for part in output.parts)
     rows = tuple(
@@ -182,15 +136,7 @@ def _gain_words(part: Part) -> str:
 
 
 def provenance_section(provenance: Provenance, further: Sequence[Block] = ()) -> Section:
-    """Return where a model comes from.
-
-    Parameters
-    ----------
-    provenance : Provenance
-        What it states.
-    further : sequence of Block
-        What follows.
-    """
+    """Return where a model comes from."""
     fields = (
         ("Program", plain_text(provenance.program, 80) or NOT_STATED),
         ("Date", plain_text(provenance.date, 40) or NOT_STATED),

@@ -68,13 +68,7 @@ def write_trend_figures(trend: Trend, folder: Path) -> tuple[Path, ...]:
 
 
 def draw_trend(trend: Trend) -> Figure:
-    """Draw the figures of every run over the date, or over the number of the run.
-
-    Parameters
-    ----------
-    trend : Trend
-        The runs.
-    """
+    """Draw the figures of every run over the date, or over the number of the run."""
     keys = trend.figures
     down = -(-len(keys) // 2)
     figure = new_figure(1.1 + 1.75 * down)

@@ -70,25 +70,7 @@ def parse_url(url: str, password: str = "") -> URL:
 
 
 def absolute_url(url: str, folder: Path) -> str:
-    """Return a URL whose file, if it is SQLite's and relative, is taken from a folder.
-
-    Parameters
-    ----------
-    url : str
-        The URL.
-    folder : Path
-        The folder, such as that of the configuration.
-
-    Returns
-    -------
-    str
-        The URL.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no URL of a database.
-    """
+    """Return a URL whose file, if it is SQLite's and relative, is taken from a folder."""
     parsed = parse_url(url)
     if parsed.get_backend_name() != _SQLITE:
         return url
@@ -97,34 +79,12 @@ def absolute_url(url: str, folder: Path) -> str:
 
 
 def sqlite_path(url: URL) -> Path | None:
-    """Return the file of a database, None where it is no SQLite.
-
-    Parameters
-    ----------
-    url : sqlalchemy.engine.URL
-        The address.
-
-    Returns
-    -------
-    Path or None
-        The file.
-    """
+    """Return the file of a database, None where it is no SQLite."""
     return Path(str(url.database)) if url.get_backend_name() == _SQLITE else None
 
 
 def file_identity(path: Path) -> tuple[int, int] | None:
-    """Return what tells a file from another one of the same name.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    tuple of int or None
-        Numbers of the device and the file; None where there is none.
-    """
+    """Return what tells a file from another one of the same name."""
     try:
         found = path.stat()
     except OSError:
@@ -133,18 +93,7 @@ def file_identity(path: Path) -> tuple[int, int] | None:
 
 
 def shown_url(url: URL) -> str:
-    """Return an address without its password.
-
-    Parameters
-    ----------
-    url : sqlalchemy.engine.URL
-        The address.
-
-    Returns
-    -------
-    str
-        The address for people.
-    """
+    """Return an address without its password."""
     path = sqlite_path(url)
     return str(path) if path is not None else url.render_as_string(hide_password=True)
 
@@ -155,16 +104,6 @@ def writing_engine(url: URL) -> sa.Engine:
     SQLite: write-ahead log, and every commit is on the disk before it counts (synchronous FULL):
     with NORMAL a loss of power would take everything since the last checkpoint, minutes, not the
     last second. A commit a second costs a disk nothing.
-
-    Parameters
-    ----------
-    url : sqlalchemy.engine.URL
-        The address.
-
-    Returns
-    -------
-    sqlalchemy.Engine
-        The engine; each connection of it is one of the database.
     """
     path = sqlite_path(url)
     if path is None:
@@ -182,23 +121,7 @@ def writing_engine(url: URL) -> sa.Engine:
 
 
 def reading_engine(url: URL) -> sa.Engine:
-    """Return an engine that cannot write.
-
-    Parameters
-    ----------
-    url : sqlalchemy.engine.URL
-        The address.
-
-    Returns
-    -------
-    sqlalchemy.Engine
-        The engine.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is no such file.
-    """
+    """Return an engine that cannot write."""
     path = sqlite_path(url)
     if path is None:
         arguments = _postgresql_arguments()

@@ -54,22 +54,7 @@ class _Column(NamedTuple):
 
 
 def heading_of(column: SeriesColumn, outputs: Sequence[str]) -> str:
-    """Return the heading of a series, as the readers of thermal logs know headings.
-
-    Parameters
-    ----------
-    column : SeriesColumn
-        The series.
-    outputs : sequence of str
-        Names of the outputs.
-
-    Returns
-    -------
-    str
-        ``Z_correction_um`` for ``Z_um.correction``, ``Z_part_spindle_um`` for
-        ``Z_um.part.spindle``, ``T_spindle_spare_C`` for ``T_spindle_C.spare``; the name of a
-        channel stays as it is.
-    """
+    """Return the heading of a series, as the readers of thermal logs know headings."""
     output = next((name for name in outputs if column.name.startswith(f"{name}.")), None)
     if output is None or column.good is not None:
         base, dot, which = column.name.partition(".")  # T_spindle_C.spare

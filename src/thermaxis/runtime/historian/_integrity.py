@@ -26,18 +26,7 @@ class Soundness(NamedTuple):
 
 
 def is_damage(error: BaseException | None) -> bool:
-    """Return whether an error of SQLite says that the file is damaged.
-
-    Parameters
-    ----------
-    error : BaseException or None
-        The error of the database's library.
-
-    Returns
-    -------
-    bool
-        True for a malformed file and one that is no database.
-    """
+    """Return whether an error of SQLite says that the file is damaged."""
     code = getattr(error, "sqlite_errorcode", None)
     return isinstance(error, sqlite3.Error) and code is not None and code & 0xFF in _DAMAGE
 
@@ -107,25 +96,7 @@ def _refuse_text(path: Path) -> None:
 
 
 def put_aside(path: Path, utc: datetime) -> Path:
-    """Rename a damaged file, with its log, so that a new one can be begun.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    utc : datetime
-        The time, for the name.
-
-    Returns
-    -------
-    Path
-        Its new name: ``NAME.damaged-20261103T060000Z``, with a number behind it if need be.
-
-    Raises
-    ------
-    OSError
-        If it cannot be renamed.
-    """
+    """Rename a damaged file, with its log, so that a new one can be begun."""
     stem = f"{path.name}.damaged-{utc:%Y%m%dT%H%M%SZ}"
     target = path.with_name(stem)
     number = 1
@@ -145,23 +116,6 @@ def writer_lock(path: Path) -> FileLock:
 
     Not protected: on systems without locks on files, and on network drives that do not pass them
     on.
-
-    Parameters
-    ----------
-    path : Path
-        The database; the lock is an empty file beside it, ``NAME.lock``, which stays.
-
-    Returns
-    -------
-    FileLock
-        The lock, which is held; gone with the program that holds it.
-
-    Raises
-    ------
-    ConfigurationError
-        If another program holds it.
-    OSError
-        If the file cannot be made.
     """
     taken = ConfigurationError(
         "another program writes to this history",

@@ -100,13 +100,7 @@ class Layout:
 
     @staticmethod
     def from_text(text: str) -> "Layout":
-        """Return the layout that JSON describes.
-
-        Raises
-        ------
-        DataError
-            If the text is no layout.
-        """
+        """Return the layout that JSON describes."""
         try:
             table = cast("dict[str, object]", json.loads(text))
             fields = cast("dict[str, Any]", {name: _tuples(v) for name, v in table.items()})

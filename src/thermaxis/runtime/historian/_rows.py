@@ -77,52 +77,17 @@ _vectors_of = cast("Callable[[CycleOutput], tuple[Sequence[float], ...]]", attrg
 
 
 def to_us(moment: datetime) -> int:
-    """Return an aware time as microseconds since 1970.
-
-    Parameters
-    ----------
-    moment : datetime
-        The time, aware.
-
-    Returns
-    -------
-    int
-        Microseconds, exactly. [µs]
-    """
+    """Return an aware time as microseconds since 1970."""
     return (moment - EPOCH) // _MICROSECOND
 
 
 def from_us(time_us: int) -> datetime:
-    """Return microseconds since 1970 as an aware time in UTC.
-
-    Parameters
-    ----------
-    time_us : int
-        Microseconds. [µs]
-
-    Returns
-    -------
-    datetime
-        The time.
-    """
+    """Return microseconds since 1970 as an aware time in UTC."""
     return EPOCH + timedelta(microseconds=time_us)
 
 
 def storable(text: str, limit: int) -> str:
-    """Return a text that every database takes.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-    limit : int
-        Longest result. [character]
-
-    Returns
-    -------
-    str
-        The text; characters that some database refuses (zero, halves of a pair) as escapes.
-    """
+    """Return a text that every database takes."""
     text = text[:limit]
     if "\0" in text:
         text = text.replace("\0", "\\x00")
@@ -270,29 +235,7 @@ class RowPacker:
 def record_of(
     layout: Layout, words: Mapping[int, str], row: bytes, text: str | None
 ) -> CycleRecord:
-    """Return the record that a row was made of.
-
-    Parameters
-    ----------
-    layout : Layout
-        The row's layout.
-    words : mapping
-        The run's words by their number.
-    row : bytes
-        The row.
-    text : str or None
-        The answers that were stored with it.
-
-    Returns
-    -------
-    CycleRecord
-        The record; times are in UTC.
-
-    Raises
-    ------
-    DataError
-        If the row does not fit its layout, or has a word that this program does not know.
-    """
+    """Return the record that a row was made of."""
     try:
         return _record_of(layout, words, row, text)
     except (struct.error, KeyError, ValueError, OverflowError) as error:
@@ -423,18 +366,7 @@ def _split(text: str) -> list[str]:
 
 
 def answers_as_text(answers: Sequence[Answer]) -> str:
-    """Return answers as JSON.
-
-    Parameters
-    ----------
-    answers : sequence of Answer
-        The answers, with their requests.
-
-    Returns
-    -------
-    str
-        A list, one entry for each; numbers that are not finite as Python's JSON writes them.
-    """
+    """Return answers as JSON."""
     return json.dumps(
         [
             {
@@ -454,23 +386,7 @@ def answers_as_text(answers: Sequence[Answer]) -> str:
 
 
 def answers_of_text(text: str) -> tuple[Answer, ...]:
-    """Return the answers that `answers_as_text` wrote.
-
-    Parameters
-    ----------
-    text : str
-        The JSON.
-
-    Returns
-    -------
-    tuple of Answer
-        The answers.
-
-    Raises
-    ------
-    ValueError, KeyError
-        If the text is something else.
-    """
+    """Return the answers that `answers_as_text` wrote."""
     found: list[Answer] = []
     for entry in json.loads(text):
         accepted, reason = entry.pop("accepted"), entry.pop("reason")
@@ -480,44 +396,13 @@ def answers_of_text(text: str) -> tuple[Answer, ...]:
 
 
 def pack_block(rows: Sequence[bytes]) -> bytes:
-    """Return rows of one layout as a block.
-
-    Parameters
-    ----------
-    rows : sequence of bytes
-        The rows, at least one.
-
-    Returns
-    -------
-    bytes
-        The block; `unpack_block` gives the rows back.
-    """
+    """Return rows of one layout as a block."""
     size, data = len(rows[0]), b"".join(rows)
     return zlib.compress(b"".join([data[k::size] for k in range(size)]), _LEVEL)
 
 
 def unpack_block(block: bytes, layout: Layout, count: int) -> bytes:
-    """Return the rows of a block, one behind the other.
-
-    Parameters
-    ----------
-    block : bytes
-        The block.
-    layout : Layout
-        Its layout.
-    count : int
-        Number of rows. [1]
-
-    Returns
-    -------
-    bytes
-        The rows.
-
-    Raises
-    ------
-    DataError
-        If the block is damaged.
-    """
+    """Return the rows of a block, one behind the other."""
     size = layout.row.size * count
     inflater = zlib.decompressobj()
     try:
@@ -536,20 +421,7 @@ def unpack_block(block: bytes, layout: Layout, count: int) -> bytes:
 
 
 def rows_of(layout: Layout, data: bytes) -> Iterator[bytes]:
-    """Cut the bytes of many rows into rows.
-
-    Parameters
-    ----------
-    layout : Layout
-        Their layout.
-    data : bytes
-        The rows, one behind the other.
-
-    Yields
-    ------
-    bytes
-        A row.
-    """
+    """Cut the bytes of many rows into rows."""
     size = layout.row.size
     for first in range(0, len(data), size):
         yield data[first : first + size]

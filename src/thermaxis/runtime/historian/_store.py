@@ -145,15 +145,6 @@ class Store:
 
     Every method but `close` raises ``sqlalchemy.exc.SQLAlchemyError`` if the database fails; the
     store is then of no more use.
-
-    Parameters
-    ----------
-    url : sqlalchemy.engine.URL
-        The address.
-    path : Path or None
-        The file of SQLite.
-    lock : FileLock or None
-        Lock of that file; it is released with `close`.
     """
 
     def __init__(self, url: URL, path: Path | None, lock: FileLock | None) -> None:
@@ -178,20 +169,7 @@ class Store:
         """Cycles that are in no block yet. [1]"""
 
     def prepare(self, run_key: str, utc: datetime) -> None:
-        """Make tables, lock the database, find this run or begin it.
-
-        Parameters
-        ----------
-        run_key : str
-            Name of this run.
-        utc : datetime
-            The time of day.
-
-        Raises
-        ------
-        ConfigurationError
-            If the database is of a newer program, or another one writes to it.
-        """
+        """Make tables, lock the database, find this run or begin it."""
         connection = self._connection
         if self._path is None:
             with connection.begin():
@@ -256,15 +234,7 @@ class Store:
         return max((int(seq) for seq in found if seq is not None), default=-1)
 
     def write(self, items: Sequence[Item], packer: RowPacker) -> None:
-        """Store items with the words and layouts that they need, all or nothing.
-
-        Parameters
-        ----------
-        items : sequence of Item
-            What was taken from the backlog.
-        packer : RowPacker
-            What made their rows.
-        """
+        """Store items with the words and layouts that they need, all or nothing."""
         words = packer.words[self._words_stored :]
         layouts = packer.layouts[self._layouts_stored :]
         cycles: list[dict[str, object]] = []
@@ -310,11 +280,6 @@ class Store:
         """Make a block of the oldest rows, with their trend, if they fill one.
 
         Rows of another layout or an earlier run make a block however few they are.
-
-        Returns
-        -------
-        bool
-            Whether a block was made: there may be more.
         """
         if self.open_rows < BLOCK_ROWS and not self._mixed:
             return False
@@ -415,18 +380,7 @@ class Store:
     # ---- retention ------------------------------------------------------------------------------
 
     def retire(self, days: int) -> bool:
-        """Delete a little of what is older than the days that are kept.
-
-        Parameters
-        ----------
-        days : int
-            Days with records that are kept. [d]
-
-        Returns
-        -------
-        bool
-            Whether there is more to delete.
-        """
+        """Delete a little of what is older than the days that are kept."""
         with self._connection.begin():
             if self._retiring is None:
                 self._retiring = self._first_day_to_retire(days)

@@ -125,18 +125,7 @@ event = sa.Table(
 
 
 def stored_schema(connection: sa.Connection) -> int | None:
-    """Return the version of the tables in a database.
-
-    Parameters
-    ----------
-    connection : sqlalchemy.Connection
-        An open connection.
-
-    Returns
-    -------
-    int or None
-        The version; None where there are no tables of a history.
-    """
+    """Return the version of the tables in a database."""
     if not sa.inspect(connection).has_table(version.name):
         return None
     return connection.execute(
@@ -145,20 +134,7 @@ def stored_schema(connection: sa.Connection) -> int | None:
 
 
 def require_known_schema(found: int, where: str) -> None:
-    """Refuse a database that a newer program has written.
-
-    Parameters
-    ----------
-    found : int
-        Version of its tables.
-    where : str
-        The database, for the error.
-
-    Raises
-    ------
-    ConfigurationError
-        If the version is newer than what this program knows.
-    """
+    """Refuse a database that a newer program has written."""
     if found > SCHEMA:
         raise ConfigurationError(
             f"the history has version {found} of its tables, this program knows up to {SCHEMA}",
@@ -168,22 +144,7 @@ def require_known_schema(found: int, where: str) -> None:
 
 
 def bring_up_to_date(connection: sa.Connection, where: str) -> None:
-    """Make the tables where there are none, or bring older ones to the present version.
-
-    Parameters
-    ----------
-    connection : sqlalchemy.Connection
-        An open connection, in no transaction.
-    where : str
-        The database, for errors.
-
-    Raises
-    ------
-    ConfigurationError
-        If the database was written by a newer program.
-    sqlalchemy.exc.SQLAlchemyError
-        If the database refuses.
-    """
+    """Make the tables where there are none, or bring older ones to the present version."""
     with connection.begin():
         found = stored_schema(connection)
         if found is None:

@@ -38,23 +38,7 @@ class Tally(NamedTuple):
 def tally(
     layout: Layout, rows: Iterable[bytes], active_code: int | None
 ) -> dict[tuple[SeriesColumn, int], Tally]:
-    """Return what is kept of rows, by series and minute.
-
-    Parameters
-    ----------
-    layout : Layout
-        Layout of the rows.
-    rows : iterable of bytes
-        The rows.
-    active_code : int or None
-        Number of the word for the active state, None where the run never was active.
-
-    Returns
-    -------
-    dict
-        Tallies by series and minute since 1970. Values that are not good, not there or not
-        finite are not in it.
-    """
+    """Return what is kept of rows, by series and minute."""
     numbers, times, words, _ = layout.counts
     by_minute: dict[int, list[tuple[float, ...]]] = {}
     for row in rows:

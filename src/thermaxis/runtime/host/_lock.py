@@ -13,23 +13,6 @@ class FileLock:
 
     Not protected: another computer, and a network drive that does not pass locks on. Where the
     system has no such locks at all, only what `required` says keeps a second program out.
-
-    Parameters
-    ----------
-    path : Path
-        An empty file, which is made and stays.
-    taken : ConfigurationError
-        What is raised if another program holds it.
-    required : bool
-        Whether nothing may go on without the lock, as for what acts on a machine. Otherwise a
-        system without locks is passed over.
-
-    Raises
-    ------
-    ConfigurationError
-        If another program holds it; if it is required and cannot be had here.
-    OSError
-        If the file cannot be made.
     """
 
     def __init__(self, path: Path, taken: ConfigurationError, *, required: bool) -> None:

@@ -4,13 +4,7 @@ import ipaddress
 
 
 def is_loopback(address: str) -> bool:
-    """Return whether an address is reached from this computer only.
-
-    Parameters
-    ----------
-    address : str
-        An IP address, or ``localhost``; any other name may be anybody's.
-    """
+    """Return whether an address is reached from this computer only."""
     if address == "localhost":
         return True
     try:

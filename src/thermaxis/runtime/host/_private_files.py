@@ -18,23 +18,7 @@ _NAME_REMEDY = "Check the name; relative names count from the folder of the conf
 
 
 def refuse_readable(path: Path, *, where: str, remedy: str = "") -> None:
-    """Check that a file with a secret is there and readable by its owner only.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    where : str
-        Which key or option names it, for the error.
-    remedy : str, optional
-        What to do if others can read it. Default: to take the right away, and to consider the
-        secret as known.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is missing, no regular file, or readable by group or others.
-    """
+    """Check that a file with a secret is there and readable by its owner only."""
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:
@@ -43,29 +27,7 @@ def refuse_readable(path: Path, *, where: str, remedy: str = "") -> None:
 
 
 def read_private(path: Path, *, limit_bytes: int, where: str, remedy: str = "") -> bytes:
-    """Return the content of a file that nobody but its owner may read.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    limit_bytes : int
-        Largest size. [byte]
-    where : str
-        Which key or option names it, for the error.
-    remedy : str, optional
-        As of `refuse_readable`.
-
-    Returns
-    -------
-    bytes
-        Its content.
-
-    Raises
-    ------
-    ConfigurationError
-        As `refuse_readable`; if it cannot be read, or is larger.
-    """
+    """Return the content of a file that nobody but its owner may read."""
     content = _begin_of(path, limit_bytes, where, remedy)
     if len(content) > limit_bytes:
         raise ConfigurationError(
@@ -75,25 +37,7 @@ def read_private(path: Path, *, limit_bytes: int, where: str, remedy: str = "") 
 
 
 def read_secret(path: Path, *, where: str) -> Secret:
-    """Return the first line of a file that nobody but its owner may read.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    where : str
-        Which key or option names it, for the error.
-
-    Returns
-    -------
-    Secret
-        Never empty.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is missing, empty, too long, no text, or readable by others.
-    """
+    """Return the first line of a file that nobody but its owner may read."""
     content = _begin_of(path, SECRET_LIMIT_BYTES, where, "")
     try:
         text = content.decode().partition("\n")[0].removesuffix("\r")
@@ -111,24 +55,7 @@ def read_secret(path: Path, *, where: str) -> Secret:
 def unreadable(
     path: Path, error: OSError | ValueError, *, where: str, remedy: str = _NAME_REMEDY
 ) -> ConfigurationError:
-    """Return the error for a file that cannot be read.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    error : OSError or ValueError
-        What the system said.
-    where : str
-        Which key or option names it.
-    remedy : str
-        What to do.
-
-    Returns
-    -------
-    ConfigurationError
-        The error.
-    """
+    """Return the error for a file that cannot be read."""
     reason = getattr(error, "strerror", None) or type(error).__name__
     return ConfigurationError(f"{path} cannot be read ({reason})", where=where, remedy=remedy)
 
@@ -164,23 +91,6 @@ def whole_file(path: Path, *, mode: int | None = None) -> Generator[BinaryIO]:
 
     An older file of that name is replaced, and its owner stays the owner, as where an
     administrator writes a service's file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    mode : int, optional
-        Its permissions, from the first moment. Default: those that new files have.
-
-    Yields
-    ------
-    binary stream
-        Where to write. An error inside leaves the old file as it was.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
     """
     beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.new")
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)

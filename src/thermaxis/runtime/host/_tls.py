@@ -18,26 +18,6 @@ def server_context(certificate: Path, private_key: Path, *, where: str) -> ssl.S
     Not protected: a key or certificate in DER is written as PEM to a file of the temporary folder
     for a moment, as the library reads PEM files only. Nobody else may read that file, but a disk
     or a backup may keep it. Where both are PEM there is no such file.
-
-    Parameters
-    ----------
-    certificate : Path
-        The server's certificate: PEM, those that signed it behind it, or DER.
-    private_key : Path
-        Its key: PEM or DER, not locked by a password, readable by its owner only.
-    where : str
-        Table of the configuration that names them, for errors.
-
-    Returns
-    -------
-    ssl.SSLContext
-        The context.
-
-    Raises
-    ------
-    ConfigurationError
-        If one of them cannot be read or is none, others can read the key, or they do not belong
-        together.
     """
     try:
         with certificate.open("rb") as stream:

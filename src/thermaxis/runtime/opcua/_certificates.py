@@ -95,46 +95,12 @@ class PrivateKey:
 
 
 def certificate_of(path: Path) -> Certificate:
-    """Read a certificate.
-
-    Parameters
-    ----------
-    path : Path
-        DER or PEM; of a chain the first one counts.
-
-    Returns
-    -------
-    Certificate
-        What it says.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be read or is no certificate.
-    """
+    """Read a certificate."""
     return certificate_from(_content(path), where=str(path))
 
 
 def certificate_from(content: bytes, *, where: str) -> Certificate:
-    """Return what a certificate says.
-
-    Parameters
-    ----------
-    content : bytes
-        DER or PEM; of a chain the first one counts.
-    where : str
-        Where it comes from, for the error.
-
-    Returns
-    -------
-    Certificate
-        What it says.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no certificate.
-    """
+    """Return what a certificate says."""
     try:
         if content.lstrip().startswith(_PEM):
             parsed = x509.load_pem_x509_certificate(content)
@@ -192,23 +158,7 @@ def _pairs(digest: bytes) -> str:
 
 
 def private_key_of(path: Path) -> PrivateKey:
-    """Read a private key that nobody but its owner can read.
-
-    Parameters
-    ----------
-    path : Path
-        PEM or DER, RSA, not encrypted.
-
-    Returns
-    -------
-    PrivateKey
-        The key.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be read, others can read or change it, or it is no such key.
-    """
+    """Read a private key that nobody but its owner can read."""
     content = read_private(
         path, limit_bytes=LARGEST_FILE_BYTES, where="private key", remedy=_KEY_REMEDY
     )
@@ -260,24 +210,7 @@ def _content(path: Path) -> bytes:
 def check_own_pair(
     certificate: Certificate, key: PrivateKey, application_uri: str, *, where: str
 ) -> None:
-    """Check that an own certificate fits its key and the address of the application.
-
-    Parameters
-    ----------
-    certificate : Certificate
-        Own certificate.
-    key : PrivateKey
-        Its key.
-    application_uri : str
-        Address that will be stated to servers.
-    where : str
-        The file of the certificate, for the error.
-
-    Raises
-    ------
-    ConfigurationError
-        If the key belongs to another certificate, or the address is not in it.
-    """
+    """Check that an own certificate fits its key and the address of the application."""
     if certificate.modulus != key.modulus:
         raise ConfigurationError(
             "certificate and private key do not belong together",
@@ -294,23 +227,7 @@ def check_own_pair(
 
 
 def validity_warning(certificate: Certificate, utc: datetime, *, name: str) -> str | None:
-    """Return what a person should know about the validity of a certificate.
-
-    Parameters
-    ----------
-    certificate : Certificate
-        The certificate.
-    utc : datetime
-        Now, aware.
-    name : str
-        What it is, for the sentence, such as ``own certificate``.
-
-    Returns
-    -------
-    str or None
-        A sentence from `WARNED_DAYS` before its end on, after it, and before its beginning; None
-        otherwise.
-    """
+    """Return what a person should know about the validity of a certificate."""
     date = certificate.not_after.strftime("%Y-%m-%d")
     if utc < certificate.not_before:
         begin = certificate.not_before.strftime("%Y-%m-%d %H:%M")
@@ -326,13 +243,7 @@ def validity_warning(certificate: Certificate, utc: datetime, *, name: str) -> s
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewCertificate:
-    """What a new certificate shall say.
-
-    Raises
-    ------
-    ConfigurationError
-        If an address or name is empty or too long, or the validity is out of its range.
-    """
+    """What a new certificate shall say."""
 
     application_uri: str
     """Address of the application."""
@@ -375,18 +286,6 @@ class NewCertificate:
 
 def make_pair(new: NewCertificate, utc: datetime) -> tuple[bytes, bytes]:
     """Make a key and a certificate that it has signed itself.
-
-    Parameters
-    ----------
-    new : NewCertificate
-        What it shall say.
-    utc : datetime
-        Now, aware: it is valid from a day before, so that clocks that differ do not matter.
-
-    Returns
-    -------
-    certificate_der, key_pem : bytes
-        The certificate, DER; the key, PEM, not encrypted.
 
     References
     ----------
@@ -456,26 +355,7 @@ def _key_usage() -> x509.KeyUsage:
 def write_pair(
     certificate: Path, key: Path, pair: tuple[bytes, bytes], *, replace: bool = False
 ) -> None:
-    """Write a certificate and its key; the key is never readable by others, not for a moment.
-
-    Parameters
-    ----------
-    certificate : Path
-        File of the certificate.
-    key : Path
-        File of the key.
-    pair : tuple of bytes
-        What `make_pair` returned.
-    replace : bool
-        Whether files that are there already are replaced.
-
-    Raises
-    ------
-    ConfigurationError
-        If one of them is there already and `replace` is not set, or both are the same file.
-    OSError
-        If they cannot be written.
-    """
+    """Write a certificate and its key; the key is never readable by others, not for a moment."""
     if certificate.absolute() == key.absolute():
         raise ConfigurationError(
             "certificate and key would be the same file",
@@ -495,24 +375,7 @@ def write_pair(
 
 
 def write_certificate(path: Path, certificate: Certificate, *, replace: bool = False) -> None:
-    """Write a server's certificate, DER.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    certificate : Certificate
-        What to write.
-    replace : bool
-        Whether a file that is there already is replaced.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is there already and `replace` is not set.
-    OSError
-        If it cannot be written.
-    """
+    """Write a server's certificate, DER."""
     if not replace and (path.exists() or path.is_symlink()):
         raise ConfigurationError(
             "the file is there already",

@@ -125,40 +125,14 @@ _BY_NAME: Final = {
 
 
 def explain(error: BaseException, settings: ConnectionSettings) -> str:
-    """Say what a failure means and what to do.
-
-    Parameters
-    ----------
-    error : BaseException
-        What was raised.
-    settings : ConnectionSettings
-        The connection.
-
-    Returns
-    -------
-    str
-        One line, with what is wrong and a remedy; no secret is in it.
-    """
+    """Say what a failure means and what to do."""
     if isinstance(error, ThermaxisError):
         return str(error)
     return _sentence(_words(error), settings)
 
 
 def refuse(error: BaseException, settings: ConnectionSettings) -> ConfigurationError:
-    """Return a failure as an error, for a command that does not try again.
-
-    Parameters
-    ----------
-    error : BaseException
-        What was raised.
-    settings : ConnectionSettings
-        The connection.
-
-    Returns
-    -------
-    ConfigurationError
-        With the server's address as its place.
-    """
+    """Return a failure as an error, for a command that does not try again."""
     if isinstance(error, ConfigurationError):
         return error
     words = _filled(_words(error), settings)
@@ -200,22 +174,7 @@ def is_ambiguous(error: BaseException) -> bool:
 def explain_offer(
     offered: Mapping[bytes, Collection[str]], pinned: bytes, settings: ConnectionSettings
 ) -> str:
-    """Say what an encrypted connection failed for, by what the server offers.
-
-    Parameters
-    ----------
-    offered : mapping of bytes to collection of str
-        Policies with signing and encryption, by the server's certificate, DER.
-    pinned : bytes
-        The stored certificate, DER.
-    settings : ConnectionSettings
-        The connection.
-
-    Returns
-    -------
-    str
-        One line with a remedy; empty if the offer does not explain it.
-    """
+    """Say what an encrypted connection failed for, by what the server offers."""
     if not any(settings.security in policies for policies in offered.values()):
         return _sentence(_NO_POLICY, settings)
     if pinned not in offered:

@@ -34,23 +34,6 @@ async def fetch_offers(url: str, timeout_s: float) -> tuple[ServerOffer, ...]:
 
     Not protected: whoever stands between can answer in the server's place. The fingerprint must
     be compared with what the machine itself shows.
-
-    Parameters
-    ----------
-    url : str
-        Address of the server.
-    timeout_s : float
-        Longest time. [s]
-
-    Returns
-    -------
-    tuple of ServerOffer
-        One per certificate, those with a usable policy first; empty if the server has none.
-
-    Raises
-    ------
-    ConfigurationError
-        If the address is none, the server cannot be reached, or what it says is no certificate.
     """
     settings = ConnectionSettings(name="the server", url=url, security="none", timeout_s=timeout_s)
     client = Client(settings.full_url, timeout=timeout_s)

@@ -81,15 +81,6 @@ class Link:
 
         Some servers step it once a second, so that the most it was ahead counts; the two clocks
         may part slowly, and a large step means that the clock was set.
-
-        Parameters
-        ----------
-        value : ua.DataValue
-            The server's time.
-        sent_s : float
-            When it was asked for, monotonic. [s]
-        now_s : float
-            When it came, monotonic. [s]
         """
         variant = value.Value
         seen = None if variant is None else aware_time(variant.Value)

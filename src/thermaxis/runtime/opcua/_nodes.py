@@ -31,23 +31,6 @@ class NodeText(NamedTuple):
 def parse_node(text: str) -> NodeText:
     """Read a node id.
 
-    Parameters
-    ----------
-    text : str
-        Such as ``ns=2;s=/Plc/Temp1``, ``nsu=urn:machine;s=Temp``, ``i=85``; the identifier is a
-        number (``i=``), a text (``s=``), a GUID (``g=``) or bytes in base64 (``b=``). In an
-        address ``%3B`` stands for a semicolon.
-
-    Returns
-    -------
-    NodeText
-        Its parts.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is no node id.
-
     References
     ----------
     OPC 10000-6, 5.3.1.10 and 5.3.1.11.
@@ -90,20 +73,7 @@ def _no_node(text: str) -> ConfigurationError:
 
 
 def node_id(node: NodeText, namespaces: Sequence[str]) -> "ua.NodeId | None":
-    """Return a node id for a server whose namespaces are known.
-
-    Parameters
-    ----------
-    node : NodeText
-        The node.
-    namespaces : sequence of str
-        The server's namespaces in their order.
-
-    Returns
-    -------
-    ua.NodeId or None
-        None if the server does not have its namespace.
-    """
+    """Return a node id for a server whose namespaces are known."""
     from asyncua import ua  # noqa: PLC0415 - the configuration parses nodes without it
 
     index = node.namespace

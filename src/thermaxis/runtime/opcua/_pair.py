@@ -30,13 +30,7 @@ class LoadedPair(NamedTuple):
 
 @final
 class PairFiles:
-    """Files of a connection, with what was last read from them.
-
-    Parameters
-    ----------
-    settings : ConnectionSettings
-        The connection, encrypted.
-    """
+    """Files of a connection, with what was last read from them."""
 
     def __init__(self, settings: ConnectionSettings) -> None:
         self._settings = settings
@@ -44,18 +38,7 @@ class PairFiles:
         self._loaded: LoadedPair | None = None
 
     def load(self) -> LoadedPair:
-        """Return what stands in the files; it is read only if one of them has changed.
-
-        Returns
-        -------
-        LoadedPair
-            Certificates and key.
-
-        Raises
-        ------
-        ConfigurationError
-            If a certificate or the key cannot be used, or others can read the key.
-        """
+        """Return what stands in the files; it is read only if one of them has changed."""
         own_file, key_file, server_file = self._places()
         stamps = tuple(_stamp(path) for path in (own_file, key_file, server_file))
         if self._loaded is not None and stamps == self._stamps:
@@ -77,18 +60,7 @@ class PairFiles:
         return loaded
 
     async def load_aside(self) -> LoadedPair:
-        """Do the same as `load`, in a thread where something has to be read.
-
-        Returns
-        -------
-        LoadedPair
-            Certificates and key.
-
-        Raises
-        ------
-        ConfigurationError
-            As `load`.
-        """
+        """Do the same as `load`, in a thread where something has to be read."""
         stamps = tuple(_stamp(path) for path in self._places())
         if self._loaded is not None and stamps == self._stamps:
             return self._loaded

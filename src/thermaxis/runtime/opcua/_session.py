@@ -585,32 +585,7 @@ async def connect_once(
     within_s: float,
     session_timeout_ms: float = SESSION_TIMEOUT_MS,
 ) -> Link:
-    """Connect with a new client, log in, and learn the namespaces and the clock of the server.
-
-    Parameters
-    ----------
-    settings : ConnectionSettings
-        The connection.
-    files : PairFiles
-        Its certificates; not looked at where it is not encrypted.
-    clock : Clock
-        Time.
-    within_s : float
-        Longest time of all of it. [s]
-    session_timeout_ms : float
-        How long the server is asked to keep the session of a client that is silent. Default:
-        short, because a control has few sessions. [ms]
-
-    Returns
-    -------
-    Link
-        The connection; whoever has it ends it with `take_leave` and `discard`.
-
-    Raises
-    ------
-    Exception
-        One of `FAILURES`, if it does not succeed; nothing is left of it then.
-    """
+    """Connect with a new client, log in, and learn the namespaces and the clock of the server."""
     client = _new_client(settings)
     client.session_timeout = int(session_timeout_ms)
     link = Link(client)
@@ -672,24 +647,7 @@ async def _look_around(link: Link, clock: Clock) -> None:
 def call_request(
     link: Link, place: str, method: str, arguments: Sequence[ua.Variant]
 ) -> ua.CallMethodRequest | None:
-    """Return the request that calls a method; None if the server has no such namespace.
-
-    Parameters
-    ----------
-    link : Link
-        The connection.
-    place : str
-        The object that the method belongs to.
-    method : str
-        The method.
-    arguments : sequence of ua.Variant
-        Its arguments, each in exactly its type.
-
-    Raises
-    ------
-    ConfigurationError
-        If one of the two is no node id.
-    """
+    """Return the request that calls a method; None if the server has no such namespace."""
     place_id, method_id = link.id_of(place), link.id_of(method)
     if place_id is None or method_id is None:
         return None
@@ -708,15 +666,7 @@ def answer_of(result: ua.CallMethodResult) -> MethodAnswer:
 
 
 async def take_leave(client: Client, within_s: float) -> None:
-    """Give a session back, so that the server need not wait until it expires.
-
-    Parameters
-    ----------
-    client : Client
-        The client.
-    within_s : float
-        Longest time. [s]
-    """
+    """Give a session back, so that the server need not wait until it expires."""
     with contextlib.suppress(*FAILURES):
         async with asyncio.timeout(within_s):
             await client.disconnect()

@@ -38,19 +38,6 @@ def node_type(data_type: object, value: ua.DataValue) -> ua.VariantType | None:
     """Return the exact type that a node takes.
 
     A server refuses a Double where it keeps a Float, and an Int64 where it keeps an Int32.
-
-    Parameters
-    ----------
-    data_type : object
-        What its attribute DataType says.
-    value : ua.DataValue
-        What its attribute Value says: it decides where the data type is one of the machine's own
-        or an abstract one, such as Number.
-
-    Returns
-    -------
-    ua.VariantType or None
-        None if neither tells.
     """
     if isinstance(data_type, ua.NodeId) and data_type.NamespaceIndex == 0:
         number = data_type.Identifier
@@ -63,20 +50,7 @@ def node_type(data_type: object, value: ua.DataValue) -> ua.VariantType | None:
 
 
 def number_as(value: float, kind: ua.VariantType | None) -> ua.Variant | str:
-    """Return a number in the type of a node, or the name of the status that says why not.
-
-    Parameters
-    ----------
-    value : float or bool
-        The number; on an integer type it is rounded to the nearest.
-    kind : ua.VariantType, optional
-        Type of the node.
-
-    Returns
-    -------
-    ua.Variant or str
-        What can be written, or `NOT_A_NUMBER` or `WRONG_TYPE`.
-    """
+    """Return a number in the type of a node, or the name of the status that says why not."""
     if not math.isfinite(value):
         return NOT_A_NUMBER
     if kind is ua.VariantType.Double:
@@ -93,21 +67,7 @@ def number_as(value: float, kind: ua.VariantType | None) -> ua.Variant | str:
 
 
 def next_beat(last: float | None, kind: str) -> int:
-    """Return the heartbeat after another one.
-
-    Parameters
-    ----------
-    last : float, optional
-        The last one, written or found; None if none is known.
-    kind : str
-        Name of its node's type.
-
-    Returns
-    -------
-    int
-        0 or 1 in turn on a ``Boolean``, otherwise one more, from 0 again at the end of the type.
-        It always differs from the last one. [1]
-    """
+    """Return the heartbeat after another one."""
     if kind == "Boolean":
         return 0 if last else 1
     highest = _RANGES[ua.VariantType[kind]][1] if kind in WHOLE_TYPES else _BEAT_LIMIT

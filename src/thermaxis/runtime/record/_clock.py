@@ -56,13 +56,7 @@ class ClockChange(NamedTuple):
 
 @final
 class LogClock:
-    """The clock of a log.
-
-    Parameters
-    ----------
-    clock : Clock
-        Monotonic time and time of day.
-    """
+    """The clock of a log."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -76,14 +70,7 @@ class LogClock:
         return self._ahead_us / 1e6
 
     def read(self) -> tuple[float, ClockChange | None]:
-        """Return the log's time, and a jump of the time of day since the last call.
-
-        Returns
-        -------
-        tuple of float and ClockChange
-            Milliseconds since 1970 UTC [ms], greater than at every earlier call with an earlier
-            monotonic time; None where nothing jumped.
-        """
+        """Return the log's time, and a jump of the time of day since the last call."""
         monotonic_s = self._clock.monotonic_s()
         elapsed_us = max(0, round((monotonic_s - self._monotonic_s) * 1e6))
         self._monotonic_s = monotonic_s

@@ -168,23 +168,7 @@ class _Pair:
 
 @final
 class RecordingFiles:
-    """Writes entries to files by day and size, and goes on where an earlier recording ended.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the logs lie; it is made.
-    name : str
-        Begin of the file names.
-    heads : Heads
-        What stands above the rows.
-    days_per_file : int
-        UTC days that one file covers. [d]
-    largest_bytes : int
-        Size of the log, or of its sources, at which new files begin. [byte]
-    step_ms : int
-        Time between two rows. [ms]
-    """
+    """Writes entries to files by day and size, and goes on where an earlier recording ended."""
 
     def __init__(
         self,
@@ -223,18 +207,7 @@ class RecordingFiles:
         return finished
 
     def store(self, entries: Sequence[Entry]) -> Stored:
-        """Write entries, as far as the disk takes them.
-
-        Parameters
-        ----------
-        entries : sequence of Entry
-            Rows, by rising time, and what happened between them.
-
-        Returns
-        -------
-        Stored
-            How many of them are in the files. It never raises: the rest is handed in again.
-        """
+        """Write entries, as far as the disk takes them."""
         done = 0
         try:
             while done < len(entries):
@@ -408,18 +381,7 @@ class RecordingFiles:
         return f"{self._name}-{day.isoformat()}{'' if number == 1 else f'-{number}'}.csv"
 
     def delete_before(self, day: date) -> list[Path]:
-        """Delete files whose last day lies before another day.
-
-        Parameters
-        ----------
-        day : date
-            The first day whose files are kept.
-
-        Returns
-        -------
-        list of Path
-            What was deleted. What cannot be deleted stays for the next time.
-        """
+        """Delete files whose last day lies before another day."""
         gone: list[Path] = []
         kept = self.current
         for first, _, path in self._names(every=True):
@@ -521,20 +483,7 @@ def _row_ms(line: bytes, cells: int) -> float | None:
 
 @contextmanager
 def sole_writer(folder: Path, name: str) -> Generator[None]:
-    """Keep other recordings of the same name out of a folder, as long as this one runs.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the logs lie; it is made.
-    name : str
-        Begin of the file names.
-
-    Raises
-    ------
-    ConfigurationError
-        If the folder cannot be made or written to, or another recording of that name runs.
-    """
+    """Keep other recordings of the same name out of a folder, as long as this one runs."""
     taken = ConfigurationError(
         f"another recording writes logs named {name} here",
         where=str(folder),

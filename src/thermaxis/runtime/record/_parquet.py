@@ -10,24 +10,7 @@ _TIME_FORMAT = "%Y-%m-%dT%H:%M:%S%.3fZ"
 
 
 def write_parquet(log: Path) -> list[Path]:
-    """Write a log, and its file of sources, as Parquet; the CSV files stay.
-
-    Parameters
-    ----------
-    log : Path
-        A log that a recording wrote and that is complete.
-
-    Returns
-    -------
-    list of Path
-        What was written: names as those of the CSV files, ending in ``.parquet``. A file is
-        there whole or not at all; an older one of that name is replaced.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be read or written.
-    """
+    """Write a log, and its file of sources, as Parquet; the CSV files stay."""
     return [
         _write(path, numbers=numbers)
         for path, numbers in ((log, True), (log.parent / SOURCES_FOLDER / log.name, False))
@@ -61,18 +44,7 @@ def _write(path: Path, *, numbers: bool) -> Path:
 
 
 def parquet_writer(tell: Callable[[str], None]) -> Callable[[Sequence[Path]], None]:
-    """Return what writes complete logs as Parquet, and tells where it could not.
-
-    Parameters
-    ----------
-    tell : callable
-        Takes sentences for whoever watches.
-
-    Returns
-    -------
-    callable
-        Takes logs. One that cannot be written is tried again with the next ones.
-    """
+    """Return what writes complete logs as Parquet, and tells where it could not."""
     waiting: list[Path] = []
 
     def write_all(logs: Sequence[Path]) -> None:

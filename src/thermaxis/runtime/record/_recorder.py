@@ -136,18 +136,7 @@ class RecordSummary:
 
 
 def heads_of(settings: RecordSettings) -> Heads:
-    """Return the first lines of log and file of sources.
-
-    Parameters
-    ----------
-    settings : RecordSettings
-        What is recorded; equal settings give equal lines, by which a log is found that goes on.
-
-    Returns
-    -------
-    Heads
-        Comments that say where each column comes from, and headings with units.
-    """
+    """Return the first lines of log and file of sources."""
     lines = [f"# thermaxis record 1: {settings.name}"]
     for name, connection in settings.connections.items():
         lines.append(f"# connection {name}: {connection.url}, security {connection.security}")
@@ -214,22 +203,7 @@ class TriedChannel(NamedTuple):
 async def try_once(
     settings: RecordSettings, sessions: Mapping[str, NodeReader], clock: Clock
 ) -> tuple[TriedChannel, ...]:
-    """Read every node twice, to see what it says and whether its source time stamp moves.
-
-    Parameters
-    ----------
-    settings : RecordSettings
-        What shall be recorded.
-    sessions : mapping of str to NodeReader
-        The connections by name, opened.
-    clock : Clock
-        Monotonic time and time of day.
-
-    Returns
-    -------
-    tuple of TriedChannel
-        In the order of the channels.
-    """
+    """Read every node twice, to see what it says and whether its source time stamp moves."""
     channels = tuple(ChannelReader(channel) for channel in settings.channels)
     await _connections(sessions, clock)
     first = await _read_all(settings, sessions, channels, clock)

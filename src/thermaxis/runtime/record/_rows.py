@@ -53,13 +53,7 @@ NOT_ASKED: Final = Cells("", "", "", "")
 
 @final
 class ChannelReader:
-    """Turns answers of one channel into cells, and counts them.
-
-    Parameters
-    ----------
-    settings : ChannelSettings
-        The channel.
-    """
+    """Turns answers of one channel into cells, and counts them."""
 
     def __init__(self, settings: ChannelSettings) -> None:
         self.settings = settings
@@ -87,20 +81,7 @@ class ChannelReader:
         return self._not_good(NO_ANSWER, "", "")
 
     def read(self, answer: "ua.DataValue", log_ms: float) -> Cells:
-        """Return the cells of an answer.
-
-        Parameters
-        ----------
-        answer : ua.DataValue
-            Value, status and time stamps.
-        log_ms : float
-            Time of the row. [ms since 1970]
-
-        Returns
-        -------
-        Cells
-            The value is empty unless it is a new measurement.
-        """
+        """Return the cells of an answer."""
         self.asked += 1
         status = "Good" if answer.StatusCode is None else answer.StatusCode.name
         good = answer.StatusCode is None or answer.StatusCode.is_good()

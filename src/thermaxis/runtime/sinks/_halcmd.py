@@ -62,18 +62,7 @@ class Hal(Protocol):
 
 
 def running_instance(table: Path = SHARED_MEMORY) -> HalInstance | None:
-    """Return the HAL that runs, or None; looks only, since ``halcmd`` would make one.
-
-    Parameters
-    ----------
-    table : pathlib.Path
-        List of the shared memory. Default: that of Linux.
-
-    Returns
-    -------
-    HalInstance or None
-        None where no LinuxCNC runs, or none that is visible from here, as in a container.
-    """
+    """Return the HAL that runs, or None; looks only, since ``halcmd`` would make one."""
     try:
         rows = table.read_text(encoding="ascii").splitlines()
     except OSError:
@@ -97,15 +86,6 @@ class HalPipe:
     since a command that arrives late is worse than none.
 
     Not protected: HAL does what it is told. Whoever may start ``halcmd`` may set any pin.
-
-    Parameters
-    ----------
-    commands : asyncio.StreamWriter
-        Where commands go.
-    answers : asyncio.StreamReader
-        Where answers come from, normal and error output in one stream.
-    program : asyncio.subprocess.Process, optional
-        The program behind them. Default: none, as in tests.
     """
 
     def __init__(
@@ -122,25 +102,7 @@ class HalPipe:
         self._in_step = True
 
     async def ask(self, commands: Sequence[str], deadline_s: float) -> list[tuple[str, ...]]:
-        """Give commands and return the lines of each answer.
-
-        Parameters
-        ----------
-        commands : sequence of str
-            Commands of ``halcmd``, one line each.
-        deadline_s : float
-            Time within which all are answered; nothing is sent if none is left. [s]
-
-        Returns
-        -------
-        list of tuple of str
-            One entry per command; empty for a command that says nothing.
-
-        Raises
-        ------
-        HalLostError
-            If the program has ended, does not answer in time, or the pipe is out of step.
-        """
+        """Give commands and return the lines of each answer."""
         try:
             async with asyncio.timeout(deadline_s), self._lock:
                 if not self._in_step:
@@ -216,25 +178,7 @@ def _token(number: int) -> str:
 
 
 async def open_pipe(program: str, table: Path = SHARED_MEMORY) -> HalPipe:
-    """Start ``halcmd`` beside the LinuxCNC that runs.
-
-    Parameters
-    ----------
-    program : str
-        Name or path of ``halcmd``.
-    table : pathlib.Path
-        List of the shared memory. Default: that of Linux.
-
-    Returns
-    -------
-    HalPipe
-        In step, and attached to that LinuxCNC.
-
-    Raises
-    ------
-    HalLostError
-        If no LinuxCNC runs, it belongs to another user, or ``halcmd`` is not there.
-    """
+    """Start ``halcmd`` beside the LinuxCNC that runs."""
     before = running_instance(table)
     if before is None:
         raise HalLostError(
@@ -283,25 +227,7 @@ async def open_pipe(program: str, table: Path = SHARED_MEMORY) -> HalPipe:
 
 
 def number_of(answer: Sequence[str], what: str) -> float:
-    """Return the finite number that a get answers.
-
-    Parameters
-    ----------
-    answer : sequence of str
-        Its lines.
-    what : str
-        What was asked for, for the error.
-
-    Returns
-    -------
-    float
-        The number, in seven significant digits: HAL prints no more.
-
-    Raises
-    ------
-    HalRefusedError
-        If the answer is anything else.
-    """
+    """Return the finite number that a get answers."""
     try:
         value = float(answer[0]) if len(answer) == 1 else math.nan
     except ValueError:
@@ -312,25 +238,7 @@ def number_of(answer: Sequence[str], what: str) -> float:
 
 
 def bit_of(answer: Sequence[str], what: str) -> bool:
-    """Return the bit that a get answers.
-
-    Parameters
-    ----------
-    answer : sequence of str
-        Its lines.
-    what : str
-        What was asked for, for the error.
-
-    Returns
-    -------
-    bool
-        The bit.
-
-    Raises
-    ------
-    HalRefusedError
-        If the answer is anything else.
-    """
+    """Return the bit that a get answers."""
     if tuple(answer) == ("TRUE",):
         return True
     if tuple(answer) == ("FALSE",):
@@ -339,20 +247,7 @@ def bit_of(answer: Sequence[str], what: str) -> bool:
 
 
 def confirm_silence(answer: Sequence[str], what: str) -> None:
-    """Raise if a set said anything.
-
-    Parameters
-    ----------
-    answer : sequence of str
-        Its lines.
-    what : str
-        What was set, for the error.
-
-    Raises
-    ------
-    HalRefusedError
-        If there is a line.
-    """
+    """Raise if a set said anything."""
     if answer:
         raise _unexpected(answer, what)
 

@@ -320,18 +320,7 @@ def _plain(text: str) -> str:
 
 
 def arrangement_commands(settings: LinuxCncSettings) -> list[str]:
-    """Return what is asked of a machine before anything is written to it.
-
-    Parameters
-    ----------
-    settings : LinuxCncSettings
-        Joints and limits.
-
-    Returns
-    -------
-    list of str
-        Commands whose answers `arrangement_faults` reads, in this order.
-    """
+    """Return what is asked of a machine before anything is written to it."""
     values = [TIMEOUT, *_bound_pins(settings)]
     pins = [f"show pin {pin}" for pin in _all_pins(settings)]
     return ["show thread", *(f"getp {name}" for name in values), *pins]
@@ -345,18 +334,6 @@ def arrangement_faults(
     Wider bounds, a longer watchdog, a function that does not run or runs in the wrong order, and a
     missing connection are faults. Narrower bounds are not: they show as an offset that is not
     accepted.
-
-    Parameters
-    ----------
-    settings : LinuxCncSettings
-        Joints and limits.
-    answers : sequence of sequence of str
-        Answers to `arrangement_commands`.
-
-    Returns
-    -------
-    tuple of str
-        Sentences without their full stops; empty if all is as it must be.
     """
     bounds = _bound_pins(settings)
     threads, values = answers[0], answers[1 : 2 + len(bounds)]

@@ -46,18 +46,7 @@ class Visitor(NamedTuple):
 
 
 def parts_of(connection: HTTPConnection) -> "ScreenParts":
-    """Return what the pages share.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        A request or a web socket.
-
-    Returns
-    -------
-    ScreenParts
-        The parts.
-    """
+    """Return what the pages share."""
     return cast("ScreenParts", connection.app.state.parts)
 
 
@@ -65,38 +54,13 @@ def cookie_name(parts: "ScreenParts", port: int | None) -> str:
     """Return the name of the log-in's cookie.
 
     Cookies know no ports: two screens of one computer would log each other out.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        The parts.
-    port : int or None
-        Port of the request.
-
-    Returns
-    -------
-    str
-        The name.
     """
     prefix = "__Host-" if parts.secure else ""
     return f"{prefix}thermaxis_{port or 0}"
 
 
 def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
-    """Return who looks.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        A request or a web socket.
-    touch : bool
-        Whether this is a sign of the person, not of a page that asks by itself. Default: not.
-
-    Returns
-    -------
-    Visitor
-        Name, role and language.
-    """
+    """Return who looks."""
     parts = parts_of(connection)
     cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
     person = parts.persons.of(cookie, touch=touch)
@@ -108,18 +72,7 @@ def visitor_of(connection: HTTPConnection, *, touch: bool = False) -> Visitor:
 
 
 def spoken(connection: HTTPConnection) -> str:
-    """Return the language of who asks, known without a look at who it is.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        A request or a web socket.
-
-    Returns
-    -------
-    str
-        The chosen one, else the browser's, else the configured one.
-    """
+    """Return the language of who asks, known without a look at who it is."""
     return language_of(
         connection.cookies.get(LANGUAGE_COOKIE),
         connection.headers.get("accept-language"),
@@ -128,19 +81,7 @@ def spoken(connection: HTTPConnection) -> str:
 
 
 def why_out(connection: HTTPConnection) -> str:
-    """Return why somebody has to log in anew.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        Who asks.
-
-    Returns
-    -------
-    str
-        Key of the words: why the log-in of the cookie has ended or may only look on, or that this
-        run of the screen does not know it; empty for somebody who has none.
-    """
+    """Return why somebody has to log in anew."""
     parts = parts_of(connection)
     cookie = connection.cookies.get(cookie_name(parts, connection.url.port))
     if cookie is None:
@@ -150,19 +91,7 @@ def why_out(connection: HTTPConnection) -> str:
 
 
 async def json_of(request: Request) -> object:
-    """Return the JSON value of a request.
-
-    Parameters
-    ----------
-    request : Request
-        The request.
-
-    Returns
-    -------
-    object
-        The value; None where there is none, or an object in it has a key twice: what one reader
-        takes for the value another one may not.
-    """
+    """Return the JSON value of a request."""
     try:
         return json.loads(await request.body(), object_pairs_hook=_single)
     except RecursionError:
@@ -189,43 +118,12 @@ class _Json(JSONResponse):
 
 
 def answer_json(value: object, status: int = 200) -> JSONResponse:
-    """Return an answer as JSON.
-
-    Parameters
-    ----------
-    value : object
-        What json can write; texts in it may come from anywhere.
-    status : int
-        Status of HTTP. [1]
-
-    Returns
-    -------
-    JSONResponse
-        The answer.
-    """
+    """Return an answer as JSON."""
     return _Json(value, status)
 
 
 def refuse(connection: HTTPConnection, status: int, key: str, **values: str) -> JSONResponse:
-    """Return a refusal in the language of who asks.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        Who asks.
-    status : int
-        Status of HTTP. [1]
-    key : str
-        Key of the words that say why.
-    values : str
-        What stands in them.
-
-    Returns
-    -------
-    JSONResponse
-        ``{"error": key, "text": words}``; where parts of the words are English in another
-        language, these too as ``english``.
-    """
+    """Return a refusal in the language of who asks."""
     language = visitor_of(connection).language
     text = parts_of(connection).words.say(language, key, **values)
     answer: dict[str, object] = {"error": key, "text": text}
@@ -236,22 +134,7 @@ def refuse(connection: HTTPConnection, status: int, key: str, **values: str) -> 
 
 
 def needs(role: Role, *, named: bool = False, page: bool = False) -> Callable[[Endpoint], Endpoint]:
-    """Let only those through who may; others are sent to the log-in, or refused in words.
-
-    Parameters
-    ----------
-    role : Role
-        Least role.
-    named : bool
-        Whether a log-in is needed even where everybody may look. Default: not.
-    page : bool
-        Whether a person sees the answer itself. Default: a script reads it.
-
-    Returns
-    -------
-    callable
-        Decorator of an endpoint.
-    """
+    """Let only those through who may; others are sent to the log-in, or refused in words."""
 
     def decorate(endpoint: Endpoint) -> Endpoint:
         @wraps(endpoint)

@@ -70,20 +70,7 @@ class Outcome(NamedTuple):
 
 
 def variants_of(method: str, arguments: Sequence[float | str]) -> list[ua.Variant] | Outcome:
-    """Return arguments as the server takes them, or why it would not.
-
-    Parameters
-    ----------
-    method : str
-        Name of one of `ASKS`.
-    arguments : sequence of float or str
-        Its arguments, in the units that their names state.
-
-    Returns
-    -------
-    list of Variant, or Outcome
-        Each in exactly its type; or that there is no such request, or it takes others.
-    """
+    """Return arguments as the server takes them, or why it would not."""
     ask = _ASKS.get(method)
     if ask is None:
         return Outcome(accepted=False, reason="there is no such request", key=UNKNOWN)
@@ -117,23 +104,7 @@ def _as_kind(kind: Kind, given: object) -> float | str | None:
 
 
 def outcome_of(answer: MethodAnswer, method: str, person: "Person") -> Outcome:
-    """Return what is known of a request after the server's answer.
-
-    Parameters
-    ----------
-    answer : MethodAnswer
-        The answer.
-    method : str
-        Name of the method.
-    person : Person
-        Who asked.
-
-    Returns
-    -------
-    Outcome
-        Accepted or refused, in the loop's words where it has answered itself; neither, where the
-        request may have run all the same.
-    """
+    """Return what is known of a request after the server's answer."""
     values = answer.values
     if answer.status == "BadUserAccessDenied":
         reason = f"the role {person.role.value} may not ask for {method}"

@@ -21,16 +21,6 @@ _LONGEST_ADDRESS: Final = 64
 def counted_as(address: str) -> str:
     """Return under what the failures from an address are counted.
 
-    Parameters
-    ----------
-    address : str
-        Address of the connection; what is no address is counted as it is, shortened.
-
-    Returns
-    -------
-    str
-        An address of IPv4, also where it is written as one of IPv6; of IPv6 its network.
-
     References
     ----------
     RFC 4291, 2.5.1 (interface identifiers of 64 bits) and 2.5.5.2 (IPv4-mapped addresses).
@@ -70,53 +60,21 @@ class FailuresByAddress:
         self._under_way: Counter[str] = Counter()
 
     def left_s(self, address: str, now_s: float) -> float | None:
-        """Return for how long an address is refused.
-
-        Parameters
-        ----------
-        address : str
-            Address from which a log-in comes.
-        now_s : float
-            Time, monotonic. [s]
-
-        Returns
-        -------
-        float or None
-            None where a password is looked at. [s]
-        """
+        """Return for how long an address is refused."""
         times = self._times(counted_as(address), now_s)
         if len(times) < FAILURES_BY_ADDRESS:
             return None
         return times[-FAILURES_BY_ADDRESS] + REFUSED_S - now_s
 
     def taken(self, address: str, now_s: float) -> bool:
-        """Return whether what an address may still fail is being tried at this moment.
-
-        Parameters
-        ----------
-        address : str
-            Address from which a log-in comes.
-        now_s : float
-            Time, monotonic. [s]
-
-        Returns
-        -------
-        bool
-            True where failures and attempts under way together make up the share.
-        """
+        """Return whether what an address may still fail is being tried at this moment."""
         counted = counted_as(address)
         failed = len(self._times(counted, now_s))
         return failed + self._under_way[counted] >= FAILURES_BY_ADDRESS
 
     @contextmanager
     def under_way(self, address: str) -> Generator[None]:
-        """Count an attempt while its password is looked at.
-
-        Parameters
-        ----------
-        address : str
-            Address from which the log-in comes.
-        """
+        """Count an attempt while its password is looked at."""
         counted = counted_as(address)
         self._under_way[counted] += 1
         try:
@@ -133,15 +91,7 @@ class FailuresByAddress:
         return [time_s for time_s, one in self._failures if one == counted]
 
     def failed(self, address: str, now_s: float) -> None:
-        """Count a failure.
-
-        Parameters
-        ----------
-        address : str
-            Address from which the log-in came.
-        now_s : float
-            Time, monotonic. [s]
-        """
+        """Count a failure."""
         self._failures.append((now_s, counted_as(address)))
 
     def __len__(self) -> int:

@@ -100,18 +100,6 @@ class Place(NamedTuple):
 def place_of(text: str, *, secure: bool) -> Place | None:
     """Return what a header ``Host`` names.
 
-    Parameters
-    ----------
-    text : str
-        Its value.
-    secure : bool
-        Whether the server speaks TLS, for the port where none is stated.
-
-    Returns
-    -------
-    Place or None
-        None if it is not of the plain form ``name`` or ``name:port``.
-
     References
     ----------
     RFC 9110, 7.2; RFC 3986, 3.2.2 and 3.2.3.
@@ -163,24 +151,6 @@ class Guard:
     how slowly a header comes, `_connections` bounds. A browser is not told to ask by TLS alone
     from now on (``Strict-Transport-Security``): with a certificate that is signed by itself it
     would let nobody pass the warning any more, and it holds for every port of the computer.
-
-    Parameters
-    ----------
-    app : ASGIApp
-        What is guarded.
-    hosts : sequence of str
-        How the server may be called, ``name:port``; without a port, the scheme's own is meant.
-    secure : bool
-        Whether the server speaks TLS.
-    words : Words, optional
-        What refusals say. Default: those of the package.
-    language : str
-        Language where neither the browser nor a choice names one of ours.
-
-    Raises
-    ------
-    ValueError
-        If one of the hosts is none.
 
     References
     ----------

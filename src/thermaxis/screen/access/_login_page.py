@@ -44,18 +44,7 @@ _STATUS = {
 
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
-    """Return the routes of the log-in.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
-
-    Returns
-    -------
-    list of BaseRoute
-        ``/login``, ``/login/state``, ``/logout`` and ``/language``.
-    """
+    """Return the routes of the log-in."""
 
     async def page(request: Request) -> Response:
         return parts.render(request, "login.html", page="login")

@@ -56,24 +56,7 @@ class ScreenParts:
     def render(
         self, request: HTTPConnection, template: str, *, page: str, **context: object
     ) -> HTMLResponse:
-        """Return a page in the language of its visitor.
-
-        Parameters
-        ----------
-        request : HTTPConnection
-            Who asks.
-        template : str
-            File in ``pages``.
-        page : str
-            Name of the page, as in `NAVIGATION`.
-        context : object
-            What else the template shows.
-
-        Returns
-        -------
-        HTMLResponse
-            The page.
-        """
+        """Return a page in the language of its visitor."""
         visitor = visitor_of(request)
         language = visitor.language
 
@@ -108,34 +91,12 @@ class ScreenParts:
 
 
 def static_address(name: str) -> str:
-    """Return the address of a script or style.
-
-    Parameters
-    ----------
-    name : str
-        Its file name.
-
-    Returns
-    -------
-    str
-        The address on this server.
-    """
+    """Return the address of a script or style."""
     return f"/static/{name}"
 
 
 def for_script(value: object) -> Markup:
-    """Return a value as JSON that may stand inside a script element.
-
-    Parameters
-    ----------
-    value : object
-        What json can write.
-
-    Returns
-    -------
-    Markup
-        JSON without a sign that HTML would read.
-    """
+    """Return a value as JSON that may stand inside a script element."""
     text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
     for sign, escape in (("<", "\\u003c"), (">", "\\u003e"), ("&", "\\u0026")):
         text = text.replace(sign, escape)

@@ -50,13 +50,7 @@ class Caller(NamedTuple):
 
 
 def is_refusal(error: BaseException) -> bool:
-    """Return whether a log-in failed for its name and password, and for nothing else.
-
-    Parameters
-    ----------
-    error : BaseException
-        How it failed.
-    """
+    """Return whether a log-in failed for its name and password, and for nothing else."""
     if not isinstance(error, ua.UaStatusCodeError):
         return False
     return ua.StatusCode(ua.UInt32(error.code)).name in _REFUSALS
@@ -67,11 +61,6 @@ class PersonSession:
     """A session that is logged in; see `log_in`.
 
     Not protected: a request whose answer does not come may take effect all the same.
-
-    Parameters
-    ----------
-    link : Link
-        Its connection.
     """
 
     def __init__(self, link: Link) -> None:
@@ -79,26 +68,7 @@ class PersonSession:
 
     @staticmethod
     async def log_in(settings: ConnectionSettings, clock: Clock) -> "PersonSession":
-        """Log in, and forget the password.
-
-        Parameters
-        ----------
-        settings : ConnectionSettings
-            The status server, with name and password of the person.
-        clock : Clock
-            Time.
-
-        Returns
-        -------
-        PersonSession
-            The session; whoever has it closes it.
-
-        Raises
-        ------
-        Exception
-            One of `FAILURES`, if the server cannot be reached, is another one than the stored
-            certificate says, or refuses; `is_refusal` tells the last.
-        """
+        """Log in, and forget the password."""
         patient = replace(settings, timeout_s=REQUEST_S)
         link = await connect_once(patient, PairFiles(patient), clock, LOG_IN_S, SESSION_TIMEOUT_MS)
         link.client.set_password("")
@@ -121,37 +91,11 @@ class PersonSession:
     async def call(
         self, method: str, arguments: Sequence[ua.Variant], deadline_s: float
     ) -> MethodAnswer | None:
-        """Call a method of the status server.
-
-        Parameters
-        ----------
-        method : str
-            Its name, such as ``Trim``.
-        arguments : sequence of ua.Variant
-            Its arguments, each in exactly its type.
-        deadline_s : float
-            Longest time. [s]
-
-        Returns
-        -------
-        MethodAnswer or None
-            None without an answer in time, or with a connection that was lost: see `lost`.
-        """
+        """Call a method of the status server."""
         return await self._call(f"{REQUESTS}/{method}", arguments, deadline_s)
 
     async def who_am_i(self, deadline_s: float) -> Caller | None:
-        """Ask the server who this is, and what it may do now.
-
-        Parameters
-        ----------
-        deadline_s : float
-            Longest time. [s]
-
-        Returns
-        -------
-        Caller or None
-            None without an answer in time, or with one that tells neither.
-        """
+        """Ask the server who this is, and what it may do now."""
         answer = await self._call(WHO_AM_I, (), deadline_s)
         role = None if answer is None else role_in(answer)
         if answer is None or role is None:

@@ -172,21 +172,6 @@ class Persons:
     logging in, and with ten failures in a minute everybody behind the same address; three
     addresses together can keep everybody out (see `FailuresByAddress`). Those who have logged in
     are not touched.
-
-    Parameters
-    ----------
-    connection_for : callable
-        Returns the connection to the status server for a name and a password.
-    clock : Clock
-        Time.
-    idle_s : float
-        A log-in ends after so long without a sign of its person. [s]
-    longest_s : float
-        It ends after so long in any case. [s]
-    most : int
-        Log-ins at once; the server has 20 connections for everybody. [1]
-    answer_s : float
-        Longest time for which the loop's answer to a request is waited for. [s]
     """
 
     def __init__(
@@ -259,13 +244,7 @@ class Persons:
             person.granted = caller.role
 
     def _end_if_over(self, known: bytes, person: Person) -> bool:
-        """End a log-in that has lasted too long, return whether it has; part from a lost session.
-
-        Returns
-        -------
-        bool
-            Whether it has ended, now or before.
-        """
+        """End a log-in that lasted too long, and return whether it did; part from a lost session."""
         now_s = self._clock.monotonic_s()
         if now_s - person.began_s >= self._longest_s:
             self._end(known, TOO_LONG)
@@ -304,22 +283,7 @@ class Persons:
     # ---- log-in ---------------------------------------------------------------------------------
 
     async def log_in(self, name: str, password: str, address: str) -> tuple[str, Person] | Refusal:
-        """Log somebody in.
-
-        Parameters
-        ----------
-        name : str
-            Name of the user.
-        password : str
-            The password; it is handed to the loop's server and kept nowhere.
-        address : str
-            Address from which the request came.
-
-        Returns
-        -------
-        tuple of str and Person, or Refusal
-            The cookie, which is stored nowhere, and the person; or why not.
-        """
+        """Log somebody in."""
         refused = self._too_many(name[: LONGEST_NAME + 1], address)
         if refused is not None:  # whoever is refused takes no place among those who wait
             return refused
@@ -425,13 +389,7 @@ class Persons:
             self._end(known, ELSEWHERE)
 
     async def log_out(self, cookie: str | None) -> None:
-        """End a log-in; the session is closed at the server when this returns.
-
-        Parameters
-        ----------
-        cookie : str, optional
-            The cookie; one that nobody has ends nothing.
-        """
+        """End a log-in; the session is closed at the server when this returns."""
         known = _hash(cookie)
         person = self._persons.get(known)
         if person is not None:
@@ -451,21 +409,7 @@ class Persons:
         return sum(not person.lost for person in self._persons.values())
 
     def of(self, cookie: str | None, *, touch: bool = False) -> Person | None:
-        """Return whose cookie it is.
-
-        Parameters
-        ----------
-        cookie : str, optional
-            The cookie.
-        touch : bool
-            Whether this is a sign of the person. A page that renews itself is none.
-
-        Returns
-        -------
-        Person or None
-            None for nobody, and for a log-in that has ended: see `why_ended`. A person whose
-            session is lost has the role viewer: see `Person.lost`.
-        """
+        """Return whose cookie it is."""
         if self._task is not None and self._task.done():
             self._task.result()
         known = _hash(cookie)
@@ -477,39 +421,13 @@ class Persons:
         return person
 
     def why_ended(self, cookie: str | None) -> str:
-        """Return why the log-in of a cookie has ended.
-
-        Parameters
-        ----------
-        cookie : str, optional
-            The cookie.
-
-        Returns
-        -------
-        str
-            Key of the words; empty for one that stands, that never was, or that ended long ago.
-        """
+        """Return why the log-in of a cookie has ended."""
         return self._ended.get(_hash(cookie), "")
 
     async def ask(
         self, person: Person, method: str, arguments: Sequence[float | str] = ()
     ) -> Outcome:
-        """Ask the loop for something under the name of a person.
-
-        Parameters
-        ----------
-        person : Person
-            Who asks.
-        method : str
-            Name of one of `ASKS`.
-        arguments : sequence of float or str
-            Its arguments, in the units that their names state.
-
-        Returns
-        -------
-        Outcome
-            What the loop answered, or why there is no answer.
-        """
+        """Ask the loop for something under the name of a person."""
         ended = self._over(person)
         if ended:
             return Outcome(accepted=False, reason="the log-in has ended", key=ended)

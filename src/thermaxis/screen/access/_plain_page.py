@@ -16,35 +16,12 @@ _STYLE = (
 
 
 def wants_page(accept: str | None) -> bool:
-    """Return whether somebody looks at the answer, and not a script.
-
-    Parameters
-    ----------
-    accept : str or None
-        The header ``Accept``.
-    """
+    """Return whether somebody looks at the answer, and not a script."""
     return accept is not None and _HTML.search(accept) is not None
 
 
 def plain_page(language: str, title: str, text: str, *, back: str = "") -> bytes:
-    """Return a page that says one thing.
-
-    Parameters
-    ----------
-    language : str
-        Language of the words.
-    title : str
-        Its heading.
-    text : str
-        What it says.
-    back : str
-        Words of the link to the operator's page. Default: there is none.
-
-    Returns
-    -------
-    bytes
-        HTML; every text is escaped.
-    """
+    """Return a page that says one thing."""
     link = f'<p><a href="/">{escape(back)}</a></p>' if back else ""
     return (
         f'<!doctype html><html lang="{escape(language)}"><head><meta charset="utf-8">'
@@ -55,18 +32,7 @@ def plain_page(language: str, title: str, text: str, *, back: str = "") -> bytes
 
 
 def reference_of(error: BaseException) -> str:
-    """Return a short name of a mistake in the program, the same whenever it happens again.
-
-    Parameters
-    ----------
-    error : BaseException
-        The mistake.
-
-    Returns
-    -------
-    str
-        Eight hexadecimal digits, from its kind and the two lines that it came from.
-    """
+    """Return a short name of a mistake in the program, the same whenever it happens again."""
     return hashlib.sha256("|".join(_ways(error)).encode()).hexdigest()[:8]
 
 

@@ -142,25 +142,7 @@ class _Cycle(NamedTuple):
 
 
 def parse_status(text: str) -> Mapping[str, Any]:
-    """Return a status from its JSON.
-
-    Parameters
-    ----------
-    text : str
-        What the loop's status server says under ``Status/Everything``.
-
-    Returns
-    -------
-    mapping
-        The status; its groups by output, input and signal are there and are mappings of mappings,
-        its alarms are mappings, and its number and its cycle are numbers.
-
-    Raises
-    ------
-    ValueError
-        If it is larger than `LARGEST_STATUS_BYTES`, no JSON, of another format or version, or its
-        parts are of another kind. The message is a sentence without its full stop.
-    """
+    """Return a status from its JSON."""
     wrong = _wrong_size(text)
     found: object = None
     if not wrong:
@@ -310,19 +292,6 @@ class StatusFeed:
 
     Not protected: whoever may change the loop's program or stand between on the loop's own
     computer may tell a false status; certificates protect a connection over a network.
-
-    Parameters
-    ----------
-    connection : ConnectionSettings
-        The status server, with the screen's own account.
-    clock : Clock
-        Time.
-    every_s : float
-        Time between two looks. Default: a page is told something new every second. [s]
-    session : StatusSession, optional
-        The connection to use. Default: an `OpcUaSession` of its own.
-    patience_s : float
-        An answer may take so long, or as long as the connection says, if that is longer. [s]
     """
 
     def __init__(
@@ -363,13 +332,7 @@ class StatusFeed:
         return self._latest
 
     async def open(self) -> None:
-        """Begin to look.
-
-        Raises
-        ------
-        ConfigurationError
-            If the certificates or the key of the connection cannot be used.
-        """
+        """Begin to look."""
         await self._session.open()
         self._task = asyncio.create_task(self._look_for_ever(), name="status feed")
         self._task.add_done_callback(self._looking_ended)
@@ -392,18 +355,7 @@ class StatusFeed:
             raise error  # a mistake in the program is not hidden
 
     async def after(self, number: int) -> Told:
-        """Wait for a look that is newer than another one.
-
-        Parameters
-        ----------
-        number : int
-            Number of the look that is known. [1]
-
-        Returns
-        -------
-        Told
-            The latest look; those in between are left out for whoever is slow.
-        """
+        """Wait for a look that is newer than another one."""
         while self._latest.number <= number:
             if self._task is not None and self._task.done():
                 self._task.result()
@@ -411,19 +363,7 @@ class StatusFeed:
         return self._latest
 
     def recent(self, name: str) -> tuple[tuple[float, float], ...]:
-        """Return the raw values of an input or a signal in the last cycles that were seen.
-
-        Parameters
-        ----------
-        name : str
-            Name of the input or the signal.
-
-        Returns
-        -------
-        tuple of (float, float)
-            Monotonic time at which the cycle was seen [s], and what was read, in the unit of the
-            channel; at most `REMEMBERED_LOOKS`, and none where there was no value.
-        """
+        """Return the raw values of an input or a signal in the last cycles that were seen."""
         return tuple((at_s, raw[name]) for at_s, raw in tuple(self._raw) if name in raw)
 
     # ---- looks ----------------------------------------------------------------------------------
@@ -536,13 +476,7 @@ class StatusFeed:
 
 
 def role_in(answer: MethodAnswer) -> Role | None:
-    """Return the role that ``WhoAmI`` tells; None if it tells none.
-
-    Parameters
-    ----------
-    answer : MethodAnswer
-        Its answer.
-    """
+    """Return the role that ``WhoAmI`` tells; None if it tells none."""
     said = answer.values[1] if len(answer.values) == 2 else None
     return Role(said) if isinstance(said, str) and said in set(Role) else None
 

@@ -52,36 +52,13 @@ class Refused(NamedTuple):
 
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
-    """Return the operator's page and the route of every question.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
-
-    Returns
-    -------
-    list of BaseRoute
-        ``/`` and ``/ask``.
-    """
+    """Return the operator's page and the route of every question."""
     del parts
     return [Route("/", _page, methods=["GET"]), Route("/ask", _ask, methods=["POST"])]
 
 
 def question_of(found: object) -> Question | Refused:
-    """Return what a page asks, or why that is no question.
-
-    Parameters
-    ----------
-    found : object
-        The JSON value of the request.
-
-    Returns
-    -------
-    Question or Refused
-        The method with its arguments; refused if there is no such method, or if the arguments
-        are not as many numbers and texts as it takes, or cannot be handed on.
-    """
+    """Return what a page asks, or why that is no question."""
     if not isinstance(found, dict):
         return Refused("operator.ask_form")
     question = cast("dict[object, object]", found)
@@ -117,20 +94,7 @@ def _fitting(kind: Kind, value: object) -> float | str | None:
 
 
 def facts_of(configuration: MachineConfiguration) -> dict[str, object]:
-    """Return what the page needs of the configuration, and the loop does not tell.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The machine's configuration.
-
-    Returns
-    -------
-    dict of str to object
-        Longest times, the choice of a trim's expiry, whether the machine states the diameter, and
-        the gains by diameter of the configured model with the hash by which the page sees whether
-        that is the model in force.
-    """
+    """Return what the page needs of the configuration, and the loop does not tell."""
     rules = configuration.compensation.supervisor
     return {
         "hold_operator_s": rules.hold_operator_s,
@@ -143,35 +107,12 @@ def facts_of(configuration: MachineConfiguration) -> dict[str, object]:
 
 
 def expiries_of(longest_s: float) -> tuple[float, ...]:
-    """Return the times after which a trim may expire, to choose from.
-
-    Parameters
-    ----------
-    longest_s : float
-        Longest time that the loop allows. [s]
-
-    Returns
-    -------
-    tuple of float
-        Those of `EXPIRIES_S` that are allowed; the longest time itself where none is. [s]
-    """
+    """Return the times after which a trim may expire, to choose from."""
     return tuple(s for s in EXPIRIES_S if s <= longest_s) or (longest_s,)
 
 
 def gains_of(model: CompensationModel) -> dict[str, dict[str, object]]:
-    """Return the gains by diameter of a model's parts.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-
-    Returns
-    -------
-    dict of str to dict
-        By output, then by part: pairs of diameter [mm] and gain [1], and the gain at the tool
-        centre point [1]. Parts without gains are left out.
-    """
+    """Return the gains by diameter of a model's parts."""
     return {
         output.name: {
             part.name: {

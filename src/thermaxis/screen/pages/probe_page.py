@@ -64,18 +64,7 @@ class Compared(NamedTuple):
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
-    """Return the routes of the probe's page.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
-
-    Returns
-    -------
-    list of BaseRoute
-        The routes.
-    """
+    """Return the routes of the probe's page."""
     del parts
     return [
         Route("/probe", _page, methods=["GET"]),
@@ -133,26 +122,6 @@ def comparison(
     Spans of up to `MOST_CYCLES` cycles are compared cycle by cycle. Longer ones are compared by
     means over whole minutes, of which peak to peak is a little less; where the probe was there in
     a part of a step only, the offset is that of the whole step.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    name : str
-        Output that the probe measures.
-    span : tuple of datetime
-        Begin and end.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-    points : int
-        Largest number of steps of the lines. [1]
-
-    Returns
-    -------
-    dict
-        ``first``, ``last`` [ms since 1970]; ``series``: lines by `COMPENSATED`, `UNCOMPENSATED`
-        and `MODEL`; ``figures`` as `figures_of` says; ``means_s``: length of the means that were
-        compared, 0 where it was every cycle [s].
     """
     if (span[1] - span[0]) / timedelta(seconds=cycle_s) <= MOST_CYCLES:
         compared = by_cycle(reader, name, span)
@@ -183,18 +152,6 @@ def figures_of(compared: Compared) -> Json:
     """Return peak to peak with and without the compensation.
 
     Only times are counted at which both are known, so that the figures compare the same.
-
-    Parameters
-    ----------
-    compared : Compared
-        The values.
-
-    Returns
-    -------
-    dict
-        ``values`` [1]; ``first`` and ``last`` of them [ms since 1970]; ``compensated_um`` and
-        ``uncompensated_um``, peak to peak [µm]; ``model_um``, that of the model; ``ratio``,
-        compensated by uncompensated [1]. None where there is no such number.
     """
     both = np.isfinite(compared.compensated_um) & np.isfinite(compared.uncompensated_um)
     times = compared.time_us[both]
@@ -220,22 +177,7 @@ def _range(values: Column) -> float | None:
 
 
 def by_cycle(reader: "HistoryReader", name: str, span: tuple[datetime, datetime]) -> Compared:
-    """Return the comparison of every cycle of a span.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    name : str
-        Output that the probe measures.
-    span : tuple of datetime
-        Begin and end.
-
-    Returns
-    -------
-    Compared
-        One row for each cycle, by time.
-    """
+    """Return the comparison of every cycle of a span."""
     first_us, last_us = (to_ms(moment) * 1000 for moment in span)
     found = [_of_piece(piece, name, first_us, last_us) for piece in reader.pieces(*span)]
     if not found:
@@ -289,26 +231,7 @@ def _compared(
 def by_minute(
     reader: "HistoryReader", name: str, span: tuple[datetime, datetime], points: int
 ) -> tuple[Compared, int]:
-    """Return the comparison of means over whole minutes.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    name : str
-        Output that the probe measures.
-    span : tuple of datetime
-        Begin and end.
-    points : int
-        Largest number of steps. [1]
-
-    Returns
-    -------
-    compared : Compared
-        One row for each step that has a value of anything; at least one row.
-    step_us : int
-        Length of a step. [µs]
-    """
+    """Return the comparison of means over whole minutes."""
     names = (probe_name(name), *(f"{name}.{k}" for k in ("effective", "accepted", "model")))
     known = reader.series()
     trends = reader.trend([one for one in names if one in known], *span, points=points)

@@ -41,18 +41,7 @@ class Noise(NamedTuple):
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
-    """Return the routes of the page.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
-
-    Returns
-    -------
-    list of BaseRoute
-        ``/sensors`` and ``/sensors/values``.
-    """
+    """Return the routes of the page."""
     del parts
     return [
         Route("/sensors", _page, methods=["GET"]),
@@ -69,17 +58,6 @@ def noise_of(values: Values) -> Noise:
 
     A source that repeats a value until it has a new one makes it smaller than the sensor's own.
 
-    Parameters
-    ----------
-    values : sequence of (float, float)
-        Times [s] and raw values [degC], in the order of time; those of the last `NOISE_SPAN_S`
-        count.
-
-    Returns
-    -------
-    Noise
-        Standard deviation of one value.
-
     References
     ----------
     von Neumann, Kent, Bellinson and Hart 1941, The mean square successive difference, Annals of
@@ -94,19 +72,7 @@ def noise_of(values: Values) -> Noise:
 
 
 def facts_of(configuration: MachineConfiguration) -> Json:
-    """Return what the configuration says of sensors, interlocks and flags.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The machine's configuration.
-
-    Returns
-    -------
-    dict of str to object
-        Rules by channel, interlocks with the value at which they are met, and whether another
-        compensation and a diameter are read.
-    """
+    """Return what the configuration says of sensors, interlocks and flags."""
     other = configuration.other_compensation
     return {
         "channels": [
@@ -128,18 +94,7 @@ def facts_of(configuration: MachineConfiguration) -> Json:
 
 
 def rules_of(rules: SensorRules) -> Json:
-    """Return the rules of one channel by name; the unit ends each name.
-
-    Parameters
-    ----------
-    rules : SensorRules
-        The rules.
-
-    Returns
-    -------
-    dict of str to object
-        Numbers and a flag.
-    """
+    """Return the rules of one channel by name; the unit ends each name."""
     return {
         "lowest_c": rules.lowest_c,
         "highest_c": rules.highest_c,
@@ -153,20 +108,7 @@ def rules_of(rules: SensorRules) -> Json:
 
 
 def values_of(feed: "StatusFeed", names: Sequence[str]) -> Mapping[str, Json]:
-    """Return noise and raw values of the last minutes.
-
-    Parameters
-    ----------
-    feed : StatusFeed
-        What the loop tells.
-    names : sequence of str
-        Inputs and signals.
-
-    Returns
-    -------
-    mapping of str to dict
-        By name: noise [K], values that it is from, and times [ms since 1970] with raw values.
-    """
+    """Return noise and raw values of the last minutes."""
     told = feed.latest
     return {name: _one(told, feed.recent(name)) for name in names}
 

@@ -151,20 +151,7 @@ def _gain(experiments: tuple[Experiment, ...], model: ThermalModel, column: int)
 def replace_parts(
     model: ThermalModel, *, only: int | None = None, without: int | None = None
 ) -> ThermalModel:
-    """Return the model with the gains of some parts set to zero.
-
-    Parameters
-    ----------
-    model : ThermalModel
-        The model.
-    only, without : int, optional
-        Position of the part that is kept, or that is left out. [1]
-
-    Returns
-    -------
-    ThermalModel
-        Same inputs, no offset.
-    """
+    """Return the model with the gains of some parts set to zero."""
     parts = [
         part
         if (only is None or i == only) and i != without

@@ -36,18 +36,7 @@ class StraightTimes:
     """What was done, in words."""
 
     def take(self, values: FloatArray) -> FloatArray:
-        """Return a column in the rows of the log.
-
-        Parameters
-        ----------
-        values : FloatArray
-            Column as in the file; NaN where not measured.
-
-        Returns
-        -------
-        FloatArray
-            (k,); of several rows with one time the first measured value counts.
-        """
+        """Return a column in the rows of the log."""
         if self.order is None:
             return values
         taken = values[self.order]
@@ -66,23 +55,6 @@ def straighten_times(time_s: FloatArray, *, local: bool = False) -> StraightTime
     Single rows out of order are sorted in. A clock that was set back by more than a few rows, as
     at the end of daylight saving time, makes later times go on from the last one by the usual
     step. A clock set forward cannot be told from a gap and stays. Rows of one time become one.
-
-    Parameters
-    ----------
-    time_s : FloatArray
-        Times in the order of the rows, (n,); NaN where missing. [s]
-    local : bool
-        Whether times are dates without a zone, so that daylight saving time may have ended.
-
-    Returns
-    -------
-    StraightTimes
-        Times, rows, and what was done in words.
-
-    Raises
-    ------
-    DataError
-        If no row has a time.
     """
     remarks: list[str] = []
     order: IntArray | None = None

@@ -99,23 +99,7 @@ class Experiment:
 
 
 def common_shape(experiments: Sequence[Experiment]) -> int:
-    """Return the number of inputs that all experiments share.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        At least one.
-
-    Returns
-    -------
-    int
-        Number of inputs k. [1]
-
-    Raises
-    ------
-    DataError
-        If there is no experiment or the numbers of inputs differ.
-    """
+    """Return the number of inputs that all experiments share."""
     if not experiments:
         raise DataError("there is no experiment", remedy="Give at least one log")
     counts = {e.inputs for e in experiments}

@@ -17,18 +17,7 @@ MOST_BLOCKS = 50_000_000
 
 
 def usual_step_s(time_s: FloatArray) -> float:
-    """Return the median time from one row to the next.
-
-    Parameters
-    ----------
-    time_s : FloatArray
-        Increasing times, (n,). [s]
-
-    Returns
-    -------
-    float
-        NaN with fewer than two rows. [s]
-    """
+    """Return the median time from one row to the next."""
     return float(np.median(np.diff(time_s))) if time_s.size > 1 else float("nan")
 
 
@@ -37,23 +26,6 @@ def block_numbers(time_s: FloatArray, sample_time_s: float) -> NDArray[np.int64]
 
     A row stands for the time until the next one (zero-order hold), so the middle of that time
     decides: a clock that jitters by less than half a step moves no row to another block.
-
-    Parameters
-    ----------
-    time_s : FloatArray
-        Increasing times from the first row, (n,). [s]
-    sample_time_s : float
-        Length of a block. [s]
-
-    Returns
-    -------
-    array of int
-        Numbers from 0, rising, (n,); block k begins at k times the length. [1]
-
-    Raises
-    ------
-    DataError
-        If the length is not positive and finite, or there would be more than 50 million blocks.
     """
     if not (np.isfinite(sample_time_s) and sample_time_s > 0.0):
         raise DataError(

@@ -63,18 +63,7 @@ _TO_CELSIUS = {"degC": (1.0, 0.0), "K": (1.0, -273.15), "degF": (5.0 / 9.0, -160
 
 
 def unit_of_name(name: str) -> str:
-    """Return the unit that the end of a column's name states.
-
-    Parameters
-    ----------
-    name : str
-        Such as `T_spindle_C`, `z_UM`, `speed_rpm`; upper and lower case make no difference.
-
-    Returns
-    -------
-    str
-        The unit (`degC`, `K`, `um`, `rpm`, ...); empty if the name states none.
-    """
+    """Return the unit that the end of a column's name states."""
     if name.casefold() == "rpm":
         return "rpm"
     stem, underscore, word = name.rpartition("_")
@@ -82,18 +71,7 @@ def unit_of_name(name: str) -> str:
 
 
 def unit_named(word: str) -> str | None:
-    """Return a unit by one of its names.
-
-    Parameters
-    ----------
-    word : str
-        Such as `°C`, `um`, `1/min`; upper and lower case make no difference.
-
-    Returns
-    -------
-    str or None
-        The unit as logs state it; None if it is not known.
-    """
+    """Return a unit by one of its names."""
     return UNITS.get(word.strip().casefold())
 
 

@@ -112,22 +112,6 @@ def compare_sparse(
 ) -> list[Compared]:
     """Return the best sets again, each with some gains held at zero.
 
-    Parameters
-    ----------
-    design : Design
-        Regressors over the grid.
-    products : tuple of FloatArray and float
-        Products of its columns under the noise, and the noise's log determinant.
-    sizes : Sizes
-        Sizes of the highest evidence.
-    found : sequence of Compared
-        All sets with all gains.
-
-    Returns
-    -------
-    list of Compared
-        Their weights are on the scale of those of `found`.
-
     Notes
     -----
     An input need not act through every lag of the others. Where some gains may be zero, those
@@ -213,22 +197,6 @@ def refined_components(
 ) -> list[Component]:
     """Return the components of lags off the grid, some gains held at zero.
 
-    Parameters
-    ----------
-    problem : Refinement
-        The record.
-    refined : Refined
-        The refined lags.
-    sizes : Sizes
-        Sizes of the highest evidence.
-    span : float
-        Logarithm of the longest over the shortest time constant. [1]
-
-    Returns
-    -------
-    list of Component
-        Weighted by the evidence, the time constants averaged out around their place.
-
     References
     ----------
     MacKay 1992 (Laplace's approximation of the evidence).
@@ -257,18 +225,7 @@ def refined_components(
 
 
 def averaged(components: Sequence[Component]) -> Average:
-    """Return the average over all components.
-
-    Parameters
-    ----------
-    components : sequence of Component
-        Sets on the grid and off it.
-
-    Returns
-    -------
-    Average
-        Mean contributions and DC gains with their variance.
-    """
+    """Return the average over all components."""
     highest = max(float(np.max(c.compared.log_weight)) for c in components)
     inputs = components[0].design.inputs
     readings = components[0].design.readings

@@ -79,19 +79,7 @@ class Sizes:
         )
 
     def enlarged(self, larger: float) -> "Sizes":
-        """Return the sizes for fewer lags, each of which has to explain more.
-
-        Parameters
-        ----------
-        larger : float
-            Logarithm by which gains are larger, and with them what they make of an unknown start.
-            An experiment that began near a steady state stays there. [1]
-
-        Returns
-        -------
-        Sizes
-            The noise is the same.
-        """
+        """Return the sizes for fewer lags, each of which has to explain more."""
         transients = tuple(t + larger if t > FAR_START else t for t in self.log_transients)
         return replace(self, log_gain=self.log_gain + larger, log_transients=transients)
 
@@ -172,26 +160,7 @@ def design_of(
     free_start: bool,
     experiments: int,
 ) -> Design:
-    """Return the regressors of segments for a set of time constants.
-
-    Parameters
-    ----------
-    segments : sequence of Segment
-        The record.
-    time_constants_s : FloatArray
-        Time constants, (j,). [s]
-    scales : Scales
-        Spreads to divide by.
-    free_start : bool
-        Whether every segment has transients from an unknown start.
-    experiments : int
-        Number of experiments. [1]
-
-    Returns
-    -------
-    Design
-        Ready for products.
-    """
+    """Return the regressors of segments for a set of time constants."""
     count = time_constants_s.size
     rows: list[FloatArray] = []
     white: list[FloatArray] = []
@@ -351,22 +320,7 @@ def _neighbours(
 def most_likely_sizes(
     design: Design, hyperprior: Hyperprior, smallest_step: float = 0.15
 ) -> tuple[Sizes, Posterior]:
-    """Return the sizes under which the record is most likely.
-
-    Parameters
-    ----------
-    design : Design
-        Regressors over a grid of time constants.
-    hyperprior : Hyperprior
-        What is plausible.
-    smallest_step : float
-        Share of the first steps at which the search ends. [1]
-
-    Returns
-    -------
-    tuple of Sizes and Posterior
-        The maximum, found coordinate by coordinate with shrinking steps.
-    """
+    """Return the sizes under which the record is most likely."""
     best = Sizes(
         log_gain=4.0,
         log_transients=(0.0,) * design.transients,

@@ -71,26 +71,7 @@ def compared(
     members: IndexArray,
     without: BoolArray | None = None,
 ) -> Subsets:
-    """Return the evidence and the gains of subsets under given sizes.
-
-    Parameters
-    ----------
-    design : Design
-        Regressors over the grid.
-    products : tuple of FloatArray and float
-        Products of its columns under the noise, and the noise's log determinant.
-    sizes : Sizes
-        Sizes of gains, transients and slow noise.
-    members : IndexArray
-        Numbers of the time constants of every set, (m, j). [1]
-    without : BoolArray, optional
-        Gains that are held at zero, (m, k (1 + j)).
-
-    Returns
-    -------
-    Subsets
-        One row per set.
-    """
+    """Return the evidence and the gains of subsets under given sizes."""
     gram, log_determinant = products
     lags = members.shape[1]
     columns = columns_of(design, members)

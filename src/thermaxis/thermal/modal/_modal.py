@@ -195,25 +195,7 @@ def _constant(segments: Sequence[Segment]) -> bool:
 def response_evidence(
     experiments: Sequence[Experiment], options: ModalOptions | None = None
 ) -> ResponseEvidence:
-    """Return gains over a grid of time constants with the evidence of the record.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        With the same inputs.
-    options : ModalOptions, optional
-        Delays, start and block.
-
-    Returns
-    -------
-    ResponseEvidence
-        Its `posterior.log_evidence` compares sets of inputs on the same displacement.
-
-    Raises
-    ------
-    DataError
-        If the experiments have different inputs, or too little was measured.
-    """
+    """Return gains over a grid of time constants with the evidence of the record."""
     chosen = options or ModalOptions()
     inputs = common_shape(experiments)
     delays = chosen.delays_s or (0.0,) * inputs

@@ -212,27 +212,7 @@ def _segment(
 def segments_of(
     experiments: Sequence[Experiment], block_s: float, delays_s: Sequence[float]
 ) -> tuple[Segment, ...]:
-    """Cut experiments into blocks of about one length.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        With the same inputs.
-    block_s : float
-        Wanted length of a block; it is shortened to whole rows. [s]
-    delays_s : sequence of float
-        Delay of every input, rounded to whole rows. [s]
-
-    Returns
-    -------
-    tuple of Segment
-        One per experiment and stretch without a long gap in the inputs.
-
-    Raises
-    ------
-    DataError
-        If no displacement is left.
-    """
+    """Cut experiments into blocks of about one length."""
     found: list[Segment] = []
     for number, experiment in enumerate(experiments):
         step_s = experiment.sample_time_s

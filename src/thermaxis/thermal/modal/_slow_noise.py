@@ -57,23 +57,6 @@ def weighted_products(
 ) -> Products:
     """Return the products of columns under the inverse covariance of one segment's noise.
 
-    Parameters
-    ----------
-    columns : FloatArray
-        Regressors and displacement at the measured blocks of one segment, (n, p).
-    white_variance : FloatArray
-        Variance of the white noise of every block, as a multiple of that of a full block's
-        mean, (n,). [1]
-    times_s : FloatArray
-        Times of the blocks, (n,). [s]
-    noise : SlowNoise
-        The slow part.
-
-    Returns
-    -------
-    Products
-        Under the inverse of D + ratio C, D diagonal and C of a Gauss-Markov series.
-
     Notes
     -----
     With D the white part and Q the inverse covariance of the drift, which has three diagonals, the

@@ -80,16 +80,6 @@ def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArr
 def validated(candidates: Sequence[tuple[Refinement, Refined]]) -> BlockedValidation:
     """Choose the number of lags by blocked cross-validation of the free run.
 
-    Parameters
-    ----------
-    candidates : sequence of tuple of Refinement and Refined
-        The best set of every number of lags, on all of the record.
-
-    Returns
-    -------
-    BlockedValidation
-        The smallest number of lags whose error is within a standard error of the least.
-
     Notes
     -----
     Gains and time constants are fitted without the block, the latter to first order. The block is

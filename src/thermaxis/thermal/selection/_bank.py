@@ -51,20 +51,7 @@ class RecordPart:
 
 
 def record_parts(experiments: Sequence[Experiment], count: int) -> tuple[RecordPart, ...]:
-    """Cut experiments into parts of about equal length.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        In the order in which they were run.
-    count : int
-        Wanted number of parts. [1]
-
-    Returns
-    -------
-    tuple of RecordPart
-        In order of time; an experiment shorter than a part is one of its own.
-    """
+    """Cut experiments into parts of about equal length."""
     wanted_s = sum(e.duration_s for e in experiments) / count
     parts: list[RecordPart] = []
     for number, experiment in enumerate(experiments):
@@ -125,31 +112,7 @@ def banks_of(
     mean_s: float,
     parts: Sequence[RecordPart],
 ) -> tuple[Bank, ...]:
-    """Compute the regressors of all outputs.
-
-    Parameters
-    ----------
-    outputs : mapping of str to sequence of Experiment
-        Experiments of every output, with the same inputs.
-    columns : sequence of int
-        Inputs that are candidates, (k,).
-    time_constants_s : FloatArray
-        Time constants of the lags, (L,). [s]
-    mean_s : float
-        Length of the block means. [s]
-    parts : sequence of RecordPart
-        Parts of the record.
-
-    Returns
-    -------
-    tuple of Bank
-        One per group of outputs that were measured in the same rows.
-
-    Raises
-    ------
-    DataError
-        If the outputs have other inputs, or an output is never measured together with them.
-    """
+    """Compute the regressors of all outputs."""
     _check_same_inputs(outputs)
     banks: list[Bank] = []
     for names in _same_rows(outputs):

@@ -69,19 +69,7 @@ class Sums:
 
 
 def splits_of(count: int) -> tuple[Split, ...]:
-    """Return how parts are held out.
-
-    Parameters
-    ----------
-    count : int
-        Number of parts. [1]
-
-    Returns
-    -------
-    tuple of Split
-        Every part from all others; then every part of the later half from those before it only,
-        as a model meets the days after its calibration.
-    """
+    """Return how parts are held out."""
     every = tuple(
         Split(learn=tuple(j for j in range(count) if j != i), judge=i) for i in range(count)
     )
@@ -127,18 +115,7 @@ class Validation:
         return penalty
 
     def errors(self, structure: Structure) -> FloatArray:
-        """Return mean absolute errors in free run, (s, splits, o); NaN where nothing is held out.
-
-        Parameters
-        ----------
-        structure : Structure
-            What the models may consist of.
-
-        Returns
-        -------
-        FloatArray
-            One per uncertainty of the temperatures, split and output. [µm]
-        """
+        """Return mean absolute errors in free run, (s, splits, o), NaN without held-out rows."""
         columns, penalties = self._columns(structure), self._penalties(structure)
         per_bank: list[FloatArray] = []
         for sums in self.sums:
@@ -148,18 +125,7 @@ class Validation:
         return np.concatenate(per_bank, axis=2)
 
     def average_errors(self, members: Sequence[Member]) -> FloatArray:
-        """Return mean absolute errors of an average of models in free run, (splits, o).
-
-        Parameters
-        ----------
-        members : sequence of Member
-            What is averaged.
-
-        Returns
-        -------
-        FloatArray
-            One per split and output; NaN where nothing is held out. [µm]
-        """
+        """Return mean absolute errors of an average of models in free run, (splits, o)."""
         chosen = [
             (self._columns(m.structure), self._penalties(m.structure)[[m.position]], m.weight)
             for m in members
@@ -179,20 +145,7 @@ class Validation:
         return np.concatenate(per_bank, axis=1)
 
     def fit(self, structure: Structure, position: int) -> FloatArray:
-        """Return the gains from all parts, (p, o), for one uncertainty of the temperatures.
-
-        Parameters
-        ----------
-        structure : Structure
-            What the model consists of.
-        position : int
-            Position of the uncertainty of the temperatures. [1]
-
-        Returns
-        -------
-        FloatArray
-            Direct gains, gains of every lag in turn, and the offset if there is one. [µm/K]
-        """
+        """Return the gains from all parts, (p, o), for one uncertainty of the temperatures."""
         columns = self._columns(structure)
         penalty = self._penalties(structure)[position : position + 1]
         every = tuple(range(self.sums[0].weight.size))
@@ -200,20 +153,7 @@ class Validation:
         return np.concatenate([f[0] for f in fits if f is not None], axis=1)
 
     def training_errors(self, members: Sequence[Member], gains: Sequence[FloatArray]) -> FloatArray:
-        """Return the mean absolute errors of an average of models on all parts, (o,).
-
-        Parameters
-        ----------
-        members : sequence of Member
-            What is averaged.
-        gains : sequence of FloatArray
-            Gains of every member from `fit`.
-
-        Returns
-        -------
-        FloatArray
-            One per output. [µm]
-        """
+        """Return the mean absolute errors of an average of models on all parts, (o,)."""
         found: list[FloatArray] = []
         first = 0
         for sums in self.sums:
@@ -246,24 +186,7 @@ def validation_of(
     noise_k: FloatArray,
     sensor_uncertainties_k: FloatArray,
 ) -> Validation:
-    """Sum up a record.
-
-    Parameters
-    ----------
-    banks : sequence of Bank
-        Regressors and displacements.
-    parts : int
-        Number of parts of the record. [1]
-    noise_k : FloatArray
-        Noise of every channel, (k,). [K]
-    sensor_uncertainties_k : FloatArray
-        Uncertainties of the temperatures that are tried, (s,). [K]
-
-    Returns
-    -------
-    Validation
-        What judges structures.
-    """
+    """Sum up a record."""
     return Validation(
         noise_variance_k2=noise_k**2,
         variance_k2=sensor_uncertainties_k**2,

@@ -71,27 +71,7 @@ class ArxOrders:
 
 
 def per_input(value: int | Sequence[int], inputs: int, name: str) -> tuple[int, ...]:
-    """Return an order for every input.
-
-    Parameters
-    ----------
-    value : int or sequence of int
-        One number for all inputs, or one per input. [1]
-    inputs : int
-        Number of inputs. [1]
-    name : str
-        Name of the order, for messages.
-
-    Returns
-    -------
-    tuple of int
-        One number per input. [1]
-
-    Raises
-    ------
-    ConfigurationError
-        If there is not one per input or one is negative or larger than allowed.
-    """
+    """Return an order for every input."""
     values = (value,) * inputs if isinstance(value, int) else tuple(value)
     if len(values) != inputs:
         raise ConfigurationError(
@@ -106,25 +86,7 @@ def per_input(value: int | Sequence[int], inputs: int, name: str) -> tuple[int, 
 
 
 def regressors(u: FloatArray, y: FloatArray, orders: ArxOrders, *, constant: bool) -> FloatArray:
-    """Return the rows of the least-squares problem of one experiment.
-
-    Parameters
-    ----------
-    u : FloatArray
-        Inputs, (n, k); NaN where not measured. [K]
-    y : FloatArray
-        Displacement, (n,); NaN where not measured. [µm]
-    orders : ArxOrders
-        Orders.
-    constant : bool
-        Whether a constant belongs to the equation.
-
-    Returns
-    -------
-    FloatArray
-        Columns -y(k-1) ... -y(k-na), u(k-nk) ... of every input, 1 and y(k), (rows, d + 1), for
-        k from the longest lag on; rows that need a missing value are left out. [µm and K]
-    """
+    """Return the rows of the least-squares problem of one experiment."""
     first, n = orders.longest_lag, y.size
     if n <= first:
         return np.zeros((0, orders.parameters + constant + 1))
@@ -138,18 +100,7 @@ def regressors(u: FloatArray, y: FloatArray, orders: ArxOrders, *, constant: boo
 
 
 def triangle(blocks: Sequence[FloatArray]) -> FloatArray:
-    """Return the triangular factor of rows stacked below each other.
-
-    Parameters
-    ----------
-    blocks : sequence of FloatArray
-        Rows, (r, c) each, or triangular factors of rows. [any]
-
-    Returns
-    -------
-    FloatArray
-        R with R'R the sum of products of all rows, (c, c). [any]
-    """
+    """Return the triangular factor of rows stacked below each other."""
     columns = blocks[0].shape[1]
     factor = np.zeros((columns, columns))
     for block in blocks:
@@ -175,20 +126,7 @@ class LeastSquares:
 
 
 def solve_triangle(factor: FloatArray, columns: Sequence[int] | None = None) -> LeastSquares:
-    """Solve a least-squares problem whose last column is the right side.
-
-    Parameters
-    ----------
-    factor : FloatArray
-        Triangular factor of regressors and right side, (d + 1, d + 1). [any]
-    columns : sequence of int, optional
-        Regressors to use. Default: all. [1]
-
-    Returns
-    -------
-    LeastSquares
-        Solution of least norm in scaled columns where the rows do not determine it.
-    """
+    """Solve a least-squares problem whose last column is the right side."""
     chosen = list(range(factor.shape[1] - 1)) if columns is None else list(columns)
     matrix, right = factor[:, chosen], factor[:, -1]
     norm = np.linalg.norm(matrix, axis=0)
@@ -209,22 +147,7 @@ def solve_triangle(factor: FloatArray, columns: Sequence[int] | None = None) -> 
 
 
 def parameter_names(orders: ArxOrders, names: Sequence[str], *, constant: bool) -> tuple[str, ...]:
-    """Return names of the coefficients in the order of the regressors.
-
-    Parameters
-    ----------
-    orders : ArxOrders
-        Orders.
-    names : sequence of str
-        Names of the inputs.
-    constant : bool
-        Whether a constant belongs to the equation.
-
-    Returns
-    -------
-    tuple of str
-        Names such as `b_1` and `a_0 spindle`.
-    """
+    """Return names of the coefficients in the order of the regressors."""
     said = [f"b_{i}" for i in range(1, orders.na + 1)]
     for name, count, delay in zip(names, orders.nb, orders.nk, strict=True):
         said += [f"a_{delay + i} {name}" for i in range(count)]
@@ -407,19 +330,7 @@ def _free_run(model: PolynomialModel, experiment: Experiment) -> FloatArray:
 
 
 def blocks_of_rows(experiments: Sequence[Experiment]) -> list[tuple[Experiment, int, int]]:
-    """Return the blocks that are left out one after the other.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        At least one.
-
-    Returns
-    -------
-    list of tuple
-        Experiment, first row and the row after the last one; five blocks or more in all, every
-        experiment cut into equally many.
-    """
+    """Return the blocks that are left out one after the other."""
     each = -(-FEWEST_BLOCKS // len(experiments))
     blocks: list[tuple[Experiment, int, int]] = []
     for experiment in experiments:
@@ -463,27 +374,7 @@ def _search(
 def choose_orders(
     errors: dict[tuple[int, int], FloatArray], weights: FloatArray, inputs: int
 ) -> tuple[int, int]:
-    """Choose the fewest coefficients that are not clearly worse than the best.
-
-    Parameters
-    ----------
-    errors : dict
-        Sum of squares in each block by (n, m), (blocks,); infinite where a fit is of no use. [µm²]
-    weights : FloatArray
-        Rows of each block, (blocks,). [1]
-    inputs : int
-        Number of inputs. [1]
-
-    Returns
-    -------
-    tuple of int
-        n and m.
-
-    Raises
-    ------
-    DataError
-        If no fit was of use.
-    """
+    """Choose the fewest coefficients that are not clearly worse than the best."""
     totals = {key: float(np.sum(values)) for key, values in errors.items()}
     best = min(totals, key=lambda key: totals[key])
     if not np.isfinite(totals[best]):
@@ -569,21 +460,7 @@ def _warnings(
 
 
 def pole_warnings(model: PolynomialModel, experiments: Sequence[Experiment]) -> tuple[str, ...]:
-    """Return what must be said about the poles of a model.
-
-    Parameters
-    ----------
-    model : PolynomialModel
-        The model.
-    experiments : sequence of Experiment
-        The tests that it was identified from.
-
-    Returns
-    -------
-    tuple of str
-        Sentences on instability, poles that are no lags, and time constants that are too long
-        for the tests.
-    """
+    """Return what must be said about the poles of a model."""
     longest = max(e.duration_s for e in experiments)
     said: list[str] = []
     shared: dict[tuple[float, ...], list[str]] = {}

@@ -36,24 +36,7 @@ class Cascade:
 def filtered(
     numerator: FloatArray, denominator: FloatArray, values: FloatArray, state: FloatArray
 ) -> FloatArray:
-    """Return values behind a transfer function whose first denominator coefficient is one.
-
-    Parameters
-    ----------
-    numerator : FloatArray
-        a_0 ... a_n, (n + 1,). [any]
-    denominator : FloatArray
-        1, b_1 ... b_m, (m + 1,). [1]
-    values : FloatArray
-        What goes in, (r,). [any]
-    state : FloatArray
-        State of the transposed direct form, (max(n, m),). [any]
-
-    Returns
-    -------
-    FloatArray
-        What comes out, (r,). [any]
-    """
+    """Return values behind a transfer function whose first denominator coefficient is one."""
     if state.size == 0:
         return values * numerator[0]
     y, _ = lfilter(numerator, denominator, values, zi=state)
@@ -61,18 +44,7 @@ def filtered(
 
 
 def cascade_of(denominator: FloatArray) -> Cascade:
-    """Factor a denominator into fast and slow poles.
-
-    Parameters
-    ----------
-    denominator : FloatArray
-        1, b_1 ... b_m, (m + 1,). [1]
-
-    Returns
-    -------
-    Cascade
-        Its factors.
-    """
+    """Factor a denominator into fast and slow poles."""
     return _cascade(tuple(float(b) for b in denominator))
 
 
@@ -98,22 +70,7 @@ def _cascade(denominator: tuple[float, ...]) -> Cascade:
 
 
 def later(values: FloatArray, rows: int, before: float) -> FloatArray:
-    """Return values some rows later.
-
-    Parameters
-    ----------
-    values : FloatArray
-        Any series, (r,). [any]
-    rows : int
-        Rows. [row]
-    before : float
-        What stands in the rows before. [any]
-
-    Returns
-    -------
-    FloatArray
-        Shifted series, (r,). [any]
-    """
+    """Return values some rows later."""
     if rows == 0:
         return values
     count = min(rows, values.size)
@@ -123,24 +80,7 @@ def later(values: FloatArray, rows: int, before: float) -> FloatArray:
 def stage_outputs(
     cascade: Cascade, values: FloatArray, first: float, count: int
 ) -> list[FloatArray]:
-    """Return what stands between the poles, slowest first.
-
-    Parameters
-    ----------
-    cascade : Cascade
-        The factors of a denominator b.
-    values : FloatArray
-        What goes in, (r,). [any]
-    first : float
-        Its value for ever before the first row. [any]
-    count : int
-        Number of series wanted. [1]
-
-    Returns
-    -------
-    list of FloatArray
-        Series j is P_j / b of what goes in, with P_j of `basis_polynomials`, (r,) each. [any]
-    """
+    """Return what stands between the poles, slowest first."""
     stages = [_stage(cascade.fast, float(np.sum(cascade.fast)), values, first)]
     levels = [first / float(np.sum(cascade.fast))]
     for factor, total in zip(cascade.slow, cascade.slow_sums, strict=True):
@@ -165,20 +105,7 @@ def _stage(factor: FloatArray, total: float, values: FloatArray, first: float) -
 
 
 def basis_polynomials(cascade: Cascade, count: int) -> FloatArray:
-    """Return the numerators whose outputs `stage_outputs` gives.
-
-    Parameters
-    ----------
-    cascade : Cascade
-        The factors of a denominator.
-    count : int
-        Number of polynomials. [1]
-
-    Returns
-    -------
-    FloatArray
-        Polynomial j of degree j in 1/z in column j, (count, count). [1]
-    """
+    """Return the numerators whose outputs `stage_outputs` gives."""
     step = np.array([1.0, -1.0])
     product, polynomials = np.ones(1), list[FloatArray]()
     for factor in cascade.slow[::-1]:
@@ -198,24 +125,7 @@ def basis_polynomials(cascade: Cascade, count: int) -> FloatArray:
 def output_of(
     numerator: FloatArray, denominator: FloatArray, values: FloatArray, first: float
 ) -> FloatArray:
-    """Return values behind a transfer function, one pole after the other.
-
-    Parameters
-    ----------
-    numerator : FloatArray
-        a_0 ... a_n, (n + 1,). [any]
-    denominator : FloatArray
-        1, b_1 ... b_m, (m + 1,). [1]
-    values : FloatArray
-        What goes in, (r,). [any]
-    first : float
-        Its value for ever before the first row; 0 is rest. [any]
-
-    Returns
-    -------
-    FloatArray
-        What comes out, (r,). [any]
-    """
+    """Return values behind a transfer function, one pole after the other."""
     nonzero = np.flatnonzero(numerator)
     if nonzero.size == 0:
         return np.zeros(values.size)

@@ -37,25 +37,7 @@ class SimulationFigures:
 
 
 def paired(measured_um: FloatArray, simulated_um: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the rows in which both displacements are present.
-
-    Parameters
-    ----------
-    measured_um : FloatArray
-        Measured displacement, (n,); NaN where not measured. [µm]
-    simulated_um : FloatArray
-        Simulated displacement, (n,); NaN where there is none. [µm]
-
-    Returns
-    -------
-    tuple of FloatArray
-        Both without the other rows, (r,). [µm]
-
-    Raises
-    ------
-    DataError
-        If the shapes differ or no row has both.
-    """
+    """Return the rows in which both displacements are present."""
     measured = np.asarray(measured_um, dtype=np.float64)
     simulated = np.asarray(simulated_um, dtype=np.float64)
     if measured.shape != simulated.shape or measured.ndim != 1:

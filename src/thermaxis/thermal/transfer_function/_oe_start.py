@@ -47,21 +47,7 @@ class OeOrders:
 
 
 def stabilised(denominator: FloatArray, slowest: float) -> FloatArray:
-    """Return a denominator whose poles have at most a given modulus.
-
-    Parameters
-    ----------
-    denominator : FloatArray
-        1, b_1 ... b_m, (m + 1,). [1]
-    slowest : float
-        Largest modulus of a pole, below one. [1]
-
-    Returns
-    -------
-    FloatArray
-        The denominator itself where it meets the bound, else one with the poles outside the unit
-        circle reflected at it, and those that are still too slow drawn to the bound. [1]
-    """
+    """Return a denominator whose poles have at most a given modulus."""
     if denominator.size == 1:
         return denominator
     distances = distances_from_one(denominator)
@@ -80,24 +66,7 @@ def stabilised(denominator: FloatArray, slowest: float) -> FloatArray:
 def denominators_to_start(
     experiments: Sequence[Experiment], orders: OeOrders, slowest: float, *, steady: bool
 ) -> list[list[FloatArray]]:
-    """Return denominators of every input from which an iteration may start.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        Tests.
-    orders : OeOrders
-        Orders.
-    slowest : float
-        Largest modulus of a pole. [1]
-    steady : bool
-        Whether the tests start in the steady state.
-
-    Returns
-    -------
-    list of list of FloatArray
-        At least one start, one denominator per input each, stable. [1]
-    """
+    """Return denominators of every input from which an iteration may start."""
     starts = [_grid_start(experiments, orders, steady=steady)]
     inputs = len(orders.nb)
     structures = [

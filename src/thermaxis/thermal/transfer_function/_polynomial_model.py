@@ -30,18 +30,7 @@ class Start(StrEnum):
 
 
 def frozen_array(values: FloatArray | Sequence[float]) -> FloatArray:
-    """Return a copy as float64 that nobody can write to.
-
-    Parameters
-    ----------
-    values : FloatArray or sequence of float
-        Numbers of any shape. [any]
-
-    Returns
-    -------
-    FloatArray
-        Read-only copy. [as given]
-    """
+    """Return a copy as float64 that nobody can write to."""
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
@@ -249,18 +238,7 @@ class PolynomialModel:
 
 
 def held(u: FloatArray) -> tuple[FloatArray, int]:
-    """Replace missing inputs by the last measured one, at the start by the first measured one.
-
-    Parameters
-    ----------
-    u : FloatArray
-        Inputs, (n, k); NaN where not measured. [K]
-
-    Returns
-    -------
-    tuple
-        Inputs without gaps, (n, k) [K], and the number of replaced values [1].
-    """
+    """Replace missing inputs by the last measured one, at the start by the first measured one."""
     missing = np.isnan(u)
     count = int(np.count_nonzero(missing))
     if count == 0:
@@ -366,20 +344,7 @@ def simulate_from_fitted_start(
 
 
 def free_responses(parts: Sequence[TransferFunction], rows: int) -> FloatArray:
-    """Return what the past before the first row can contribute, one column per state.
-
-    Parameters
-    ----------
-    parts : sequence of TransferFunction
-        Transfer functions; a denominator that several share counts once.
-    rows : int
-        Number of rows n. [1]
-
-    Returns
-    -------
-    FloatArray
-        Free responses, (n, states). [1]
-    """
+    """Return what the past before the first row can contribute, one column per state."""
     longest: dict[tuple[float, ...], int] = {}
     for part in parts:
         key = tuple(float(b) / float(part.denominator[0]) for b in part.denominator)
@@ -412,25 +377,7 @@ def _checked_inputs(model: PolynomialModel, u: FloatArray) -> FloatArray:
 
 
 def names_of_inputs(experiments: Sequence[Experiment], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the inputs, u1, u2, ... where none are given.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        At least one.
-    names : sequence of str
-        Names in the order of the inputs, or none.
-
-    Returns
-    -------
-    tuple of str
-        One name per input.
-
-    Raises
-    ------
-    DataError
-        If there is not one name per input, or one is there twice.
-    """
+    """Return the names of the inputs, u1, u2, ... where none are given."""
     count = experiments[0].inputs
     given = tuple(names) if names else tuple(f"u{i + 1}" for i in range(count))
     if len(given) != count or len(set(given)) != count:
@@ -442,23 +389,7 @@ def names_of_inputs(experiments: Sequence[Experiment], names: Sequence[str]) -> 
 
 
 def common_sample_time_s(experiments: Sequence[Experiment]) -> float:
-    """Return the sample time that all experiments share.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        At least one.
-
-    Returns
-    -------
-    float
-        Time between rows. [s]
-
-    Raises
-    ------
-    DataError
-        If the sample times differ by more than a millionth.
-    """
+    """Return the sample time that all experiments share."""
     first = experiments[0].sample_time_s
     for experiment in experiments:
         if abs(experiment.sample_time_s - first) > 1e-6 * first:

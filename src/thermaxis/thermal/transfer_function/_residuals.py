@@ -33,22 +33,7 @@ _LARGEST_SHARE_OF_ROWS = 0.25
 def correlation(
     first: Sequence[FloatArray], second: Sequence[FloatArray], lags: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the correlation of two series that several tests share, with missing values.
-
-    Parameters
-    ----------
-    first, second : sequence of FloatArray
-        One array per test, (n,) each, of mean zero; NaN where missing. [any]
-    lags : int
-        Largest lag. [row]
-
-    Returns
-    -------
-    tuple of FloatArray
-        Mean of first(k + lag) second(k) over the pairs that are present, divided by both root mean
-        squares and drawn to zero as the pairs get fewer, for lag = -lags ... lags, (2 lags + 1,)
-        [1], and the number of pairs, (2 lags + 1,) [1].
-    """
+    """Return the correlation of two series that several tests share, with missing values."""
     products, pairs = np.zeros(2 * lags + 1), np.zeros(2 * lags + 1)
     possible, rows = np.zeros(2 * lags + 1), 0
     distance = np.abs(np.arange(-lags, lags + 1))
@@ -87,20 +72,6 @@ def _root_mean_square(series: Sequence[FloatArray]) -> float:
 
 def portmanteau_p(autocorrelation: FloatArray, pairs: FloatArray, parameters: int = 0) -> float:
     """Return how likely so large autocorrelations are where the residual is white.
-
-    Parameters
-    ----------
-    autocorrelation : FloatArray
-        Autocorrelations at lags 1, 2, ..., (l,). [1]
-    pairs : FloatArray
-        Pairs of each lag, (l,). [1]
-    parameters : int
-        Coefficients that were fitted to the autocorrelation; they take degrees of freedom. [1]
-
-    Returns
-    -------
-    float
-        Probability. [1]
 
     References
     ----------

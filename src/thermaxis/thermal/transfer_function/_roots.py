@@ -57,16 +57,5 @@ def _distances(coefficients: tuple[float, ...]) -> ComplexArray:
 
 
 def distances_from_one(coefficients: FloatArray) -> ComplexArray:
-    """Return one minus each root of a polynomial, to full relative precision near one.
-
-    Parameters
-    ----------
-    coefficients : FloatArray
-        Coefficients of a polynomial in falling powers of z, the first one not zero, (m + 1,). [any]
-
-    Returns
-    -------
-    ComplexArray
-        1 - z for every root z, (m,), slowest first; read-only. [1]
-    """
+    """Return one minus each root of a polynomial, to full relative precision near one."""
     return _distances(tuple(float(c) for c in coefficients))

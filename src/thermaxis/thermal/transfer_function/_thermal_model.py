@@ -95,46 +95,14 @@ class ThermalModel:
 def section_response(
     u: FloatArray, time_constant_s: float, sample_time_s: float, start: float
 ) -> FloatArray:
-    """Return the state of one first-order lag behind a held input.
-
-    Parameters
-    ----------
-    u : FloatArray
-        Input, (n,). [K]
-    time_constant_s : float
-        Time constant. [s]
-    sample_time_s : float
-        Time between rows. [s]
-    start : float
-        State at the first row. [K]
-
-    Returns
-    -------
-    FloatArray
-        State at every row, (n,): x[k+1] = x[k] + alpha (u[k] - x[k]). [K]
-    """
+    """Return the state of one first-order lag behind a held input."""
     alpha = -np.expm1(-sample_time_s / time_constant_s)
     state, _ = lfilter([0.0, alpha], [1.0, alpha - 1.0], u, zi=[start])
     return np.asarray(state, dtype=np.float64)
 
 
 def delayed(u: FloatArray, delay_s: float, sample_time_s: float) -> FloatArray:
-    """Return a held input that arrives later; before it arrives it has its first value.
-
-    Parameters
-    ----------
-    u : FloatArray
-        Input, (n,). [K]
-    delay_s : float
-        Delay, rounded to whole rows. [s]
-    sample_time_s : float
-        Time between rows. [s]
-
-    Returns
-    -------
-    FloatArray
-        Delayed input, (n,). [K]
-    """
+    """Return a held input that arrives later; before it arrives it has its first value."""
     rows = min(round(delay_s / sample_time_s), u.size)
     if rows == 0:
         return u

@@ -104,18 +104,7 @@ class VirtualTable:
 
 
 def _cosines(count: int) -> tuple[FloatArray, FloatArray]:
-    """Return the eigenvectors of a row of cells with insulated ends, and their eigenvalues.
-
-    Parameters
-    ----------
-    count : int
-        Number of cells. [1]
-
-    Returns
-    -------
-    vectors, values : FloatArray
-        Orthonormal, (mode, cell); the values are those of minus the second difference. [1]
-    """
+    """Return the eigenvectors of a row of cells with insulated ends, and their eigenvalues."""
     mode = np.arange(count)[:, None]
     vectors = np.sqrt(2.0 / count) * np.cos(np.pi * mode * (np.arange(count) + 0.5) / count)
     vectors[0] /= np.sqrt(2.0)

@@ -53,13 +53,7 @@ class OffsetRules:
 
 @final
 class OffsetAxis:
-    """The offset of the Z axis.
-
-    Parameters
-    ----------
-    rules : OffsetRules
-        Rules of the machine.
-    """
+    """The offset of the Z axis."""
 
     def __init__(self, rules: OffsetRules) -> None:
         self.rules = rules
@@ -83,18 +77,7 @@ class OffsetAxis:
         return math.inf if watchdog_s is None else watchdog_s * self.speed
 
     def write_offset(self, offset_mm: float) -> bool:
-        """Take a written offset.
-
-        Parameters
-        ----------
-        offset_mm : float
-            Positive moves the tool away from the workpiece. [mm]
-
-        Returns
-        -------
-        bool
-            Whether it is a finite number; another one is not taken.
-        """
+        """Take a written offset."""
         if not math.isfinite(offset_mm):
             return False
         self.written_mm = offset_mm
@@ -103,31 +86,13 @@ class OffsetAxis:
         return True
 
     def write_heartbeat(self, heartbeat: int) -> None:
-        """Take a written heartbeat; only a changed one counts.
-
-        Parameters
-        ----------
-        heartbeat : int
-            Any number; its lower 32 bits are taken. [1]
-        """
+        """Take a written heartbeat; only a changed one counts."""
         if heartbeat % HEARTBEAT_RANGE != self.heartbeat:
             self.heartbeat = heartbeat % HEARTBEAT_RANGE
             self._silent_s = 0.0
 
     def step(self, seconds: float, *, moves: bool, permitted: bool, own_goal_um: float) -> None:
-        """Let time go by.
-
-        Parameters
-        ----------
-        seconds : float
-            The time. [s]
-        moves : bool
-            Whether the drives are on.
-        permitted : bool
-            Whether the axis has a reference and is not looking for it.
-        own_goal_um : float
-            Where the builder's own compensation wants to be. [µm]
-        """
+        """Let time go by."""
         heard_s = seconds
         if self.rules.watchdog_s is not None:
             heard_s = min(seconds, max(0.0, self._watchdog_s - self._silent_s))

@@ -201,18 +201,7 @@ def parse_fault(text: str, channels: Sequence[str]) -> Fault:
 
 
 def parse_seconds(text: str) -> float | None:
-    """Return a time as it is written.
-
-    Parameters
-    ----------
-    text : str
-        A number, with ms, s, min, h or d behind it; without it counts in seconds.
-
-    Returns
-    -------
-    float or None
-        The time [s]; None if the text is none.
-    """
+    """Return a time as it is written."""
     match = _TIME.fullmatch(text)
     if match is None:
         return None

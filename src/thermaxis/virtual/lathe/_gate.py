@@ -17,15 +17,7 @@ _ENDS = (OSError, asyncio.IncompleteReadError)
 
 @final
 class NetworkGate:
-    """Passes connections on to a port of this computer.
-
-    Parameters
-    ----------
-    address : str
-        Address to listen on.
-    port : int
-        Port to listen on; 0 for a free one, which it then keeps. [1]
-    """
+    """Passes connections on to a port of this computer."""
 
     def __init__(self, address: str, port: int) -> None:
         self.address = address
@@ -42,13 +34,7 @@ class NetworkGate:
         return self._server is not None
 
     async def open(self) -> None:
-        """Listen.
-
-        Raises
-        ------
-        ConfigurationError
-            If the address cannot be listened on.
-        """
+        """Listen."""
         if self._server is not None:
             return
         try:
@@ -72,13 +58,7 @@ class NetworkGate:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def pause(self, *, paused: bool) -> None:
-        """Let nothing through, or let everything through that has waited.
-
-        Parameters
-        ----------
-        paused : bool
-            Which of both.
-        """
+        """Let nothing through, or let everything through that has waited."""
         if paused:
             self._flows.clear()
         else:

@@ -37,17 +37,7 @@ class HallSettings:
 
 @final
 class Hall:
-    """Temperature of the hall as a sum of waves, so that it needs no memory.
-
-    Parameters
-    ----------
-    settings : HallSettings
-        How it moves.
-    seed : sequence of int
-        Seed of the phases of the irregular part. [1]
-    start_s : float
-        Time of day at the time zero. [s]
-    """
+    """Temperature of the hall as a sum of waves, so that it needs no memory."""
 
     def __init__(self, settings: HallSettings, seed: Sequence[int], start_s: float) -> None:
         rng = np.random.default_rng([*seed, 1])
@@ -69,16 +59,6 @@ class Hall:
 
         The masses follow the waves each in its own phase: a machine at rest is never quite at
         the temperature of its hall.
-
-        Parameters
-        ----------
-        physics : LathePhysics
-            The machine.
-
-        Returns
-        -------
-        FloatArray
-            Temperatures, (n,). [°C]
         """
         network = physics.network(LatheDuty(coolant=False))
         boundary = np.array([self._mean_c, physics.foundation_c, physics.cooler_c])

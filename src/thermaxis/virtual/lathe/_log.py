@@ -125,18 +125,7 @@ def write_lathe_log(log: ThermalLog, path: Path | str) -> None:
 
 
 def check_log_name(path: Path | str) -> None:
-    """Check that the end of a file's name says how a log is written.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-
-    Raises
-    ------
-    ConfigurationError
-        If the name ends neither in .csv nor in .parquet.
-    """
+    """Check that the end of a file's name says how a log is written."""
     suffix = Path(path).suffix
     if suffix.casefold() not in {".csv", ".parquet"}:
         raise ConfigurationError(

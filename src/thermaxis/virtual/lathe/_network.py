@@ -41,14 +41,7 @@ class HeatFlow:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ThermalNetwork:
-    """Lumped heat capacities with conductances between them and to boundaries.
-
-    Raises
-    ------
-    ConfigurationError
-        If shapes differ, a capacity is not positive, a conductance is negative or not finite, or
-        the conductances between nodes are not symmetric with an empty diagonal.
-    """
+    """Lumped heat capacities with conductances between them and to boundaries."""
 
     capacity_j_per_k: FloatArray
     """Heat capacities, (n,). [J/K]"""
@@ -88,24 +81,7 @@ class ThermalNetwork:
     def after(
         self, start_c: FloatArray, heat_w: FloatArray, boundary_c: FloatArray, time_s: float
     ) -> FloatArray:
-        """Return the temperatures after some time of constant heat and boundaries.
-
-        Parameters
-        ----------
-        start_c : FloatArray
-            Temperatures at its begin, (n,). [°C]
-        heat_w : FloatArray
-            Heat that enters each node, (n,). [W]
-        boundary_c : FloatArray
-            Temperatures of the boundaries, (m,). [°C]
-        time_s : float
-            The time, from zero up. [s]
-
-        Returns
-        -------
-        FloatArray
-            Temperatures at its end, (n,). [°C]
-        """
+        """Return the temperatures after some time of constant heat and boundaries."""
         z = self._modes.T @ (self._root * start_c)
         force = self._into @ (heat_w + self.boundary_w_per_k @ boundary_c)
         x = self.rate_per_s * time_s
@@ -114,18 +90,7 @@ class ThermalNetwork:
     def flow(
         self, start_c: FloatArray, heat_w: FloatArray, boundary_c: FloatArray, time_s: float
     ) -> HeatFlow:
-        """Return the same with the heat that went where, each by its own integral over the time.
-
-        Parameters
-        ----------
-        start_c, heat_w, boundary_c, time_s
-            As for `after`.
-
-        Returns
-        -------
-        HeatFlow
-            Temperatures and heat.
-        """
+        """Return the same with the heat that went where, each by its own integral over the time."""
         z = self._modes.T @ (self._root * start_c)
         force = self._into @ (heat_w + self.boundary_w_per_k @ boundary_c)
         x = self.rate_per_s * time_s
@@ -141,38 +106,12 @@ class ThermalNetwork:
         )
 
     def steady(self, heat_w: FloatArray, boundary_c: FloatArray) -> FloatArray:
-        """Return the temperatures that constant heat and boundaries lead to.
-
-        Parameters
-        ----------
-        heat_w : FloatArray
-            Heat that enters each node, (n,). [W]
-        boundary_c : FloatArray
-            Temperatures of the boundaries, (m,). [°C]
-
-        Returns
-        -------
-        FloatArray
-            Temperatures, (n,); only for networks that a boundary is connected to. [°C]
-        """
+        """Return the temperatures that constant heat and boundaries lead to."""
         force = self._into @ (heat_w + self.boundary_w_per_k @ boundary_c)
         return np.asarray(self._outof @ (force / self.rate_per_s))
 
     def swing(self, boundary: int, frequency_per_s: FloatArray) -> NDArray[np.complex128]:
-        """Return how the nodes follow a boundary that swings by one kelvin for ever.
-
-        Parameters
-        ----------
-        boundary : int
-            Number of the boundary. [1]
-        frequency_per_s : FloatArray
-            Angular frequencies, (k,). [rad/s]
-
-        Returns
-        -------
-        complex array
-            Phasors of the temperatures, (n, k). [K/K]
-        """
+        """Return how the nodes follow a boundary that swings by one kelvin for ever."""
         force = self._into @ self.boundary_w_per_k[:, boundary]
         lag = self.rate_per_s[:, None] + 1j * frequency_per_s[None, :]
         return np.asarray(self._outof @ (force[:, None] / lag), dtype=np.complex128)

@@ -219,18 +219,7 @@ class LathePhysics:
         return self.ram_m + self.nose_m + self.tool_m + self.table_m + self.bearing_m
 
     def network(self, duty: LatheDuty) -> ThermalNetwork:
-        """Return the network while the machine does one thing.
-
-        Parameters
-        ----------
-        duty : LatheDuty
-            What it does.
-
-        Returns
-        -------
-        ThermalNetwork
-            Nodes in the order of `Node`, boundaries in that of `Boundary`.
-        """
+        """Return the network while the machine does one thing."""
         n = len(Node)
         capacity = np.full(n, self.coolant_j_per_k)
         for node, mass in self.mass_kg.items():
@@ -256,16 +245,6 @@ class LathePhysics:
     def heat_w(self, duty: LatheDuty) -> FloatArray:
         """Return the heat that arises in every node.
 
-        Parameters
-        ----------
-        duty : LatheDuty
-            What the machine does.
-
-        Returns
-        -------
-        FloatArray
-            Heat, (n,). [W]
-
         References
         ----------
         Palmgren's friction torque of a rolling bearing: a part that does not know the speed, and
@@ -288,12 +267,6 @@ class LathePhysics:
 
     def shape(self) -> FloatArray:
         """Return by how much each node's kelvin moves the tool point, by position.
-
-        Returns
-        -------
-        FloatArray
-            Displacement of the tool point relative to the workpiece, positive away from it,
-            (positions, n). [µm/K]
 
         Notes
         -----

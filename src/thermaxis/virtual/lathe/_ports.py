@@ -36,15 +36,7 @@ INTERLOCKS: Final[Mapping[str, tuple[str, bool]]] = {
 
 
 def lathe_names() -> Mapping[str, str]:
-    """Return the lathe's signal for every name that a loop may ask for.
-
-    Returns
-    -------
-    mapping
-        Signals by the names of channels, second sensors, the other compensation, the workpiece's
-        diameter and the probe at the tool centre point, which sees it while the table stands;
-        interlocks are added by the source.
-    """
+    """Return the lathe's signal for every name that a loop may ask for."""
     names = {name: name for name in SENSORS if "_2_" not in name}
     for name in SENSORS:
         if "_2_" in name:

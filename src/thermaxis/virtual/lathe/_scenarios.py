@@ -111,20 +111,7 @@ class Scenario:
 
 
 def seen_at(time_s: float) -> tuple[bool, float]:
-    """Return whether a turning table stands in the measuring location, and until when.
-
-    Parameters
-    ----------
-    time_s : float
-        Time since the begin. [s]
-
-    Returns
-    -------
-    stands : bool
-        Whether it stands there.
-    end_s : float
-        When that changes. [s]
-    """
+    """Return whether a turning table stands in the measuring location, and until when."""
     begin_s = time_s // SEEN_EVERY_S * SEEN_EVERY_S
     if time_s - begin_s < SEEN_FOR_S:
         return True, begin_s + SEEN_FOR_S
@@ -191,23 +178,7 @@ SCENARIOS: Final[Mapping[str, Scenario]] = MappingProxyType(
 
 
 def scenario_named(name: str) -> Scenario:
-    """Return a scenario.
-
-    Parameters
-    ----------
-    name : str
-        A key of `SCENARIOS`.
-
-    Returns
-    -------
-    Scenario
-        The scenario.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is none of this name.
-    """
+    """Return a scenario."""
     if name not in SCENARIOS:
         raise ConfigurationError(
             f"there is no scenario '{name}'",

@@ -153,16 +153,6 @@ def status_code(name: str) -> ua.StatusCode:
 def unit_of(unit: str) -> ua.EUInformation | None:
     """Return a unit as OPC UA states it.
 
-    Parameters
-    ----------
-    unit : str
-        Unit of a signal.
-
-    Returns
-    -------
-    EUInformation or None
-        None where there is none.
-
     References
     ----------
     OPC 10000-8, 5.6.3: the number of a unit is its UN/CEFACT code, read as bytes.

@@ -35,21 +35,7 @@ MOST_EVENTS: Final = 500
 
 
 def event_json(event: EventRecord) -> Json:
-    """Return an event for a page.
-
-    Parameters
-    ----------
-    event : EventRecord
-        The event.
-
-    Returns
-    -------
-    dict
-        ``t`` [ms since 1970], ``kind``, ``who``, ``text`` as recorded, in English, and what a page
-        needs to say it in another language: of a state ``state`` and ``reasons``, of an alarm
-        ``priority`` (empty once it is gone) and ``alarm``, of a request ``request``, ``output``,
-        ``value``, ``duration_s``, ``accepted`` and ``reason``.
-    """
+    """Return an event for a page."""
     found: Json = {
         "t": to_ms(event.utc),
         "kind": event.kind,
@@ -76,23 +62,7 @@ def event_json(event: EventRecord) -> Json:
 
 
 def said_in(language: str, words: "Words", events: Sequence[Json]) -> list[Json]:
-    """Return events with what happened in a language as well.
-
-    Parameters
-    ----------
-    language : str
-        The language.
-    words : Words
-        Texts in every language.
-    events : sequence of dict
-        As `event_json` says.
-
-    Returns
-    -------
-    list of dict
-        The same with ``said``, and of a request ``said_reason``; English where there is no
-        translation, and then what of it is English as ``english``.
-    """
+    """Return events with what happened in a language as well."""
     found: list[Json] = []
     for event in events:
         said = words.phrase(language, f"event_{event['kind']}", event["text"])
@@ -116,26 +86,7 @@ def events_of(
     kinds: Sequence[str] = (),
     newest: int = MOST_EVENTS,
 ) -> tuple[list[Json], bool]:
-    """Return the events of a span.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    span : tuple of datetime
-        Begin and end.
-    kinds : sequence of str
-        Kinds that are wanted. Default: all.
-    newest : int
-        Only so many, the newest. [1]
-
-    Returns
-    -------
-    events : list of dict
-        As `event_json` says, in the order of recording.
-    more : bool
-        Whether there are older ones in the span that are not given.
-    """
+    """Return the events of a span."""
     found = reader.events(*span, kinds=kinds, newest=newest + 1)
     return [event_json(event) for event in found[-newest:]], len(found) > newest
 
@@ -150,27 +101,7 @@ def trend8(
     outputs: Sequence[str],
     channels: Sequence[str],
 ) -> Json:
-    """Return the last hours of corrections and key temperatures, with events.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    now : datetime
-        The end, aware.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-    outputs : sequence of str
-        Outputs of the model.
-    channels : sequence of str
-        Its channels.
-
-    Returns
-    -------
-    dict
-        ``first`` and ``last`` [ms since 1970], ``series`` as `line_of` says by name
-        (``Z_um.correction``, ``T_spindle_C``), ``events`` as `event_json` says.
-    """
+    """Return the last hours of corrections and key temperatures, with events."""
     span = now - timedelta(hours=TREND_H), now
     names = [*(f"{output}.correction" for output in outputs), *channels]
     series = lines_of(reader, names, span, cycle_s, TREND_POINTS)
@@ -185,22 +116,7 @@ def trend8(
 
 
 def names_now(status: Mapping[str, Any], table: str, configured: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of outputs or inputs: those of the loop, or of the file while it is silent.
-
-    Parameters
-    ----------
-    status : mapping
-        What the loop told; may be empty.
-    table : str
-        ``outputs`` or ``inputs``.
-    configured : sequence of str
-        Names in the configuration.
-
-    Returns
-    -------
-    tuple of str
-        The names.
-    """
+    """Return the names of outputs or inputs, of the loop or, while it is silent, of the file."""
     told = status.get(table)
     if isinstance(told, Mapping) and told:
         return tuple(str(name) for name in cast("Mapping[object, object]", told))

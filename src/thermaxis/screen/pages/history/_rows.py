@@ -31,15 +31,7 @@ _MOST_OF_ONE: Final = 8
 
 @final
 class NoHistoryError(ThermaxisError):
-    """The history does not answer.
-
-    Parameters
-    ----------
-    key : str
-        Key of the words that say why.
-    values : str
-        What stands in them.
-    """
+    """The history does not answer."""
 
     def __init__(self, key: str, **values: str) -> None:
         self.key = key
@@ -52,18 +44,6 @@ def reason_for_people(error: ThermaxisError | OSError, url: str) -> str:
 
     Folders of this computer, and host and user of a database, are for whoever looks after it: the
     commands of ``thermaxis history`` say them at the terminal.
-
-    Parameters
-    ----------
-    error : ThermaxisError or OSError
-        The failure.
-    url : str
-        The database.
-
-    Returns
-    -------
-    str
-        For a file its name and the failure, for a server the failure without what it answered.
     """
     what = error.what if isinstance(error, ThermaxisError) else error.strerror or "it fails"
     if not url.startswith(_SQLITE):
@@ -103,18 +83,6 @@ class History:
 
     One reader is kept open. It is opened anew when another file has taken the place of the one
     that is read, and after every error. Waiting is counted in real time, as the thread works in it.
-
-    Parameters
-    ----------
-    url : str
-        The history.
-    password : str
-        Password of the database's user; empty where none is needed.
-    limit_s : float
-        Longest time until an answer, its waiting included. Default: what somebody waits for a
-        chart. [s]
-    opened : callable
-        Opens a reader. Default: `HistoryReader`.
     """
 
     def __init__(
@@ -146,27 +114,7 @@ class History:
         return since_s is not None and time.monotonic() - since_s > self._limit_s
 
     async def ask(self, work: "Callable[[HistoryReader], T]", *, who: str = "") -> T:
-        """Return what a question finds; one for which nobody waits any more is interrupted.
-
-        Parameters
-        ----------
-        work : callable
-            The question; it is called in the thread, with the reader.
-        who : str
-            Who asks, as `asker_of` says: one question of theirs is asked at a time, and a few wait.
-            Default: the screen itself.
-
-        Returns
-        -------
-        object
-            Its answer.
-
-        Raises
-        ------
-        NoHistoryError
-            If the history cannot be read, does not answer in time, or too many wait already. While
-            an earlier question hangs, nothing more is queued.
-        """
+        """Return what a question finds; one for which nobody waits any more is interrupted."""
         try:
             async with asyncio.timeout(self._limit_s), self._turn(who):
                 return await self._asked(work)
@@ -219,13 +167,7 @@ class History:
                     self._reader.interrupt()
 
     async def close(self, deadline_s: float = 1.0) -> None:
-        """End the thread; one that hangs is left behind and ends with the program.
-
-        Parameters
-        ----------
-        deadline_s : float
-            Longest time to wait for it. Default: a second. [s]
-        """
+        """End the thread; one that hangs is left behind and ends with the program."""
         self._ended = True
         self._questions.put(None)
         if self._thread is not None:
@@ -280,17 +222,7 @@ class History:
 
 @final
 class Kept(Generic[T]):
-    """One answer for everybody who asks within a time, however many they are.
-
-    Parameters
-    ----------
-    make : callable
-        Makes the answer.
-    clock : Clock
-        Time.
-    kept_s : float
-        How long it is kept, counted from the question. [s]
-    """
+    """One answer for everybody who asks within a time, however many they are."""
 
     def __init__(self, make: Callable[[], Awaitable[T]], clock: Clock, kept_s: float) -> None:
         self._make = make
@@ -310,18 +242,7 @@ class Kept(Generic[T]):
 
 
 def history_of(connection: HTTPConnection) -> History:
-    """Return the history that all pages of a program share; it is made at the first question.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        A request.
-
-    Returns
-    -------
-    History
-        The history of the machine's configuration; whoever ends the program closes it.
-    """
+    """Return the history that all pages of a program share; it is made at the first question."""
     state = connection.app.state
     if not hasattr(state, "history"):
         configuration = parts_of(connection).configuration
@@ -331,29 +252,12 @@ def history_of(connection: HTTPConnection) -> History:
 
 
 def asker_of(connection: HTTPConnection) -> str:
-    """Return who asks: the name of a log-in, or the address of who only looks.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        A request.
-
-    Returns
-    -------
-    str
-        Never empty.
-    """
+    """Return who asks: the name of a log-in, or the address of who only looks."""
     name = visitor_of(connection).name
     return name or f"@{'' if connection.client is None else connection.client.host}"
 
 
 async def close_history(state: State) -> None:
-    """Close the history of a program that ends, if anybody has asked for it.
-
-    Parameters
-    ----------
-    state : State
-        State of the application.
-    """
+    """Close the history of a program that ends, if anybody has asked for it."""
     if hasattr(state, "history"):
         await cast("History", state.history).close()

@@ -34,18 +34,7 @@ def to_ms(moment: datetime) -> int:
 
 
 def moment_of(text: str | None) -> datetime | None:
-    """Return the time that a page states.
-
-    Parameters
-    ----------
-    text : str or None
-        ISO 8601 with its zone.
-
-    Returns
-    -------
-    datetime or None
-        The time in UTC; None where it is none, or lies outside of 1970 to 2200.
-    """
+    """Return the time that a page states."""
     try:
         found = datetime.fromisoformat(text or "")
     except ValueError:
@@ -56,19 +45,7 @@ def moment_of(text: str | None) -> datetime | None:
 
 
 def span_of(connection: HTTPConnection) -> tuple[datetime, datetime] | None:
-    """Return the span that a request states as ``first`` and ``last``.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        The request.
-
-    Returns
-    -------
-    tuple or None
-        Begin and end in UTC; None where they are no times, the end is not after the begin, or
-        more than `LONGEST` after it.
-    """
+    """Return the span that a request states as ``first`` and ``last``."""
     first = moment_of(connection.query_params.get("first"))
     last = moment_of(connection.query_params.get("last"))
     if first is None or last is None or not timedelta(0) < last - first <= LONGEST:
@@ -80,20 +57,7 @@ def span_of(connection: HTTPConnection) -> tuple[datetime, datetime] | None:
 
 
 def unit_of(name: str, unit: str) -> str:
-    """Return the unit of a series as people write it.
-
-    Parameters
-    ----------
-    name : str
-        Name of the series; where it states no unit, its end does, as in ``T_spindle_C``.
-    unit : str
-        Its unit, as the history states it.
-
-    Returns
-    -------
-    str
-        Such as ``µm``; empty for a number without one.
-    """
+    """Return the unit of a series as people write it."""
     if unit:
         return _UNITS.get(unit, unit)
     found = _UNIT_OF_NAME.search(name)
@@ -105,20 +69,6 @@ def points_within(first: datetime, last: datetime, cycle_s: float, points: int) 
 
     No step is shorter than two cycles: one that has no value means that none was recorded. A
     span of few cycles is cut so finely that each has a step of its own.
-
-    Parameters
-    ----------
-    first, last : datetime
-        The span.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-    points : int
-        Steps that are wanted. [1]
-
-    Returns
-    -------
-    int
-        Number of steps. [1]
     """
     cycles = (last - first) / timedelta(seconds=cycle_s)
     if cycles <= min(points, _SINGLE_CYCLES):
@@ -127,23 +77,7 @@ def points_within(first: datetime, last: datetime, cycle_s: float, points: int) 
 
 
 def line_of(trend: "Trend", last: datetime, cycle_s: float) -> Json:
-    """Return a trend as a page draws it: times in the middle of the steps, null in every gap.
-
-    Parameters
-    ----------
-    trend : Trend
-        The trend.
-    last : datetime
-        End of the span: no time is later.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-
-    Returns
-    -------
-    dict
-        ``unit``, ``step_s``, and lists of one length: ``t`` [ms since 1970], ``mean``, ``lowest``,
-        ``highest``.
-    """
+    """Return a trend as a page draws it: times in the middle of the steps, null in every gap."""
     found: Json = {
         "unit": unit_of(trend.name, trend.unit),
         "step_s": trend.step_us / 1e6,
@@ -193,26 +127,7 @@ def lines_of(
     cycle_s: float,
     points: int,
 ) -> Json:
-    """Return several trends by name, those of them that the history has.
-
-    Parameters
-    ----------
-    reader : HistoryReader
-        The history.
-    names : sequence of str
-        Names of series.
-    span : tuple of datetime
-        Begin and end.
-    cycle_s : float
-        Time from cycle to cycle. [s]
-    points : int
-        Largest number of steps. [1]
-
-    Returns
-    -------
-    dict
-        As `line_of` says, by name.
-    """
+    """Return several trends by name, those of them that the history has."""
     known = reader.series()
     wanted = [name for name in dict.fromkeys(names) if name in known]
     if not wanted:

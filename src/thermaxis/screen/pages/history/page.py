@@ -67,18 +67,7 @@ _BAD_REQUEST, _TOO_LARGE, _TOO_MANY, _UNAVAILABLE = 400, 413, 429, 503
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
-    """Return the routes of the history.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
-
-    Returns
-    -------
-    list of BaseRoute
-        The routes.
-    """
+    """Return the routes of the history."""
     del parts
     return [
         Route("/history", _page, methods=["GET"]),
@@ -105,20 +94,7 @@ async def _page(request: Request) -> Response:
 
 
 def away(connection: HTTPConnection, error: NoHistoryError) -> Response:
-    """Return the refusal of a question that the history did not answer.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        Who asked.
-    error : NoHistoryError
-        Why.
-
-    Returns
-    -------
-    Response
-        Status 503 with the reason in words.
-    """
+    """Return the refusal of a question that the history did not answer."""
     return refuse(connection, _UNAVAILABLE, error.key, **error.values)
 
 
@@ -258,19 +234,7 @@ async def _export(request: Request) -> Response:
 
 @final
 class _Sent(FileResponse):
-    """An export on its way; its place and its folder are held until it has gone, or is given up.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    held : AsyncExitStack
-        What is given back at the end.
-    kind : str
-        Its kind of content.
-    name : str
-        Its name for the browser.
-    """
+    """An export on its way; its place and its folder are held until it has gone, or is given up."""
 
     def __init__(
         self, path: Path, held: contextlib.AsyncExitStack, *, kind: str, name: str

@@ -46,11 +46,6 @@ class ModelChoices:
 
     Not protected: a file that is changed within a tick of the disk's clock, to the same size, is
     taken for the one before. The loop judges again when it is asked.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The machine's configuration.
     """
 
     def __init__(self, configuration: "MachineConfiguration") -> None:
@@ -58,13 +53,7 @@ class ModelChoices:
         self._known: dict[str, tuple[_Stamp, str]] = {}
 
     def look(self) -> tuple[Choice, ...]:
-        """Return the files of the folder as they are now; it reads those that are new.
-
-        Returns
-        -------
-        tuple of Choice
-            In order of their names, at most `MOST_LISTED`; empty where there is no folder.
-        """
+        """Return the files of the folder as they are now; it reads those that are new."""
         names = self._configuration.models_to_choose(MOST_LISTED)
         self._known = {name: known for name, known in self._known.items() if name in names}
         left_bytes = MOST_BYTES_AT_ONCE

@@ -44,20 +44,6 @@ class StepShown(NamedTuple):
 def step_response_um_per_k(part: Part, time_s: float, input_filter_s: float = 0.0) -> float:
     """Return what a part says some time after its input rose by one kelvin and stayed.
 
-    Parameters
-    ----------
-    part : Part
-        The part; its gain by diameter is left out.
-    time_s : float
-        Time after the step. [s]
-    input_filter_s : float
-        Time constant of the filter of every input; 0 for none. [s]
-
-    Returns
-    -------
-    float
-        Displacement for one kelvin; 0 before the delay has passed. [µm/K]
-
     References
     ----------
     Step of first-order sections side by side: Ljung, System Identification, 2nd ed., section 4.3;
@@ -91,38 +77,13 @@ def _two_lags(time_s: float, tau_s: float, filter_s: float) -> float:
 
 
 def longest_record_s(model: CompensationModel) -> float | None:
-    """Return the length of the longest log that the model was made from.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-
-    Returns
-    -------
-    float or None
-        Rows times the model's sample time; None where no log is stated. Logs of another step than
-        the model's make it wrong by their ratio: the model does not say their step. [s]
-    """
+    """Return the length of the longest log that the model was made from."""
     rows = max((log.rows for log in model.provenance.logs), default=0)
     return rows * model.sample_time_s if rows > 0 else None
 
 
 def step_of(model: CompensationModel, output: Output) -> StepShown:
-    """Return the steps of an output's parts.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    output : Output
-        One of its outputs.
-
-    Returns
-    -------
-    StepShown
-        All parts over the same times.
-    """
+    """Return the steps of an output's parts."""
     record_s = longest_record_s(model)
     times = _times_of(model, output.parts, record_s)
     known = len(times) if record_s is None else sum(t <= record_s for t in times)
@@ -171,22 +132,7 @@ def _both_sides(parts: Iterable[Part]) -> Iterable[float]:
 def facts_of_model(
     compensation: Compensation, model: CompensationModel, diameter_mm: float | None
 ) -> Json:
-    """Return everything that the page says of a model.
-
-    Parameters
-    ----------
-    compensation : Compensation
-        Rules of the machine; of its own model nothing is taken.
-    model : CompensationModel
-        The model in force.
-    diameter_mm : float or None
-        Clamping diameter in force; None for the tool centre point. [mm]
-
-    Returns
-    -------
-    dict of str to object
-        Numbers, texts, lists and objects.
-    """
+    """Return everything that the page says of a model."""
     return {
         "sample_time_s": model.sample_time_s,
         "reference": model.reference,

@@ -53,18 +53,7 @@ class Found(NamedTuple):
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
-    """Return the routes of the page.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
-
-    Returns
-    -------
-    list of BaseRoute
-        ``/model``, ``/model/values`` and ``/model/choice``.
-    """
+    """Return the routes of the page."""
     del parts
     return [
         Route("/model", _page, methods=["GET"]),
@@ -78,20 +67,6 @@ def model_in_force(configuration: MachineConfiguration, name: str, sha256: str) 
 
     Not protected: the hash is that which the loop tells. A loop that was replaced by another
     program may tell anything.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The machine's configuration.
-    name : str
-        Name of the file, as the loop tells it.
-    sha256 : str
-        Hash of the model, as the loop tells it.
-
-    Returns
-    -------
-    Found
-        The model; without one where no file of that name can be read, or where none has the hash.
     """
     if not name or not sha256:
         return Found(None, NO_STATUS)
@@ -201,15 +176,6 @@ class ReadModels:
     The hash is of the model itself: what it was read from may change or go. One is read at a
     time, in a thread; what cannot be shown is looked for again. While the folder does not answer,
     the last list of it stands, and what is known of the model in force is shown.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The machine's configuration.
-    clock : Clock
-        Time.
-    limit_s : float
-        Longest time for which the folder is waited for. [s]
     """
 
     def __init__(
@@ -226,22 +192,7 @@ class ReadModels:
         self._turn = asyncio.Lock()
 
     async def of(self, name: str, sha256: str, diameter_mm: float | None) -> Read:
-        """Return the model that the loop tells to be in force.
-
-        Parameters
-        ----------
-        name : str
-            Name of its file.
-        sha256 : str
-            Its hash.
-        diameter_mm : float or None
-            Diameter of the workpiece. [mm]
-
-        Returns
-        -------
-        Read
-            The model with its facts, or why there is none.
-        """
+        """Return the model that the loop tells to be in force."""
         key = (name, sha256, diameter_mm)
         choices = await self._kept.get()
         known = self._known.get(key)
@@ -262,25 +213,7 @@ class ReadModels:
         return Read(found, facts, choices)
 
     async def hash_of(self, name: str) -> str:
-        """Return the hash of a model of the folder.
-
-        Parameters
-        ----------
-        name : str
-            Name of its file.
-
-        Returns
-        -------
-        str
-            SHA-256, as the loop tells it once the model is in force.
-
-        Raises
-        ------
-        ConfigurationError
-            If there is no such model.
-        TimeoutError
-            If the folder does not answer in time.
-        """
+        """Return the hash of a model of the folder."""
         find = self._configuration.find_model
         return await self._reading.run(lambda: read_model_file(find(name)).sha256)
 

@@ -57,13 +57,7 @@ class Result(NamedTuple):
 
 @final
 class KeptResults:
-    """Results by their owner: few, for an hour at most, and gone with the session at the loop.
-
-    Parameters
-    ----------
-    clock : Clock
-        Time.
-    """
+    """Results by their owner: few, for an hour at most, and gone with the session at the loop."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -81,28 +75,7 @@ class KeptResults:
         folder: WorkFolder,
         size_bytes: int,
     ) -> Result:
-        """Keep a result.
-
-        Parameters
-        ----------
-        person : Person
-            Its owner.
-        name : str
-            Name of the file, fit to be shown.
-        shown : dict
-            What the page shows.
-        report, certificate : Path
-            Its files.
-        folder : WorkFolder
-            Where they are, and nothing else; removed with the result.
-        size_bytes : int
-            What lies there. [byte]
-
-        Returns
-        -------
-        Result
-            The result.
-        """
+        """Keep a result."""
         key, now_s = secrets.token_hex(16), self._clock.monotonic_s()
         facts = (size_bytes, shown, report, certificate, folder)
         self._results[key] = Result(key, person, name, now_s, self._clock.utc(), *facts)
@@ -118,20 +91,7 @@ class KeptResults:
         self._sweeps = loop.call_later(SWEEP_S, self._sweep_on) if self._results else None
 
     def of(self, person: "Person | None", key: str) -> Result | None:
-        """Return a result to its owner.
-
-        Parameters
-        ----------
-        person : Person or None
-            Who asks.
-        key : str
-            Its id, as it came.
-
-        Returns
-        -------
-        Result or None
-            None where there is none of that person.
-        """
+        """Return a result to its owner."""
         self.sweep()
         found = self._results.get(key)
         return found if found is not None and found.person is person else None
@@ -164,18 +124,7 @@ class KeptResults:
 
 
 def shown_of(evaluated: Mapping[str, Any]) -> Json:
-    """Return what the page shows of an evaluation.
-
-    Parameters
-    ----------
-    evaluated : mapping
-        What ``evaluate --json`` wrote; its keys are documented in docs/json.md.
-
-    Returns
-    -------
-    dict
-        Facts of the run, figures, drift, anomalies, diagnosis and warnings. [µm or arcsec]
-    """
+    """Return what the page shows of an evaluation."""
     test, iso230_2 = evaluated["test"], evaluated["iso230_2"]
     check = evaluated["limits"]
     found = cast("list[Json]", _part(evaluated, "drift").get("diagnosis", []))

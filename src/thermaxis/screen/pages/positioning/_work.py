@@ -77,13 +77,7 @@ class Limits(NamedTuple):
 
 
 class BusyError(Exception):
-    """So many commands wait, or one of the same person, that one more is refused.
-
-    Parameters
-    ----------
-    own : bool
-        Whether it is one of the same person.
-    """
+    """So many commands wait, or one of the same person, that one more is refused."""
 
     def __init__(self, *, own: bool) -> None:
         super().__init__(own)
@@ -100,13 +94,7 @@ class _Place(NamedTuple):
 
 
 class WorkFolder:
-    """A private folder of one command, which exists until it is removed.
-
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    """
+    """A private folder of one command, which exists until it is removed."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -117,18 +105,7 @@ class WorkFolder:
         self._remove()
 
     def leave_only(self, kept: Collection[Path]) -> int:
-        """Remove everything in it but some files.
-
-        Parameters
-        ----------
-        kept : collection of Path
-            The files that stay.
-
-        Returns
-        -------
-        int
-            What they take on the disk. [byte]
-        """
+        """Remove everything in it but some files."""
         names = {path.name for path in kept}
         for path in self.path.iterdir():
             if path.name in names:
@@ -187,16 +164,6 @@ class Work:
     ``TasksMax`` of the service bounds it. Where the system is not Linux, a killed screen leaves a
     command until its time is over; where it is not POSIX, the limits of processor, memory and
     single files and the priority do not exist.
-
-    Parameters
-    ----------
-    program : sequence of str, optional
-        First words of every command. Default: this program, by the same Python, isolated from
-        the user's packages and variables.
-    waiting : int
-        Commands that may wait while one runs. [1]
-    where : Path, optional
-        Where the folders are made. Default: where the system keeps temporary files.
     """
 
     def __init__(
@@ -221,38 +188,12 @@ class Work:
         self._root = None
 
     def folder(self) -> WorkFolder:
-        """Return a new folder that nobody else can read.
-
-        Returns
-        -------
-        WorkFolder
-            The folder; to be removed by whoever asked for it.
-
-        Raises
-        ------
-        OSError
-            If it cannot be made.
-        """
+        """Return a new folder that nobody else can read."""
         return WorkFolder(Path(tempfile.mkdtemp(dir=self._private())))
 
     @contextlib.contextmanager
     def place(self, owner: str = "", *, kind: str = "", most: int | None = None) -> Generator[None]:
-        """Take a place among those that run or wait, from before an upload until after its run.
-
-        Parameters
-        ----------
-        owner : str
-            Whose place it is: everybody has one. Default: nobody's, of which there may be more.
-        kind : str
-            What for.
-        most : int, optional
-            How many of that kind there may be. Default: as many as there are places. [1]
-
-        Raises
-        ------
-        BusyError
-            If all places are taken, all of that kind, or its owner has one.
-        """
+        """Take a place among those that run or wait, from before an upload until after its run."""
         kinds = sum(taken.kind == kind for taken in self._places)
         has_one = bool(owner) and any(taken.owner == owner for taken in self._places)
         if has_one or len(self._places) >= self._most or (most is not None and kinds >= most):
@@ -273,34 +214,7 @@ class Work:
         outputs: Sequence[str] = (),
         folder: WorkFolder | None = None,
     ) -> Outcome:
-        """Run a command when it is its turn.
-
-        Parameters
-        ----------
-        words : sequence of str
-            The command and its arguments; files of the folder by their bare names.
-        limits : Limits
-            What it may use; waiting for its turn does not count.
-        inputs : mapping of str to bytes or Path, optional
-            Files that it finds in its folder: their content, or a file to copy.
-        outputs : sequence of str
-            Names of files that it may make there and that are wanted.
-        folder : WorkFolder, optional
-            A folder of `folder`, for inputs that are there already; who gives it holds a `place`.
-            Default: a new one, and a place is taken here.
-
-        Returns
-        -------
-        Outcome
-            What came of it; its folder is to be removed by the caller.
-
-        Raises
-        ------
-        BusyError
-            If no folder was given and all places are taken.
-        OSError
-            If the command cannot be started or an input cannot be copied.
-        """
+        """Run a command when it is its turn."""
         with self.place() if folder is None else contextlib.nullcontext():
             mine = folder or self.folder()
             with contextlib.ExitStack() as undone:
@@ -372,29 +286,12 @@ class Work:
 
 
 def remove_aside(folder: WorkFolder) -> None:
-    """Remove a folder in a thread, so that a large one stops no page; nobody waits for it.
-
-    Parameters
-    ----------
-    folder : WorkFolder
-        The folder.
-    """
+    """Remove a folder in a thread, so that a large one stops no page; nobody waits for it."""
     asyncio.get_running_loop().run_in_executor(None, folder.remove)
 
 
 def work_of(connection: HTTPConnection) -> Work:
-    """Return the work that all pages share; it is made at the first question.
-
-    Parameters
-    ----------
-    connection : HTTPConnection
-        A request.
-
-    Returns
-    -------
-    Work
-        The same for every request of this application.
-    """
+    """Return the work that all pages share; it is made at the first question."""
     state = connection.app.state
     if not hasattr(state, "work"):
         state.work = Work()
@@ -402,30 +299,13 @@ def work_of(connection: HTTPConnection) -> Work:
 
 
 def close_work(state: State) -> None:
-    """Remove every folder of a program that ends, if anything was ever worked on.
-
-    Parameters
-    ----------
-    state : State
-        State of the application.
-    """
+    """Remove every folder of a program that ends, if anything was ever worked on."""
     if hasattr(state, "work"):
         cast("Work", state.work).close()
 
 
 def remove_leftovers(where: Path | None = None) -> int:
-    """Remove the folders of screens that were killed; those of living ones stay.
-
-    Parameters
-    ----------
-    where : Path, optional
-        Where they are. Default: where the system keeps temporary files.
-
-    Returns
-    -------
-    int
-        How many were removed. [1]
-    """
+    """Remove the folders of screens that were killed; those of living ones stay."""
     if os.name != "posix":
         return 0
     place = Path(tempfile.gettempdir()) if where is None else where

@@ -75,17 +75,7 @@ _log = logging.getLogger(__name__)
 
 
 class RefusedError(Exception):
-    """An upload or an evaluation is refused in words.
-
-    Parameters
-    ----------
-    status : int
-        Status of HTTP. [1]
-    key : str
-        Key of the words.
-    values : str
-        What stands in them.
-    """
+    """An upload or an evaluation is refused in words."""
 
     def __init__(self, status: int, key: str, **values: str) -> None:
         super().__init__(key)
@@ -110,18 +100,7 @@ class _Asked(NamedTuple):
 
 
 def routes(parts: "ScreenParts") -> list[BaseRoute]:
-    """Return the routes of the page.
-
-    Parameters
-    ----------
-    parts : ScreenParts
-        What the pages share.
-
-    Returns
-    -------
-    list of BaseRoute
-        The routes.
-    """
+    """Return the routes of the page."""
     del parts
     remove_leftovers()
     return [
@@ -233,23 +212,7 @@ def _told(result: Result) -> Json:
 
 
 def asked_of(request: Request) -> _Asked:
-    """Return what an upload asks for.
-
-    Parameters
-    ----------
-    request : Request
-        The upload; its options stand in the address, its body is run, head and limits in a row.
-
-    Returns
-    -------
-    _Asked
-        Names and options.
-
-    Raises
-    ------
-    RefusedError
-        If an option is none of ours.
-    """
+    """Return what an upload asks for."""
     query = request.query_params
     given = query.get("name", "")
     words: list[str] = []
@@ -272,35 +235,13 @@ def asked_of(request: Request) -> _Asked:
 
 
 def shown_name(given: str) -> str:
-    """Return the name of an uploaded file as it is shown: never longer, never obeyed.
-
-    Parameters
-    ----------
-    given : str
-        What the browser says.
-
-    Returns
-    -------
-    str
-        Its last part, signs that steer a terminal written out; ``run`` where nothing is left.
-    """
+    """Return the name of an uploaded file as it is shown: never longer, never obeyed."""
     last = re.split(r"[/\\]", given)[-1].strip()
     return printable(last[: 4 * LONGEST_NAME], LONGEST_NAME) or "run"
 
 
 def stored_name(given: str) -> str:
-    """Return the name under which an uploaded file is stored: one of six.
-
-    Parameters
-    ----------
-    given : str
-        What the browser says; only its known endings count.
-
-    Returns
-    -------
-    str
-        ``run`` with an ending of ours.
-    """
+    """Return the name under which an uploaded file is stored: one of six."""
     lower = given[-16:].lower()
     if lower.endswith("_iso230.dat"):
         return "run_ISO230.dat"
@@ -378,13 +319,7 @@ async def _evaluated(request: Request, work: Work, asked: _Asked, person: "Perso
 
 
 async def _stored(request: Request, folder: Path, asked: _Asked) -> None:
-    """Write the body to a file as it comes, and take from its end what goes along.
-
-    Raises
-    ------
-    RefusedError
-        If it is too large, too slow, or has no run in it.
-    """
+    """Write the body to a file as it comes, and take from its end what goes along."""
     received = 0
     try:
         async with asyncio.timeout(UPLOAD_S):
@@ -408,13 +343,7 @@ async def _stored(request: Request, folder: Path, asked: _Asked) -> None:
 
 
 def _judged(outcome: Outcome, asked: _Asked, longest_s: float) -> Json:
-    """Return what the page shows of an evaluation.
-
-    Raises
-    ------
-    RefusedError
-        If there is none: the run was refused, or the command was stopped or failed.
-    """
+    """Return what the page shows of an evaluation."""
     if outcome.ending is Ending.TOO_LONG:
         limit = f"{longest_s:.0f}"
         raise RefusedError(_NOT_EVALUATED, "positioning.too_long", limit=limit)
@@ -435,22 +364,7 @@ def _judged(outcome: Outcome, asked: _Asked, longest_s: float) -> Json:
 
 
 def without_paths(said: str, folder: WorkFolder, asked: _Asked) -> str:
-    """Return what the command says with the file's own name, and no place of this computer.
-
-    Parameters
-    ----------
-    said : str
-        Its words.
-    folder : WorkFolder
-        Where it worked.
-    asked : _Asked
-        What was asked: the file's name as it came, and as it was stored.
-
-    Returns
-    -------
-    str
-        The same words.
-    """
+    """Return what the command says with the file's own name, and no place of this computer."""
     places = {
         str(folder.path.resolve()),
         str(folder.path),
