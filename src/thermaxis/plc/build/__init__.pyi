@@ -1,0 +1,21 @@
+from ._build import (
+    build_program as build_program,
+)
+from ._head import (
+    NEVER_OUTCOMES as NEVER_OUTCOMES,
+    NEVER_QUALITIES as NEVER_QUALITIES,
+    restart_warning as restart_warning,
+    wrapped as wrapped,
+)
+from ._tempcomp import (
+    LARGEST_READ as LARGEST_READ,
+    LineSettings as LineSettings,
+    UNREAD_UM as UNREAD_UM,
+    at_position as at_position,
+    bound_texts as bound_texts,
+    build_line_program as build_line_program,
+    require_apart as require_apart,
+)
+from ._warnings import (
+    setting_warnings as setting_warnings,
+)
