@@ -4,10 +4,8 @@ from thermaxis.compensation._compensation import (
     LONGEST_CYCLE_S,
     SHORTEST_CYCLE_S,
     Compensation,
-    Trim,
 )
 from thermaxis.compensation._cycle import (
-    LARGEST_DIAMETER_MM,
     CycleOutput,
     CycleReading,
     CycleState,
@@ -17,34 +15,7 @@ from thermaxis.compensation._cycle import (
     with_compensation,
 )
 from thermaxis.compensation._limits import Limits, limit_step
-from thermaxis.compensation._model_step import (
-    ModelOutput,
-    Reading,
-    ThermalState,
-    gain_of,
-    initial_state,
-    model_step,
-)
-from thermaxis.compensation._quality import (
-    LARGEST_RULE,
-    Outcome,
-    Quality,
-    Sample,
-    SampleQuality,
-    SensorRules,
-    SensorState,
-    judge,
-)
-from thermaxis.compensation._requests import Answer, Request, RequestKind
-from thermaxis.compensation._supervisor import (
-    Memory,
-    Reason,
-    Signals,
-    SupervisorRules,
-    SupervisorState,
-    supervisor_step,
-)
-from thermaxis.compensation._thermal_model import (
+from thermaxis.compensation._model import (
     START,
     STATED,
     CompensationModel,
@@ -54,6 +25,33 @@ from thermaxis.compensation._thermal_model import (
     Provenance,
     Section,
     TrainingLog,
+)
+from thermaxis.compensation._requests import LARGEST_DIAMETER_MM, Answer, Request, RequestKind, Trim
+from thermaxis.compensation._sensors import (
+    LARGEST_RULE,
+    Sample,
+    SampleQuality,
+    SensorRules,
+    SensorState,
+    judge,
+)
+from thermaxis.compensation._step import (
+    ModelOutput,
+    Outcome,
+    Quality,
+    Reading,
+    ThermalState,
+    gain_of,
+    initial_state,
+    model_step,
+)
+from thermaxis.compensation._supervisor import (
+    Memory,
+    Reason,
+    Signals,
+    SupervisorRules,
+    SupervisorState,
+    supervisor_step,
 )
 
 __all__ = [

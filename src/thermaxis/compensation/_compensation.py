@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import NamedTuple, final
+from typing import final
 
 from thermaxis.compensation._limits import Limits
-from thermaxis.compensation._quality import SampleQuality, SensorRules
+from thermaxis.compensation._model import CompensationModel
+from thermaxis.compensation._sensors import SensorRules
 from thermaxis.compensation._supervisor import SupervisorRules
-from thermaxis.compensation._thermal_model import CompensationModel
 from thermaxis.errors import ConfigurationError
 
 LONGEST_CYCLE_S = 60.0
@@ -19,21 +19,6 @@ LONGEST_STEP_CYCLES = 2.0
 """A cycle that comes late moves the correction by no more than the rate allows in so many cycles:
 time in which nothing ran is no time in which the machine may be moved. [1]"""
 _MOST_INTERLOCKS = 100
-
-
-class Trim(NamedTuple):
-    """A person's addition to one output."""
-
-    value_um: float = 0.0
-    """The addition. [µm]"""
-    who: str = ""
-    """Who set it."""
-    left_s: float = 0.0
-    """Time until it expires. [s]"""
-
-
-NO_TRIM = Trim()
-"""No addition."""
 
 
 @final
@@ -76,20 +61,6 @@ class Compensation:
     """Rules in the order of the model's channels."""
     bounds: tuple[Limits, ...] = field(init=False, repr=False)
     """Limits in the order of the model's outputs."""
-    rows: tuple[tuple[float, float, float, float], ...] = field(init=False, repr=False)
-    """By output: magnitude [µm], total [µm], deadband [µm], rate [µm/s]."""
-    met: tuple[bool, ...] = field(init=False, repr=False)
-    """Every interlock met."""
-    falses: tuple[bool, ...] = field(init=False, repr=False)
-    """False for every output."""
-    zeros: tuple[float, ...] = field(init=False, repr=False)
-    """Zero for every output."""
-    ones: tuple[float, ...] = field(init=False, repr=False)
-    """One for every output."""
-    no_trims: tuple[Trim, ...] = field(init=False, repr=False)
-    """No trim for every output; the cycle takes this very value where there is none."""
-    all_good: tuple[SampleQuality, ...] = field(init=False, repr=False)
-    """Good for every channel."""
 
     def __post_init__(self) -> None:
         """Check the parts against each other and put them in order."""
@@ -117,16 +88,6 @@ class Compensation:
         object.__setattr__(self, "limits", MappingProxyType(dict(self.limits)))
         object.__setattr__(self, "rules", tuple(self.sensors[name] for name in channels))
         object.__setattr__(self, "bounds", tuple(self.limits[name] for name in outputs))
-        rows = [
-            (b.largest_um, b.total_um, b.deadband_um, b.largest_rate_um_per_s) for b in self.bounds
-        ]
-        object.__setattr__(self, "rows", tuple(rows))
-        object.__setattr__(self, "met", (True,) * len(self.interlocks))
-        object.__setattr__(self, "falses", (False,) * len(outputs))
-        object.__setattr__(self, "zeros", (0.0,) * len(outputs))
-        object.__setattr__(self, "ones", (1.0,) * len(outputs))
-        object.__setattr__(self, "no_trims", (NO_TRIM,) * len(outputs))
-        object.__setattr__(self, "all_good", (SampleQuality.GOOD,) * len(channels))
 
 
 def _match(wanted: tuple[str, ...], given: Mapping[str, object], what: str, of: str) -> None:

@@ -99,14 +99,15 @@ def limit_step(limits: Limits, before_um: float, wanted_um: float, elapsed_s: fl
     """
     before = before_um if math.isfinite(before_um) else 0.0
     step = limits.largest_rate_um_per_s * elapsed_s if 0.0 < elapsed_s < math.inf else 0.0
-    total = limits.total_um
     goal = wanted_um if math.isfinite(wanted_um) else before
-    if goal > total:
-        goal = total
-    elif goal < -total:
-        goal = -total
-    if goal > before + step:
-        return before + step
-    if goal < before - step:
-        return before - step
-    return goal
+    goal = min(max(goal, -limits.total_um), limits.total_um)
+    return min(max(goal, before - step), before + step)
+
+
+def goal_step(limits: Limits, before_um: float, wanted_um: float, in_force_um: float) -> float:
+    """Return where the correction goes: the last goal, until another differs by more.
+
+    Zero and the correction in force are goals that no deadband keeps away.
+    """
+    near = abs(wanted_um - before_um) <= limits.deadband_um
+    return before_um if near and wanted_um not in {0.0, in_force_um} else wanted_um

@@ -1,6 +1,17 @@
-"""The supervisor: when the machine is compensated, and what follows when something fails."""
+"""The supervisor: when the machine is compensated, and what follows when something fails.
+
+The law is four tables: what blocks, which fault or transition follows, and what the correction
+then does. Two rules:
+
+* The rows are ranked: of those that name the present state, the first whose condition is met
+  counts, and a cycle takes one row.
+* A condition looks at the rules, the counted times and the signals of the cycle, at nothing else.
+
+``docs/theory/supervisor.md`` shows the same tables.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import NamedTuple, final
@@ -14,11 +25,7 @@ MOST_SECONDS = 1e9
 
 
 class SupervisorState(StrEnum):
-    """State of the compensation.
-
-    The names are the same everywhere; the operator's page says "Compensating" for Active, and has
-    its own words in other languages.
-    """
+    """State of the compensation."""
 
     OFF = "Off"
     """Nobody has enabled the compensation; the offset is left as it is."""
@@ -35,9 +42,8 @@ class SupervisorState(StrEnum):
     rate and stays there until the fault is acknowledged."""
 
 
-_AT_WORK = frozenset({SupervisorState.ACTIVE, SupervisorState.HOLDING})
-_WAITING = frozenset({SupervisorState.WARMING, SupervisorState.HOLDING, SupervisorState.FADING})
-_WATCHED = frozenset(set(SupervisorState) - {SupervisorState.OFF})
+OFF, WARMING, ACTIVE = SupervisorState.OFF, SupervisorState.WARMING, SupervisorState.ACTIVE
+HOLDING, FADING, FAULT = SupervisorState.HOLDING, SupervisorState.FADING, SupervisorState.FAULT
 
 
 class Reason(StrEnum):
@@ -69,15 +75,13 @@ class SupervisorRules:
     """
 
     settle_s: float = 60.0
-    """Time that the model runs with good inputs before the first correction. Default: a minute.
-    [s]"""
+    """Time that the model runs before the first correction. Default: a minute. [s]"""
     heal_s: float = 1.0
     """Time that everything must be there again after a loss. Default: a second. [s]"""
     grace_s: float = 2.0
     """Time for which a lost input is bridged by its last value. Default: two cycles. [s]"""
     hold_input_s: float = 300.0
-    """Time for which the correction is held while an input is lost; then it fades. Default: five
-    minutes. [s]"""
+    """Time for which the correction is held while an input is lost. Default: five minutes. [s]"""
     hold_connection_s: float = 300.0
     """The same while the connection is lost. Default: five minutes. [s]"""
     hold_interlock_s: float = 0.0
@@ -87,33 +91,24 @@ class SupervisorRules:
     at_limit_s: float = 600.0
     """Time at the magnitude's limit that is a fault. Default: ten minutes. [s]"""
     read_back_tolerance_um: float = 0.5
-    """Difference of read-back and written correction that is believed. Default: half of what a
-    control displays. [µm]"""
+    """Difference of read-back and correction that is believed. Default: half a display's. [µm]"""
     read_back_s: float = 10.0
-    """Time for which they may differ, or nothing be read back, before it is a fault. Default: ten
-    cycles. [s]"""
+    """Time for which they may differ before it is a fault. Default: ten cycles. [s]"""
     longest_trim_s: float = 28_800.0
     """Longest time after which a trim expires. Default: a shift. [s]"""
     patience_s: float = field(init=False, repr=False, compare=False)
     """Time for which the correction is held at most, whatever comes and goes meanwhile: the
     longest of the times above, and what it takes to settle and to heal. [s]"""
-    calm: tuple[object, ...] = field(init=False, repr=False, compare=False)
-    """What the memory holds behind state and time while nothing is out of the ordinary."""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         for entry in fields(self):
-            if not entry.init:
-                continue
-            value = getattr(self, entry.name)
-            if not 0.0 <= value <= LONGEST_RULE_S:
+            if entry.init and not 0.0 <= getattr(self, entry.name) <= LONGEST_RULE_S:
                 raise ConfigurationError(
                     f"not a number from 0 to {LONGEST_RULE_S:g}", where=entry.name
                 )
         if self.read_back_tolerance_um <= 0.0:
             raise ConfigurationError("not a positive number", where="read_back_tolerance_um")
-        calm = (True, False, None, self.settle_s, self.heal_s, *(0.0,) * 7)
-        object.__setattr__(self, "calm", calm)
         longest_s = max(
             self.hold_input_s, self.hold_connection_s, self.hold_interlock_s, self.hold_operator_s
         )
@@ -124,7 +119,7 @@ class SupervisorRules:
 class Memory(NamedTuple):
     """What the supervisor remembers. Durations are counted, no further than the rules ask for."""
 
-    state: SupervisorState = SupervisorState.OFF
+    state: SupervisorState = OFF
     """State."""
     since_s: float = math.nan
     """Time of the cycle in which it was entered; NaN before the first. [s]"""
@@ -152,9 +147,6 @@ class Memory(NamedTuple):
     """Time for which the model has asked for more than the magnitude. [s]"""
     halted_s: float = 0.0
     """Time for which an enabled compensation has not been active. [s]"""
-    calm: bool = False
-    """Whether it is active and nothing is counted: then a cycle in which everything is well
-    leaves the memory as it is."""
 
 
 class Signals(NamedTuple):
@@ -178,89 +170,177 @@ class Signals(NamedTuple):
     """Whether a correction in force lies outside its total."""
     at_zero: bool
     """Whether every correction in force is zero."""
+    model_usable: bool = True
+    """Whether the model's output may be used."""
 
 
-class Blockers(NamedTuple):
-    """What keeps the compensation from being active."""
+# ---- what blocks ---------------------------------------------------------------------------------
 
+
+class Blocker(NamedTuple):
+    """Something that keeps an enabled compensation from being active, and for how long it may."""
+
+    reason: Reason
+    lasts_s: float  # for how long it has been so; not above 0 while it is not
+    bridged_s: float  # for how long it is as if it were not
+    held_s: float  # for how long the correction is then held before it fades
+
+
+def blockers(rules: SupervisorRules, memory: Memory) -> tuple[Blocker, ...]:
+    """Return the table of what may block, the gravest first."""
+    hold_s = rules.hold_operator_s
+    held = Reason.HOLD_EXPIRED if memory.held_s > hold_s else Reason.OPERATOR_HOLD
+    settling_s = rules.settle_s - memory.running_s
+    return (
+        Blocker(Reason.CONNECTION_LOST, memory.connection_lost_s, 0.0, rules.hold_connection_s),
+        Blocker(Reason.INTERLOCK_OPEN, memory.interlock_open_s, 0.0, rules.hold_interlock_s),
+        Blocker(Reason.INPUT_BAD, memory.input_lost_s, rules.grace_s, rules.hold_input_s),
+        Blocker(Reason.SETTLING, settling_s, 0.0, math.inf),
+        Blocker(held, memory.held_s, 0.0, hold_s),
+    )
+
+
+# ---- conditions ----------------------------------------------------------------------------------
+
+
+class Condition(StrEnum):
+    """What a row of the tables below asks for."""
+
+    OTHER_COMPENSATION = "another compensation is active"
+    DIFFERS_LONG = "the read-back differs for longer than read_back_s"
+    OUTSIDE = "a correction in force lies outside its total"
+    LONG_AT_LIMIT = "the model asks for more than the magnitude for longer than at_limit_s"
+    NOT_ENABLED = "not enabled"
+    NOT_ENABLED_AT_ZERO = "not enabled, known to be at zero"
+    NOTHING_BLOCKS = "nothing blocks"
+    ALL_THERE = "everything there"
+    EXPIRED = "expired"
+    EXPIRED_NOT_AT_ZERO = "expired, not at zero"
+    KNOWN_AT_ZERO = "known to be at zero"
+    UNREACHABLE = "the machine cannot be reached"
+    DIFFERS = "the read-back differs"
+    NOTHING_TO_SAY = "the model has nothing to say"
+    OTHERWISE = "otherwise"
+
+
+def conditions(
+    rules: SupervisorRules, memory: Memory, signals: Signals, blocking: Sequence[Blocker]
+) -> dict[Condition, bool]:
+    """Return which conditions are met in a cycle."""
+    # A machine that cannot be reached may have another offset than the last one written.
+    known_at_zero = signals.at_zero and signals.connected
+    expired = memory.halted_s > rules.patience_s or any(
+        one.lasts_s > one.bridged_s + one.held_s for one in blocking
+    )
+    return {
+        Condition.OTHER_COMPENSATION: signals.other_compensation,
+        Condition.DIFFERS_LONG: memory.differs_s > rules.read_back_s,
+        Condition.OUTSIDE: signals.offset_outside,
+        Condition.LONG_AT_LIMIT: memory.at_limit_s > rules.at_limit_s,
+        Condition.NOT_ENABLED: not memory.enabled,
+        Condition.NOT_ENABLED_AT_ZERO: not memory.enabled and known_at_zero,
+        Condition.NOTHING_BLOCKS: not blocking,
+        Condition.ALL_THERE: not blocking and memory.ready_s >= rules.heal_s,
+        Condition.EXPIRED: expired,
+        Condition.EXPIRED_NOT_AT_ZERO: expired and not signals.at_zero,
+        Condition.KNOWN_AT_ZERO: known_at_zero,
+        Condition.UNREACHABLE: not signals.connected,
+        Condition.DIFFERS: not signals.read_back_agrees,
+        Condition.NOTHING_TO_SAY: not signals.model_usable,
+        Condition.OTHERWISE: True,
+    }
+
+
+# ---- tables --------------------------------------------------------------------------------------
+
+
+class Transition(NamedTuple):
+    """In one of these states, under this condition, that state follows."""
+
+    states: tuple[SupervisorState, ...]
+    condition: Condition
+    next_state: SupervisorState
+    fault: Reason | None = None
+
+
+_AT_WORK = (ACTIVE, HOLDING)
+_ENABLED = (WARMING, ACTIVE, HOLDING, FADING)
+
+FAULTS = (
+    Transition(_ENABLED, Condition.OTHER_COMPENSATION, FAULT, Reason.DOUBLE_COMPENSATION),
+    Transition(_ENABLED, Condition.DIFFERS_LONG, FAULT, Reason.READ_BACK_DIFFERS),
+    Transition(_ENABLED, Condition.OUTSIDE, FAULT, Reason.OFFSET_OUTSIDE),
+    Transition(_AT_WORK, Condition.LONG_AT_LIMIT, FAULT, Reason.LONG_AT_LIMIT),
+)
+
+TRANSITIONS = (
+    *FAULTS,
+    Transition((OFF,), Condition.NOT_ENABLED, OFF),
+    Transition((OFF,), Condition.OTHERWISE, WARMING),
+    Transition(_ENABLED, Condition.NOT_ENABLED_AT_ZERO, OFF),
+    Transition(_ENABLED, Condition.NOT_ENABLED, FADING),
+    Transition((WARMING,), Condition.ALL_THERE, ACTIVE),
+    Transition((WARMING,), Condition.EXPIRED_NOT_AT_ZERO, FADING),
+    Transition((WARMING,), Condition.OTHERWISE, WARMING),
+    Transition((ACTIVE,), Condition.NOTHING_BLOCKS, ACTIVE),
+    Transition((ACTIVE,), Condition.EXPIRED, FADING),
+    Transition((ACTIVE,), Condition.OTHERWISE, HOLDING),
+    Transition((HOLDING,), Condition.ALL_THERE, ACTIVE),
+    Transition((HOLDING,), Condition.EXPIRED, FADING),
+    Transition((HOLDING,), Condition.OTHERWISE, HOLDING),
+    Transition((FADING,), Condition.ALL_THERE, ACTIVE),
+    Transition((FADING,), Condition.KNOWN_AT_ZERO, WARMING),
+    Transition((FADING,), Condition.OTHERWISE, FADING),
+    Transition((FAULT,), Condition.OTHERWISE, FAULT),  # acknowledged, it is in Fading before
+)
+
+
+class Motion(StrEnum):
+    """What the correction does in a cycle."""
+
+    STAYS = "stays"
+    FOLLOWS = "follows"
+    TO_ZERO = "goes to zero"
+    TO_ZERO_WITH_MACHINE = "goes to zero as far as the machine follows"
+
+
+class Movement(NamedTuple):
+    """In one of these states, which a transition has led to, the correction does that."""
+
+    states: tuple[SupervisorState, ...]
+    condition: Condition
+    motion: Motion
+
+
+MOVEMENTS = (
+    Movement((OFF, WARMING, HOLDING), Condition.OTHERWISE, Motion.STAYS),
+    Movement((ACTIVE,), Condition.DIFFERS, Motion.STAYS),
+    Movement((ACTIVE,), Condition.NOTHING_TO_SAY, Motion.STAYS),
+    Movement((ACTIVE,), Condition.OTHERWISE, Motion.FOLLOWS),
+    Movement((FADING, FAULT), Condition.UNREACHABLE, Motion.TO_ZERO),
+    Movement((FADING,), Condition.DIFFERS, Motion.STAYS),
+    Movement((FAULT,), Condition.DIFFERS, Motion.TO_ZERO_WITH_MACHINE),
+    Movement((FADING, FAULT), Condition.OTHERWISE, Motion.TO_ZERO),
+)
+
+
+# ---- the step ------------------------------------------------------------------------------------
+
+
+class Decision(NamedTuple):
+    """What the supervisor decides in a cycle."""
+
+    memory: Memory
     reasons: tuple[Reason, ...]
-    """The reasons, the gravest first."""
-    expired: bool
-    """Whether one of them has lasted longer than it may be held."""
-
-
-def blockers_of(rules: SupervisorRules, memory: Memory) -> Blockers:
-    """Return what keeps an enabled compensation from being active.
-
-    Parameters
-    ----------
-    rules : SupervisorRules
-        The rules.
-    memory : Memory
-        Memory with the times of this cycle.
-
-    Returns
-    -------
-    Blockers
-        Reasons, and whether one has lasted for too long to be held.
-    """
-    reasons: list[Reason] = []
-    expired = False
-    if memory.connection_lost_s > 0.0:
-        reasons.append(Reason.CONNECTION_LOST)
-        expired = memory.connection_lost_s > rules.hold_connection_s
-    if memory.interlock_open_s > 0.0:
-        reasons.append(Reason.INTERLOCK_OPEN)
-        expired = expired or memory.interlock_open_s > rules.hold_interlock_s
-    if memory.input_lost_s > rules.grace_s:
-        reasons.append(Reason.INPUT_BAD)
-        expired = expired or memory.input_lost_s > rules.grace_s + rules.hold_input_s
-    if memory.running_s < rules.settle_s:
-        reasons.append(Reason.SETTLING)
-    if memory.held:
-        expired = expired or memory.held_s > rules.hold_operator_s
-        reasons.append(
-            Reason.HOLD_EXPIRED if memory.held_s > rules.hold_operator_s else Reason.OPERATOR_HOLD
-        )
-    expired = expired or memory.halted_s > rules.patience_s
-    return Blockers(tuple(reasons), expired)
-
-
-def fault_of(rules: SupervisorRules, memory: Memory, signals: Signals) -> Reason | None:
-    """Return why the compensation must go to the state Fault, or None.
-
-    Parameters
-    ----------
-    rules : SupervisorRules
-        The rules.
-    memory : Memory
-        Memory with the times of this cycle.
-    signals : Signals
-        What is so in this cycle.
-
-    Returns
-    -------
-    Reason or None
-        The gravest fault.
-    """
-    if signals.other_compensation:
-        return Reason.DOUBLE_COMPENSATION
-    if memory.differs_s > rules.read_back_s:
-        return Reason.READ_BACK_DIFFERS
-    if signals.offset_outside:
-        return Reason.OFFSET_OUTSIDE
-    if memory.at_limit_s > rules.at_limit_s:
-        return Reason.LONG_AT_LIMIT
-    return None
+    motion: Motion
 
 
 def supervisor_step(
     rules: SupervisorRules, memory: Memory, signals: Signals, time_s: float, elapsed_s: float
-) -> tuple[Memory, tuple[Reason, ...]]:
+) -> Decision:
     """Advance the supervisor by one cycle.
 
-    The transitions are those of the table in ``docs/theory/supervisor.md``; requests have been
-    applied to `enabled`, `held` and `fault` before.
+    Requests have been applied to `enabled`, `held` and `fault` before.
 
     Not protected: the supervisor believes its signals. An interlock that is wired to nothing is
     met or not met for ever.
@@ -280,96 +360,55 @@ def supervisor_step(
 
     Returns
     -------
-    memory : Memory
-        For the next cycle.
-    reasons : tuple of Reason
-        Why the compensation is not active; empty while it is.
+    Decision
+        Memory for the next cycle, reasons, and what the correction does.
     """
     memory = _counted(rules, memory, signals, elapsed_s)
-    if memory.since_s != memory.since_s:
+    if math.isnan(memory.since_s):
         memory = memory._replace(since_s=time_s)
-    blockers = blockers_of(rules, memory)
-    state = memory.state
-    if state is SupervisorState.FAULT:
-        return memory, (memory.fault or Reason.OFFSET_OUTSIDE,)
-    if state is not SupervisorState.OFF:
-        fault = fault_of(rules, memory, signals)
-        if fault is not None:
-            return _entered(memory, SupervisorState.FAULT, time_s, fault), (fault,)
-    wanted = _next_state(rules, memory, signals, blockers)
-    if wanted is not state:
-        memory = _entered(memory, wanted, time_s)
-    memory = memory._replace(calm=memory[2:-1] == rules.calm and wanted is SupervisorState.ACTIVE)
-    return memory, _reasons(memory, blockers)
+    blocking = [one for one in blockers(rules, memory) if one.lasts_s > one.bridged_s]
+    met = conditions(rules, memory, signals, blocking)
+    row = next(r for r in TRANSITIONS if memory.state in r.states and met[r.condition])
+    if row.next_state is not memory.state:
+        memory = memory._replace(state=row.next_state, since_s=time_s, fault=row.fault)
+    motion = next(r.motion for r in MOVEMENTS if memory.state in r.states and met[r.condition])
+    return Decision(memory, _reasons(memory, blocking), motion)
 
 
 def _counted(rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s: float) -> Memory:
     """Return the memory with every duration counted on, or set back to zero."""
-    ready = (
-        signals.inputs_usable
-        and signals.connected
-        and signals.interlocks_met
-        and signals.model_runs
-    )
     # A condition that fails counts from its first cycle on, however short that was; but no fault
     # follows from a single cycle, however long that was.
     first_s = max(elapsed_s, 1e-9)
-    watched = memory.state in _WATCHED and signals.connected
-    at_work = memory.state in _AT_WORK
     differs_s = elapsed_s if memory.differs_s else min(elapsed_s, rules.read_back_s)
     at_limit_s = elapsed_s if memory.at_limit_s else min(elapsed_s, rules.at_limit_s)
-    return Memory(
-        memory.state,
-        memory.since_s,
-        memory.enabled,
-        memory.held,
-        memory.fault,
-        min(memory.running_s + elapsed_s, rules.settle_s) if signals.model_runs else 0.0,
-        min(memory.ready_s + elapsed_s, rules.heal_s) if ready else 0.0,
-        _grown(memory.input_lost_s, first_s, on=not signals.inputs_usable),
-        _grown(memory.connection_lost_s, first_s, on=not signals.connected),
-        _grown(memory.interlock_open_s, first_s, on=not signals.interlocks_met),
-        _grown(memory.held_s, first_s, on=memory.held),
-        _grown(memory.differs_s, differs_s, on=watched and not signals.read_back_agrees),
-        _grown(memory.at_limit_s, at_limit_s, on=at_work and signals.at_limit),
-        _grown(memory.halted_s, first_s, on=memory.enabled and memory.state in _WAITING),
+    ready = signals.inputs_usable and signals.model_runs
+    ready = ready and signals.connected and signals.interlocks_met
+    differs = signals.connected and not signals.read_back_agrees and memory.state is not OFF
+    at_limit = signals.at_limit and memory.state in _AT_WORK
+    halted = memory.enabled and memory.state in {WARMING, HOLDING, FADING}
+    return memory._replace(
+        running_s=_grown(memory.running_s, elapsed_s, rules.settle_s, on=signals.model_runs),
+        ready_s=_grown(memory.ready_s, elapsed_s, rules.heal_s, on=ready),
+        input_lost_s=_grown(memory.input_lost_s, first_s, on=not signals.inputs_usable),
+        connection_lost_s=_grown(memory.connection_lost_s, first_s, on=not signals.connected),
+        interlock_open_s=_grown(memory.interlock_open_s, first_s, on=not signals.interlocks_met),
+        held_s=_grown(memory.held_s, first_s, on=memory.held),
+        differs_s=_grown(memory.differs_s, differs_s, on=differs),
+        at_limit_s=_grown(memory.at_limit_s, at_limit_s, on=at_limit),
+        halted_s=_grown(memory.halted_s, first_s, on=halted),
     )
 
 
-def _grown(seconds: float, elapsed_s: float, *, on: bool) -> float:
-    return min(seconds + elapsed_s, MOST_SECONDS) if on else 0.0
+def _grown(seconds: float, by_s: float, most_s: float = MOST_SECONDS, *, on: bool) -> float:
+    return min(seconds + by_s, most_s) if on else 0.0
 
 
-def _next_state(
-    rules: SupervisorRules, memory: Memory, signals: Signals, blockers: Blockers
-) -> SupervisorState:
-    """Return the state of this cycle: the table of transitions, faults apart."""
-    state = memory.state
-    # While the machine cannot be reached nobody knows that its offset is zero.
-    known_zero = signals.at_zero and signals.connected
-    if not memory.enabled:
-        still = known_zero or state is SupervisorState.OFF
-        return SupervisorState.OFF if still else SupervisorState.FADING
-    if state is SupervisorState.OFF:
-        return SupervisorState.WARMING
-    if not blockers.reasons and (state is SupervisorState.ACTIVE or memory.ready_s >= rules.heal_s):
-        return SupervisorState.ACTIVE
-    if state is SupervisorState.FADING:
-        return SupervisorState.WARMING if known_zero else state
-    if blockers.expired and not (signals.at_zero and state is SupervisorState.WARMING):
-        return SupervisorState.FADING
-    return SupervisorState.HOLDING if state is SupervisorState.ACTIVE else state
-
-
-def _entered(
-    memory: Memory, state: SupervisorState, time_s: float, fault: Reason | None = None
-) -> Memory:
-    return memory._replace(state=state, since_s=time_s, fault=fault, calm=False)
-
-
-def _reasons(memory: Memory, blockers: Blockers) -> tuple[Reason, ...]:
-    if memory.state is SupervisorState.ACTIVE:
+def _reasons(memory: Memory, blocking: Sequence[Blocker]) -> tuple[Reason, ...]:
+    if memory.state is FAULT:
+        return (memory.fault or Reason.OFFSET_OUTSIDE,)
+    if memory.state is ACTIVE:
         return ()
     if not memory.enabled:
         return (Reason.DISABLED,)
-    return blockers.reasons or (Reason.HEALING,)
+    return tuple(one.reason for one in blocking) or (Reason.HEALING,)

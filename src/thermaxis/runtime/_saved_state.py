@@ -26,9 +26,13 @@ from thermaxis.compensation import (
 )
 
 STATE_FORMAT = "thermaxis-loop-state"
-STATE_VERSION = 1
+STATE_VERSION = 2
 LARGEST_STATE_BYTES = 64 * 1024 * 1024
 _DAMAGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
+
+
+class _OtherVersionError(ValueError):
+    """The file is of another version: its numbers are not guessed at."""
 
 
 @final
@@ -131,6 +135,8 @@ class StateFile:
                 saves, saved = _read(place, compensation)
             except (OSError, *_DAMAGE) as error:
                 why = f"{place.name} is damaged ({type(error).__name__})"
+                if isinstance(error, _OtherVersionError):
+                    why = f"{place.name} was written by another version of the program"
             else:
                 found.append((saves, saved.utc, turn, saved))
         if not found:
@@ -142,7 +148,6 @@ class StateFile:
 
 def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
     state = saved.state
-    thermal = {name: value for name, value in state.thermal._asdict().items() if name != "model"}
     return {
         "format": STATE_FORMAT,
         "version": STATE_VERSION,
@@ -153,7 +158,7 @@ def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
         "enabled": saved.enabled,
         "channels": compensation.model.channels,
         "outputs": [output.name for output in compensation.model.outputs],
-        "state": {**state._asdict(), "thermal": thermal},
+        "state": {**state._asdict(), "thermal": state.thermal._asdict()},
     }
 
 
@@ -166,8 +171,10 @@ def _read(place: Path, compensation: Compensation) -> tuple[int, SavedState]:
     if hashlib.sha256(body.encode()).hexdigest() != digest:
         raise ValueError(place.name)
     saved = json.loads(body)
-    if saved["format"] != STATE_FORMAT or saved["version"] != STATE_VERSION:
+    if saved["format"] != STATE_FORMAT:
         raise ValueError(place.name)
+    if saved["version"] != STATE_VERSION:
+        raise _OtherVersionError(place.name)
     utc = datetime.fromisoformat(saved["utc"]).astimezone(UTC)
     return int(saved.get("saves", 0)), SavedState(
         utc,

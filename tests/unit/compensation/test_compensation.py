@@ -7,7 +7,7 @@ import pytest
 
 from tests.unit.compensation.bench import lathe
 from tests.unit.compensation.hostile import quick_lathe
-from thermaxis.compensation import Compensation, Limits, SampleQuality, SensorRules, Trim
+from thermaxis.compensation import Compensation, Limits, SensorRules
 from thermaxis.errors import ConfigurationError
 
 RULES = SensorRules(lowest_c=1.0, highest_c=60.0)
@@ -56,13 +56,7 @@ def test_rules_and_limits_stand_in_the_order_of_the_model() -> None:
     compensation = quick_lathe()
     assert compensation.model.channels == ("s", "a", "t")
     assert [rules.frozen_s for rules in compensation.rules] == [30.0, 0.0, 0.0]
-    assert compensation.rows == ((20.0, 22.0, 0.4, 0.7), (9.0, 9.0, 0.0, 1.3))
     assert [bounds.largest_um for bounds in compensation.bounds] == [20.0, 9.0]
-    assert compensation.met == (True, True)
-    assert (compensation.zeros, compensation.ones) == ((0.0, 0.0), (1.0, 1.0))
-    assert compensation.falses == (False, False)
-    assert compensation.no_trims == (Trim(), Trim())
-    assert compensation.all_good == (SampleQuality.GOOD,) * 3
 
 
 def test_rules_cannot_be_changed_behind_its_back() -> None:

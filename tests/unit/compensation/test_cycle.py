@@ -152,6 +152,13 @@ def test_the_total_itself_is_inside() -> None:
     assert Bench().to(ACTIVE).step(found_um=(20.000001,)).state is FAULT
 
 
+def test_one_output_outside_its_total_is_enough() -> None:
+    compensation = quick_lathe()
+    reading = CycleReading(0.0, (), found_um=(0.0, 10.0), requests=(Request(ENABLE),))
+    _, output = cycle(compensation, cycle_state(compensation), reading)
+    assert not output.answers[0].accepted
+
+
 def test_a_stored_correction_that_is_no_number_counts_as_zero() -> None:
     bench = Bench()
     bench.state = bench.state._replace(correction_um=(math.nan,))
@@ -168,6 +175,38 @@ def test_the_magnitude_bounds_the_model_and_the_total_both() -> None:
     bench.warmth_k = 9.0
     output = bench.steps(1, requests=(trim(-5.0),)).output
     assert (output.wanted_um, output.at_limit) == ((-7.0,), (True,))
+
+
+def test_one_output_at_its_magnitude_for_too_long_is_a_fault() -> None:
+    compensation = quick_lathe(settle_s=0.0, heal_s=0.0)
+    state, states = cycle_state(compensation), []
+    for k in range(9):
+        samples = (Sample(24.0), Sample(20.0), Sample(20.0))
+        reading = CycleReading(
+            float(k),
+            samples,
+            interlocks=(True, True),
+            found_um=(0.0, 0.0) if k == 0 else None,
+            read_back_um=state.correction_um,
+            requests=(Request(ENABLE),) if k == 0 else (),
+        )
+        state, output = cycle(compensation, state, reading)
+        states.append(output.state)
+    assert output.at_limit == (True, False)
+    assert states == [WARMING, *[ACTIVE] * 7, FAULT]
+
+
+def test_one_output_that_is_not_at_zero_is_enough_to_fade() -> None:
+    compensation = quick_lathe()
+    asked = (Request(ENABLE), Request(DISABLE))
+    state, _ = cycle(
+        compensation,
+        cycle_state(compensation),
+        CycleReading(0.0, (), found_um=(0.0, 5.0), requests=asked[:1]),
+    )
+    reading = CycleReading(1.0, (), read_back_um=(0.0, 5.0), requests=asked[1:])
+    _, output = cycle(compensation, state, reading)
+    assert (output.state, output.correction_um) == (FADING, (0.0, 3.7))
 
 
 def test_at_the_magnitude_itself_nothing_is_at_the_limit() -> None:
@@ -373,6 +412,16 @@ def test_an_acknowledged_read_back_is_forgotten() -> None:
     assert [bench.step(read_back_um=None).state for _ in range(3)] == [FADING] * 3
 
 
+def test_an_acknowledged_fault_leaves_no_hold_and_no_time_of_a_read_back_that_differs() -> None:
+    bench = Bench().to(HOLDING)
+    bench.steps(2, read_back_um=(9.0,))
+    bench.step(other_compensation=True, read_back_um=(9.0,))
+    assert (bench.now, bench.state.memory.differs_s) == (FAULT, 3.0)
+    bench.step(ACKNOWLEDGE, read_back_um=(9.0,))
+    assert (bench.now, bench.state.memory.differs_s) == (FADING, 1.0)
+    assert not bench.state.memory.held
+
+
 def test_requests_are_answered_in_their_order_and_take_effect_in_it() -> None:
     bench = Bench()
     output = bench.step(HOLD, ENABLE, HOLD, DISABLE, ENABLE)
@@ -416,6 +465,10 @@ def test_a_trim_of_no_number_or_too_large_is_refused(value: Any) -> None:
 @pytest.mark.parametrize("duration_s", [None, math.nan, 0.0, -1.0, 28_800.1, "9"])
 def test_a_trim_without_an_end_is_refused(duration_s: Any) -> None:
     assert not Bench().answer(trim(1.0, duration_s))[0]
+
+
+def test_a_trim_may_be_as_short_as_one_likes() -> None:
+    assert Bench().answer(trim(1.0, 1e-3))[0]
 
 
 def test_a_trim_is_added_at_the_rate_expires_and_is_taken_back() -> None:
@@ -553,6 +606,18 @@ def test_outside_the_range_of_its_training_a_model_loses_its_weight(
     output = bench.step()
     assert output.weight == (weight,)
     assert output.wanted_um == (-weight * 2.0 * warmth_k,)
+
+
+def test_the_part_that_is_furthest_outside_takes_the_weight() -> None:
+    parts = (
+        Part("near", "s", "", 1.0, lowest_k=0.0, highest_k=4.0),
+        Part("far", "s", "", 1.0, lowest_k=0.0, highest_k=2.0),
+    )
+    compensation = lathe(validity_margin_k=4.0)
+    model = replace(compensation.model, outputs=(Output("Z_um", parts),))
+    compensation = replace(compensation, model=model)
+    _, output = cycle(compensation, cycle_state(compensation), CycleReading(0.0, (Sample(25.0),)))
+    assert output.weight == (0.25,)
 
 
 def test_each_output_has_the_weight_of_its_own_parts() -> None:

@@ -222,3 +222,47 @@ def test_a_slow_rate_lags_by_what_the_rate_cannot_follow() -> None:
     steps = np.minimum(10.0, np.cumsum(np.where(ramp > 0, 0.6, 0.0)))
     assert figures is not None
     assert figures.rmse_um == pytest.approx(np.sqrt(np.mean((10.0 * ramp - steps) ** 2)))
+
+
+def test_the_magnitude_and_not_the_total_bounds_what_the_model_may_take_away() -> None:
+    time_s = np.arange(0.0, 1800.0, 10.0)
+    rise_k = np.where(time_s > 300.0, 3.0, 0.0)
+    model = CompensationModel(outputs=(Output("Z_um", (Part("spindle", "T_C", "", 10.0),)),))
+    columns = {"T_C": 20.0 + rise_k, "Z_um": 10.0 * rise_k}
+    record = ThermalLog.from_columns(columns, time_s=time_s)
+    limits = {"Z_um": Limits(10.0, 900.0, total_um=20.0)}
+    result = verify(model, [record], limits=limits)
+    limited = result.logs[0].outputs[0].limited
+    assert limited is not None
+    assert limited.at_end_um == pytest.approx((30.0, 20.0))
+    assert result.pooled["Z_um"].rmse_um == pytest.approx(0.0, abs=1e-9)
+    # after 600 s at the limit, and again
+    (warning,) = result.warnings
+    assert "goes to the state Fault 2 times" in warning
+
+
+def test_a_model_outside_its_training_loses_its_weight_with_limits_and_not_without() -> None:
+    time_s = np.arange(0.0, 600.0, 10.0)
+    rise_k = np.where(time_s > 100.0, 4.5, 0.0)
+    part = Part("spindle", "T_C", "", 10.0, lowest_k=0.0, highest_k=2.0)
+    model = CompensationModel(outputs=(Output("Z_um", (part,)),))
+    record = ThermalLog.from_columns({"T_C": 20.0 + rise_k, "Z_um": 10.0 * rise_k}, time_s=time_s)
+    result = verify(model, [record], limits={"Z_um": Limits(900.0, 900.0)})
+    assert result.pooled["Z_um"].max_um == pytest.approx(0.0, abs=1e-9)
+    limited = result.logs[0].outputs[0].limited
+    assert limited is not None
+    assert limited.at_end_um == pytest.approx((45.0, 0.5 * 45.0))
+
+
+def test_rows_that_are_minutes_apart_are_several_cycles_each() -> None:
+    time_s = np.arange(0.0, 6000.0, 300.0)
+    rise_k = np.where(time_s > 0.0, 1.0, 0.0)
+    model = CompensationModel(outputs=(Output("Z_um", (Part("spindle", "T_C", "", 10.0),)),))
+    record = ThermalLog.from_columns({"T_C": 20.0 + rise_k, "Z_um": 10.0 * rise_k}, time_s=time_s)
+    limited = (
+        verify(model, [record], limits={"Z_um": Limits(50.0, 0.005)}).logs[0].outputs[0].limited
+    )
+    assert limited is not None
+    # the row at 300 s is the first that is warm; from then on 1.5 um in every row
+    left = 10.0 * rise_k - np.minimum(10.0, np.maximum(0.0, 0.005 * (time_s - 240.0) * rise_k))
+    assert limited.rmse_um == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-3)

@@ -144,7 +144,7 @@ class ModelTwin:
             for part, wire in zip(layout.parts, layout.driven, strict=True)
         ]
         self._spans = layout.spans
-        self._offsets_um = [rounded(offset_um) for offset_um in layout.offsets_um]
+        self._offsets_um = [rounded(offset_um) for _, _, offset_um in layout.spans]
         self._filters: list[LagTwin] = []
         if model.input_filter_s > 0.0:
             compensated = rounded is not to_double

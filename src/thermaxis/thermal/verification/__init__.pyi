@@ -5,16 +5,18 @@ from ._baselines import (
     persistence_one_step as persistence_one_step,
     simulate_baseline as simulate_baseline,
 )
-from ._verification import (
-    OUTSIDE_SHARE as OUTSIDE_SHARE,
+from ._free_run import (
     REFERENCE_S as REFERENCE_S,
-    MeasuredOutput as MeasuredOutput,
     SimulatedLog as SimulatedLog,
     SimulatedOutput as SimulatedOutput,
+    simulate_log as simulate_log,
+)
+from ._verification import (
+    OUTSIDE_SHARE as OUTSIDE_SHARE,
+    MeasuredOutput as MeasuredOutput,
     Verification as Verification,
     VerificationFigures as VerificationFigures,
     VerifiedLog as VerifiedLog,
     VerifiedOutput as VerifiedOutput,
-    simulate_log as simulate_log,
     verify as verify,
 )

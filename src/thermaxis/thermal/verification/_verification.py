@@ -1,36 +1,28 @@
-"""Verify a compensation model on a log: free run through the cycle that acts on the machine."""
+"""Verify a compensation model on logs: free run, with limits beside it, and figures of both."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.compensation import (
-    STATED,
-    CompensationModel,
-    Limits,
-    Outcome,
-    Quality,
-    Reading,
-    gain_of,
-    initial_state,
-    limit_step,
-    model_step,
-)
+from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
 from thermaxis.errors import ConfigurationError, DataError, printable
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import ThermalLog
+from thermaxis.thermal.verification._free_run import (
+    REFERENCE_S,
+    SimulatedLog,
+    model_columns,
+    simulate_log,
+)
+from thermaxis.thermal.verification._limited_run import LimitedRun, limited_run
 
-REFERENCE_S = 60.0
-"""Relative coordinates refer to the mean of this first time of a log. [s]"""
 HOUR_S = 3600.0
 """ISO 230-3 states the displacement after 60 minutes. [s]"""
 HOUR_TOLERANCE_S = 600.0
 """The first row after 60 minutes counts if it is at most so much later. [s]"""
-LIMITED_STEPS = 5.0
-"""After a gap the limited correction moves on as if so many usual steps had passed. [1]"""
 OUTSIDE_SHARE = 0.05
 """Share of the rows outside the training range from which on a warning is given. [1]"""
 OUTSIDE_WIDTH = 0.01
@@ -55,164 +47,6 @@ class MeasuredOutput:
     def name(self) -> str:
         """Name in results: the channel."""
         return self.channel
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class SimulatedOutput:
-    """An output of the model in free run along a log."""
-
-    displacement_um: FloatArray
-    """Displacement, (n,); NaN before the model could start. [µm]"""
-    contribution_um: FloatArray
-    """What every part contributes, (n, parts). [µm]"""
-    parts: tuple[str, ...]
-    """Names of the parts."""
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class SimulatedLog:
-    """A model in free run along a log."""
-
-    time_s: FloatArray
-    """Times, (n,). [s]"""
-    outputs: Mapping[str, SimulatedOutput]
-    """Outputs by name."""
-    outside: Mapping[str, tuple[float, float]]
-    """For inputs that left their training range: share of the rows, and by how much at most,
-    relative to the width of the range."""
-    bad: NDArray[np.bool_]
-    """Rows in which an input had failed for too long, (n,)."""
-    outcomes: Mapping[Outcome, int]
-    """How often something was out of the ordinary."""
-
-    @property
-    def bad_share(self) -> float:
-        """Share of the rows in which an input had failed for too long. [1]"""
-        return float(np.mean(self.bad))
-
-
-def _reference(model: CompensationModel, log: ThermalLog, reference_s: float) -> dict[str, float]:
-    """Return the mean of every channel over the first time of the log."""
-    if model.reference == STATED:
-        return dict(model.reference_c)
-    first = log.time_s <= reference_s
-    found: dict[str, float] = {}
-    for channel, column in zip(model.channels, _model_columns(model, log), strict=True):
-        values = column[first]
-        present = values[~np.isnan(values)]
-        if present.size:
-            found[channel] = float(np.mean(present))
-    return found
-
-
-def simulate_log(
-    model: CompensationModel,
-    log: ThermalLog,
-    *,
-    diameter_mm: float | None = None,
-    reference_s: float = REFERENCE_S,
-) -> SimulatedLog:
-    """Run a model along a log, row by row through `cycle`.
-
-    Parameters
-    ----------
-    model : CompensationModel
-        The model.
-    log : ThermalLog
-        The log; it needs every channel of the model.
-    diameter_mm : float, optional
-        Clamping diameter of the workpiece. Default: the tool centre point. [mm]
-    reference_s : float
-        References are the mean of this first time of the log, unless the model states them.
-        Default: the first minute. [s]
-
-    Returns
-    -------
-    SimulatedLog
-        Displacement and contributions, one row per row of the log.
-
-    Raises
-    ------
-    DataError
-        If the log lacks a channel of the model.
-
-    References
-    ----------
-    Mareš and Horejš 2021, equations (3) and (8).
-    """
-    columns = _model_columns(model, log)
-    names = model.channels
-    state = initial_state(model, _reference(model, log, reference_s))
-    said: list[tuple[float, ...]] = []
-    shares: list[tuple[tuple[float, ...], ...]] = []
-    waiting: list[bool] = []
-    bad: list[bool] = []
-    outcomes: dict[Outcome, int] = {}
-    table = np.stack(columns, axis=1).tolist()
-    for time_s, row in zip(log.time_s.tolist(), table, strict=True):
-        reading = Reading(time_s, dict(zip(names, row, strict=True)), diameter_mm)
-        state, output = model_step(model, state, reading)
-        said.append(output.model_um)
-        shares.append(output.contribution_um)
-        waiting.append(state.time_s is None)
-        if output.outcomes:
-            for outcome in output.outcomes:
-                outcomes[outcome] = outcomes.get(outcome, 0) + 1
-        bad.append(output.quality is Quality.BAD)
-    displacement = np.array(said)
-    displacement[np.array(waiting)] = np.nan
-    outputs = {
-        output.name: SimulatedOutput(
-            displacement[:, o],
-            np.array([row[o] for row in shares]),
-            tuple(part.name for part in output.parts),
-        )
-        for o, output in enumerate(model.outputs)
-    }
-    return SimulatedLog(
-        time_s=log.time_s,
-        outputs=outputs,
-        outside=_outside(model, log, reference_s),
-        bad=np.array(bad, dtype=np.bool_),
-        outcomes=outcomes,
-    )
-
-
-def _model_columns(model: CompensationModel, log: ThermalLog) -> list[FloatArray]:
-    """Return the channels of the model, temperatures in degC whatever the log's unit."""
-    columns: list[FloatArray] = []
-    for channel in model.channels:
-        known = log.name_of(channel)
-        in_celsius = log.units[known] in {"degC", "K", "degF"}
-        columns.append(log.column(known, unit="degC" if in_celsius else ""))
-    return columns
-
-
-def _outside(
-    model: CompensationModel, log: ThermalLog, reference_s: float
-) -> dict[str, tuple[float, float]]:
-    """Return which inputs leave their training range, how often and by how much."""
-    reference = _reference(model, log, reference_s)
-    relative = {
-        channel: values - reference.get(channel, np.nan)
-        for channel, values in zip(model.channels, _model_columns(model, log), strict=True)
-    }
-    found: dict[str, tuple[float, float]] = {}
-    for output in model.outputs:
-        for part in output.parts:
-            if part.lowest_k is None or part.highest_k is None:
-                continue
-            u = relative[part.plus] - (relative[part.minus] if part.minus else 0.0)
-            beyond = np.maximum(part.lowest_k - u, u - part.highest_k)
-            share = float(np.mean(beyond > 0))
-            if share > 0:
-                width = max(part.highest_k - part.lowest_k, 1e-9)
-                known = found.get(part.name, (0.0, 0.0))
-                far = float(np.nanmax(beyond)) / width
-                found[part.name] = (max(share, known[0]), max(far, known[1]))
-    return found
 
 
 # ---- figures ------------------------------------------------------------------------------------
@@ -436,13 +270,16 @@ class _Comparison:
 def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
     model, reference_s = asked.model, asked.reference_s
     runs: dict[float | None, SimulatedLog] = {}
+    limited: dict[float | None, LimitedRun] = {}
     outputs: list[VerifiedOutput] = []
     for entry in asked.measured:
-        if entry.diameter_mm not in runs:
-            runs[entry.diameter_mm] = simulate_log(
-                model, log, diameter_mm=entry.diameter_mm, reference_s=reference_s
+        d_mm = entry.diameter_mm
+        if d_mm not in runs:
+            runs[d_mm] = simulate_log(model, log, diameter_mm=d_mm, reference_s=reference_s)
+            limited[d_mm] = limited_run(
+                model, log, asked.limits, diameter_mm=d_mm, reference_s=reference_s
             )
-        outputs.append(_verify_output(asked, log, entry, runs[entry.diameter_mm]))
+        outputs.append(_verify_output(asked, log, entry, runs[d_mm], limited[d_mm]))
     any_run = next(iter(runs.values()))
     return VerifiedLog(
         name=log.name,
@@ -450,7 +287,7 @@ def _verify_log(asked: _Comparison, log: ThermalLog) -> VerifiedLog:
         outputs=tuple(outputs),
         environmental=_standstill(log),
         outside=any_run.outside,
-        warnings=_warnings(runs),
+        warnings=(*_warnings(runs), *_stopped(limited.values())),
         reference_s=reference_s,
     )
 
@@ -486,8 +323,20 @@ def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[str, ...]:
     return tuple(said)
 
 
+def _stopped(runs: Iterable[LimitedRun]) -> tuple[str, ...]:
+    faults = max((run.faults for run in runs), default=0)
+    if not faults:
+        return ()
+    said = f"the limits are too narrow: the compensation goes to the state Fault {faults} times"
+    return (f"{said}; here each is acknowledged at once",)
+
+
 def _verify_output(
-    asked: _Comparison, log: ThermalLog, entry: MeasuredOutput, run: SimulatedLog
+    asked: _Comparison,
+    log: ThermalLog,
+    entry: MeasuredOutput,
+    run: SimulatedLog,
+    within: LimitedRun,
 ) -> VerifiedOutput:
     model, reference_s, rows = asked.model, asked.reference_s, asked.rows
     simulated = run.outputs[entry.output]
@@ -523,10 +372,9 @@ def _verify_output(
         else _rmse((measured - static + np.nanmean(static[at_start]))[counted])
     )
     times, seen = [log.time_s[counted]], [measured[counted]]
-    limits = asked.limits.get(entry.output)
     limited: VerificationFigures | None = None
-    if limits is not None:
-        allowed = _limited(limits, log, simulated.displacement_um, run.bad)
+    if entry.output in within.taken_um:
+        allowed = within.taken_um[entry.output]
         allowed = allowed - float(np.mean(allowed[at_start]))
         limited = _figures(times, seen, [allowed[counted]], static_rmse)
     return VerifiedOutput(
@@ -541,29 +389,9 @@ def _verify_output(
     )
 
 
-def _limited(
-    limits: Limits, log: ThermalLog, simulated_um: FloatArray, bad: NDArray[np.bool_]
-) -> FloatArray:
-    """Return what a limited correction takes away of the displacement, row by row.
-
-    It begins at zero, holds while an input has failed, and no gap lets it jump.
-    """
-    taken: list[float] = []
-    longest_s = LIMITED_STEPS * log.usual_step_s if log.rows > 1 else 0.0
-    before_um, before_s = 0.0, 0.0
-    rows = zip(log.time_s.tolist(), simulated_um.tolist(), bad.tolist(), strict=True)
-    for now_s, wanted_um, failed in rows:
-        if not failed:
-            elapsed_s = min(now_s - before_s, longest_s)
-            before_um = -limit_step(limits, -before_um, -wanted_um, elapsed_s)
-        before_s = now_s
-        taken.append(before_um)
-    return np.array(taken)
-
-
 def _inputs_of(model: CompensationModel, output: str, log: ThermalLog) -> FloatArray:
     """Return the inputs of an output, not relative to anything, (n, parts)."""
-    columns = dict(zip(model.channels, _model_columns(model, log), strict=True))
+    columns = dict(zip(model.channels, model_columns(model, log), strict=True))
     parts = next(o.parts for o in model.outputs if o.name == output)
     return np.stack(
         [columns[p.plus] - (columns[p.minus] if p.minus else 0.0) for p in parts], axis=1

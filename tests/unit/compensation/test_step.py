@@ -322,11 +322,10 @@ def test_a_state_of_another_model_or_of_damaged_numbers_is_survived(
         state._replace(history=()),
         ThermalState(),
     )[place]
-    stored = damaged._replace(model=None)
     good = True
     for k in range(3, 8):
         reading = Reading(10.0 * k, {"a": 20.0 + k, "b": 20.0})
-        stored, output = model_step(user, stored, reading)
+        damaged, output = model_step(user, damaged, reading)
         assert all(math.isfinite(y) for y in output.model_um)
         good = output.quality is Quality.GOOD
     assert good

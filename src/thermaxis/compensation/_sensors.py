@@ -1,4 +1,4 @@
-"""How good inputs and outputs are, and what happened in a cycle: values with a sentence each."""
+"""Sensors: when what was read of a channel is believed."""
 
 import math
 from dataclasses import dataclass
@@ -9,34 +9,6 @@ from thermaxis.errors import ConfigurationError
 
 LARGEST_RULE = 1e6
 """Largest number in a rule: eleven days, or a million kelvin."""
-
-
-class Quality(StrEnum):
-    """Whether an output may be used."""
-
-    GOOD = "good"
-    """Every input was read."""
-    HELD = "held"
-    """An input failed a moment ago; its last value stands for it."""
-    BAD = "bad"
-    """An input failed for too long, or was never read: the output must not drive anything."""
-
-
-class Outcome(StrEnum):
-    """What was out of the ordinary in a cycle; the value is its sentence."""
-
-    STARTED = "the model started"
-    WAITING = "the model waits until every input has a good value"
-    CLOCK_BACKWARD = "the clock went backward: the model started anew at the steady state"
-    CLOCK_UNUSABLE = "the time of the reading is no number: nothing was advanced"
-    CLOCK_STILL = "the clock stands still: nothing was advanced"
-    STATE_UNUSABLE = "the stored state does not belong to this model: the model starts anew"
-    GAP = "no reading for longer than the longest gap: the model started anew at the steady state"
-    INPUT_HELD = "an input failed: its last good value is held"
-    INPUT_FAILED = "an input failed for longer than it may be held"
-    DIAMETER_HELD = "the workpiece's diameter lies outside the gains' range: the end value is held"
-    DIAMETER_UNKNOWN = "no workpiece diameter is stated: the gain at the tool centre point is used"
-    OUTSIDE_VALIDITY = "an input lies outside the range that the model was made from"
 
 
 class SampleQuality(StrEnum):
@@ -92,11 +64,9 @@ class SensorRules:
     highest_c: float
     """Highest plausible value. [degC]"""
     largest_rate_k_per_s: float = 0.1
-    """Fastest plausible change. Default: six kelvin a minute, faster than a bearing warms.
-    [K/s]"""
+    """Fastest plausible change. Default: 6 K a minute, faster than a bearing warms. [K/s]"""
     step_k: float = 1.0
-    """Jump that is believed at any rate: noise and resolution. Default: ten counts of 0.1 K.
-    [K]"""
+    """Jump that is believed at any rate: noise. Default: ten counts of 0.1 K. [K]"""
     longest_age_s: float = 10.0
     """Oldest value that is believed. Default: ten cycles of a second. [s]"""
     time_stamp_required: bool = True
@@ -159,49 +129,32 @@ def judge(
         For the next judgement.
     """
     value, good, age_s = sample
-    longest_s = rules.longest_age_s
-    if (
-        type(value) is not float
-        or good is not True
-        or type(age_s) is not float
-        or not -longest_s <= age_s <= longest_s
-    ):
-        unread = _why_unread(rules, sample)
-        if unread is not None or value is None:
-            rate_k = rules.largest_rate_k_per_s * elapsed_s
-            allowance_k = min(state.allowance_k + rate_k, LARGEST_RULE)
-            return unread or SampleQuality.MISSING, state._replace(allowance_k=allowance_k)
-    if not rules.lowest_c <= value <= rules.highest_c:
-        rate_k = rules.largest_rate_k_per_s * elapsed_s
-        state = state._replace(allowance_k=min(state.allowance_k + rate_k, LARGEST_RULE))
-        return (
-            SampleQuality.OUT_OF_RANGE if math.isfinite(value) else SampleQuality.MISSING
-        ), state
     good_c, changed_s, allowance_k = state
-    moved_k = value - good_c
-    if moved_k == 0.0:
+    rate_k = rules.largest_rate_k_per_s * elapsed_s
+    unread = state._replace(allowance_k=min(allowance_k + rate_k, LARGEST_RULE))
+    wrong = _unread(rules, value, good, age_s)
+    if wrong is not None or value is None:
+        return wrong or SampleQuality.MISSING, unread
+    if not rules.lowest_c <= value <= rules.highest_c:
+        return SampleQuality.OUT_OF_RANGE, unread
+    if value == good_c:
         if 0.0 < rules.frozen_s < time_s - changed_s:
             return SampleQuality.FROZEN, state
-        if allowance_k != 0.0 or not changed_s <= time_s:  # after a loss, or the clock was set back
-            state = SensorState(value, min(time_s, changed_s))
-        return SampleQuality.GOOD, state
-    step_k = rules.step_k
-    if not -step_k <= moved_k <= step_k:
-        rate_k = rules.largest_rate_k_per_s * elapsed_s
-        if abs(moved_k) > step_k + rate_k + allowance_k:
-            most_k = max(allowance_k, 2.0 * step_k)
-            allowance_k = min(allowance_k + rate_k, most_k)
-            return SampleQuality.TOO_FAST, state._replace(allowance_k=allowance_k)
+        return SampleQuality.GOOD, SensorState(value, min(time_s, changed_s))
+    if abs(value - good_c) > rules.step_k + rate_k + allowance_k:  # false for NaN: the first value
+        most_k = max(allowance_k, 2.0 * rules.step_k)
+        return SampleQuality.TOO_FAST, state._replace(allowance_k=min(allowance_k + rate_k, most_k))
     return SampleQuality.GOOD, SensorState(value, time_s)
 
 
-def _why_unread(rules: SensorRules, sample: Sample) -> SampleQuality | None:
-    """Return why nothing was read; None where there is a number that needs no time stamp."""
-    value, good, age_s = sample
+def _unread(rules: SensorRules, value: object, good: object, age_s: object) -> SampleQuality | None:
+    """Return why nothing was read, whatever a source sent; None where there is a number."""
     if type(value) is not float or not math.isfinite(value):
         return SampleQuality.MISSING
     if good is not True:
         return SampleQuality.STATUS_BAD
     if age_s is None:
         return SampleQuality.NO_TIME_STAMP if rules.time_stamp_required else None
-    return SampleQuality.OLD
+    if type(age_s) is not float or not abs(age_s) <= rules.longest_age_s:
+        return SampleQuality.OLD
+    return None

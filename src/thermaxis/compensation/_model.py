@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from types import MappingProxyType
 from typing import final
 
@@ -151,6 +151,13 @@ class Part:
             )
 
     @property
+    def range_k(self) -> tuple[float, float]:
+        """Range of its input in the training logs; without bounds where it is not known. [K]"""
+        if self.lowest_k is None or self.highest_k is None:
+            return -math.inf, math.inf
+        return self.lowest_k, self.highest_k
+
+    @property
     def dc_gain_um_per_k(self) -> float:
         """What a lasting change of one kelvin does in the end, before any gain. [µm/K]"""
         return self.direct_gain_um_per_k + math.fsum(s.gain_um_per_k for s in self.sections)
@@ -205,108 +212,40 @@ class Layout:
     """
 
     parts: tuple[Part, ...]
-    """Every part."""
-    wires: tuple[tuple[int, int], ...]
-    """By input: number of its channel, and of the one that is subtracted, -1 for none."""
-    ranges: tuple[tuple[float, float], ...]
-    """By input: where no part leaves the range of its training logs. [K]"""
-    driven: tuple[int, ...]
-    """By part: number of its input."""
-    taus_s: tuple[float, ...]
-    """By section: time constant. [s]"""
-    drives: tuple[int, ...]
-    """By section: number of its input."""
-    owners: tuple[int, ...]
-    """By section: number of its part."""
-    first_terms: tuple[tuple[float, int, float, int], ...]
-    """By part: direct gain, input, gain of the first section, its number; a part without a
-    section has a gain of zero there. [µm/K]"""
-    further_terms: tuple[tuple[int, float, int], ...]
-    """By further section: number of its part, gain, its own number. [µm/K]"""
-    spans: tuple[tuple[int, int, float], ...]
-    """By output: first part, part behind the last, and offset. [µm]"""
-    slices: tuple[slice, ...]
-    """By output: its parts, as a slice."""
-    offsets_um: tuple[float, ...]
-    """By output: offset. [µm]"""
-    gained: tuple[int, ...]
-    """Numbers of the parts with a gain by diameter."""
-    delayed: tuple[int, ...]
-    """Numbers of the parts with a delay."""
+    wires: tuple[tuple[int, int], ...]  # by input: its channel, and the subtracted one or -1
+    ranges: tuple[tuple[float, float], ...]  # by input: where no part leaves its range [K]
+    driven: tuple[int, ...]  # by part: number of its input
+    taus_s: tuple[float, ...]  # by section: time constant
+    drives: tuple[int, ...]  # by section: number of its input
+    owners: tuple[int, ...]  # by section: number of its part
+    spans: tuple[tuple[int, int, float], ...]  # by output: first part, part behind, offset [µm]
+    gained: tuple[int, ...]  # numbers of the parts with a gain by diameter
+    delayed: tuple[int, ...]  # numbers of the parts with a delay
     longest_delay_s: float
-    """Longest delay. [s]"""
 
 
 def _layout_of(outputs: tuple[Output, ...], channels: tuple[str, ...]) -> Layout:
     parts = tuple(part for output in outputs for part in output.parts)
-    number = {channel: k for k, channel in enumerate(channels)}
-    wires: dict[tuple[int, int], list[Part]] = {}
-    for part in parts:
-        wires.setdefault(_wire_of(part, number), []).append(part)
-    numbers = {wire: k for k, wire in enumerate(wires)}
-    driven = tuple(numbers[_wire_of(part, number)] for part in parts)
+    number = {channel: k for k, channel in enumerate(channels)} | {"": -1}
+    wired = [(number[part.plus], number[part.minus]) for part in parts]
+    wires = tuple(dict.fromkeys(wired))
+    sharing = [[part.range_k for part, w in zip(parts, wired) if w == wire] for wire in wires]
+    driven = tuple(wires.index(wire) for wire in wired)
     owners = tuple(k for k, part in enumerate(parts) for _ in part.sections)
-    gains = [section.gain_um_per_k for part in parts for section in part.sections]
-    first: list[tuple[float, int, float, int]] = []
-    for k, part in enumerate(parts):
-        own = owners.index(k) if part.sections else 0
-        gain = gains[own] if part.sections else 0.0
-        first.append((part.direct_gain_um_per_k, driven[k], gain, own))
+    behind = accumulate(len(output.parts) for output in outputs)
     return Layout(
         parts=parts,
-        wires=tuple(wires),
-        ranges=tuple(_range_of(sharing) for sharing in wires.values()),
+        wires=wires,
+        ranges=tuple((max(low for low, _ in r), min(high for _, high in r)) for r in sharing),
         driven=driven,
         taus_s=tuple(s.time_constant_s for part in parts for s in part.sections),
         drives=tuple(driven[k] for k in owners),
         owners=owners,
-        first_terms=tuple(first),
-        further_terms=tuple(
-            (k, gains[i], i) for i, k in enumerate(owners) if i and owners[i - 1] == k
-        ),
-        spans=_spans_of(outputs),
-        slices=tuple(slice(first, behind) for first, behind, _ in _spans_of(outputs)),
-        offsets_um=tuple(output.offset_um for output in outputs),
+        spans=tuple((k - len(o.parts), k, o.offset_um) for k, o in zip(behind, outputs)),
         gained=tuple(k for k, part in enumerate(parts) if part.gain_by_diameter),
         delayed=tuple(k for k, part in enumerate(parts) if part.delay_s > 0.0),
         longest_delay_s=max(part.delay_s for part in parts),
     )
-
-
-def _spans_of(outputs: tuple[Output, ...]) -> tuple[tuple[int, int, float], ...]:
-    spans: list[tuple[int, int, float]] = []
-    first = 0
-    for output in outputs:
-        spans.append((first, first + len(output.parts), output.offset_um))
-        first += len(output.parts)
-    return tuple(spans)
-
-
-def _wire_of(part: Part, number: Mapping[str, int]) -> tuple[int, int]:
-    return number[part.plus], number[part.minus] if part.minus else -1
-
-
-def range_of(part: Part) -> tuple[float, float]:
-    """Return the range of a part's input in the training logs.
-
-    Parameters
-    ----------
-    part : Part
-        The part.
-
-    Returns
-    -------
-    tuple of float
-        Lowest and highest value; without bounds where they are not known. [K]
-    """
-    if part.lowest_k is None or part.highest_k is None:
-        return -math.inf, math.inf
-    return part.lowest_k, part.highest_k
-
-
-def _range_of(parts: list[Part]) -> tuple[float, float]:
-    ranges = [range_of(part) for part in parts]
-    return max(low for low, _ in ranges), min(high for _, high in ranges)
 
 
 def _no_mapping() -> Mapping[str, float]:
