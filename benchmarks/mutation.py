@@ -117,9 +117,11 @@ def in_child(work: Callable[[Path], int], wall_s: float | None = None) -> tuple[
         finally:
             sys.stdout.flush()
             os._exit(code)
+    watched = os.pidfd_open(child)
     try:
-        ended, _, _ = select.select([os.pidfd_open(child)], [], [], wall_s)
+        ended, _, _ = select.select([watched], [], [], wall_s)
     finally:
+        os.close(watched)
         with suppress(ProcessLookupError):
             os.killpg(child, signal.SIGKILL)
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
