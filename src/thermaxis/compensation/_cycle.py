@@ -426,10 +426,13 @@ def _wanted(
     """
     wanted_um: list[float] = []
     at_limit: list[bool] = []
+    trimmed = any(trim.value_um for trim in trims)  # as in the PLC: a zero keeps its sign without
     for limits, weight, y, trim in zip(compensation.bounds, weights, model.model_um, trims):
         c = min(max(-weight * y, -limits.largest_um), limits.largest_um)
         at_limit.append(abs(weight * y) > limits.largest_um)
-        wanted_um.append(min(max(c + trim.value_um, -limits.total_um), limits.total_um))
+        if trimmed:
+            c = min(max(c + trim.value_um, -limits.total_um), limits.total_um)
+        wanted_um.append(c)
     return tuple(wanted_um), tuple(at_limit)
 
 
