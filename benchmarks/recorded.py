@@ -227,6 +227,7 @@ class Recorder:
             env=self.environment,
             stdout=(self.folder / f"serve_{words[1]}.txt").open("wb"),
             stderr=subprocess.STDOUT,
+            start_new_session=True,
         )
         self.served.append((f"serve {words[1]}", process))
 
@@ -251,6 +252,7 @@ class Recorder:
             input=b"a long password for 1 test\n",
             capture_output=True,
             timeout=600,
+            start_new_session=True,
         )
         words = words if words[0] == "thermaxis" else ["", "python"]
         name = f"{len(self.exits):02d}_{'_'.join(words[1:3] if '--help' in words else words[1:2])}"

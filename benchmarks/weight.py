@@ -17,6 +17,7 @@ import tarfile
 import tokenize
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -78,10 +79,14 @@ def python_lines(text: str) -> Counter[str]:
 
 
 def exported(tree: ast.Module) -> int:
+    """Return how many names `__init__` exports, by a list or by a stub for lazy imports."""
     for node in tree.body:
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
             return len(node.value.elts) if isinstance(node.value, ast.List | ast.Tuple) else 0
-    return 0
+    taken = (
+        alias for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names
+    )
+    return sum(alias.asname == alias.name for alias in taken)
 
 
 def other_lines(path: str, text: str) -> Counter[str]:
@@ -101,7 +106,7 @@ def weigh(tree: Tree) -> dict[str, Counter[str]]:
         parts = PurePosixPath(path).parts
         if path.endswith((".py", ".pyi")):
             lines = python_lines(text)
-            if not path.endswith(("__init__.py", "__init__.pyi")):
+            if len(parts) != 4 or not parts[3].startswith("__init__."):
                 lines["public names"] = 0
             inside = parts[2] if len(parts) > 3 else "(at the top)"
             names = [f"{parts[0]}/{inside}" if parts[0] == "src" else parts[0]]
@@ -154,39 +159,54 @@ def below(graph: Graph, name: str) -> set[str]:
 
 def room_of(module: str, path: str) -> str:
     """Return the folder of a module; one at the top is a room of its own."""
-    in_folder = not path.endswith("__init__.py") and module.count(".") > 1
+    in_folder = "__init__." not in path and module.count(".") > 1
     return module.rpartition(".")[0] if in_folder else module
 
 
 def bonds(tree: Tree) -> tuple[dict[str, int], dict[str, list[list[str]]]]:
     """Return numbers of imports of private names across packages, and the circles."""
-    modules = {
-        path.removesuffix(".py")
-        .removesuffix("/__init__")
-        .removeprefix("src/")
-        .replace("/", "."): path
+    dotted_names = {
+        path: path.rpartition(".")[0].removesuffix("/__init__").removeprefix("src/")
         for path in tree
-        if path.endswith(".py")
+        if path.endswith((".py", ".pyi"))
     }
-    graph: dict[str, set[str]] = {name: set() for name in modules if name.startswith(PACKAGE)}
-    rooms = {room_of(name, modules[name]): set[str]() for name in graph}
+    modules = {path: name.replace("/", ".") for path, name in dotted_names.items()}
+    graph = {name: set[str]() for name in modules.values() if name.startswith(PACKAGE)}
+    folders = {name: room_of(name, path) for path, name in modules.items()}
+    rooms = {folders[name]: set[str]() for name in graph}
+    taken = {
+        path: list(imports(ast.parse(tree[path]), name, is_package="__init__." in path))
+        for path, name in modules.items()
+    }
+    exports = {
+        f"{name}.{one.rpartition('.')[2]}": one
+        for path, name in modules.items()
+        if "__init__." in path
+        for one in chain.from_iterable(taken[path])
+    }
     private = dict.fromkeys(FOLDERS, 0)
-    for name, path in modules.items():
-        is_package = path.endswith("__init__.py")
-        for dotted in imports(ast.parse(tree[path]), name, is_package=is_package):
+    for path, name in modules.items():
+        for dotted in taken[path]:
             ours = [one for one in dotted if one.split(".")[0] == PACKAGE]
             private[path.split("/")[0]] += any(
                 is_private(one) and one.split(".")[:2] != name.split(".")[:2] for one in ours
             )
             for one in ours if name in graph else ():
-                target = one if one in graph else one.rpartition(".")[0]
+                target = defined_in(one, graph, exports)
                 if target not in graph or target == name:
                     continue
                 graph[name].add(target)
-                room, other = room_of(name, path), room_of(target, modules[target])
-                if other != room and not (is_package and other.startswith(f"{room}.")):
+                room, other = folders[name], folders[target]
+                if other != room and not ("__init__." in path and other.startswith(f"{room}.")):
                     rooms[room].add(other)
     return private, {"modules": circles(graph), "rooms": circles(rooms)}
+
+
+def defined_in(dotted: str, graph: Graph, exports: Mapping[str, str]) -> str:
+    """Return the module of a name, through the packages that only export it."""
+    while dotted not in graph and exports.get(dotted, dotted) != dotted:
+        dotted = exports[dotted]
+    return dotted if dotted in graph else dotted.rpartition(".")[0]
 
 
 def main() -> None:
