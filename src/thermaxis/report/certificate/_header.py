@@ -108,7 +108,7 @@ def _both(typed: str, measured: str) -> str:
 
 
 def prevailing(report: PositioningReport, key: str) -> str:
-    """Return the value of a field without what else was said about it; empty if it is not stated."""
+    """Return the value of a field without its remarks; empty if it is not stated."""
     field = HEADER_FIELDS[key]
     typed = _typed(report, key)
     if key in _MOMENTS and (moment := moment_of(typed)) is not None:

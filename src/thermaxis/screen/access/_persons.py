@@ -244,7 +244,7 @@ class Persons:
             person.granted = caller.role
 
     def _end_if_over(self, known: bytes, person: Person) -> bool:
-        """End a log-in that lasted too long, and return whether it did; part from a lost session."""
+        """End a log-in that lasted too long, return whether it did; part from a lost session."""
         now_s = self._clock.monotonic_s()
         if now_s - person.began_s >= self._longest_s:
             self._end(known, TOO_LONG)
