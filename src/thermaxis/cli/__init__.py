@@ -1,12 +1,14 @@
 """The command ``thermaxis``: one module per command, each imported when it is needed."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Protocol, cast
 
 from thermaxis import __version__
+from thermaxis.errors import ThermaxisError
 
 GROUPS = {
     "axis": {
@@ -134,8 +136,6 @@ def _refuse(why: str) -> int:
 
 def _pipe_was_closed() -> int:
     """Stop quietly when the reader of the output has gone, as `head` does."""
-    import os  # noqa: PLC0415  only on the way out
-
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 
@@ -153,15 +153,13 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one 
     """Run the command line."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     wanted = next((word for word in words if not word.startswith("-")), "")
-    parser = build_parser(only=wanted if wanted in COMMANDS else "")
-    namespace = parser.parse_args(words)
-    if namespace.command is None:
-        parser.print_help()
-        return 0
-    _write_as_utf8()
-    from thermaxis.errors import ThermaxisError  # noqa: PLC0415  --help needs no errors
-
     try:
+        parser = build_parser(only=wanted if wanted in COMMANDS else "")
+        namespace = parser.parse_args(words)
+        if namespace.command is None:
+            parser.print_help()
+            return 0
+        _write_as_utf8()
         return _load(namespace.command).run(namespace)
     except ThermaxisError as error:
         return _refuse(str(error))

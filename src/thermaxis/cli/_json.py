@@ -5,6 +5,8 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from thermaxis.report import write_bytes
+
 
 def write_json(results: Mapping[str, object], destination: str) -> None:
     """Write results as JSON."""
@@ -12,6 +14,5 @@ def write_json(results: Mapping[str, object], destination: str) -> None:
     if destination == "-":
         sys.stdout.write(text)
         return
-    from thermaxis.report import write_bytes  # noqa: PLC0415  standard output needs none
 
     write_bytes(Path(destination), text.encode("ascii"))

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from thermaxis.errors import DataError, printable
 from thermaxis.files import read_positioning_with_sha256
 from thermaxis.positioning import (
     FIGURE_KEYS,
+    CorrectionEffect,
+    DriftResult,
     Edition,
     FloatArray,
     Iso230_2Figures,
@@ -22,9 +24,6 @@ from thermaxis.positioning import (
 )
 from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, edition_name, fixed
-
-if TYPE_CHECKING:
-    from thermaxis.positioning import CorrectionEffect, DriftResult
 
 EDITION = Edition.E2014
 """Edition whose names the figures carry, the default of ``evaluate``."""
@@ -47,7 +46,7 @@ class AxisRun:
     """Name of the axis on the control."""
     axis_assumed: bool
     """Whether nobody stated the name."""
-    drift: "DriftResult | None"
+    drift: DriftResult | None
     """Its drift, None where that cannot be told from the levels."""
     why_no_drift: str
     """Why it cannot, in words; empty if it can."""
@@ -121,7 +120,7 @@ def drift_in_words(run: AxisRun) -> str:
     )
 
 
-def simulated_without_drift(run: AxisRun, correction: FloatArray) -> "CorrectionEffect | None":
+def simulated_without_drift(run: AxisRun, correction: FloatArray) -> CorrectionEffect | None:
     """Return what corrections make of the readings without drift."""
     if run.drift is None or not run.drift.significant:
         return None
@@ -152,7 +151,7 @@ def absent_in_words(test: PositioningTest) -> str:
     return "R, A: absent, too few readings" if test.cycles < 2 else ""
 
 
-def figure_rows(columns: "list[dict[str, float | None]]", decimals: int) -> list[list[str]]:
+def figure_rows(columns: list[dict[str, float | None]], decimals: int) -> list[list[str]]:
     """Return rows of figures for a table: symbol, name, one number for each column."""
     names = FIGURE_NAMES[EDITION]
     rows: list[list[str]] = []

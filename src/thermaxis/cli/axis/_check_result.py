@@ -3,10 +3,12 @@
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from pathlib import Path
+from typing import final
 
 import numpy as np
 
+from thermaxis import __version__
 from thermaxis.cli._text_table import filled, text_table
 from thermaxis.cli.axis._axis_run import (
     AxisRun,
@@ -31,9 +33,6 @@ from thermaxis.controls import Control, ReadTable, check_options, control_by_nam
 from thermaxis.errors import printable
 from thermaxis.positioning import CorrectionEffect, evaluate_correction
 from thermaxis.report import fixed
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _DECIMALS = 2
 _SPACING_ROUNDING = 0.0005
@@ -77,7 +76,7 @@ def check(arguments: argparse.Namespace) -> CheckedTable:
     options = check_options(control, arguments.set, purpose="table")
     wanted_axis: str | None = None if arguments.axis is None else axis_name(arguments.axis)
     run = read_run(arguments.run, axis=None, encoding=arguments.encoding)
-    path: Path = arguments.table
+    path = Path(arguments.table)
     read = read_older(control, path, run, options)
     if not arguments.no_drift:
         run = with_drift(run)
@@ -272,8 +271,6 @@ def _warnings(result: CheckedTable) -> list[str]:
 
 def as_json(result: CheckedTable) -> dict[str, object]:
     """Return the result with the keys of the command's JSON."""
-    from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
-
     test = result.run.test
     return {
         "version": __version__,

@@ -2,6 +2,7 @@
 
 import re
 
+from thermaxis.controls import control_names
 from thermaxis.errors import ConfigurationError, printable
 
 _AXIS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,15}")
@@ -9,8 +10,6 @@ _AXIS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,15}")
 
 def listed_controls() -> str:
     """Return the names of all controls, for a help text; no control is imported for it."""
-    from thermaxis.controls import control_names  # noqa: PLC0415  only where a parser is built
-
     return ", ".join(control_names())
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from thermaxis import __version__
 from thermaxis.cli._text_table import filled, text_table
 from thermaxis.cli.axis._axis_run import (
     absent_in_words,
@@ -399,8 +400,6 @@ def _points_outside(result: MadeTable, near: float) -> str:
 
 def as_json(result: MadeTable, kept: str | None) -> dict[str, object]:
     """Return the result with the keys of the command's JSON."""
-    from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
-
     drift = result.run.drift
     state = None
     if result.drift_free and drift is not None:

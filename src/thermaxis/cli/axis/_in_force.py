@@ -1,21 +1,18 @@
 """What corrected the axis while the run was measured: an older table, a reversal value."""
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
+from thermaxis.cli.axis._axis_run import AxisRun
 from thermaxis.cli.axis._table_files import read_table_text
+from thermaxis.controls import Control, GridRule, ReadTable
 from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
 from thermaxis.positioning import CompensationTable, FloatArray
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from thermaxis.cli.axis._axis_run import AxisRun
-    from thermaxis.controls import Control, GridRule, ReadTable
 
 _LARGEST = 1e9
 """Largest position or value of a table that is looked at. [mm, µm; deg, arcsec]"""
@@ -32,7 +29,7 @@ class InForce:
 
     name: str
     """File of the older table; empty where there was none."""
-    read: "ReadTable | None"
+    read: ReadTable | None
     """The older table; None where there was none."""
     backlash: float | None
     """Reversal, forward minus backward, that the control compensated apart from any points: the
@@ -43,7 +40,7 @@ class InForce:
         """The older table with the reversal that was in force beside it."""
         return None if self.read is None else replace(self.read.table, backlash=self.backlash)
 
-    def correction(self, control: "Control", position: FloatArray) -> FloatArray:
+    def correction(self, control: Control, position: FloatArray) -> FloatArray:
         """Return what the control added during the run."""
         table = self.table
         if table is not None:
@@ -54,10 +51,10 @@ class InForce:
 
 def what_was_in_force(
     arguments: argparse.Namespace,
-    control: "Control",
-    options: "Mapping[str, str]",
-    rule: "GridRule",
-    run: "AxisRun",
+    control: Control,
+    options: Mapping[str, str],
+    rule: GridRule,
+    run: AxisRun,
 ) -> InForce:
     """Return what corrected the axis during the run, as the arguments of ``correct`` state it."""
     path: Path | None = arguments.merge
@@ -77,9 +74,7 @@ def what_was_in_force(
     return InForce(name, read, backlash)
 
 
-def read_older(
-    control: "Control", path: Path, run: "AxisRun", options: "Mapping[str, str]"
-) -> "ReadTable":
+def read_older(control: Control, path: Path, run: AxisRun, options: Mapping[str, str]) -> ReadTable:
     """Read a table of a control from its file."""
     text, unusual = read_table_text(path)
     try:
@@ -98,7 +93,7 @@ def read_older(
     return replace(read, findings=(*unusual, *read.findings))
 
 
-def _check_same_axis(read: "ReadTable", run: "AxisRun", name: str) -> None:
+def _check_same_axis(read: ReadTable, run: AxisRun, name: str) -> None:
     stated = read.table.axis
     if stated and stated.casefold() != run.axis.casefold():
         raise ConfigurationError(
@@ -109,7 +104,7 @@ def _check_same_axis(read: "ReadTable", run: "AxisRun", name: str) -> None:
 
 
 def _check_stated(
-    control: "Control", rule: "GridRule", read: "ReadTable | None", *, replaced: bool
+    control: Control, rule: GridRule, read: ReadTable | None, *, replaced: bool
 ) -> None:
     """Refuse a reversal value that stays in force, or did not act, whatever the new file holds."""
     where = "--backlash-in-force"

@@ -8,6 +8,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis import __version__
 from thermaxis.cli.axis._axis_run import (
     AxisRun,
     read_run,
@@ -407,8 +408,6 @@ def _source(arguments: argparse.Namespace) -> str:
 
 def _origin(run: AxisRun, arguments: argparse.Namespace, in_force: InForce) -> tuple[str, ...]:
     """Return lines for the head of the file, where hash and kind of levels stand anyhow."""
-    from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
-
     test = run.test
     lines = [f"written by thermaxis {__version__}", f"run {Path(run.name).name}"]
     if arguments.drift_free and run.drift is not None and run.drift.reference_time_s is not None:

@@ -2,21 +2,23 @@
 
 import textwrap
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import final
 
+from thermaxis import __version__
 from thermaxis.cli._text_table import text_table
 from thermaxis.errors import printable
-from thermaxis.positioning import FORWARD, LEVEL_KEY, Cycle
-
-if TYPE_CHECKING:
-    from thermaxis.positioning import (
-        Duration,
-        ExpectedUncertainty,
-        RunAssumptions,
-        ShortestPlan,
-        SimulatedUncertainty,
-        TestPlan,
-    )
+from thermaxis.files import plan_as_json, plan_sha256
+from thermaxis.positioning import (
+    FORWARD,
+    LEVEL_KEY,
+    Cycle,
+    Duration,
+    ExpectedUncertainty,
+    RunAssumptions,
+    ShortestPlan,
+    SimulatedUncertainty,
+    TestPlan,
+)
 
 _DISAGREEMENT = 1.5
 """Simulated and foretold uncertainty differ noteworthily beyond this factor. [1]"""
@@ -29,25 +31,25 @@ _PAPER_LENGTH_MM, _PAPER_FEED_MM_PER_MIN, _PAPER_DWELL_S = 300.0, 300.0, 2.0
 class PlanResult:
     """A plan with everything that was worked out for it."""
 
-    plan: "TestPlan"
+    plan: TestPlan
     """The plan."""
     remarks: tuple[str, ...]
     """What was adjusted when the targets were chosen, in words."""
     warnings: tuple[str, ...]
     """Rules that the plan does not meet, in words."""
-    duration: "Duration"
+    duration: Duration
     """How long it takes."""
-    assumptions: "RunAssumptions"
+    assumptions: RunAssumptions
     """What is assumed of the axis."""
     assumed: tuple[str, ...]
     """Names of those assumptions that nobody stated."""
-    expected: "ExpectedUncertainty | None"
+    expected: ExpectedUncertainty | None
     """What uncertainty it will reach, None if that cannot be foretold."""
-    simulated: "SimulatedUncertainty | None"
+    simulated: SimulatedUncertainty | None
     """The same from simulated runs, None if none were made."""
     reason: str | None
     """Why nothing can be foretold, in words."""
-    search: "ShortestPlan | None"
+    search: ShortestPlan | None
     """The search for the number of cycles, None if they were stated."""
     target_uncertainty: float | None
     """What was searched for. [µm or arcsec]"""
@@ -92,7 +94,6 @@ def _all_warnings(result: PlanResult) -> tuple[str, ...]:
 
 
 def _head(result: PlanResult, output: str | None) -> str:
-    from thermaxis.files import plan_sha256  # noqa: PLC0415  JSON alone needs no hash twice
 
     plan = result.plan
     unit = plan.kind.units.position
@@ -119,7 +120,7 @@ def _head(result: PlanResult, output: str | None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _found(result: PlanResult, search: "ShortestPlan", wanted: float) -> str:
+def _found(result: PlanResult, search: ShortestPlan, wanted: float) -> str:
     unit = result.plan.kind.units.deviation
     cycles = search.plan.cycles
     of = "the levels" if result.target_figure == LEVEL_KEY else result.target_figure
@@ -135,7 +136,7 @@ def _filled(text: str) -> str:
     return textwrap.fill(text, 100, break_on_hyphens=False) + "\n"
 
 
-def _targets(plan: "TestPlan") -> str:
+def _targets(plan: TestPlan) -> str:
     rows: list[tuple[str, str, str]] = []
     for i, position in enumerate(plan.target.tolist()):
         step = "" if i == 0 else f"{position - float(plan.target[i - 1]):.3f}"
@@ -164,7 +165,7 @@ def _duration(result: PlanResult) -> str:
     return f"{table}\n{_filled(said + _beside_the_paper(plan, duration))}"
 
 
-def _beside_the_paper(plan: "TestPlan", duration: "Duration") -> str:
+def _beside_the_paper(plan: TestPlan, duration: Duration) -> str:
     """Return why this is not the paper's time, where the plan is that of the paper's X axis."""
     length = float(plan.target[-1] - plan.target[0])
     same = (
@@ -240,9 +241,6 @@ def _uncertainty(result: PlanResult) -> str:
 
 def as_json(result: PlanResult) -> dict[str, object]:
     """Return the result with the keys of the command's JSON."""
-    from thermaxis import __version__  # noqa: PLC0415  of the package that imports this one
-    from thermaxis.files import plan_as_json  # noqa: PLC0415
-
     duration = result.duration
     search = result.search
     found: dict[str, object] | None = None

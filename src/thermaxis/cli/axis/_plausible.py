@@ -3,14 +3,10 @@
 Not protected: a unit that is wrong by less than the limits here passes, as does every wrong sign.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from thermaxis.errors import DataError
-
-if TYPE_CHECKING:
-    from thermaxis.positioning import CompensationTable
+from thermaxis.positioning import CompensationTable
 
 # A ball screw of the coarsest class, T10 of ISO 3408-3, departs by 210 µm in 300 mm [M]: 0.07 % of
 # the way. Readings in mm that count as µm, or the reverse, are wrong by 1000, inches by 25.
@@ -25,7 +21,7 @@ _SHORTEST = 1.0
 close together noise and rounding make a steep slope of no height. [mm or deg]"""
 
 
-def doubts_about_size(table: "CompensationTable", what: str) -> tuple[str, ...]:
+def doubts_about_size(table: CompensationTable, what: str) -> tuple[str, ...]:
     """Return why the values of a table are doubted; refuse what no axis can have."""
     units = table.kind.units
     per, unit = units.deviations_per_position, f"{units.deviation}/{units.position}"
@@ -49,7 +45,7 @@ def doubts_about_size(table: "CompensationTable", what: str) -> tuple[str, ...]:
     return (f"{what} {' and '.join(said)}: check the unit of the run, few axes are that wrong",)
 
 
-def _steepest(table: "CompensationTable") -> tuple[float, float, float]:
+def _steepest(table: CompensationTable) -> tuple[float, float, float]:
     """Return the steepest slope over pieces that are not short, and where it lies."""
     position = table.position
     if position.size < 2:

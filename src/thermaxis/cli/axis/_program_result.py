@@ -1,15 +1,12 @@
 """What ``program`` says of the NC program that it wrote."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import final
 
 from thermaxis.cli._text_table import filled
-from thermaxis.controls import comment_text
+from thermaxis.controls import Control, ProgramRequest, comment_text
 from thermaxis.errors import printable
 from thermaxis.positioning import FORWARD, motion_duration_s
-
-if TYPE_CHECKING:
-    from thermaxis.controls import Control, ProgramRequest
 
 
 @final
@@ -17,11 +14,11 @@ if TYPE_CHECKING:
 class ProgramResult:
     """An NC program with what was worked out for it."""
 
-    request: "ProgramRequest"
+    request: ProgramRequest
     """What the program was made of."""
     control_name: str
     """Name of the control on the command line."""
-    control: "Control"
+    control: Control
     """The control."""
     plan_name: str
     """The plan's file."""

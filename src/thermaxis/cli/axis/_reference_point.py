@@ -5,15 +5,13 @@ table is zero may be another place at which it is zero too.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
+from thermaxis.controls import GridRule, ReadTable
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import CompensationTable, FloatArray
-
-if TYPE_CHECKING:
-    from thermaxis.controls import GridRule, ReadTable
 
 _SAME = 1e-6
 """Positions nearer than this are the same: files have six decimals at most. [mm or deg]"""
@@ -36,7 +34,7 @@ class ReferencePoint:
 
 
 def reference_point(
-    target: FloatArray, stated: float | None, read: "ReadTable | None", rule: "GridRule"
+    target: FloatArray, stated: float | None, read: ReadTable | None, rule: GridRule
 ) -> ReferencePoint:
     """Return where the new table is zero."""
     usual = min(max(0.0, float(target[0])), float(target[-1]))
@@ -60,9 +58,7 @@ def reference_point(
     return ReferencePoint(found, "where the older table is zero", found, (text,))
 
 
-def _beside(
-    read: "ReadTable", known: float, stated: float | None, rule: "GridRule"
-) -> ReferencePoint:
+def _beside(read: ReadTable, known: float, stated: float | None, rule: GridRule) -> ReferencePoint:
     """Return the reference point that the older file states, or the other one that is asked for."""
     unit = read.table.kind.units.position
     if stated is None or abs(stated - known) < _SAME:
@@ -78,14 +74,14 @@ def _beside(
     return ReferencePoint(stated, "as stated", known, (_moved(read, stated),))
 
 
-def _stated(read: "ReadTable", stated: float, near: float) -> ReferencePoint:
+def _stated(read: ReadTable, stated: float, near: float) -> ReferencePoint:
     older = _nearest_zero(read.table, stated, near)
     if older == stated:
         return ReferencePoint(stated, "as stated; the older table is zero there too", stated)
     return ReferencePoint(stated, "as stated", older, (_moved(read, stated),))
 
 
-def _moved(read: "ReadTable", place: float) -> str:
+def _moved(read: ReadTable, place: float) -> str:
     units, value = read.table.kind.units, _mean_at(read.table, place)
     return (
         f"the older table is {value:+.2f} {units.deviation} at {place:.9g} {units.position}, the"

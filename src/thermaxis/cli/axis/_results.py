@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable
 from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 from thermaxis.positioning import (
     BACKWARD,
@@ -11,17 +10,17 @@ from thermaxis.positioning import (
     FORWARD,
     AdjacentDifferenceApproach,
     AdjacentDifferenceResult,
+    FigureUncertainty,
     FloatArray,
     Iso230_2_1988Result,
+    Iso230_2Figures,
     Iso230_2Result,
     PositioningTest,
+    UncertaintyResult,
     Vdi3441Result,
     figures_by_key,
 )
-
-if TYPE_CHECKING:
-    from thermaxis.positioning import FigureUncertainty, Iso230_2Figures, UncertaintyResult
-    from thermaxis.report import PositioningReport
+from thermaxis.report import PositioningReport
 
 
 def finite_or_none(value: float | None) -> float | None:
@@ -33,7 +32,7 @@ def _numbers(values: Iterable[float]) -> list[float | None]:
     return [finite_or_none(value) for value in values]
 
 
-def report_as_json(report: "PositioningReport") -> dict[str, object]:
+def report_as_json(report: PositioningReport) -> dict[str, object]:
     """Return everything that was evaluated, by the documented keys."""
     other = report.other_standard
     return {
@@ -77,7 +76,7 @@ def _iso230_2(result: Iso230_2Result) -> dict[str, object]:
 
 
 def _targets(
-    target: FloatArray, result: "Iso230_2Result | Iso230_2Figures"
+    target: FloatArray, result: Iso230_2Result | Iso230_2Figures
 ) -> list[dict[str, float | None]]:
     columns = {
         "position": target,
@@ -130,7 +129,7 @@ def _approach(approach: AdjacentDifferenceApproach | None) -> dict[str, object] 
     }
 
 
-def _drift(report: "PositioningReport") -> dict[str, object] | None:
+def _drift(report: PositioningReport) -> dict[str, object] | None:
     drift, uncertainty = report.drift, report.uncertainty
     if drift is None:
         return None
@@ -164,7 +163,7 @@ def _drift(report: "PositioningReport") -> dict[str, object] | None:
     }
 
 
-def _uncertainty(uncertainty: "UncertaintyResult | None") -> dict[str, object] | None:
+def _uncertainty(uncertainty: UncertaintyResult | None) -> dict[str, object] | None:
     if uncertainty is None:
         return None
     free = uncertainty.drift_free
@@ -175,7 +174,7 @@ def _uncertainty(uncertainty: "UncertaintyResult | None") -> dict[str, object] |
     }
 
 
-def _figure_uncertainty(figures: "FigureUncertainty") -> dict[str, object]:
+def _figure_uncertainty(figures: FigureUncertainty) -> dict[str, object]:
     return {
         "expanded_uncertainty": {
             key: finite_or_none(figures.expanded_uncertainty.get(key)) for key in FIGURE_KEYS
@@ -191,7 +190,7 @@ def _figure_uncertainty(figures: "FigureUncertainty") -> dict[str, object]:
     }
 
 
-def _limits(report: "PositioningReport") -> dict[str, object] | None:
+def _limits(report: PositioningReport) -> dict[str, object] | None:
     check = report.limits
     if check is None:
         return None

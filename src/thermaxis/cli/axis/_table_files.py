@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from thermaxis.controls import LARGEST_TABLE_BYTES, check_size
 from thermaxis.errors import ConfigurationError, MeasurementFileError
+from thermaxis.report import write_bytes
 
 _BYTE_ORDER_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _MOST_KEPT = 1000
@@ -11,8 +13,6 @@ _MOST_KEPT = 1000
 
 def read_table_text(path: Path | str) -> tuple[str, tuple[str, ...]]:
     """Read the text of a control's table."""
-    from thermaxis.controls import LARGEST_TABLE_BYTES, check_size  # noqa: PLC0415  --help
-
     name = str(path)
     try:
         if Path(path).exists() and not Path(path).is_file():
@@ -101,6 +101,4 @@ def keep_older(output: str, text: str) -> str | None:
 
 def write_ascii(output: str, text: str) -> None:
     """Write a program or table."""
-    from thermaxis.report import write_bytes  # noqa: PLC0415  --help needs none
-
     write_bytes(Path(output), text.encode("ascii"))

@@ -1,7 +1,6 @@
 """The results of ``evaluate`` as tables on the terminal."""
 
 import sys
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +10,8 @@ from thermaxis.positioning import (
     FIGURE_KEYS,
     AdjacentDifferenceApproach,
     AdjacentDifferenceResult,
+    DriftResult,
+    FigureUncertainty,
     Iso230_2_1988Result,
     Iso230_2Result,
     PositioningTest,
@@ -21,18 +22,15 @@ from thermaxis.report import (
     FIGURE_NAMES,
     FIGURE_SYMBOLS,
     OTHER_NAMES,
+    PositioningReport,
     absence_reason,
     edition_name,
     fixed,
     other_standard_name,
 )
 
-if TYPE_CHECKING:
-    from thermaxis.positioning import DriftResult, FigureUncertainty
-    from thermaxis.report import PositioningReport
 
-
-def print_report(report: "PositioningReport") -> None:
+def print_report(report: PositioningReport) -> None:
     """Print what was evaluated: the standard's figures first, the others after them."""
     decimals = report.figure_decimals
     test = report.test
@@ -67,7 +65,7 @@ def _number(value: float | None, decimals: int, *, signed: bool = False) -> str:
     return f"+{text}" if signed and value is not None and value > 0.0 and finite else text
 
 
-def _head(report: "PositioningReport") -> str:
+def _head(report: PositioningReport) -> str:
     test = report.test
     unit = test.kind.units.position
     axis = printable(report.header.get("axis", ""), 40)
@@ -90,7 +88,7 @@ def _head(report: "PositioningReport") -> str:
     return f"{name}\n{run}\n"
 
 
-def _figures(report: "PositioningReport", decimals: int) -> str:
+def _figures(report: PositioningReport, decimals: int) -> str:
     result, limits = report.iso230_2, report.limits
     heads = ["", "figure", report.test.kind.units.deviation]
     if limits is not None:
@@ -140,7 +138,7 @@ def _other(
     return text_table(title, ("", "figure", test.kind.units.deviation), rows, words=2)
 
 
-def _drift(report: "PositioningReport", drift: "DriftResult", decimals: int) -> str:
+def _drift(report: PositioningReport, drift: DriftResult, decimals: int) -> str:
     unit = report.test.kind.units.deviation
     uncertainty = report.uncertainty
     measured = None if uncertainty is None else uncertainty.measured.expanded_uncertainty
@@ -166,7 +164,7 @@ def _drift(report: "PositioningReport", drift: "DriftResult", decimals: int) -> 
 
 
 def _uncertainty_alone(
-    report: "PositioningReport", measured: "FigureUncertainty", decimals: int
+    report: PositioningReport, measured: FigureUncertainty, decimals: int
 ) -> str:
     expanded = measured.expanded_uncertainty
     rows = [(FIGURE_SYMBOLS[key], _number(expanded.get(key), decimals)) for key in FIGURE_KEYS]
@@ -175,13 +173,13 @@ def _uncertainty_alone(
     return "\n".join((table, *_left_out(measured), ""))
 
 
-def _left_out(free: "FigureUncertainty | None") -> list[str]:
+def _left_out(free: FigureUncertainty | None) -> list[str]:
     if free is None or not free.left_out:
         return []
     return [f"U by Monte Carlo (GUM), without: {'; '.join(free.left_out)}"]
 
 
-def _drift_in_words(test: PositioningTest, drift: "DriftResult") -> list[str]:
+def _drift_in_words(test: PositioningTest, drift: DriftResult) -> list[str]:
     unit = test.kind.units.deviation
     noise = ", ".join(
         f"{arrow} {value:.3g}"

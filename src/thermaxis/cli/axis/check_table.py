@@ -4,6 +4,12 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
+from thermaxis.cli.axis._check_result import as_json, as_text, check
+from thermaxis.cli.axis._control_names import listed_controls
+from thermaxis.cli.axis._table_files import check_output
+
 _DESCRIPTION = """\
 Read a compensation table as its control reads it, name what looks wrong in it, and show by
 simulation of that control what it leaves of a measured run. The run counts as measured without it.
@@ -12,8 +18,6 @@ simulation of that control what it leaves of a measured run. The run counts as m
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    from thermaxis.cli.axis._control_names import listed_controls  # noqa: PLC0415
-
     parser.description = _DESCRIPTION
     parser.epilog = f"controls: {listed_controls()}"
     add = parser.add_argument
@@ -40,11 +44,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Check the table, and show what it leaves."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415  needs none of these
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.cli.axis._check_result import as_json, as_text, check  # noqa: PLC0415  --help
-    from thermaxis.cli.axis._table_files import check_output  # noqa: PLC0415
-
     if arguments.json not in (None, "-"):
         check_output(
             arguments.json,

@@ -9,6 +9,14 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
+from thermaxis.cli.axis._control_names import listed_controls
+from thermaxis.cli.axis._correction_result import as_json, as_text
+from thermaxis.cli.axis._make_table import make_table
+from thermaxis.cli.axis._table_files import check_output, keep_older, write_ascii
+from thermaxis.errors import ConfigurationError
+
 _DESCRIPTION = """\
 Write the compensation table of a measured axis in the form of one control, read it back, and show
 by simulation of that control what it leaves. Sign and unit are said in words. Nothing is sent to a
@@ -42,8 +50,6 @@ def _reversal(text: str) -> float:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    from thermaxis.cli.axis._control_names import listed_controls  # noqa: PLC0415
-
     parser.description = _DESCRIPTION
     parser.epilog = f"controls: {listed_controls()}"
     add = parser.add_argument
@@ -117,12 +123,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the table, and show what it does."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415  needs none of these
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.cli.axis._correction_result import as_json, as_text  # noqa: PLC0415  --help
-    from thermaxis.cli.axis._make_table import make_table  # noqa: PLC0415
-    from thermaxis.cli.axis._table_files import keep_older, write_ascii  # noqa: PLC0415
-
     _check_arguments(arguments)
     with Progress() as progress:
         step = "making the table"
@@ -139,9 +139,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check_arguments(arguments: argparse.Namespace) -> None:
     """Refuse what cannot be, before anything is read or written."""
-    from thermaxis.cli.axis._table_files import check_output  # noqa: PLC0415  --help needs none
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-
     output: str = arguments.output
     check_output(output, inputs=(arguments.run,), what="the measured run")
     inputs: list[Path] = [arguments.run]

@@ -2,21 +2,41 @@
 
 import argparse
 import sys
+from dataclasses import replace
+from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from thermaxis.positioning import (
-        AdjacentDifferenceResult,
-        DriftResult,
-        Finding,
-        Iso230_2_1988Result,
-        Iso230_2Result,
-        PositioningTest,
-        UncertaintyResult,
-        Vdi3441Result,
-    )
-    from thermaxis.report import PositioningReport
+from thermaxis import __version__, report
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
+from thermaxis.cli.axis._results import report_as_json
+from thermaxis.cli.axis._tables import print_report
+from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.files import read_plan, read_positioning_with_sha256
+from thermaxis.positioning import (
+    APPROACHES,
+    AdjacentDifferenceResult,
+    Cycle,
+    DriftResult,
+    Edition,
+    Finding,
+    Iso230_2_1988Result,
+    Iso230_2Result,
+    PositioningTest,
+    UncertaintyResult,
+    Vdi3441Result,
+    check_against_plan,
+    check_test_conditions,
+    diagnose,
+    evaluate_adjacent_difference,
+    evaluate_against_cycles,
+    evaluate_drift,
+    evaluate_iso230_2,
+    evaluate_iso230_2_1988,
+    evaluate_uncertainty,
+    evaluate_vdi_dgq_3441,
+)
+from thermaxis.report import PositioningReport, read_budget
 
 _LONGEST_SOURCE_NAME = 200
 
@@ -38,7 +58,6 @@ def _hours(text: str) -> float:
 
 
 def _date(text: str) -> str:
-    from datetime import date  # noqa: PLC0415  --help needs no dates
 
     try:
         return date.fromisoformat(text).isoformat()
@@ -105,13 +124,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _other_standard(
-    edition: str, test: "PositioningTest"
-) -> "tuple[Iso230_2_1988Result | Vdi3441Result | None, tuple[str, ...]]":
-    from thermaxis.errors import DataError  # noqa: PLC0415  --help needs no errors
-    from thermaxis.positioning import (  # noqa: PLC0415  numpy comes with it
-        evaluate_iso230_2_1988,
-        evaluate_vdi_dgq_3441,
-    )
+    edition: str, test: PositioningTest
+) -> tuple[Iso230_2_1988Result | Vdi3441Result | None, tuple[str, ...]]:
 
     try:
         if edition == "1988":
@@ -124,15 +138,12 @@ def _other_standard(
 
 
 def _adjacent_difference(
-    arguments: argparse.Namespace, test: "PositioningTest"
-) -> "tuple[AdjacentDifferenceResult | None, tuple[str, ...]]":
+    arguments: argparse.Namespace, test: PositioningTest
+) -> tuple[AdjacentDifferenceResult | None, tuple[str, ...]]:
     """Evaluate the adjacent differences; where they cannot be formed, say so and go on.
 
     A reference that the user names and the run does not have is an error all the same.
     """
-    from thermaxis.errors import DataError  # noqa: PLC0415  --help needs no errors
-    from thermaxis.positioning import evaluate_adjacent_difference  # noqa: PLC0415  nor numpy
-
     hours: float | None = arguments.reference_time
     try:
         result = evaluate_adjacent_difference(
@@ -148,14 +159,11 @@ def _adjacent_difference(
 
 
 def _drift(
-    arguments: argparse.Namespace, test: "PositioningTest"
-) -> "tuple[DriftResult | None, tuple[str, ...]]":
+    arguments: argparse.Namespace, test: PositioningTest
+) -> tuple[DriftResult | None, tuple[str, ...]]:
     """Separate the drift; where it cannot be told from the levels, say so and go on."""
-    from thermaxis.errors import DataError  # noqa: PLC0415  --help needs no errors
-
     if arguments.no_drift:
         return None, ()
-    from thermaxis.positioning import APPROACHES, evaluate_drift  # noqa: PLC0415  with scipy
 
     hours: float | None = arguments.reference_time
     time_s = None if hours is None else hours * 3600.0
@@ -174,28 +182,24 @@ def _drift(
 
 
 def _uncertainty_and_diagnosis(
-    arguments: argparse.Namespace, test: "PositioningTest", drift: "DriftResult | None"
-) -> "tuple[UncertaintyResult | None, tuple[Finding, ...]]":
+    arguments: argparse.Namespace, test: PositioningTest, drift: DriftResult | None
+) -> tuple[UncertaintyResult | None, tuple[Finding, ...]]:
     if arguments.no_drift and arguments.budget is None:
         return None, ()
-    from thermaxis.positioning import diagnose, evaluate_uncertainty  # noqa: PLC0415  with scipy
-    from thermaxis.report import read_budget  # noqa: PLC0415
 
     budget = None if arguments.budget is None else read_budget(arguments.budget, test.kind)
     uncertainty = evaluate_uncertainty(test, drift, budget=budget)
     return uncertainty, () if arguments.no_drift else diagnose(test, drift)
 
 
-def _against_plan(arguments: argparse.Namespace, test: "PositioningTest") -> tuple[str, ...] | None:
+def _against_plan(arguments: argparse.Namespace, test: PositioningTest) -> tuple[str, ...] | None:
     if arguments.plan is None:
         return None
-    from thermaxis.files import read_plan  # noqa: PLC0415  only with a plan
-    from thermaxis.positioning import check_against_plan  # noqa: PLC0415
 
     return check_against_plan(test, read_plan(arguments.plan))
 
 
-def _single_run_warning(iso230_2: "Iso230_2Result", test: "PositioningTest") -> tuple[str, ...]:
+def _single_run_warning(iso230_2: Iso230_2Result, test: PositioningTest) -> tuple[str, ...]:
     if not iso230_2.single_run_rule:
         return ()
     more = f" although {test.cycles} runs exist (means of all of them)" if test.cycles > 1 else ""
@@ -205,8 +209,6 @@ def _single_run_warning(iso230_2: "Iso230_2Result", test: "PositioningTest") -> 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, before anything is read or written."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
-
     source: Path = arguments.file
     reports: list[Path] = arguments.report
     for path in reports:
@@ -245,21 +247,8 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         )
 
 
-def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
+def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     """Read and evaluate the run that the arguments name."""
-    from dataclasses import replace  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis import __version__, report  # noqa: PLC0415
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.files import read_positioning_with_sha256  # noqa: PLC0415
-    from thermaxis.positioning import (  # noqa: PLC0415
-        Cycle,
-        Edition,
-        check_test_conditions,
-        evaluate_against_cycles,
-        evaluate_iso230_2,
-    )
-
     path: Path = arguments.file
     test, sha256 = read_positioning_with_sha256(path, fallback_encoding=arguments.encoding)
     stated_cycle = test.cycle
@@ -312,18 +301,12 @@ def evaluate(arguments: argparse.Namespace) -> "PositioningReport":
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs no JSON
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.cli.axis._results import report_as_json  # noqa: PLC0415
-
     _check_outputs(arguments)
     quiet = arguments.json == "-"
     with Progress() as progress:
         progress("reading and evaluating", 0, 0)
         evaluated = evaluate(arguments)
         if not quiet:
-            from thermaxis.cli.axis._tables import print_report  # noqa: PLC0415  not beside JSON
-
             progress.hide()
             print_report(evaluated)
         if arguments.json is not None:
@@ -335,9 +318,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _write_outputs(
-    evaluated: "PositioningReport", arguments: argparse.Namespace, progress: "Progress"
+    evaluated: PositioningReport, arguments: argparse.Namespace, progress: Progress
 ) -> list[Path]:
-    from thermaxis import report  # noqa: PLC0415  only where something is to be written
 
     written: list[Path] = []
     reports: list[Path] = arguments.report
@@ -348,7 +330,3 @@ def _write_outputs(
         report.write_figures(evaluated, arguments.figures, progress=progress)
         written.append(arguments.figures)
     return written
-
-
-if TYPE_CHECKING:
-    from thermaxis.cli._progress import Progress

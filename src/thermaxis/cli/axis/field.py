@@ -2,14 +2,19 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from thermaxis.errors import ConfigurationError
-    from thermaxis.thermal import ThermalField
+from thermaxis import report
+from thermaxis.cli._json import write_json
+from thermaxis.cli.axis._field_drift import drift_at_images
+from thermaxis.cli.axis._field_results import fields_as_json, fields_as_text
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import read_field_csv, read_flir
+from thermaxis.files.images import is_jpeg
+from thermaxis.report import read_regions
+from thermaxis.thermal import ThermalField, correct_emissivity, evaluate_thermal_fields
 
 _DESCRIPTION = """\
 Read two or more images of one surface, taken from one place: matrices of degrees Celsius as CSV, or
@@ -56,12 +61,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compare the images and show the result."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415
-    from thermaxis.cli.axis._field_drift import drift_at_images  # noqa: PLC0415  --help needs none
-    from thermaxis.cli.axis._field_results import fields_as_json, fields_as_text  # noqa: PLC0415
-    from thermaxis.report import read_regions  # noqa: PLC0415
-    from thermaxis.thermal import evaluate_thermal_fields  # noqa: PLC0415
-
     _check(arguments)
     fields = [_read(path, arguments) for path in arguments.images]
     time_s = _times_s(arguments.times)
@@ -74,11 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     if drift is not None:
         warnings += drift.warnings
     if arguments.figures is not None:
-        from thermaxis.report import (  # noqa: PLC0415  matplotlib is slow
-            write_field_figures,
-        )
-
-        write_field_figures(result, arguments.figures, mm_per_pixel=arguments.scale)
+        report.write_field_figures(result, arguments.figures, mm_per_pixel=arguments.scale)
     if arguments.json is not None:
         options: dict[str, object] = {
             "mm_per_pixel": arguments.scale,
@@ -93,8 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _refused(what: str, where: str, remedy: str) -> "ConfigurationError":
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
+def _refused(what: str, where: str, remedy: str) -> ConfigurationError:
 
     return ConfigurationError(what, where=where, remedy=remedy)
 
@@ -130,7 +124,7 @@ def _check(arguments: argparse.Namespace) -> None:
         )
 
 
-def _times_s(words: "Sequence[str] | None") -> list[float] | None:
+def _times_s(words: Sequence[str] | None) -> list[float] | None:
     if words is None:
         return None
     hours: list[float] = []
@@ -148,16 +142,10 @@ def _times_s(words: "Sequence[str] | None") -> list[float] | None:
     return [3600.0 * hour for hour in hours]
 
 
-def _read(path: Path, arguments: argparse.Namespace) -> "ThermalField":
-    from dataclasses import replace  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.files import read_field_csv  # noqa: PLC0415
-    from thermaxis.thermal import correct_emissivity  # noqa: PLC0415
+def _read(path: Path, arguments: argparse.Namespace) -> ThermalField:
 
     emissivity, reflected = arguments.emissivity, arguments.reflected_temperature
     if _starts_as_jpeg(path):
-        from thermaxis.files import read_flir  # noqa: PLC0415  an extra
-
         return read_flir(path, emissivity=emissivity, reflected_c=reflected)
     if (emissivity is None) != (reflected is None):
         raise _refused(
@@ -173,7 +161,6 @@ def _read(path: Path, arguments: argparse.Namespace) -> "ThermalField":
 
 
 def _starts_as_jpeg(path: Path) -> bool:
-    from thermaxis.files.images import is_jpeg  # noqa: PLC0415  --help needs none of these
 
     if not path.is_file():  # reading says what is wrong
         return False

@@ -4,6 +4,10 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import write_rtl, write_thermal_log, write_tidy_csv
+from thermaxis.virtual import LATHE_SEED, generate_lathe_test, paper_x_axis, paper_y_axis
+
 AXES = ("x-axis", "y-axis")
 """Virtual axes that can be measured."""
 LATHE_TESTS = ("lathe-spindle", "lathe-table", "lathe-verification")
@@ -32,13 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure the virtual axis and write the run."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
-    from thermaxis.files import (  # noqa: PLC0415
-        write_rtl,
-        write_tidy_csv,
-    )
-    from thermaxis.virtual import paper_x_axis, paper_y_axis  # noqa: PLC0415
-
     output: Path = arguments.output
     if arguments.axis in LATHE_TESTS:
         return _lathe_test(arguments)
@@ -64,9 +61,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _lathe_test(arguments: argparse.Namespace) -> int:
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
-    from thermaxis.files import write_thermal_log  # noqa: PLC0415
-    from thermaxis.virtual import LATHE_SEED, generate_lathe_test  # noqa: PLC0415
 
     output: Path = arguments.output
     if output.suffix.lower() != ".csv":

@@ -3,10 +3,11 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from thermaxis.positioning import DifferenceMonteCarlo, RatioEstimate
+from thermaxis import __version__, report
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
+from thermaxis.positioning import DifferenceMonteCarlo, RatioEstimate, montecarlo_difference
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,10 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the experiment and show its result."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.positioning import montecarlo_difference  # noqa: PLC0415
-
     with Progress() as progress:
         result = montecarlo_difference(
             samples=arguments.samples,
@@ -60,9 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
             on_progress=progress,
         )
     if arguments.figures is not None:
-        from thermaxis.report import write_montecarlo_figures  # noqa: PLC0415  matplotlib is slow
-
-        write_montecarlo_figures(result, arguments.figures)
+        report.write_montecarlo_figures(result, arguments.figures)
     if arguments.json is not None:
         write_json(as_json(result), arguments.json)
     if arguments.json != "-":
@@ -70,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _ratio_as_json(estimate: "RatioEstimate") -> dict[str, object]:
+def _ratio_as_json(estimate: RatioEstimate) -> dict[str, object]:
     return {
         "theory": estimate.theory,
         "expected": estimate.expected,
@@ -82,10 +77,8 @@ def _ratio_as_json(estimate: "RatioEstimate") -> dict[str, object]:
     }
 
 
-def as_json(result: "DifferenceMonteCarlo") -> dict[str, object]:
+def as_json(result: DifferenceMonteCarlo) -> dict[str, object]:
     """Return the result with the keys of the command's JSON."""
-    from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
-
     return {
         "samples": result.samples,
         "repetitions": result.repetitions,
@@ -107,7 +100,7 @@ def as_json(result: "DifferenceMonteCarlo") -> dict[str, object]:
     }
 
 
-def _paragraph(title: str, estimate: "RatioEstimate", samples: int) -> str:
+def _paragraph(title: str, estimate: RatioEstimate, samples: int) -> str:
     low, high = estimate.mean_interval
     lowest, highest = estimate.single_interval
     agreement = "with" if low <= estimate.expected <= high else "without"
@@ -125,7 +118,7 @@ def _paragraph(title: str, estimate: "RatioEstimate", samples: int) -> str:
     )
 
 
-def as_text(result: "DifferenceMonteCarlo") -> str:
+def as_text(result: DifferenceMonteCarlo) -> str:
     """Return the result in words, for a terminal."""
     title = (
         "How much more does a difference scatter than the readings it is made of?\n"

@@ -1,11 +1,32 @@
 """``thermaxis plan``: choose targets and cycles, and foretell duration and uncertainty."""
 
 import argparse
-from typing import TYPE_CHECKING
+import sys
 
-if TYPE_CHECKING:
-    from thermaxis.cli.axis._plan_result import PlanResult
-    from thermaxis.positioning import RunAssumptions, ShortestPlan, TargetChoice, TestPlan
+from thermaxis.cli._json import write_json
+from thermaxis.cli.axis._plan_result import PlanResult, as_json, as_text
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import write_plan
+from thermaxis.positioning import (
+    BACKWARD,
+    FEWEST_CYCLES,
+    FORWARD,
+    LEVEL_KEY,
+    LONGEST_RUN_S,
+    Cycle,
+    RunAssumptions,
+    ShortestPlan,
+    TargetChoice,
+    TestPlan,
+    check_plan,
+    choose_targets,
+    evaluate_duration,
+    expected_uncertainty,
+    shortest_plan,
+    simulate_uncertainty,
+    why_nothing_is_expected,
+)
+from thermaxis.quantities import AxisKind
 
 _DESCRIPTION = """\
 Choose targets by equation (1) of the method: equal steps plus a seeded random part, an interval
@@ -135,13 +156,6 @@ def _add_uncertainty(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Make a plan, and show and write it."""
-    import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
-
-    from thermaxis.cli._json import write_json  # noqa: PLC0415
-    from thermaxis.cli.axis._plan_result import as_json, as_text  # noqa: PLC0415
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-    from thermaxis.files import write_plan  # noqa: PLC0415
-
     _check_options(arguments)
     try:
         result = _make(arguments)
@@ -159,7 +173,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
 
     searching = arguments.target_uncertainty is not None
     if searching and arguments.cycles is not None:
@@ -197,16 +210,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
         )
 
 
-def _make(arguments: argparse.Namespace) -> "PlanResult":
-    from thermaxis.cli.axis._plan_result import PlanResult  # noqa: PLC0415
-    from thermaxis.positioning import (  # noqa: PLC0415
-        check_plan,
-        choose_targets,
-        evaluate_duration,
-        expected_uncertainty,
-        simulate_uncertainty,
-        why_nothing_is_expected,
-    )
+def _make(arguments: argparse.Namespace) -> PlanResult:
 
     choice = choose_targets(
         start=arguments.start,
@@ -239,14 +243,7 @@ def _make(arguments: argparse.Namespace) -> "PlanResult":
     )
 
 
-def _test_plan(arguments: argparse.Namespace, choice: "TargetChoice") -> "TestPlan":
-    from thermaxis.positioning import (  # noqa: PLC0415
-        BACKWARD,
-        FORWARD,
-        Cycle,
-        TestPlan,
-    )
-    from thermaxis.quantities import AxisKind  # noqa: PLC0415
+def _test_plan(arguments: argparse.Namespace, choice: TargetChoice) -> TestPlan:
 
     mode: str = arguments.mode
     side: str | None = arguments.approach_side
@@ -273,10 +270,8 @@ def _test_plan(arguments: argparse.Namespace, choice: "TargetChoice") -> "TestPl
     )
 
 
-def _assumptions(arguments: argparse.Namespace) -> "tuple[RunAssumptions, tuple[str, ...]]":
+def _assumptions(arguments: argparse.Namespace) -> tuple[RunAssumptions, tuple[str, ...]]:
     """Return what is assumed of the axis, and the names of what nobody stated."""
-    from thermaxis.positioning import RunAssumptions  # noqa: PLC0415
-
     hours: float | None = arguments.time_constant
     stated: dict[str, float | None] = {
         "noise": arguments.noise,
@@ -288,20 +283,13 @@ def _assumptions(arguments: argparse.Namespace) -> "tuple[RunAssumptions, tuple[
 
 
 def _target_figure(arguments: argparse.Namespace) -> str:
-    from thermaxis.positioning import LEVEL_KEY  # noqa: PLC0415
 
     return LEVEL_KEY if arguments.target_figure is None else arguments.target_figure
 
 
 def _search(
-    arguments: argparse.Namespace, plan: "TestPlan", assumptions: "RunAssumptions"
-) -> "ShortestPlan":
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-    from thermaxis.positioning import (  # noqa: PLC0415
-        FEWEST_CYCLES,
-        LONGEST_RUN_S,
-        shortest_plan,
-    )
+    arguments: argparse.Namespace, plan: TestPlan, assumptions: RunAssumptions
+) -> ShortestPlan:
 
     wanted: float = arguments.target_uncertainty
     longest_s = LONGEST_RUN_S if arguments.longest is None else 3600.0 * arguments.longest

@@ -8,11 +8,14 @@ control by itself.
 import argparse
 import re
 import sys
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from thermaxis.cli.axis._program_result import ProgramResult
-    from thermaxis.positioning import MoveBlock, TestPlan
+from thermaxis.cli.axis._control_names import axis_name, listed_controls
+from thermaxis.cli.axis._program_result import ProgramResult, as_text
+from thermaxis.cli.axis._table_files import check_output, write_ascii
+from thermaxis.controls import ProgramRequest, check_options, control_by_name
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import plan_sha256, read_plan
+from thermaxis.positioning import MoveBlock, TestPlan, moves_of_plan
 
 _DESCRIPTION = """\
 Write the NC program of a plan: every target approached from its side, a dwell at each stop, the
@@ -43,8 +46,6 @@ def _count(text: str) -> int:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    from thermaxis.cli.axis._control_names import listed_controls  # noqa: PLC0415
-
     parser.description = _DESCRIPTION
     parser.epilog = f"controls: {listed_controls()}"
     # argparse takes -10:510 for an option unless it counts as a negative number
@@ -80,11 +81,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the program, and say what the operator must know."""
-    from thermaxis.cli.axis._program_result import (  # noqa: PLC0415  --help needs none of these
-        as_text,
-    )
-    from thermaxis.cli.axis._table_files import check_output, write_ascii  # noqa: PLC0415
-
     check_output(arguments.output, inputs=(arguments.plan,))
     result, text = _make(arguments)
     write_ascii(arguments.output, text)
@@ -92,18 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _make(arguments: argparse.Namespace) -> "tuple[ProgramResult, str]":
-    from thermaxis.cli.axis._control_names import (  # noqa: PLC0415  --help needs none of these
-        axis_name,
-    )
-    from thermaxis.cli.axis._program_result import ProgramResult  # noqa: PLC0415
-    from thermaxis.controls import (  # noqa: PLC0415
-        ProgramRequest,
-        check_options,
-        control_by_name,
-    )
-    from thermaxis.files import plan_sha256, read_plan  # noqa: PLC0415
-    from thermaxis.positioning import moves_of_plan  # noqa: PLC0415
+def _make(arguments: argparse.Namespace) -> tuple[ProgramResult, str]:
 
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="program")
@@ -133,11 +118,9 @@ def _make(arguments: argparse.Namespace) -> "tuple[ProgramResult, str]":
 
 
 def _check_travel(
-    plan: "TestPlan", blocks: "tuple[MoveBlock, ...]", travel: tuple[float, float]
+    plan: TestPlan, blocks: tuple[MoveBlock, ...], travel: tuple[float, float]
 ) -> None:
     """Refuse a program whose axis would leave its travel: by the plan, and by every move."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
-
     unit = plan.kind.units.position
     places = [move.position for block in blocks for move in block.moves]
     lowest, highest = min(plan.lowest, *places), max(plan.highest, *places)

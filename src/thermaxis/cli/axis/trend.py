@@ -2,13 +2,25 @@
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from thermaxis.report import Trend, TrendFigure, TrendRun
+from thermaxis import __version__, report
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
+from thermaxis.cli._text_table import text_table
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.files import read_positioning
+from thermaxis.positioning import FIGURE_KEYS
+from thermaxis.report import (
+    FIGURE_SYMBOLS,
+    Trend,
+    TrendFigure,
+    TrendRun,
+    evaluate_trend,
+    trend_table,
+    write_bytes,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,11 +42,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Evaluate the runs and show how the figures changed."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.files import read_positioning  # noqa: PLC0415
-    from thermaxis.report import evaluate_trend  # noqa: PLC0415
-
     _check_outputs(arguments)
     paths: list[Path] = arguments.runs
     tests = [
@@ -43,11 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     with Progress() as progress:
         trend = evaluate_trend(tests, drift=not arguments.no_drift, progress=progress)
     if arguments.figures is not None:
-        from thermaxis.report import (  # noqa: PLC0415  matplotlib is slow
-            write_trend_figures,
-        )
-
-        write_trend_figures(trend, arguments.figures)
+        report.write_trend_figures(trend, arguments.figures)
     if arguments.json is not None:
         write_json(trend_as_json(trend), arguments.json)
     if arguments.csv is not None:
@@ -61,8 +64,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, before anything is read or written."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
-
     if arguments.json == "-" and arguments.csv == "-":
         raise ConfigurationError(
             "JSON and CSV cannot both be alone on standard output",
@@ -87,8 +88,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         )
 
 
-def _write_csv(trend: "Trend", destination: str) -> None:
-    from thermaxis.report import trend_table, write_bytes  # noqa: PLC0415  --help needs none
+def _write_csv(trend: Trend, destination: str) -> None:
 
     content = trend_table(trend).as_csv()
     if destination == "-":
@@ -100,10 +100,8 @@ def _write_csv(trend: "Trend", destination: str) -> None:
 # ---- text ---------------------------------------------------------------------------------------
 
 
-def trend_as_text(trend: "Trend") -> str:
+def trend_as_text(trend: Trend) -> str:
     """Return the trend as tables for a terminal."""
-    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none of these
-
     unit = trend.runs[0].test.kind.units.deviation
     parts = [_figure_table(trend, f"Figures of ISO 230-2 as measured, {unit}", free=False)]
     if any(run.drift_free for run in trend.runs):
@@ -119,7 +117,7 @@ def trend_as_text(trend: "Trend") -> str:
     return "\n".join(part for part in parts if part) + "\n"
 
 
-def _cell(figure: "TrendFigure | None") -> str:
+def _cell(figure: TrendFigure | None) -> str:
     if figure is None:
         return "–"
     if figure.expanded_uncertainty is None:
@@ -127,10 +125,7 @@ def _cell(figure: "TrendFigure | None") -> str:
     return f"{figure.value:.2f} ± {figure.expanded_uncertainty:.2f}"
 
 
-def _figure_table(trend: "Trend", title: str, *, free: bool) -> str:
-    from thermaxis.cli._text_table import text_table  # noqa: PLC0415  --help needs none of these
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.report import FIGURE_SYMBOLS  # noqa: PLC0415
+def _figure_table(trend: Trend, title: str, *, free: bool) -> str:
 
     heads = ["", "run", "start", "cycles", *(FIGURE_SYMBOLS[key] for key in trend.figures)]
     rows: list[list[str]] = []
@@ -142,8 +137,7 @@ def _figure_table(trend: "Trend", title: str, *, free: bool) -> str:
     return text_table(title, heads, rows, words=3)
 
 
-def _change_lines(trend: "Trend") -> str:
-    from thermaxis.report import FIGURE_SYMBOLS  # noqa: PLC0415  --help needs none of these
+def _change_lines(trend: Trend) -> str:
 
     unit = trend.runs[0].test.kind.units.deviation
     lines: list[str] = []
@@ -161,10 +155,8 @@ def _change_lines(trend: "Trend") -> str:
 # ---- JSON ---------------------------------------------------------------------------------------
 
 
-def trend_as_json(trend: "Trend") -> dict[str, object]:
+def trend_as_json(trend: Trend) -> dict[str, object]:
     """Return the trend with the keys of the command's JSON."""
-    from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
-
     return {
         "version": __version__,
         "kind": str(trend.runs[0].test.kind),
@@ -184,7 +176,7 @@ def trend_as_json(trend: "Trend") -> dict[str, object]:
     }
 
 
-def _run_as_json(run: "TrendRun") -> dict[str, object]:
+def _run_as_json(run: TrendRun) -> dict[str, object]:
     test, drift = run.test, run.drift
     return {
         "name": run.name,
@@ -207,14 +199,12 @@ def _run_as_json(run: "TrendRun") -> dict[str, object]:
     }
 
 
-def _values(figures: "Mapping[str, TrendFigure]") -> dict[str, float | None]:
-    from thermaxis.positioning import FIGURE_KEYS  # noqa: PLC0415  --help needs none of these
+def _values(figures: Mapping[str, TrendFigure]) -> dict[str, float | None]:
 
     return {key: figures[key].value if key in figures else None for key in FIGURE_KEYS}
 
 
-def _uncertainties(figures: "Mapping[str, TrendFigure]") -> dict[str, float | None]:
-    from thermaxis.positioning import FIGURE_KEYS  # noqa: PLC0415  --help needs none of these
+def _uncertainties(figures: Mapping[str, TrendFigure]) -> dict[str, float | None]:
 
     return {
         key: figures[key].expanded_uncertainty if key in figures else None for key in FIGURE_KEYS

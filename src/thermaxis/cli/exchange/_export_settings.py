@@ -4,9 +4,10 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from thermaxis.compensation import (
+    STATED,
     Compensation,
     CompensationModel,
     Limits,
@@ -16,9 +17,10 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.errors import ConfigurationError, printable
-
-if TYPE_CHECKING:
-    from thermaxis.runtime import MachineConfiguration
+from thermaxis.files import model_sha256, read_model
+from thermaxis.plc.build import at_position, require_apart
+from thermaxis.plc.tree import remark_text
+from thermaxis.runtime import MachineConfiguration, read_machine
 
 _Value = TypeVar("_Value")
 _Named = tuple[str, _Value]
@@ -88,16 +90,12 @@ def _finite(word: str, text: str) -> float:
 
 def read_sources(paths: Sequence[Path]) -> tuple[ModelSource, ...]:
     """Read models."""
-    from thermaxis.files import model_sha256, read_model  # noqa: PLC0415  numpy comes with it
-
     models = [(path.name, read_model(path)) for path in paths]
     return tuple(ModelSource(name, model_sha256(model), model) for name, model in models)
 
 
 def _with_stated_references(source: ModelSource) -> ModelSource:
     """Return a model that refers to its stated temperatures, in place of those at its start."""
-    from thermaxis.compensation import STATED  # noqa: PLC0415  beside its use
-
     model = source.model
     lacking = [channel for channel in model.channels if channel not in model.reference_c]
     if lacking:
@@ -121,11 +119,6 @@ def _at_positions(
     sources: tuple[ModelSource, ...], stated: Sequence[_Named[float]]
 ) -> _AtPositions:
     """Return one model with an output for every position."""
-    from thermaxis.plc.build import (  # noqa: PLC0415  of this dialect only
-        at_position,
-        require_apart,
-    )
-
     outputs = _placed_outputs(sources, stated)
     require_apart([position_mm for _, position_mm in outputs])
     named = tuple(replace(output, name=at_position(position_mm)) for output, position_mm in outputs)
@@ -191,7 +184,6 @@ def _placed_outputs(
 
 
 def _common_reference(sources: tuple[ModelSource, ...]) -> dict[str, float]:
-    from thermaxis.compensation import STATED  # noqa: PLC0415  beside its use
 
     reference_c: dict[str, float] = {}
     for source in sources:
@@ -226,8 +218,6 @@ def _common_provenance(sources: tuple[ModelSource, ...]) -> Provenance:
 
 def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
     """Return what the words of the command line ask for."""
-    from thermaxis.files import model_sha256  # noqa: PLC0415  numpy comes with it
-
     read = sources = read_sources(arguments.models)
     changed: tuple[str, ...] = ()
     if arguments.reference is not None:
@@ -285,8 +275,7 @@ def _require_nothing_stated(arguments: argparse.Namespace) -> None:
 
 def _of_machine(
     path: Path, model: CompensationModel, origins: tuple[str, ...]
-) -> tuple[Compensation, "MachineConfiguration"]:
-    from thermaxis.runtime import read_machine  # noqa: PLC0415  pydantic comes with it
+) -> tuple[Compensation, MachineConfiguration]:
 
     configuration = read_machine(path)
     rules = configuration.rules
@@ -305,11 +294,9 @@ def _of_machine(
 
 
 def _machine_warnings(
-    configuration: "MachineConfiguration", sources: tuple[ModelSource, ...], cycle_s: float
+    configuration: MachineConfiguration, sources: tuple[ModelSource, ...], cycle_s: float
 ) -> tuple[str, ...]:
     """Return what was set up for another model or another cycle than the exported ones."""
-    from thermaxis.plc.tree import remark_text  # noqa: PLC0415  --help needs none
-
     said: list[str] = []
     own_s = configuration.rules.cycle_s
     if own_s != cycle_s:

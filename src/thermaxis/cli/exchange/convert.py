@@ -1,6 +1,11 @@
 """``thermaxis convert``: get readings out of any file as tidy CSV."""
 
 import argparse
+import sys
+from pathlib import Path
+
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.files import FALLBACK_ENCODING, format_tidy_csv, read_positioning, write_tidy_csv
 
 _DESCRIPTION = """\
 Read a positioning run from a Renishaw .rtl file, an _ISO230.dat file, a tidy or wide CSV file or an
@@ -32,16 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Convert one file."""
-    import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
-
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.files import (  # noqa: PLC0415
-        FALLBACK_ENCODING,
-        format_tidy_csv,
-        read_positioning,
-        write_tidy_csv,
-    )
-
     _check_output(arguments.file, arguments.output)
     encoding = FALLBACK_ENCODING if arguments.encoding is None else arguments.encoding
     test = read_positioning(arguments.file, fallback_encoding=encoding)
@@ -57,9 +52,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_output(file: str, output: str) -> None:
-    from pathlib import Path  # noqa: PLC0415
-
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
 
     if output == "-":
         return

@@ -3,10 +3,14 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from thermaxis.cli.exchange._export_files import Export
+from thermaxis.cli._json import write_json
+from thermaxis.cli.exchange._export_files import Export, export_of
+from thermaxis.cli.exchange._export_folder import require_folder, write_folder
+from thermaxis.cli.exchange._export_settings import named_number, named_range
+from thermaxis.cli.thermal._thermal_logs import positive_seconds
+from thermaxis.errors import printable
+from thermaxis.plc.build import bound_texts, restart_warning
 
 _DESCRIPTION = """\
 Write a compensation model as a function block that does what `thermaxis run` does: quality rules,
@@ -21,12 +25,6 @@ _BITS = ("32", "64")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    from thermaxis.cli.exchange._export_settings import (  # noqa: PLC0415  of this command only
-        named_number,
-        named_range,
-    )
-    from thermaxis.cli.thermal._thermal_logs import positive_seconds  # noqa: PLC0415
-
     parser.description = _DESCRIPTION
     add = parser.add_argument
     add("models", metavar="MODEL", type=Path, nargs="+", help="compensation model (JSON)")
@@ -105,12 +103,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Export and write."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415
-    from thermaxis.cli.exchange._export_files import (  # noqa: PLC0415  --help needs none of these
-        export_of,
-    )
-    from thermaxis.cli.exchange._export_folder import require_folder, write_folder  # noqa: PLC0415
-
     folder: Path = arguments.output
     require_folder(folder)
     export = export_of(arguments)
@@ -122,12 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _summary(export: "Export", folder: Path) -> str:
-    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none
-    from thermaxis.plc.build import (  # noqa: PLC0415
-        bound_texts,
-        restart_warning,
-    )
+def _summary(export: Export, folder: Path) -> str:
 
     settings = export.settings
     model = settings.compensation.model

@@ -1,14 +1,27 @@
 """``thermaxis certificate``: make an own certificate, show one, fetch and pin that of a machine."""
 
 import argparse
-from typing import TYPE_CHECKING
+import asyncio
+import logging
+import socket
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from datetime import datetime
-
-    from thermaxis.runtime import Certificate
-    from thermaxis.runtime.opcua import ServerOffer
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import Certificate, CertificateUse
+from thermaxis.runtime.opcua import (
+    DEFAULT_DAYS,
+    NewCertificate,
+    ServerOffer,
+    certificate_of,
+    fetch_offers,
+    make_pair,
+    validity_warning,
+    write_certificate,
+    write_pair,
+)
 
 _DESCRIPTION = """\
 Certificates of encrypted OPC UA connections. `new` makes an own certificate and its private key,
@@ -79,25 +92,12 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _now() -> "datetime":
-    from datetime import UTC, datetime  # noqa: PLC0415  nothing is imported before a command runs
+def _now() -> datetime:
 
     return datetime.now(UTC)
 
 
 def _new(arguments: argparse.Namespace) -> None:
-    import socket  # noqa: PLC0415  nothing but argparse is imported before a command runs
-    import sys  # noqa: PLC0415
-    from pathlib import Path  # noqa: PLC0415
-
-    from thermaxis.runtime import CertificateUse  # noqa: PLC0415
-    from thermaxis.runtime.opcua import (  # noqa: PLC0415
-        DEFAULT_DAYS,
-        NewCertificate,
-        certificate_of,
-        make_pair,
-        write_pair,
-    )
 
     new = NewCertificate(
         application_uri=arguments.uri,
@@ -116,10 +116,6 @@ def _new(arguments: argparse.Namespace) -> None:
 
 
 def _show(arguments: argparse.Namespace) -> None:
-    import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
-    from pathlib import Path  # noqa: PLC0415
-
-    from thermaxis.runtime.opcua import certificate_of  # noqa: PLC0415
 
     now = _now()
     files: Sequence[str] = arguments.files
@@ -128,8 +124,7 @@ def _show(arguments: argparse.Namespace) -> None:
     sys.stdout.write("\n".join(texts))
 
 
-def _as_text(certificate: "Certificate", now: "datetime", name: str) -> str:
-    from thermaxis.runtime.opcua import validity_warning  # noqa: PLC0415  where needed
+def _as_text(certificate: Certificate, now: datetime, name: str) -> str:
 
     begin, end = (
         moment.strftime("%Y-%m-%d") for moment in (certificate.not_before, certificate.not_after)
@@ -150,16 +145,6 @@ def _as_text(certificate: "Certificate", now: "datetime", name: str) -> str:
 
 
 def _fetch(arguments: argparse.Namespace) -> None:
-    import asyncio  # noqa: PLC0415  nothing but argparse is imported before a command runs
-    import logging  # noqa: PLC0415
-    import sys  # noqa: PLC0415
-    from pathlib import Path  # noqa: PLC0415
-
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-    from thermaxis.runtime.opcua import (  # noqa: PLC0415
-        fetch_offers,
-        write_certificate,
-    )
 
     library = logging.getLogger("asyncua")
     level = library.level
@@ -182,8 +167,7 @@ def _fetch(arguments: argparse.Namespace) -> None:
     sys.stdout.write(f"stored        {arguments.output}\n")
 
 
-def _chosen(offers: "Sequence[ServerOffer]", arguments: argparse.Namespace) -> "ServerOffer":
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
+def _chosen(offers: Sequence[ServerOffer], arguments: argparse.Namespace) -> ServerOffer:
 
     if not offers:
         raise ConfigurationError(
@@ -219,8 +203,6 @@ def _digits(fingerprint: str) -> str:
 
 def _confirmed() -> bool:
     """Ask whether the machine shows the same fingerprint; no answer means no."""
-    import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
-
     sys.stdout.write("Does the machine itself show this fingerprint? Write yes to store it: ")
     sys.stdout.flush()
     answer = sys.stdin.readline(_ANSWER_LIMIT)

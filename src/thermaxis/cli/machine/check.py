@@ -1,15 +1,39 @@
 """``thermaxis check``: say what a configuration would do, and look at the machine."""
 
 import argparse
+import asyncio
+import contextlib
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import final
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from thermaxis.runtime import Clock, Finding, MachineConfiguration, OpcUaSession, Problem, Sink
+from thermaxis.cli._json import write_json
+from thermaxis.cli.machine._machine_parts import build_probe_session, build_sessions, build_sink
+from thermaxis.cli.machine._machine_words import (
+    findings_as_json,
+    findings_in_words,
+    machine_as_json,
+    machine_in_words,
+)
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import (
+    Clock,
+    Finding,
+    Level,
+    MachineConfiguration,
+    OpcUaSession,
+    Problem,
+    Sink,
+    SystemClock,
+    examine_machine,
+    self_test,
+    sole_runner,
+    warnings_of,
+)
+from thermaxis.runtime.config import page_certificate_findings
 
 _DESCRIPTION = """\
 Read the configuration of a machine, say in plain words what would be done with it and what somebody
@@ -48,15 +72,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Check a configuration and its machine."""
-    from datetime import UTC, datetime  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.runtime import (  # noqa: PLC0415
-        MachineConfiguration,
-        examine_machine,
-        warnings_of,
-    )
-    from thermaxis.runtime.config import page_certificate_findings  # noqa: PLC0415
-
     _check_options(arguments)
     found = examine_machine(arguments.configuration)
     if not isinstance(found, MachineConfiguration):
@@ -73,7 +88,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
 
     if arguments.write and arguments.offline:
         raise ConfigurationError(
@@ -89,14 +103,9 @@ def _check_options(arguments: argparse.Namespace) -> None:
 
 
 def _look(
-    configuration: "MachineConfiguration", *, wait_s: float, write: bool
-) -> "tuple[Finding, ...]":
+    configuration: MachineConfiguration, *, wait_s: float, write: bool
+) -> tuple[Finding, ...]:
     """Look at the machine; only a program that has it for itself writes to it."""
-    import asyncio  # noqa: PLC0415  only to connect
-    import contextlib  # noqa: PLC0415
-
-    from thermaxis.runtime import sole_runner  # noqa: PLC0415
-
     lock = sole_runner(configuration.state_file, configuration.name) if write else None
     with lock or contextlib.nullcontext():
         return asyncio.run(_tested(configuration, wait_s=wait_s, write=write))
@@ -107,30 +116,18 @@ def _look(
 class _Parts:
     """Connections and sink alone: what the self-test needs."""
 
-    sessions: "Mapping[str, OpcUaSession]"
+    sessions: Mapping[str, OpcUaSession]
     """Connections by name."""
-    sink: "Sink"
+    sink: Sink
     """Where corrections go."""
-    probes: "OpcUaSession | None"
+    probes: OpcUaSession | None
     """The connection of the probes; None where there are none."""
 
 
 async def _tested(
-    configuration: "MachineConfiguration", *, wait_s: float, write: bool
-) -> "tuple[Finding, ...]":
+    configuration: MachineConfiguration, *, wait_s: float, write: bool
+) -> tuple[Finding, ...]:
     """Connect, run the self-test, and leave."""
-    import contextlib  # noqa: PLC0415  only to connect
-
-    from thermaxis.cli.machine._machine_parts import (  # noqa: PLC0415
-        build_probe_session,
-        build_sessions,
-        build_sink,
-    )
-    from thermaxis.runtime import (  # noqa: PLC0415
-        SystemClock,
-        self_test,
-    )
-
     clock = SystemClock()
     sessions = build_sessions(configuration, clock)
     probes = build_probe_session(configuration, clock)
@@ -143,7 +140,7 @@ async def _tested(
         return await self_test(parts, configuration, write=write)
 
 
-async def _reached(parts: _Parts, clock: "Clock", wait_s: float) -> None:
+async def _reached(parts: _Parts, clock: Clock, wait_s: float) -> None:
     """Wait until everything is connected, or a time has passed."""
     until_s = clock.monotonic_s() + wait_s
     wanted = (*parts.sessions.values(), parts.sink, *_present(parts.probes))
@@ -151,18 +148,15 @@ async def _reached(parts: _Parts, clock: "Clock", wait_s: float) -> None:
         await clock.sleep_until(clock.monotonic_s() + _LOOKS_AFTER_S)
 
 
-def _present(session: "OpcUaSession | None") -> "tuple[OpcUaSession, ...]":
+def _present(session: OpcUaSession | None) -> tuple[OpcUaSession, ...]:
     return () if session is None else (session,)
 
 
 # ---- telling ------------------------------------------------------------------------------------
 
 
-def _tell_problems(problems: "Sequence[Problem]", arguments: argparse.Namespace) -> None:
+def _tell_problems(problems: Sequence[Problem], arguments: argparse.Namespace) -> None:
     """Say everything that is wrong in the file."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-
     path = arguments.configuration
     for problem in problems:
         where = f"{path}, {problem.place}" if problem.place else str(path)
@@ -179,13 +173,7 @@ def _tell_problems(problems: "Sequence[Problem]", arguments: argparse.Namespace)
         )
 
 
-def _tell_configuration(
-    configuration: "MachineConfiguration", warnings: "Sequence[Finding]"
-) -> None:
-    from thermaxis.cli.machine._machine_words import (  # noqa: PLC0415
-        findings_in_words,
-        machine_in_words,
-    )
+def _tell_configuration(configuration: MachineConfiguration, warnings: Sequence[Finding]) -> None:
 
     sys.stdout.write(machine_in_words(configuration))
     if warnings:
@@ -194,18 +182,11 @@ def _tell_configuration(
 
 
 def _tell_result(
-    configuration: "MachineConfiguration",
-    warnings: "Sequence[Finding]",
-    findings: "Sequence[Finding]",
+    configuration: MachineConfiguration,
+    warnings: Sequence[Finding],
+    findings: Sequence[Finding],
     arguments: argparse.Namespace,
 ) -> int:
-    from thermaxis.cli._json import write_json  # noqa: PLC0415
-    from thermaxis.cli.machine._machine_words import (  # noqa: PLC0415
-        findings_as_json,
-        findings_in_words,
-        machine_as_json,
-    )
-    from thermaxis.runtime import Level  # noqa: PLC0415
 
     if arguments.json is not None:
         result: dict[str, object] = {

@@ -1,17 +1,31 @@
 """``thermaxis commission``: prove sign and size of an offset on the machine."""
 
 import argparse
+import asyncio
 import json
+import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from statistics import median
 
-if TYPE_CHECKING:
-    from asyncua.ua import DataValue
+from asyncua.ua import DataValue
 
-    from thermaxis.cli.machine._machine_parts import MachineParts
-    from thermaxis.runtime import CommissioningPlan, MachineConfiguration, StepProof
-    from thermaxis.runtime.checks import Measure
+from thermaxis.cli.machine._machine_parts import MachineParts, build_parts
+from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.runtime import (
+    CommissioningPlan,
+    EventRecord,
+    MachineConfiguration,
+    StepProof,
+    SystemClock,
+    offset_factor,
+    prove_step,
+    read_machine,
+    reasons_against,
+    self_test,
+    sole_runner,
+)
+from thermaxis.runtime.checks import Measure
 
 _DESCRIPTION = """\
 Move one offset out by a small step and back, at the allowed rate, and compare with what a gauge or
@@ -41,15 +55,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Prove sign and size."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-    from thermaxis.runtime import (  # noqa: PLC0415
-        CommissioningPlan,
-        read_machine,
-        sole_runner,
-    )
-
     configuration = read_machine(arguments.configuration)
     limits = configuration.compensation.limits
     output = arguments.output or (next(iter(limits)) if len(limits) == 1 else "")
@@ -76,9 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if proof.passed else 1
 
 
-def _intention(configuration: "MachineConfiguration", plan: "CommissioningPlan") -> str:
-    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none of these
-    from thermaxis.runtime import offset_factor  # noqa: PLC0415
+def _intention(configuration: MachineConfiguration, plan: CommissioningPlan) -> str:
 
     output = configuration.outputs[plan.output]
     raw = plan.step_um * offset_factor(output.unit, output.sign)
@@ -100,19 +103,10 @@ def _asked(question: str) -> bool:
 
 
 async def _prove(
-    configuration: "MachineConfiguration",
-    plan: "CommissioningPlan",
+    configuration: MachineConfiguration,
+    plan: CommissioningPlan,
     arguments: argparse.Namespace,
-) -> "StepProof":
-    from thermaxis.cli.machine._machine_parts import build_parts  # noqa: PLC0415 - only to run
-    from thermaxis.errors import DataError  # noqa: PLC0415
-    from thermaxis.runtime import (  # noqa: PLC0415  # noqa: PLC0415
-        EventRecord,
-        SystemClock,
-        prove_step,
-        reasons_against,
-        self_test,
-    )
+) -> StepProof:
 
     clock = SystemClock()
     parts = build_parts(configuration, clock)
@@ -143,10 +137,7 @@ async def _prove(
         await parts.historian.close(5.0)
 
 
-async def _wait_for_machine(parts: "MachineParts") -> None:
-    import asyncio  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.errors import DataError  # noqa: PLC0415
+async def _wait_for_machine(parts: MachineParts) -> None:
 
     for _ in range(100):
         await parts.source.read(0.2)
@@ -163,11 +154,6 @@ async def _wait_for_machine(parts: "MachineParts") -> None:
 
 async def _gauge(sentence: str) -> float:
     """Ask a person for the gauge's reading; the heartbeat goes on meanwhile."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-    import math  # noqa: PLC0415
-
-    from thermaxis.errors import DataError  # noqa: PLC0415
-
     while True:
         sys.stdout.write(f"Now {sentence}. Gauge in um, away from the workpiece positive: ")
         sys.stdout.flush()
@@ -184,15 +170,9 @@ async def _gauge(sentence: str) -> float:
 
 
 def _probe(
-    parts: "MachineParts", configuration: "MachineConfiguration", arguments: argparse.Namespace
-) -> "Measure":
+    parts: MachineParts, configuration: MachineConfiguration, arguments: argparse.Namespace
+) -> Measure:
     """Return what reads a probe: the median of some readings."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-    import math  # noqa: PLC0415
-    from statistics import median  # noqa: PLC0415
-
-    from thermaxis.errors import DataError  # noqa: PLC0415
-
     session = parts.sessions[configuration.sink.connection or configuration.source.connection]
     factor = 1.0 if arguments.probe_unit == "um" else 1e3
 
@@ -217,11 +197,11 @@ def _probe(
     return measure
 
 
-def _is_good(value: "DataValue") -> bool:
+def _is_good(value: DataValue) -> bool:
     return value.StatusCode is not None and value.StatusCode.is_good()
 
 
-def _record(proof: "StepProof") -> dict[str, str | float | bool | None]:
+def _record(proof: StepProof) -> dict[str, str | float | bool | None]:
     return {
         "output": proof.output,
         "asked_um": proof.asked_um,
@@ -235,7 +215,7 @@ def _record(proof: "StepProof") -> dict[str, str | float | bool | None]:
     }
 
 
-def _said(proof: "StepProof") -> str:
+def _said(proof: StepProof) -> str:
     accepted = "not read" if proof.accepted_um is None else f"{proof.accepted_um:.2f} um"
     effective = "not told" if proof.effective_um is None else f"{proof.effective_um:.2f} um"
     return (

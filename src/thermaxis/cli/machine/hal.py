@@ -3,10 +3,11 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from thermaxis.runtime.sinks import LinuxCncSettings
+from thermaxis.cli.axis._table_files import check_output, write_ascii
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import read_machine
+from thermaxis.runtime.sinks import LinuxCncSettings, hal_text
 
 _DESCRIPTION = """\
 Write the part of a LinuxCNC machine's HAL file that adds the offsets of a configuration below the
@@ -30,11 +31,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the lines."""
-    from thermaxis.cli.axis._table_files import check_output, write_ascii  # noqa: PLC0415  --help
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  needs none of these
-    from thermaxis.runtime import read_machine  # noqa: PLC0415
-    from thermaxis.runtime.sinks import hal_text  # noqa: PLC0415
-
     path: Path = arguments.configuration
     output: str | None = arguments.output
     if output is not None:
@@ -54,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _summary(settings: "LinuxCncSettings", output: str) -> str:
+def _summary(settings: LinuxCncSettings, output: str) -> str:
     lines = [f"{output}: {len(settings.outputs)} offset(s)"]
     for name, one in settings.outputs.items():
         lines.append(

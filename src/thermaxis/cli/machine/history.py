@@ -1,16 +1,26 @@
 """``thermaxis history``: export a span, list events, check or copy what the loop has recorded."""
 
 import argparse
+import math
 import sys
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import positive_seconds
-
-if TYPE_CHECKING:
-    from thermaxis.runtime import EventRecord
-    from thermaxis.runtime.historian import Condition, HistoryReader
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.files.table import parse_moment
+from thermaxis.runtime import EventRecord, read_machine
+from thermaxis.runtime.historian import (
+    Condition,
+    HistoryReader,
+    check_history,
+    copy_history,
+    export_history,
+    refuse_password,
+)
+from thermaxis.runtime.host import read_secret
 
 _DESCRIPTION = """\
 Read the history that the loop writes, while it runs or later. HISTORY is a file of SQLite, the
@@ -23,7 +33,6 @@ _APART = (
 
 
 def _moment(text: str) -> datetime:
-    from thermaxis.files.table import parse_moment  # noqa: PLC0415  --help needs no numpy
 
     found = parse_moment(text)
     if found is None and len(text) == len("2026-11-20"):
@@ -125,10 +134,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
     """Return URL and password of what the user names."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
-    from thermaxis.runtime.historian import refuse_password  # noqa: PLC0415
-    from thermaxis.runtime.host import read_secret  # noqa: PLC0415
-
     if "://" in text:
         refuse_password(text, where="HISTORY", remedy=_APART)
         if password_file is None:
@@ -141,17 +146,14 @@ def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
             remedy="Leave it out: a file has none, and a configuration names its own",
         )
     if text.casefold().endswith(".toml"):
-        from thermaxis.runtime import read_machine  # noqa: PLC0415  --help needs none
-
         machine = read_machine(text)
         return machine.historian_url, machine.historian.password.reveal()
     return f"sqlite:///{text}", ""
 
 
 def _span(
-    arguments: argparse.Namespace, reader: "HistoryReader"
+    arguments: argparse.Namespace, reader: HistoryReader
 ) -> tuple[datetime | None, datetime | None]:
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
 
     first: datetime | None = arguments.first
     last: datetime | None = arguments.last
@@ -171,12 +173,6 @@ def _span(
 
 
 def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
-    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415
-    from thermaxis.runtime.historian import (  # noqa: PLC0415
-        HistoryReader,
-        export_history,
-    )
 
     output: Path = arguments.output
     if output.suffix.casefold() not in {".parquet", ".csv"}:
@@ -201,8 +197,6 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
 
 
 def _events(arguments: argparse.Namespace, url: str, password: str) -> None:
-    from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
-    from thermaxis.runtime.historian import HistoryReader  # noqa: PLC0415
 
     with HistoryReader(url, password) as reader:
         first, last = _span(arguments, reader)
@@ -213,8 +207,7 @@ def _events(arguments: argparse.Namespace, url: str, password: str) -> None:
         sys.stdout.write("".join(map(_event_line, found)) or "There are no such events.\n")
 
 
-def _event_as_json(event: "EventRecord") -> dict[str, object]:
-    import math  # noqa: PLC0415  --help needs none
+def _event_as_json(event: EventRecord) -> dict[str, object]:
 
     details = {
         name: str(value) if isinstance(value, float) and not math.isfinite(value) else value
@@ -229,8 +222,7 @@ def _event_as_json(event: "EventRecord") -> dict[str, object]:
     }
 
 
-def _event_line(event: "EventRecord") -> str:
-    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none
+def _event_line(event: EventRecord) -> str:
 
     when = event.utc.astimezone().isoformat(sep=" ", timespec="seconds")
     who = f" ({printable(event.who, 60)})" if event.who else ""
@@ -238,15 +230,13 @@ def _event_line(event: "EventRecord") -> str:
 
 
 def _check(_: argparse.Namespace, url: str, password: str) -> None:
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
-    from thermaxis.runtime.historian import check_history  # noqa: PLC0415
 
     with Progress() as progress:
         found = check_history(url, password, report=progress)
     sys.stdout.write(_condition_text(found))
 
 
-def _condition_text(found: "Condition") -> str:
+def _condition_text(found: Condition) -> str:
     lines = ["The history is sound: everything in it could be read."]
     if found.first is not None and found.last is not None:
         times = (
@@ -268,8 +258,6 @@ def _condition_text(found: "Condition") -> str:
 
 
 def _copy(arguments: argparse.Namespace, url: str, _: str) -> None:
-    from thermaxis.errors import printable  # noqa: PLC0415  --help needs none of these
-    from thermaxis.runtime.historian import copy_history  # noqa: PLC0415
 
     copy_history(url, arguments.output)
     sys.stdout.write(f"written: {printable(str(arguments.output))}\n")

@@ -1,13 +1,33 @@
 """``thermaxis machine``: the virtual vertical lathe, as an OPC UA server or as a log."""
 
 import argparse
+import asyncio
+import logging
+import signal
 import sys
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from thermaxis.runtime import Secret
-    from thermaxis.virtual import LatheServerSettings, LatheSettings, VirtualLathe
+from thermaxis.cli._progress import Progress
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.runtime import Secret, SystemClock
+from thermaxis.runtime.host import read_secret
+from thermaxis.virtual import (
+    DEFAULT_SCENARIO,
+    FAULTY,
+    SCENARIOS,
+    SIGNALS,
+    LatheServer,
+    LatheServerSettings,
+    LatheSettings,
+    OffsetRules,
+    VirtualLathe,
+    log_lathe,
+    parse_fault,
+    write_lathe_log,
+)
+from thermaxis.virtual.lathe import check_log_name, parse_seconds
 
 _EVERY_S = 10.0
 _OF_LOG = {"output": "-o", "every": "--every", "truth": "--truth"}
@@ -27,7 +47,6 @@ _OF_SERVER = {
 
 
 def _time(text: str) -> float:
-    from thermaxis.virtual.lathe import parse_seconds  # noqa: PLC0415  not for --help
 
     seconds = parse_seconds(text)
     if seconds is None or seconds <= 0.0:
@@ -83,13 +102,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve the machine, or write its log."""
-    from thermaxis.virtual import (  # noqa: PLC0415
-        DEFAULT_SCENARIO,
-        FAULTY,
-        VirtualLathe,
-        parse_fault,
-    )
-
     if arguments.list:
         sys.stdout.write(_listed())
         return 0
@@ -106,10 +118,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _listed() -> str:
-    from thermaxis.virtual import (  # noqa: PLC0415
-        SCENARIOS,
-        SIGNALS,
-    )
 
     lines = ["Scenarios", ""]
     for scenario in SCENARIOS.values():
@@ -117,15 +125,14 @@ def _listed() -> str:
         length += ", again and again" if scenario.endless else ""
         lines += [f"  {scenario.name}: {scenario.summary} ({length})"]
     lines += ["", "Signals", ""]
-    for name, signal in SIGNALS.items():
-        unit = "" if signal.unit == "1" else f" [{signal.unit}]"
-        writable = "; may be written" if signal.writable else ""
-        lines.append(f"  {name}{unit}: {signal.text[0].lower()}{signal.text[1:]}{writable}")
+    for name, one in SIGNALS.items():
+        unit = "" if one.unit == "1" else f" [{one.unit}]"
+        writable = "; may be written" if one.writable else ""
+        lines.append(f"  {name}{unit}: {one.text[0].lower()}{one.text[1:]}{writable}")
     return "\n".join(lines) + "\n"
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
 
     logging = arguments.log is not None
     foreign = _OF_SERVER if logging else _OF_LOG
@@ -139,18 +146,10 @@ def _check_options(arguments: argparse.Namespace) -> None:
             "the log has no file", where="--log", remedy="Give -o log.parquet or -o log.csv"
         )
     if logging:
-        from thermaxis.virtual.lathe import check_log_name  # noqa: PLC0415
-
         check_log_name(arguments.output)
 
 
-def _settings(arguments: argparse.Namespace) -> "LatheSettings":
-    from dataclasses import replace  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.virtual import (  # noqa: PLC0415
-        LatheSettings,
-        OffsetRules,
-    )
+def _settings(arguments: argparse.Namespace) -> LatheSettings:
 
     rules = OffsetRules()
     if arguments.clamp is not None:
@@ -162,10 +161,7 @@ def _settings(arguments: argparse.Namespace) -> "LatheSettings":
     return LatheSettings(offset=rules)
 
 
-def _write_log(arguments: argparse.Namespace, lathe: "VirtualLathe") -> int:
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.virtual import log_lathe, write_lathe_log  # noqa: PLC0415
+def _write_log(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:
 
     hours = (arguments.log or lathe.scenario.duration_s) / 3600.0
     every_s = arguments.every or _EVERY_S
@@ -185,8 +181,7 @@ def _write_log(arguments: argparse.Namespace, lathe: "VirtualLathe") -> int:
     return 0
 
 
-def _server_settings(arguments: argparse.Namespace) -> "LatheServerSettings":
-    from thermaxis.virtual import LatheServerSettings  # noqa: PLC0415  slow
+def _server_settings(arguments: argparse.Namespace) -> LatheServerSettings:
 
     names = ("address", "port", "speed", "certificate", "private_key", "user")
     given = {name: getattr(arguments, name) for name in names}
@@ -194,16 +189,12 @@ def _server_settings(arguments: argparse.Namespace) -> "LatheServerSettings":
     return LatheServerSettings(**stated, password=_password(arguments.password_file))
 
 
-def _password(path: Path | None) -> "Secret":
-    from thermaxis.runtime import Secret  # noqa: PLC0415  --help needs none of these
-    from thermaxis.runtime.host import read_secret  # noqa: PLC0415
+def _password(path: Path | None) -> Secret:
 
     return Secret("") if path is None else read_secret(path, where="--password-file")
 
 
-def _serve(arguments: argparse.Namespace, lathe: "VirtualLathe") -> int:
-    import asyncio  # noqa: PLC0415  --help needs none of these
-    import logging  # noqa: PLC0415
+def _serve(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:
 
     logging.getLogger("asyncua").setLevel(logging.ERROR)  # its warnings are no errors of anybody
     asyncio.run(_live(lathe, _server_settings(arguments), arguments.stop_after))
@@ -211,16 +202,9 @@ def _serve(arguments: argparse.Namespace, lathe: "VirtualLathe") -> int:
 
 
 async def _live(
-    lathe: "VirtualLathe", settings: "LatheServerSettings", stop_after_s: float | None
+    lathe: VirtualLathe, settings: LatheServerSettings, stop_after_s: float | None
 ) -> None:
     """Serve until a signal asks for the end."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-    import signal  # noqa: PLC0415
-    from contextlib import suppress  # noqa: PLC0415
-
-    from thermaxis.runtime import SystemClock  # noqa: PLC0415
-    from thermaxis.virtual import LatheServer  # noqa: PLC0415
-
     loop = asyncio.get_running_loop()
     end = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

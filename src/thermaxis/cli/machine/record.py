@@ -1,15 +1,27 @@
 """``thermaxis record``: read nodes of OPC UA servers into logs that ``identify`` reads."""
 
 import argparse
+import asyncio
+import shutil
+import signal
 import sys
+from collections.abc import Callable
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import asyncio
-    from collections.abc import Callable
-
-    from thermaxis.runtime import RecordSettings, RecordSummary
+from thermaxis.cli._text_table import text_table
+from thermaxis.cli.thermal._thermal_logs import positive_seconds
+from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.runtime import (
+    OpcUaSession,
+    Recorder,
+    RecordSettings,
+    RecordSummary,
+    SystemClock,
+    read_record,
+)
+from thermaxis.runtime.record import bytes_per_day, files_of, parquet_writer, sole_writer, try_once
 
 _DESCRIPTION = """\
 Read the nodes that a configuration names, each at its rate, into a log per day: time, and one
@@ -21,9 +33,6 @@ full disk and restarts.
 
 
 def _duration(text: str) -> float:
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415 - --help needs none
-        positive_seconds,
-    )
 
     return positive_seconds(text)
 
@@ -51,11 +60,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Record."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-    from thermaxis.runtime import read_record  # noqa: PLC0415
-
     if (arguments.output is None) != bool(arguments.only_try):
         raise ConfigurationError(
             "nothing is written by --try" if arguments.only_try else "no folder is named",
@@ -68,11 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     return _record(settings, arguments.output, arguments.duration)
 
 
-def _record(settings: "RecordSettings", folder: Path, duration_s: float | None) -> int:
-    import asyncio  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.errors import DataError  # noqa: PLC0415
-    from thermaxis.runtime.record import sole_writer  # noqa: PLC0415
+def _record(settings: RecordSettings, folder: Path, duration_s: float | None) -> int:
 
     with sole_writer(folder, settings.name):
         for line in _about(settings, folder, duration_s):
@@ -90,19 +90,8 @@ def _record(settings: "RecordSettings", folder: Path, duration_s: float | None) 
 
 
 async def _recorded(
-    settings: "RecordSettings", folder: Path, duration_s: float | None
-) -> "RecordSummary":
-    import asyncio  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.runtime import (  # noqa: PLC0415
-        OpcUaSession,
-        Recorder,
-        SystemClock,
-    )
-    from thermaxis.runtime.record import (  # noqa: PLC0415
-        files_of,
-        parquet_writer,
-    )
+    settings: RecordSettings, folder: Path, duration_s: float | None
+) -> RecordSummary:
 
     clock = SystemClock()
     stop = asyncio.Event()
@@ -126,11 +115,8 @@ async def _recorded(
             await session.close()
 
 
-def _stop_by_signals(stop: "asyncio.Event") -> "Callable[[], None]":
+def _stop_by_signals(stop: asyncio.Event) -> Callable[[], None]:
     """Let Ctrl+C and SIGTERM end the recording with its last row; return what undoes it."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-    import signal  # noqa: PLC0415
-
     loop = asyncio.get_running_loop()
     signals = (signal.SIGINT, signal.SIGTERM)
     try:
@@ -148,24 +134,14 @@ def _stop_by_signals(stop: "asyncio.Event") -> "Callable[[], None]":
 
 def _tell(text: str) -> None:
     """Say what happened, if anybody can be told: a full disk or a closed pipe ends no recording."""
-    from contextlib import suppress  # noqa: PLC0415  --help needs none of these
-    from datetime import UTC, datetime  # noqa: PLC0415
-
-    from thermaxis.errors import printable  # noqa: PLC0415
-
     now = datetime.now(UTC).strftime("%H:%M:%SZ")
     with suppress(OSError):
         sys.stderr.write(f"{now} {printable(text, 500)}\n")
         sys.stderr.flush()
 
 
-def _about(settings: "RecordSettings", folder: Path, duration_s: float | None) -> list[str]:
+def _about(settings: RecordSettings, folder: Path, duration_s: float | None) -> list[str]:
     """Return what the user should know before it begins."""
-    import shutil  # noqa: PLC0415  --help needs none of these
-    from datetime import UTC, datetime, timedelta  # noqa: PLC0415
-
-    from thermaxis.runtime.record import bytes_per_day  # noqa: PLC0415
-
     rates = sorted({channel.period_ms / 1000.0 for channel in settings.channels})
     words = ", ".join(f"{rate:g} s" for rate in rates)
     names = ", ".join(settings.connections)
@@ -186,7 +162,7 @@ def _about(settings: "RecordSettings", folder: Path, duration_s: float | None) -
     return lines
 
 
-def _summary(summary: "RecordSummary") -> list[str]:
+def _summary(summary: RecordSummary) -> list[str]:
     lines = [
         f"{summary.rows} rows were written" + (f", {summary.lost} lost" if summary.lost else "")
     ]
@@ -203,16 +179,8 @@ def _summary(summary: "RecordSummary") -> list[str]:
     return lines
 
 
-async def _tried(settings: "RecordSettings") -> int:
+async def _tried(settings: RecordSettings) -> int:
     """Read every node twice and show what it says; return the exit code."""
-    from thermaxis.cli._text_table import text_table  # noqa: PLC0415  --help needs none of these
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.runtime import (  # noqa: PLC0415
-        OpcUaSession,
-        SystemClock,
-    )
-    from thermaxis.runtime.record import try_once  # noqa: PLC0415
-
     clock = SystemClock()
     sessions = {n: OpcUaSession(c, clock) for n, c in settings.connections.items()}
     try:

@@ -1,13 +1,37 @@
 """``thermaxis rehearse``: let a configuration compensate the virtual lathe, hours in seconds."""
 
 import argparse
+import asyncio
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from thermaxis.runtime import Clock, Historian, MachineConfiguration, RuntimeStatus
-    from thermaxis.virtual import VirtualLathe
+from thermaxis.cli.machine._machine_parts import loop_settings
+from thermaxis.compensation import Request, RequestKind
+from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.runtime import (
+    AtStop,
+    Borders,
+    Clock,
+    CompensationLoop,
+    Historian,
+    MachineConfiguration,
+    RuntimeStatus,
+    VirtualClock,
+    read_machine,
+    run_in_virtual_time,
+)
+from thermaxis.runtime.historian import NoHistorian, SqlHistorian
+from thermaxis.virtual import (
+    FAULTY,
+    POSITIONS,
+    SENSORS,
+    LatheSink,
+    LatheSource,
+    VirtualLathe,
+    parse_fault,
+)
+from thermaxis.virtual.lathe import INTERLOCKS, TRUE, UNCORRECTED
 
 _DESCRIPTION = """\
 The model, rules and limits of a configuration run in the real loop against the virtual lathe of
@@ -49,18 +73,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Rehearse."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none of these
-    from thermaxis.runtime import (  # noqa: PLC0415
-        read_machine,
-        run_in_virtual_time,
-    )
-    from thermaxis.virtual import (  # noqa: PLC0415
-        FAULTY,
-        SENSORS,
-        VirtualLathe,
-        parse_fault,
-    )
-
     configuration = read_machine(arguments.configuration)
     foreign = [c for c in configuration.compensation.model.channels if c not in SENSORS]
     if foreign or len(configuration.outputs) != 1:
@@ -97,8 +109,8 @@ class _Rehearsal:
 
     def __init__(
         self,
-        configuration: "MachineConfiguration",
-        lathe: "VirtualLathe",
+        configuration: MachineConfiguration,
+        lathe: VirtualLathe,
         diameter_mm: float | None,
         history: Path | None,
     ) -> None:
@@ -109,20 +121,6 @@ class _Rehearsal:
         self.reasons: dict[str, float] = {}
 
     async def play(self, hours: float) -> None:
-        import asyncio  # noqa: PLC0415  --help needs none of these
-        from dataclasses import replace  # noqa: PLC0415
-
-        from thermaxis.cli.machine._machine_parts import loop_settings  # noqa: PLC0415
-        from thermaxis.compensation import Request, RequestKind  # noqa: PLC0415
-        from thermaxis.errors import DataError  # noqa: PLC0415
-        from thermaxis.runtime import (  # noqa: PLC0415
-            AtStop,
-            Borders,
-            CompensationLoop,
-            VirtualClock,
-        )
-        from thermaxis.virtual import LatheSink, LatheSource  # noqa: PLC0415
-        from thermaxis.virtual.lathe import INTERLOCKS  # noqa: PLC0415
 
         configuration, clock = self.configuration, VirtualClock()
         (output,) = configuration.outputs
@@ -157,17 +155,14 @@ class _Rehearsal:
                 raise DataError(f"{request.kind} was refused: {answer.reason}", where="the loop")
         await running
 
-    def _historian(self, clock: "Clock") -> "Historian":
+    def _historian(self, clock: Clock) -> Historian:
         if self.history is None:
-            from thermaxis.runtime.historian import NoHistorian  # noqa: PLC0415
-
             return NoHistorian()
-        from thermaxis.runtime.historian import SqlHistorian  # noqa: PLC0415
 
         url = f"sqlite:///{self.history.absolute()}"
         return SqlHistorian(url, self.configuration.historian, clock)
 
-    def _see(self, status: "RuntimeStatus") -> None:
+    def _see(self, status: RuntimeStatus) -> None:
         lathe, output = self.lathe, status.output
         true, free = lathe.true_um.tolist(), lathe.uncorrected_um.tolist()
         self.rows.append((lathe.time_s, *true, *free, output.correction_um[0]))
@@ -178,8 +173,6 @@ class _Rehearsal:
 
     def said(self, hours: float) -> str:
         """Return what the rehearsal showed, as lines."""
-        from thermaxis.virtual import POSITIONS  # noqa: PLC0415
-
         where = "tool centre point" if self.diameter_mm is None else f"{self.diameter_mm:g} mm"
         lines = [
             f"{self.lathe.scenario.name}, seed {self.lathe.seed}, {hours:g} h, workpiece: {where}",
@@ -202,8 +195,6 @@ class _Rehearsal:
 
     def write(self, path: Path) -> None:
         """Write every cycle as a line of CSV."""
-        from thermaxis.virtual.lathe import TRUE, UNCORRECTED  # noqa: PLC0415
-
         heads = ("time_s", *TRUE, *UNCORRECTED, "correction_um", "state")
         with path.open("w", encoding="utf-8", newline="") as file:
             file.write(",".join(heads) + "\n")

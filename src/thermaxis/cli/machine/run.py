@@ -1,16 +1,36 @@
 """``thermaxis run``: compensate a machine, cycle after cycle, until told to end."""
 
 import argparse
+import asyncio
+import logging
+import signal
 import sys
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import asyncio
-    from collections.abc import Callable, Mapping
-
-    from thermaxis.cli.machine._machine_parts import MachineParts
-    from thermaxis.runtime import CompensationLoop, MachineConfiguration, RuntimeStatus
+from thermaxis.cli.machine._machine_parts import (
+    MachineParts,
+    build_metrics,
+    build_parts,
+    build_status_server,
+    loop_settings,
+)
+from thermaxis.compensation import Request, RequestKind
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import (
+    Borders,
+    CompensationLoop,
+    MachineConfiguration,
+    RuntimeStatus,
+    SignOfLife,
+    StateFile,
+    SystemClock,
+    read_machine,
+    reasons_against,
+    self_test,
+    sole_runner,
+)
 
 _DESCRIPTION = """\
 Each cycle: read every input with status and time stamp, compute the limited correction, write it,
@@ -33,15 +53,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the loop."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-    import logging  # noqa: PLC0415
-
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-    from thermaxis.runtime import (  # noqa: PLC0415
-        read_machine,
-        sole_runner,
-    )
-
     if arguments.cycles is not None and arguments.cycles < 1:
         raise ConfigurationError("at least one cycle is needed", where="--cycles")
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
@@ -54,25 +65,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 async def _run(
-    configuration: "MachineConfiguration", arguments: argparse.Namespace
+    configuration: MachineConfiguration, arguments: argparse.Namespace
 ) -> dict[str, float]:
     """Run the loop; return the offsets other than zero that it leaves in the machine. [um]"""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.cli.machine._machine_parts import (  # noqa: PLC0415
-        build_metrics,
-        build_parts,
-        build_status_server,
-        loop_settings,
-    )
-    from thermaxis.runtime import (  # noqa: PLC0415
-        Borders,
-        CompensationLoop,
-        SignOfLife,
-        StateFile,
-        SystemClock,
-    )
-
     clock = SystemClock()
     parts = build_parts(configuration, clock)
     replays = configuration.source.kind == "replay"
@@ -125,11 +120,8 @@ async def _run(
 
 
 def _self_test(
-    configuration: "MachineConfiguration", parts: "MachineParts"
-) -> "Callable[[], asyncio.Future[tuple[str, ...]]]":
-    import asyncio  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.runtime import reasons_against, self_test  # noqa: PLC0415
+    configuration: MachineConfiguration, parts: MachineParts
+) -> Callable[[], asyncio.Future[tuple[str, ...]]]:
 
     async def reasons() -> tuple[str, ...]:
         return reasons_against(await self_test(parts, configuration))
@@ -137,10 +129,8 @@ def _self_test(
     return lambda: asyncio.ensure_future(reasons())
 
 
-async def _ask_first(loop: "CompensationLoop", arguments: argparse.Namespace) -> None:
+async def _ask_first(loop: CompensationLoop, arguments: argparse.Namespace) -> None:
     """Ask what the command line asks for: to be enabled as soon as the machine is there."""
-    from thermaxis.compensation import Request, RequestKind  # noqa: PLC0415
-
     requests: list[Request] = []
     if arguments.diameter is not None:
         requests.append(Request(RequestKind.DIAMETER, "the command line", value=arguments.diameter))
@@ -154,13 +144,11 @@ async def _ask_first(loop: "CompensationLoop", arguments: argparse.Namespace) ->
             sys.stderr.write(f"thermaxis: {request.kind} was refused: {answer.reason}\n")
 
 
-async def _machine_there(loop: "CompensationLoop") -> None:
+async def _machine_there(loop: CompensationLoop) -> None:
     """Wait until the machine is read and can be written to: it says what forbids to enable."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-
     there = asyncio.Event()
 
-    def look(status: "RuntimeStatus") -> None:
+    def look(status: RuntimeStatus) -> None:
         if status.source_connected and status.sink_connected:
             there.set()
 
@@ -171,9 +159,7 @@ async def _machine_there(loop: "CompensationLoop") -> None:
         loop.listeners.remove(look)
 
 
-def _end_by_signal(stop: "asyncio.Event", running: "asyncio.Future[Mapping[str, float]]") -> None:
-    import asyncio  # noqa: PLC0415  --help needs none of these
-    import signal  # noqa: PLC0415
+def _end_by_signal(stop: asyncio.Event, running: asyncio.Future[Mapping[str, float]]) -> None:
 
     def end() -> None:
         if stop.is_set():
@@ -188,7 +174,6 @@ def _end_by_signal(stop: "asyncio.Event", running: "asyncio.Future[Mapping[str, 
 
 
 def _say(text: str, *, quiet: bool) -> None:
-    from contextlib import suppress  # noqa: PLC0415  --help needs none of these
 
     if not quiet:
         with suppress(OSError):  # nobody reads any more: no reason to leave a machine alone
@@ -202,7 +187,7 @@ class _Teller:
     def __init__(self) -> None:
         self.last: tuple[object, ...] = ()
 
-    def tell(self, status: "RuntimeStatus") -> None:
+    def tell(self, status: RuntimeStatus) -> None:
         output = status.output
         now = (output.state, output.reasons)
         if now != self.last:

@@ -1,8 +1,13 @@
 """``thermaxis screen``: serve the operator's and the engineer's pages of a running loop."""
 
 import argparse
+import asyncio
+import logging
 import sys
 from pathlib import Path
+
+from thermaxis.runtime import SystemClock, read_machine
+from thermaxis.screen import serve
 
 _DESCRIPTION = """\
 Serve the pages of a machine: for the operator state, correction, alarms and interventions; for the
@@ -22,15 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve the pages."""
-    import asyncio  # noqa: PLC0415  --help needs none of these
-    import logging  # noqa: PLC0415
-
-    from thermaxis.runtime import (  # noqa: PLC0415
-        SystemClock,
-        read_machine,
-    )
-    from thermaxis.screen import serve  # noqa: PLC0415
-
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = read_machine(arguments.configuration)
 

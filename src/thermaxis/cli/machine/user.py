@@ -1,13 +1,13 @@
 """``thermaxis user``: add, change, remove and list the users of a status server."""
 
 import argparse
-from typing import TYPE_CHECKING
+import getpass
+import sys
+from collections.abc import Sequence
+from pathlib import Path
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from thermaxis.runtime import User
+from thermaxis.errors import ConfigurationError
+from thermaxis.runtime import Role, User, check_name, hash_password, read_users, write_users
 
 _DESCRIPTION = """\
 Write the file of users that a machine's status server reads: name, role and the argon2 hash of the
@@ -43,11 +43,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Add, remove or list users."""
-    import sys  # noqa: PLC0415  nothing but argparse is imported before a command runs
-    from pathlib import Path  # noqa: PLC0415
-
-    from thermaxis.runtime import read_users  # noqa: PLC0415
-
     path = Path(arguments.file)
     if arguments.action == "list":
         sys.stdout.write(_table(read_users(path)))
@@ -61,24 +56,15 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _table(users: "Sequence[User]") -> str:
+def _table(users: Sequence[User]) -> str:
     if not users:
         return "There are no users.\n"
     width = max(len(user.name) for user in users)
     return "".join(f"{user.name:<{width}}  {user.role}\n" for user in users)
 
 
-def _add(path: "Path", arguments: argparse.Namespace) -> bool:
+def _add(path: Path, arguments: argparse.Namespace) -> bool:
     """Write a file with one user more or changed; return whether the user was there before."""
-    from thermaxis.runtime import (  # noqa: PLC0415
-        Role,
-        User,
-        check_name,
-        hash_password,
-        read_users,
-        write_users,
-    )
-
     name = check_name(arguments.name)
     users = read_users(path) if path.exists() else ()
     new = User(name, Role(arguments.role), hash_password(_password(stdin=arguments.stdin)))
@@ -88,9 +74,7 @@ def _add(path: "Path", arguments: argparse.Namespace) -> bool:
     return changed
 
 
-def _remove(path: "Path", name: str) -> None:
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-    from thermaxis.runtime import read_users, write_users  # noqa: PLC0415
+def _remove(path: Path, name: str) -> None:
 
     users = read_users(path)
     kept = [user for user in users if user.name != name]
@@ -105,11 +89,6 @@ def _remove(path: "Path", name: str) -> None:
 
 def _password(*, stdin: bool) -> str:
     """Return a password from a pipe, or asked for twice without an echo."""
-    import getpass  # noqa: PLC0415
-    import sys  # noqa: PLC0415
-
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
-
     if stdin:
         return sys.stdin.readline(_LONGEST_LINE).rstrip("\r\n")
     if not sys.stdin.isatty():

@@ -1,20 +1,17 @@
 """An identification as text and as JSON."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
+from thermaxis import __version__
 from thermaxis.cli._text_table import text_table
 from thermaxis.errors import printable
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from thermaxis.thermal import (
-        Identification,
-        IdentifiedOutput,
-        LogFinding,
-        PolynomialResult,
-        Records,
-    )
+from thermaxis.thermal import (
+    Identification,
+    IdentifiedOutput,
+    LogFinding,
+    PolynomialResult,
+    Records,
+)
 
 _T = 1.96
 _MOST_NAMED = 6
@@ -25,7 +22,7 @@ def _with_interval(value: float, std: float | None, digits: int = 4) -> str:
     return text if std is None else f"{text} ± {_T * std:.2g}"
 
 
-def finding_sentences(findings: "Mapping[str, Sequence[LogFinding]]") -> list[str]:
+def finding_sentences(findings: Mapping[str, Sequence[LogFinding]]) -> list[str]:
     """Return findings as sentences; channels of one log of which the same is said share one."""
     said: list[str] = []
     for log, found in findings.items():
@@ -46,10 +43,10 @@ def finding_sentences(findings: "Mapping[str, Sequence[LogFinding]]") -> list[st
 
 
 def identification_as_text(
-    result: "Identification",
-    records: "Records",
-    findings: "Mapping[str, Sequence[LogFinding]]",
-    remarks: "Sequence[str]" = (),
+    result: Identification,
+    records: Records,
+    findings: Mapping[str, Sequence[LogFinding]],
+    remarks: Sequence[str] = (),
 ) -> str:
     """Return an identification as tables for a terminal."""
     count = {len(e) for e in records.experiments.values()}
@@ -70,7 +67,7 @@ def identification_as_text(
     return "\n".join(parts)
 
 
-def _joint_text(result: "Identification") -> str:
+def _joint_text(result: Identification) -> str:
     if result.joint is None:
         return ""
     rows = [[printable(c, 30), f"{g:.3f}"] for c, g in result.joint.gain_by_channel.items()]
@@ -78,7 +75,7 @@ def _joint_text(result: "Identification") -> str:
     return text_table(title, ["displacement", "g"], rows, words=1)
 
 
-def _beside_text(result: "Identification") -> str:
+def _beside_text(result: Identification) -> str:
     """Return the errors on the training rows, model and baselines side by side."""
     keys = ("model", "static", "averages", "one_step")
     rows = [
@@ -90,7 +87,7 @@ def _beside_text(result: "Identification") -> str:
     return text_table(title, heads, rows, words=1)
 
 
-def _selection_text(result: "Identification") -> str:
+def _selection_text(result: Identification) -> str:
     rows: list[list[str]] = []
     for output in result.outputs:
         base = output.baseline_mae_um
@@ -108,7 +105,7 @@ def _selection_text(result: "Identification") -> str:
     return text_table(title, heads, rows, words=1)
 
 
-def _output_text(output: "IdentifiedOutput") -> str:
+def _output_text(output: IdentifiedOutput) -> str:
     lines = ""
     if output.model is not None and len(output.model.parts) <= 6:
         rows: list[list[str]] = []
@@ -152,7 +149,7 @@ def _output_text(output: "IdentifiedOutput") -> str:
     return lines
 
 
-def _polynomial_text(result: "PolynomialResult") -> str:
+def _polynomial_text(result: PolynomialResult) -> str:
     lines = ""
     shared = result.method == "arx"
     for k, (name, a) in enumerate(zip(result.model.input_names, result.numerators, strict=True)):
@@ -169,14 +166,12 @@ def _polynomial_text(result: "PolynomialResult") -> str:
 
 
 def identification_as_json(
-    result: "Identification",
-    records: "Records",
-    findings: "Mapping[str, Sequence[LogFinding]]",
-    remarks: "Sequence[str]" = (),
+    result: Identification,
+    records: Records,
+    findings: Mapping[str, Sequence[LogFinding]],
+    remarks: Sequence[str] = (),
 ) -> dict[str, object]:
     """Return an identification with the keys of the command's JSON."""
-    from thermaxis import __version__  # noqa: PLC0415  JSON alone names it
-
     content: dict[str, object] = {
         "version": __version__,
         "method": str(result.method),
@@ -225,7 +220,7 @@ def identification_as_json(
     return content
 
 
-def _output_as_json(output: "IdentifiedOutput", sample_time_s: float) -> dict[str, object]:
+def _output_as_json(output: IdentifiedOutput, sample_time_s: float) -> dict[str, object]:
     content: dict[str, object] = {
         "fit_percent": output.fit_percent,
         "fit_from_rest_percent": output.fit_from_rest_percent,
@@ -246,7 +241,7 @@ def _output_as_json(output: "IdentifiedOutput", sample_time_s: float) -> dict[st
     return content
 
 
-def _parts_as_json(output: "IdentifiedOutput") -> list[dict[str, object]]:
+def _parts_as_json(output: IdentifiedOutput) -> list[dict[str, object]]:
     if output.model is None:
         return []
     return [
@@ -269,7 +264,7 @@ def _parts_as_json(output: "IdentifiedOutput") -> list[dict[str, object]]:
     ]
 
 
-def _polynomials_as_json(result: "PolynomialResult") -> dict[str, object]:
+def _polynomials_as_json(result: PolynomialResult) -> dict[str, object]:
     names = result.model.input_names
     denominators = {n: b.tolist() for n, b in zip(names, result.denominators, strict=True)}
     return {

@@ -1,16 +1,17 @@
 """Options and reading of thermal logs, shared by the commands that take them."""
 
 import argparse
+import hashlib
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import final
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from thermaxis.compensation import TrainingLog
-    from thermaxis.thermal import MeasuredOutput, ThermalLog
+from thermaxis.compensation import TrainingLog
+from thermaxis.errors import ConfigurationError
+from thermaxis.files import read_thermal_log
+from thermaxis.thermal import MeasuredOutput, ThermalLog, check_log, without_sentinels
 
 _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _EDGE = re.compile(r"(?P<number>-?\d+(?:\.\d*)?|-?\.\d+)?(?P<unit>s|min|h)?")
@@ -87,26 +88,20 @@ def add_log_options(parser: argparse.ArgumentParser) -> None:
 class ReadLog:
     """A log that was read, and what a model remembers of it."""
 
-    log: "ThermalLog"
+    log: ThermalLog
     """The log, or the part of it that was asked for."""
-    training: "TrainingLog"
+    training: TrainingLog
     """Name, hash, rows."""
 
 
 def read_logs(
-    paths: "Sequence[Path]",
+    paths: Sequence[Path],
     *,
     mapping: Path | None,
     part: Span | None = None,
     sample_time_s: float | None = None,
 ) -> "list[ReadLog]":
     """Read logs, or the same part of each."""
-    import hashlib  # noqa: PLC0415  --help needs none of these
-
-    from thermaxis.compensation import TrainingLog  # noqa: PLC0415
-    from thermaxis.files import read_thermal_log  # noqa: PLC0415
-    from thermaxis.thermal import without_sentinels  # noqa: PLC0415
-
     found: list[ReadLog] = []
     reduce_s = None if part is not None and not part.in_seconds else sample_time_s
     for path in paths:
@@ -128,12 +123,12 @@ def read_logs(
     return found
 
 
-def remarks_of(logs: "Sequence[ThermalLog]") -> list[str]:
+def remarks_of(logs: Sequence[ThermalLog]) -> list[str]:
     """Return what was noticed while logs were read, each sentence with its log."""
     return [f"{log.where}: {remark}" for log in logs for remark in log.remarks]
 
 
-def _part(log: "ThermalLog", part: Span) -> "ThermalLog":
+def _part(log: ThermalLog, part: Span) -> ThermalLog:
     if part.in_seconds:
         end = float("inf") if part.last is None else part.last
         return log.between(part.first or 0.0, end)
@@ -141,10 +136,8 @@ def _part(log: "ThermalLog", part: Span) -> "ThermalLog":
     return log.span(int(part.first or 0), last)
 
 
-def measured_output(text: str) -> "MeasuredOutput":
+def measured_output(text: str) -> MeasuredOutput:
     """Return what is compared with what, as it is written on the command line."""
-    from thermaxis.thermal import MeasuredOutput  # noqa: PLC0415  --help needs no numpy
-
     channel, sign, rest = text.partition("=")
     output, at, diameter_word = (rest if sign else channel).partition("@")
     channel = channel.partition("@")[0].strip()
@@ -168,11 +161,9 @@ def diameter(text: str) -> float:
 
 
 def check_written(
-    written: "Sequence[tuple[str, Path | str | None]]", read: "Sequence[Path | None]"
+    written: Sequence[tuple[str, Path | str | None]], read: Sequence[Path | None]
 ) -> None:
     """Check that no output overwrites what is read, or another output."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
-
     files = [(option, Path(name)) for option, name in written if name is not None and name != "-"]
     for number, (option, path) in enumerate(files):
         if any(other is not None and _same(path, other) for other in read):
@@ -191,8 +182,6 @@ def check_written(
 
 def check_csv_name(path: Path) -> None:
     """Check that a log that is written as CSV is not named as another format."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
-
     if path.suffix.lower() in {".parquet", ".xlsx", ".mat", ".tdms", ".json"}:
         raise ConfigurationError(
             "a thermal log is written as CSV", where=str(path), remedy="End the name in .csv"
@@ -205,10 +194,8 @@ def _same(one: Path, other: Path) -> bool:
     return one.absolute() == other.absolute()
 
 
-def rows_of_span(logs: "Sequence[ThermalLog]", part: Span) -> tuple[int, int]:
+def rows_of_span(logs: Sequence[ThermalLog], part: Span) -> tuple[int, int]:
     """Return a span as rows of the only log."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs none
-
     if len(logs) > 1:
         raise ConfigurationError(
             "a span is of one log, and there are several", where=f"--span {part.text}"
@@ -227,10 +214,8 @@ def rows_of_span(logs: "Sequence[ThermalLog]", part: Span) -> tuple[int, int]:
     return first, last
 
 
-def sensor_warnings(logs: "Sequence[ThermalLog]", channels: "Sequence[str]") -> tuple[str, ...]:
+def sensor_warnings(logs: Sequence[ThermalLog], channels: Sequence[str]) -> tuple[str, ...]:
     """Return what is seriously wrong with the channels of a model, before the model is blamed."""
-    from thermaxis.thermal import check_log  # noqa: PLC0415  --help needs none
-
     said: list[str] = []
     for log in logs:
         known = {name.casefold(): name for name in log.columns}

@@ -1,21 +1,18 @@
 """A verification as text and as JSON."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
+from thermaxis import __version__
 from thermaxis.cli._text_table import text_table
 from thermaxis.errors import printable
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from thermaxis.thermal import Verification, VerificationFigures, VerifiedLog
+from thermaxis.thermal import Verification, VerificationFigures, VerifiedLog
 
 
 def _number(value: float | None, decimals: int = 2) -> str:
     return "–" if value is None else f"{value:.{decimals}f}"
 
 
-def _fold(figures: "VerificationFigures") -> str:
+def _fold(figures: VerificationFigures) -> str:
     return f"{figures.reduction:.1f}" if figures.reduction < 1e4 else "> 9999"
 
 
@@ -25,7 +22,7 @@ _HEADS = (
 )
 
 
-def _row(name: str, figures: "VerificationFigures") -> list[str]:
+def _row(name: str, figures: VerificationFigures) -> list[str]:
     after = figures.after_60_min_um or (None, None)
     return [
         printable(name, 30),
@@ -43,7 +40,7 @@ def _row(name: str, figures: "VerificationFigures") -> list[str]:
     ]
 
 
-def verification_as_text(result: "Verification", title: str, remarks: "Sequence[str]" = ()) -> str:
+def verification_as_text(result: Verification, title: str, remarks: Sequence[str] = ()) -> str:
     """Return a verification as tables for a terminal."""
     parts: list[str] = []
     if len(result.logs) > 1:
@@ -85,7 +82,7 @@ def verification_as_text(result: "Verification", title: str, remarks: "Sequence[
     return "\n".join(parts)
 
 
-def _etve(log: "VerifiedLog") -> str:
+def _etve(log: VerifiedLog) -> str:
     return " (nothing turned: ranges are ETVE, ISO 230-3)" if log.environmental else ""
 
 
@@ -96,7 +93,7 @@ def _finite(value: float) -> float | None:
     return value if abs(value) < 1e300 else None
 
 
-def figures_as_json(figures: "VerificationFigures") -> dict[str, object]:
+def figures_as_json(figures: VerificationFigures) -> dict[str, object]:
     """Return figures with the keys of the command's JSON."""
     after = figures.after_60_min_um
     return {
@@ -122,11 +119,9 @@ def _pair(values: tuple[float, float]) -> dict[str, float]:
 
 
 def verification_as_json(
-    result: "Verification", model_hash: str, remarks: "Sequence[str]" = ()
+    result: Verification, model_hash: str, remarks: Sequence[str] = ()
 ) -> dict[str, object]:
     """Return a verification with the keys of the command's JSON."""
-    from thermaxis import __version__  # noqa: PLC0415  JSON alone names it
-
     return {
         "version": __version__,
         "model_sha256": model_hash,
@@ -137,11 +132,11 @@ def verification_as_json(
     }
 
 
-def _outputs(figures: "Mapping[str, VerificationFigures]") -> dict[str, object]:
+def _outputs(figures: Mapping[str, VerificationFigures]) -> dict[str, object]:
     return {name: figures_as_json(f) for name, f in figures.items()}
 
 
-def _log(log: "VerifiedLog") -> dict[str, object]:
+def _log(log: VerifiedLog) -> dict[str, object]:
     return {
         "name": log.name,
         "environmental_test": log.environmental,
@@ -163,7 +158,7 @@ def _log(log: "VerifiedLog") -> dict[str, object]:
     }
 
 
-def _ranges(names: "Sequence[str]", columns: "Sequence[Sequence[float]]") -> dict[str, float]:
+def _ranges(names: Sequence[str], columns: Sequence[Sequence[float]]) -> dict[str, float]:
     ranges: dict[str, float] = {}
     for name, values in zip(names, columns, strict=True):
         known = [v for v in values if v == v]  # noqa: PLR0124 - without NaN

@@ -4,6 +4,11 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli.thermal._thermal_logs import check_written
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.files import read_model, write_model
+from thermaxis.thermal import combine_models, parse_gain
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
@@ -22,11 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Combine and write."""
-    from thermaxis.cli.thermal._thermal_logs import check_written  # noqa: PLC0415  not for --help
-    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415
-    from thermaxis.files import read_model, write_model  # noqa: PLC0415
-    from thermaxis.thermal import combine_models, parse_gain  # noqa: PLC0415
-
     paths: list[Path] = arguments.models
     output: Path = arguments.output
     check_written([("--output", output)], paths)

@@ -4,14 +4,25 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis import __version__
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
+from thermaxis.cli._text_table import text_table
+from thermaxis.cli.thermal._thermal_logs import (
+    add_log_options,
+    check_written,
+    measured_output,
+    read_logs,
+    remarks_of,
+)
+from thermaxis.cli.thermal._verification_result import figures_as_json
+from thermaxis.errors import printable
+from thermaxis.files import model_sha256, read_model
+from thermaxis.thermal import Verification, verify
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
-        add_log_options,
-        measured_output,
-    )
-
     add = parser.add_argument
     add("files", metavar="MODEL", type=Path, nargs="+", help="compensation models (JSON)")
     add("log", metavar="LOG", type=Path, help="a test that none of them was made from")
@@ -29,20 +40,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compare and show."""
-    from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli._json import write_json  # noqa: PLC0415
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.cli._text_table import text_table  # noqa: PLC0415
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
-        check_written,
-        read_logs,
-        remarks_of,
-    )
-    from thermaxis.cli.thermal._verification_result import figures_as_json  # noqa: PLC0415
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.files import model_sha256, read_model  # noqa: PLC0415
-    from thermaxis.thermal import Verification, verify  # noqa: PLC0415
-
     check_written(
         [("--json", arguments.json)], [*arguments.files, arguments.log, arguments.mapping]
     )

@@ -2,20 +2,46 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
+from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+import numpy as np
 
-    from thermaxis.cli.thermal._thermal_logs import ReadLog
-    from thermaxis.thermal import (
-        Identification,
-        InputDefinition,
-        LogFinding,
-        Records,
-        ThermalLog,
-    )
+from thermaxis import __version__, report
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
+from thermaxis.cli.thermal._identification_result import (
+    identification_as_json,
+    identification_as_text,
+)
+from thermaxis.cli.thermal._thermal_logs import (
+    ReadLog,
+    add_log_options,
+    check_written,
+    positive_seconds,
+    read_logs,
+    remarks_of,
+    span,
+)
+from thermaxis.compensation import Provenance
+from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.files import write_model
+from thermaxis.thermal import (
+    Identification,
+    InputDefinition,
+    LogFinding,
+    Method,
+    Records,
+    ThermalLog,
+    check_inputs,
+    check_log,
+    identify,
+    identify_joint,
+    parse_input,
+    records_of,
+    usual_step_of,
+)
 
 _DISPLACEMENTS = ("um", "mm", "nm", "m")
 _FEWEST_ROWS = 2
@@ -50,7 +76,6 @@ def _joint(text: str) -> tuple[str, dict[str, float | None]]:
 
 
 def _date(text: str) -> str:
-    from datetime import date  # noqa: PLC0415  --help needs no dates
 
     try:
         return date.fromisoformat(text).isoformat()
@@ -60,12 +85,6 @@ def _date(text: str) -> str:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
-        add_log_options,
-        positive_seconds,
-        span,
-    )
-
     add = parser.add_argument
     add(
         "logs",
@@ -145,19 +164,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Identify, show and write."""
-    from thermaxis import __version__  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli._json import write_json  # noqa: PLC0415
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.cli.thermal._identification_result import (  # noqa: PLC0415
-        identification_as_json,
-        identification_as_text,
-    )
-    from thermaxis.cli.thermal._thermal_logs import read_logs, remarks_of  # noqa: PLC0415
-    from thermaxis.compensation import Provenance  # noqa: PLC0415
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.files import write_model  # noqa: PLC0415
-    from thermaxis.thermal import check_log, records_of  # noqa: PLC0415
-
     _check_outputs(arguments)
     with Progress() as progress:
         progress("reading", 0, 0)
@@ -200,11 +206,9 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.model is not None:
             write_model(result.to_compensation_model(records, provenance), arguments.model)
         if arguments.report:
-            from thermaxis.report import write_identification_report  # noqa: PLC0415  slow
-
             progress("report", 0, 0)
             for path in arguments.report:
-                write_identification_report(
+                report.write_identification_report(
                     result, records, logs, provenance, path, reference_s=arguments.reference
                 )
     if arguments.json is not None:
@@ -218,12 +222,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _identified(
-    arguments: argparse.Namespace, records: "Records", logs: "Sequence[ThermalLog]"
-) -> "Identification":
+    arguments: argparse.Namespace, records: Records, logs: Sequence[ThermalLog]
+) -> Identification:
     """Call the estimator that was asked for."""
-    from thermaxis.errors import DataError  # noqa: PLC0415  --help needs none of these
-    from thermaxis.thermal import Method, identify, identify_joint  # noqa: PLC0415
-
     if not arguments.candidates and not (records.highest_k > records.lowest_k).any():
         raise DataError(
             "no input ever changes",
@@ -241,8 +242,6 @@ def _identified(
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    from thermaxis.cli.thermal._thermal_logs import check_written  # noqa: PLC0415  not for --help
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415
 
     if not arguments.input and not arguments.candidates:
         raise ConfigurationError(
@@ -269,13 +268,11 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 def _check_logs(
     arguments: argparse.Namespace,
-    logs: "Sequence[ThermalLog]",
-    inputs: "Sequence[InputDefinition]",
-    outputs: "Sequence[str]",
+    logs: Sequence[ThermalLog],
+    inputs: Sequence[InputDefinition],
+    outputs: Sequence[str],
 ) -> None:
     """Refuse what no estimator can make anything of."""
-    from thermaxis.errors import ConfigurationError, DataError, printable  # noqa: PLC0415
-
     for log in logs:
         if log.rows < _FEWEST_ROWS:
             raise DataError(
@@ -301,10 +298,8 @@ def _check_logs(
             )
 
 
-def _step_of_values(log: "ThermalLog") -> float:
+def _step_of_values(log: ThermalLog) -> float:
     """Return the usual time between rows that hold a value: means over less are mostly empty."""
-    import numpy as np  # noqa: PLC0415  --help needs no numpy
-
     filled = np.zeros(log.rows, dtype=np.bool_)
     for values in log.columns.values():
         filled |= ~np.isnan(values)
@@ -312,10 +307,8 @@ def _step_of_values(log: "ThermalLog") -> float:
     return float(np.median(np.diff(times_s))) if times_s.size > 1 else 0.0
 
 
-def _check_twice(entries: "Sequence[ReadLog]") -> None:
+def _check_twice(entries: Sequence[ReadLog]) -> None:
     """Refuse a log that is named twice: it would count as two experiments."""
-    from thermaxis.errors import ConfigurationError  # noqa: PLC0415  --help needs no errors
-
     seen: set[tuple[str, int, int]] = set()
     for entry in entries:
         key = (entry.training.sha256, entry.training.first_row, entry.training.rows)
@@ -330,12 +323,10 @@ def _check_twice(entries: "Sequence[ReadLog]") -> None:
 
 def _common_step_s(
     arguments: argparse.Namespace,
-    logs: "Sequence[ThermalLog]",
-    inputs: "Sequence[InputDefinition]",
+    logs: Sequence[ThermalLog],
+    inputs: Sequence[InputDefinition],
 ) -> float | None:
     """Return the step at which every candidate has a value; None where the rows' own step does."""
-    from thermaxis.thermal import usual_step_of  # noqa: PLC0415  --help needs none
-
     if not arguments.candidates:
         return None
     slowest = max(usual_step_of(log, inputs) for log in logs)
@@ -344,16 +335,9 @@ def _common_step_s(
 
 
 def _inputs(
-    arguments: argparse.Namespace, logs: "Sequence[ThermalLog]"
-) -> "tuple[InputDefinition, ...]":
+    arguments: argparse.Namespace, logs: Sequence[ThermalLog]
+) -> tuple[InputDefinition, ...]:
     """Return the inputs that were named, and every channel that fits a pattern."""
-    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415  not for --help
-    from thermaxis.thermal import (  # noqa: PLC0415
-        InputDefinition,
-        check_inputs,
-        parse_input,
-    )
-
     found: list[InputDefinition] = []
     for text in arguments.input:
         written = parse_input(text, channels=logs[0].columns)

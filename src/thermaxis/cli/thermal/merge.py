@@ -4,6 +4,12 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli._progress import Progress
+from thermaxis.cli.thermal._thermal_logs import check_csv_name, check_written, read_logs
+from thermaxis.errors import printable
+from thermaxis.files import write_thermal_log
+from thermaxis.thermal import merge_logs
+
 
 def _common(text: str) -> tuple[str, str]:
     first, sign, second = text.partition("=")
@@ -44,16 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Join and write."""
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
-        check_csv_name,
-        check_written,
-        read_logs,
-    )
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.files import write_thermal_log  # noqa: PLC0415
-    from thermaxis.thermal import merge_logs  # noqa: PLC0415
-
     output: Path = arguments.output
     check_csv_name(output)
     check_written([("--output", output)], [arguments.first, arguments.second, arguments.mapping])

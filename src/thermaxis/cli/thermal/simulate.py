@@ -4,16 +4,25 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli._progress import Progress
+from thermaxis.cli.thermal._thermal_logs import (
+    add_log_options,
+    check_csv_name,
+    check_written,
+    diameter,
+    read_logs,
+    remarks_of,
+)
+from thermaxis.compensation import Outcome
+from thermaxis.errors import printable
+from thermaxis.files import read_model, write_thermal_log
+from thermaxis.thermal import ThermalLog, simulate_log
+
 _LEAST_BEYOND = 0.01  # of the width of the training range: less is noise of the start
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
-        add_log_options,
-        diameter,
-    )
-
     add = parser.add_argument
     add("model", metavar="MODEL", type=Path, help="compensation model (JSON)")
     add("log", metavar="LOG", type=Path, help="thermal log: CSV, Parquet, .xlsx, .mat or .tdms")
@@ -30,18 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate and write."""
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
-        check_csv_name,
-        check_written,
-        read_logs,
-        remarks_of,
-    )
-    from thermaxis.compensation import Outcome  # noqa: PLC0415
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.files import read_model, write_thermal_log  # noqa: PLC0415
-    from thermaxis.thermal import ThermalLog, simulate_log  # noqa: PLC0415
-
     output: Path = arguments.output
     check_csv_name(output)
     check_written([("--output", output)], [arguments.model, arguments.log, arguments.mapping])

@@ -3,21 +3,29 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from thermaxis.compensation import Limits
-    from thermaxis.thermal import ThermalLog
+from thermaxis import report
+from thermaxis.cli._json import write_json
+from thermaxis.cli._progress import Progress
+from thermaxis.cli.thermal._thermal_logs import (
+    add_log_options,
+    check_written,
+    measured_output,
+    read_logs,
+    remarks_of,
+    rows_of_span,
+    sensor_warnings,
+    span,
+)
+from thermaxis.cli.thermal._verification_result import verification_as_json, verification_as_text
+from thermaxis.compensation import Limits
+from thermaxis.errors import ConfigurationError, printable
+from thermaxis.files import model_sha256, read_correction_limits, read_model
+from thermaxis.thermal import ThermalLog, verify
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415  of this command only
-        add_log_options,
-        measured_output,
-        span,
-    )
-
     add = parser.add_argument
     add("model", metavar="MODEL", type=Path, help="compensation model (JSON)")
     add(
@@ -62,23 +70,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Verify, show and write."""
-    from thermaxis.cli._json import write_json  # noqa: PLC0415  --help needs none of these
-    from thermaxis.cli._progress import Progress  # noqa: PLC0415
-    from thermaxis.cli.thermal._thermal_logs import (  # noqa: PLC0415
-        check_written,
-        read_logs,
-        remarks_of,
-        rows_of_span,
-        sensor_warnings,
-    )
-    from thermaxis.cli.thermal._verification_result import (  # noqa: PLC0415
-        verification_as_json,
-        verification_as_text,
-    )
-    from thermaxis.errors import printable  # noqa: PLC0415
-    from thermaxis.files import model_sha256, read_model  # noqa: PLC0415
-    from thermaxis.thermal import verify  # noqa: PLC0415
-
     check_written(
         [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
         [arguments.model, *arguments.logs, arguments.mapping, arguments.limits],
@@ -101,11 +92,9 @@ def run(arguments: argparse.Namespace) -> int:
             limits=limits,
         )
         if arguments.report:
-            from thermaxis.report import write_verification_report  # noqa: PLC0415  slow
-
             progress("report", 0, 0)
             for path in arguments.report:
-                write_verification_report(model, logs, result, path)
+                report.write_verification_report(model, logs, result, path)
     remarks = (*remarks_of(logs), *sensor_warnings(logs, model.channels))
     if arguments.json is not None:
         content = verification_as_json(result, model_sha256(model), remarks)
@@ -119,11 +108,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _limits(path: Path | None, outputs: "list[str]") -> "dict[str, Limits]":
+def _limits(path: Path | None, outputs: list[str]) -> dict[str, Limits]:
     """Return the limits by output; each must be one of the model."""
-    from thermaxis.errors import ConfigurationError, printable  # noqa: PLC0415  not for --help
-    from thermaxis.files import read_correction_limits  # noqa: PLC0415
-
     if path is None:
         return {}
     limits = read_correction_limits(path)
