@@ -4,7 +4,6 @@ import argparse
 import asyncio
 import io
 import socket
-import subprocess
 import sys
 import threading
 from collections.abc import Iterator
@@ -198,13 +197,3 @@ def test_a_machine_without_certificates_has_none_to_store(tmp_path: Path) -> Non
         loop.call_soon_threadsafe(loop.stop)
         thread.join(10)
         loop.close()
-
-
-def test_the_help_needs_neither_asyncua_nor_cryptography() -> None:
-    code = (
-        "import argparse, sys; from thermaxis.cli.machine import certificate as c;"
-        "c.add_arguments(argparse.ArgumentParser());"
-        "print([m for m in ('asyncua', 'cryptography', 'numpy') if m in sys.modules])"
-    )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "[]"

@@ -1,6 +1,4 @@
 import argparse
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -104,11 +102,3 @@ def test_bad_input_ends_with_exit_code_2_and_one_line(
     assert printed.out == ""
     assert "a picture" in printed.err
     assert printed.err.count("\n") == 1
-
-
-def test_nothing_heavy_is_imported_before_the_command_runs() -> None:
-    code = "import sys, thermaxis.cli.exchange.convert; print('numpy' in sys.modules)"
-    result = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=30
-    )
-    assert result.stdout.strip() == "False"

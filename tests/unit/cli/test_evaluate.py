@@ -297,18 +297,6 @@ def test_hostile_text_in_a_file_cannot_drive_the_terminal(
     assert "[bold red]" in out
 
 
-def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([]) == 0
-    assert "evaluate" in capsys.readouterr().out
-
-
-def test_unknown_words_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main(["evaluat"])
-    assert stopped.value.code == 2
-    assert "invalid choice" in capsys.readouterr().err
-
-
 def test_the_measured_file_may_be_shown_under_another_name(
     run_file: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

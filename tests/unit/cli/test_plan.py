@@ -1,8 +1,6 @@
 import argparse
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -258,20 +256,3 @@ def test_the_file_on_the_page_is_a_plan(root: Path, tmp_path: Path) -> None:
     path = tmp_path / "plan.json"
     path.write_text(shown, encoding="utf-8")
     assert read_plan(path).seed == 1
-
-
-def test_nothing_but_argparse_is_imported_before_the_command_runs() -> None:
-    code = (
-        "import sys, thermaxis.cli.axis.plan;"
-        "heavy = {'numpy', 'scipy', 'json', 'thermaxis.positioning'};"
-        "print(sorted(heavy & set(sys.modules)))"
-    )
-    shown = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=50
-    )
-    assert shown.stdout.strip() == "[]"
-
-
-def test_a_character_of_a_title_that_does_not_print_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match=r"character 8 of the title, U\+00A0"):
-        run(*SMALL, "-o", tmp_path / "p.json", "--title", "spindle\u00a0side")

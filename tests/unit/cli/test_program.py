@@ -1,6 +1,4 @@
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -209,13 +207,3 @@ def test_the_help_names_every_control(capsys: pytest.CaptureFixture[str]) -> Non
             main([command, "--help"])
         printed = " ".join(capsys.readouterr().out.split())
         assert all(name in printed for name in control_names())
-
-
-@pytest.mark.parametrize("command", ["program", "correct", "check-table"])
-def test_the_help_of_a_command_on_controls_needs_no_numpy(command: str) -> None:
-    code = (
-        "import sys; from thermaxis.cli import build_parser;"
-        f"build_parser(only='{command}'); print('numpy' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"

@@ -4,7 +4,6 @@ import argparse
 import getpass
 import io
 import stat
-import subprocess
 import sys
 from pathlib import Path
 
@@ -121,14 +120,3 @@ def test_a_file_that_others_may_read_is_not_added_to(tmp_path: Path) -> None:
     path.chmod(0o644)
     with pytest.raises(ConfigurationError, match="others than its owner"):
         run("add", path, "novak", "--role", "viewer", "--stdin")
-
-
-def test_the_help_imports_nothing_heavy() -> None:
-    code = (
-        "import argparse, sys; from thermaxis.cli.machine import user;"
-        "user.add_arguments(argparse.ArgumentParser());"
-        "heavy = ('argon2', 'asyncua', 'numpy', 'thermaxis.runtime');"
-        "print([name for name in heavy if name in sys.modules])"
-    )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.strip() == "[]"

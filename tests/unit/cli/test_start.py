@@ -1,0 +1,63 @@
+"""What a start of the command line imports, and what it says when a package is missing."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from thermaxis.cli import main
+
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "x_axis_100_cycles.csv"
+CHARTS = {"matplotlib", "typst"}
+HEAVY = CHARTS | {"asyncua", "cryptography", "numpy", "polars", "pydantic", "scipy", "sqlalchemy"}
+
+
+@pytest.mark.parametrize(
+    ("words", "unwanted"),
+    [
+        (["--help"], HEAVY | {"thermaxis.cli.axis", "thermaxis.report"}),
+        (["evaluate", str(EXAMPLE), "--no-drift"], HEAVY - {"numpy"}),
+    ],
+)
+def test_nothing_is_imported_that_is_not_needed(words: list[str], unwanted: set[str]) -> None:
+    code = f"""
+import contextlib, io, sys
+from thermaxis.cli import main
+with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
+    main({words!r})
+print(sorted({unwanted!r} & set(sys.modules)))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("command", "package", "extra"),
+    [("user", "argon2", "runtime"), ("screen", "starlette", "screen")],
+)
+def test_a_missing_package_is_named_with_the_extra_that_brings_it(
+    command: str, package: str, extra: str
+) -> None:
+    code = f"""
+import sys
+sys.modules[{package!r}] = None
+from thermaxis.cli import main
+sys.exit(main([{command!r}, "--help"]))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert f"pip install 'thermaxis[{extra}]'" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    assert "evaluate" in capsys.readouterr().out
+
+
+def test_unknown_words_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["evaluat"])
+    assert stopped.value.code == 2
+    assert "invalid choice" in capsys.readouterr().err
