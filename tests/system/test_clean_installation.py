@@ -9,15 +9,12 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 import venv
 from pathlib import Path
 
 import pytest
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
-
-DEMO_LIMIT_S = 180.0
 
 
 def clean_environment() -> dict[str, str]:
@@ -35,7 +32,6 @@ def clone(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_make_demo_on_a_clean_clone_writes_the_certificate(clone: Path) -> None:
-    since = time.monotonic()
     done = subprocess.run(
         ["make", "demo"],
         cwd=clone,
@@ -44,9 +40,7 @@ def test_make_demo_on_a_clean_clone_writes_the_certificate(clone: Path) -> None:
         encoding="utf-8",
         check=False,
     )
-    taken_s = time.monotonic() - since
     assert done.returncode == 0, done.stderr
-    assert taken_s < DEMO_LIMIT_S
     assert "ISO 230-2:2014" in done.stdout
     assert "demo/certificate.pdf" in done.stdout
     assert (clone / "demo" / "certificate.pdf").read_bytes().startswith(b"%PDF-")

@@ -17,6 +17,7 @@ from asyncua import ua
 from asyncua.client.client import Client
 from asyncua.common.node import Node
 
+from tests.in_time import in_time
 from tests.system.opcua.client import (
     CHANNELS,
     DEADLINE_S,
@@ -571,7 +572,7 @@ def test_a_killed_server_that_returns_is_read_again_within_a_second_each_time(
             assert (await link.source.read(DEADLINE_S))["Temp1"].good
             machine.kill()
             lost_s = await until(lambda: not link.session.connected, 0.5, "the loss is seen")
-            assert lost_s < 0.5
+            assert in_time(lost_s, 0.5)
             began_s = time.monotonic()
             while time.monotonic() - began_s < down_s:
                 found = await link.source.read(DEADLINE_S)
@@ -591,7 +592,7 @@ def test_a_killed_server_that_returns_is_read_again_within_a_second_each_time(
 
     within(secured_settings(machine, identity), machine, steps)
     print("working again after", [f"{one:.2f} s" for one in took_s])
-    assert max(took_s) < WORKS_AGAIN_S
+    assert in_time(max(took_s), WORKS_AGAIN_S)
     told = [line.accepted_um["Z"] for line in machine.record()[-4:] if line.accepted_um]
     assert told == pytest.approx([12.0] * len(told))
 
@@ -664,13 +665,13 @@ def test_a_frozen_server_costs_no_cycle_its_deadline_and_works_again_within_a_se
         thawed_s = time.monotonic()
         took_s = await works_again(link, lambda: thawed_s)
         print(f"working again after {took_s:.2f} s; the longest cycle took {longest_s:.2f} s")
-        assert took_s < WORKS_AGAIN_S
+        assert in_time(took_s, WORKS_AGAIN_S)
         found_um = await link.sink.found(DEADLINE_S)
         assert found_um is not None
         assert await link.sink.write({"Z_um": 3.0}, DEADLINE_S)
 
     within(secured_settings(machine, identity), machine, steps)
-    assert longest_s < 0.2 + 0.1
+    assert in_time(longest_s, 0.2 + 0.1)
 
 
 def test_a_server_that_is_busy_for_a_while_is_not_believed_late(machine: ForeignServer) -> None:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
+from tests.in_time import in_time
 from tests.system.opcua.client import OUTPUTS, USERS
 from tests.system.opcua.compensated import (
     Rules,
@@ -113,7 +114,7 @@ def assert_held_then_faded(lived: Sequence[Stay], outage: Outage) -> float:
     )
     away = [stay for stay in lived if first.begin_s <= stay.begin_s < active.begin_s]
     assert away[0].state is SupervisorState.HOLDING
-    assert away[0].begin_s - outage.killed_s < 0.5
+    assert in_time(away[0].begin_s - outage.killed_s, 0.5)
     faded = [stay for stay in away if stay.state is SupervisorState.FADING]
     if outage.returned_s - outage.killed_s > HOLD_S + 0.5:
         assert [stay.state for stay in away[:2]] == [
@@ -288,7 +289,7 @@ def test_a_machine_that_takes_offsets_over_a_little_later_is_compensated_as_fast
             assert loop.stop(60.0) == 0
         told = machine.record()
     assert_within_limits(told, rules)
-    assert took_s < 1.25 * 16.0 / rules.rate_um_per_s
+    assert in_time(took_s, 1.25 * 16.0 / rules.rate_um_per_s)
 
 
 def test_enabling_at_the_start_waits_for_a_machine_that_says_no_other_compensation_is_active(

@@ -9,8 +9,9 @@ import pytest
 from websockets.exceptions import InvalidStatus, WebSocketException
 from websockets.sync.client import connect
 
+from tests.in_time import in_time
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import Stand, Visitor, in_time, wait_until
+from tests.system.screen.stand import Stand, Visitor, wait_until
 
 Look = Callable[..., Looked]
 WRONG: Final = 6

@@ -8,8 +8,9 @@ from typing import Final
 
 import pytest
 
+from tests.in_time import in_time
 from tests.system.screen.conftest import Looked
-from tests.system.screen.stand import CYCLE_S, Stand, in_time, wait_until
+from tests.system.screen.stand import CYCLE_S, Stand, wait_until
 
 Look = Callable[..., Looked]
 SOON_S: Final = 4.0
