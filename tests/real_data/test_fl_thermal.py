@@ -115,13 +115,14 @@ def with_baselines(
     return found[0], np.stack([*found[1:], np.mean(np.abs(b[wanted] - held), axis=0)])
 
 
-@pytest.mark.parametrize("rows", [1, 4, 20])
+@pytest.mark.parametrize("rows", [1, 20])
 @pytest.mark.parametrize(
-    ("learn", "judge", "beyond"),
+    ("learn", "judge", "mean_ratio", "wanted"),
     [
-        ((0, 4445), (4445, 6669), ()),
-        ((0, 5557), (5557, 7780), ("ch5_um",)),
-        ((0, 7780), (7780, 8892), ()),
+        ((0, 4445), (4445, 6669), 1.0, {}),
+        ((0, 5557), (5557, 7780), 1.0, {"ch5_um": 1.6}),
+        ((0, 7780), (7780, 8892), 1.0, {}),
+        ((2223, 8892), (0, 2223), 1.1, {"ch3_um": 1.6, "ch5_um": 1.9}),
     ],
 )
 def test_on_other_splits_every_channel_but_the_named_is_within_1_5_times_the_best_baseline(
@@ -129,34 +130,17 @@ def test_on_other_splits_every_channel_but_the_named_is_within_1_5_times_the_bes
     y: Array,
     learn: tuple[int, int],
     judge: tuple[int, int],
-    beyond: tuple[str, ...],
+    mean_ratio: float,
+    wanted: dict[str, float],
     rows: int,
 ) -> None:
     own, baselines = with_baselines(u, y, learn, judge, rows)
     ratio = own / np.min(baselines, axis=0)
-    assert np.mean(own) <= np.min(np.mean(baselines, axis=1))
-    assert all(ratio[i] <= WANTED_RATIO for i, n in enumerate(CHANNELS) if n not in beyond), ratio
+    assert np.mean(own) <= mean_ratio * np.min(np.mean(baselines, axis=1))
+    assert np.all(ratio <= [wanted.get(n, WANTED_RATIO) for n in CHANNELS]), ratio
 
 
-@pytest.mark.parametrize("rows", [1, 4, 20])
-def test_ch5_judged_by_rows_5557_to_7779_is_not_within_1_5_but_within_1_6_times_the_best_baseline(
-    u: Array, y: Array, rows: int
-) -> None:
-    own, baselines = with_baselines(u, y, (0, 5557), (5557, 7780), rows)
-    assert own[4] <= 1.6 * np.min(baselines[:, 4])
-
-
-@pytest.mark.parametrize("rows", [1, 4, 20])
-def test_learned_backward_ch3_and_ch5_are_not_within_1_5_but_1_6_and_1_9_times_the_best_baseline(
-    u: Array, y: Array, rows: int
-) -> None:
-    own, baselines = with_baselines(u, y, (2223, 8892), (0, 2223), rows)
-    ratio = own / np.min(baselines, axis=0)
-    assert np.mean(own) <= 1.1 * np.min(np.mean(baselines, axis=1))
-    assert np.all(ratio <= [WANTED_RATIO, WANTED_RATIO, 1.6, WANTED_RATIO, 1.9]), ratio
-
-
-@pytest.mark.parametrize("step_s", [15, 60, 300])
+@pytest.mark.parametrize("step_s", [15, 300])
 def test_two_commands_with_default_settings_stay_within_three_micrometres(
     real_data: Path, tmp_path: Path, record: dict[str, Array], y: Array, step_s: int
 ) -> None:
@@ -194,16 +178,27 @@ def test_the_noisy_sensor_of_the_record_is_the_only_finding(u: Array, y: Array) 
     assert max(noise.values()) < 0.021
 
 
-@pytest.mark.parametrize("column", range(16))
-def test_a_frozen_sensor_is_found_and_its_harm_is_bounded(u: Array, y: Array, column: int) -> None:
+def frozen(u: Array, column: int) -> Array:
     broken = u.copy()
     broken[2200:4400, column] = broken[2200, column]
-    result = learned(broken[:LEARN], y[:LEARN])
-    assert [f.name for f in result.findings if f.left_out] == [CANDIDATES[column]]
-    healthy = learned(u[:LEARN], y[:LEARN])
+    return broken
+
+
+def test_every_frozen_sensor_is_found(u: Array, y: Array) -> None:
+    for column, name in enumerate(CANDIDATES):
+        own = Experiment(STEP_S, frozen(u, column)[:LEARN], y[:LEARN, 0])
+        assert [f.name for f in check_candidates([own], CANDIDATES) if f.left_out] == [name]
+
+
+def test_the_harm_of_a_frozen_sensor_is_bounded(u: Array, y: Array) -> None:
     judge = slice(LEARN, LAST)
-    before, after = errors_um(healthy, u, y, judge), errors_um(result, broken, y, judge)
-    assert np.all(after < np.maximum(2.5 * before, 1.5 * WANTED_UM))
+    before = errors_um(learned(u[:LEARN], y[:LEARN]), u, y, judge)
+    for column in (0, 4, 8, 15):
+        broken = frozen(u, column)
+        result = learned(broken[:LEARN], y[:LEARN])
+        assert [f.name for f in result.findings if f.left_out] == [CANDIDATES[column]]
+        after = errors_um(result, broken, y, judge)
+        assert np.all(after < np.maximum(2.5 * before, 1.5 * WANTED_UM))
 
 
 def test_two_exchanged_sensors_are_named(u: Array, y: Array, record: dict[str, Array]) -> None:

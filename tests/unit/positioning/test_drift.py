@@ -30,7 +30,7 @@ from .builders import run, stop_times
 TARGETS, CYCLES, STEP_S = 8, 6, 20.0
 NOISE = 0.4
 COVERAGE_FACTOR = 1.959964
-SEEDS = range(8)
+SEEDS = range(4)
 
 Times = Callable[[np.random.Generator], FloatArray]
 Truth = Callable[[FloatArray, FloatArray], FloatArray]
@@ -98,7 +98,8 @@ def inside(result: DriftResult, truth: FloatArray) -> FloatArray:
     return np.asarray(error <= COVERAGE_FACTOR * result.level_std[measured])
 
 
-# Few runs, so that the tests stay fast; benchmarks/drift_evidence.py has many.
+# Four runs of 16 levels each: a share of 0.95 scatters by 0.05, bands half as wide cover 0.67.
+# benchmarks/drift_evidence.py has many.
 def coverage(
     times: Times = standard,
     change: Callable[[PositioningTest, np.random.Generator], PositioningTest] = lambda t, _: t,
@@ -509,8 +510,8 @@ def test_the_first_reading_may_be_missing() -> None:
 
 
 def test_the_robust_fit_rarely_leaves_out_a_reading_of_a_sound_run() -> None:
-    wrong = sum(bool(evaluate_drift(made(seed)[0], robust=True).outliers) for seed in range(15))
-    assert wrong <= 2
+    wrong = sum(bool(evaluate_drift(made(seed)[0], robust=True).outliers) for seed in range(8))
+    assert wrong <= 1
 
 
 def test_an_approach_that_was_not_measured_has_no_figures() -> None:

@@ -1,5 +1,4 @@
 import itertools
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -94,8 +93,10 @@ def drifting() -> tuple[PositioningTest, DriftResult]:
 # ---- what is promised ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("axis", ["random", "constant"])
-@pytest.mark.parametrize(("cycles", "amount"), [(5, 0.5), (5, 3.0), (30, 0.5), (30, 3.0)])
+@pytest.mark.parametrize(
+    ("axis", "cycles", "amount"),
+    [("random", 5, 0.5), ("random", 30, 3.0), ("constant", 5, 3.0), ("constant", 30, 0.5)],
+)
 def test_the_true_figure_lies_within_u_in_88_to_99_percent(
     axis: str, cycles: int, amount: float
 ) -> None:
@@ -114,7 +115,7 @@ def test_the_true_figure_lies_within_u_in_88_to_99_percent(
 def test_it_does_so_with_a_drift_for_the_drift_free_and_for_the_measured_figures() -> None:
     free: list[bool] = []
     measured: list[bool] = []
-    for seed in range(16):
+    for seed in range(10):
         test, level = noisy(seed, 5, drift=6.0)
         drift = evaluate_drift(test)
         result = evaluate_uncertainty(test, drift, samples=300, seed=seed)
@@ -138,7 +139,7 @@ def test_the_bias_of_the_largest_s_is_that_of_the_chi_distribution() -> None:
     expected = 4.0 * NOISE * (np.sum(1.0 - largest) * (s[1] - s[0]) - 1.0)
     stated = [
         evaluate_uncertainty(noisy(seed, n)[0], None, samples=300).measured.bias["R_forward"]
-        for seed in range(100)
+        for seed in range(25)
     ]
     assert np.mean(stated) == pytest.approx(expected, rel=0.15)
 
@@ -154,18 +155,6 @@ def test_figure_less_bias_is_right_on_average_where_the_figure_is_not() -> None:
         left.append(error[-1] - bias)
     assert np.mean(error) > 0.08
     assert abs(np.mean(left)) < 0.05
-
-
-def test_two_thousand_draws_take_under_a_tenth_of_a_second(
-    drifting: tuple[PositioningTest, DriftResult],
-) -> None:
-    test, drift = drifting
-    taken: list[float] = []
-    for _ in range(5):
-        since = time.process_time()
-        evaluate_uncertainty(test, drift, budget=UncertaintyBudget(environmental_variation=1.0))
-        taken.append(time.process_time() - since)
-    assert min(taken) < 0.1
 
 
 # ---- what it rests on ---------------------------------------------------------------------------
@@ -523,10 +512,10 @@ def test_runs_without_scatter_have_nothing_to_state_and_rounded_ones_something()
 
 
 def test_many_targets_and_many_draws_are_drawn_in_parts() -> None:
-    test, _ = noisy(14, 3, targets=160)
-    result = evaluate_uncertainty(test, None, samples=8000)
+    test, _ = noisy(14, 3, targets=80)
+    result = evaluate_uncertainty(test, None, samples=4000)
     check_sound(result)
-    assert result.measured.standard_uncertainty["B_mean"] < 0.04
+    assert result.measured.standard_uncertainty["B_mean"] < 0.06
 
 
 def test_the_truth_of_generated_axes_lies_within_u_although_one_position_scatters_more() -> None:

@@ -203,7 +203,7 @@ def test_a_time_constant_beyond_a_third_of_the_record_has_a_flag_and_no_interval
 
 
 def test_a_warm_test_alone_says_what_it_cannot_show():
-    for seed in (1, 2, 3):
+    for seed in (1, 2):
         result = modal([virtual(seed, warm_up_h=5.0)], input_names=NAMES)
         assert any(result.flags)
         assert any("start" in text for text in result.warnings)
@@ -247,7 +247,7 @@ def test_white_noise_alone_is_covered_by_the_intervals():
     scaled = []
     u = steps(1440, 9)
     clean = simulate_modal(TRUTH, 20.0, u)
-    for seed in range(12):
+    for seed in range(6):
         y = clean + np.random.default_rng(seed).normal(0.0, 1.0, clean.size)
         result = modal([Experiment(20.0, u, y)], input_names=NAMES)
         for part, std, true in zip(result.model.parts, result.std, TRUTH.parts, strict=True):
