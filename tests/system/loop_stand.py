@@ -110,7 +110,7 @@ largest_rate_um_per_s = {rate_um_per_s}
 
 [supervisor]
 settle_s = {settle_s}
-heal_s = {heal_s}
+recovery_delay_s = {recovery_delay_s}
 hold_connection_s = 30.0
 stop_within_s = 60.0
 
@@ -165,7 +165,7 @@ def write_site(
         largest_um=LARGEST_UM,
         rate_um_per_s=RATE_UM_PER_S,
         settle_s=SETTLE_S,
-        heal_s=HEAL_S,
+        recovery_delay_s=HEAL_S,
     )
     path = folder / "machine.toml"
     path.write_text(text + more, encoding="utf-8")

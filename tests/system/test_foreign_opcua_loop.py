@@ -69,7 +69,7 @@ def test_a_server_killed_twenty_times_is_compensated_within_two_seconds_of_each_
         rate_um_per_s=3.0,
         supervisor={
             "settle_s": 2.0,
-            "grace_s": 0.3,
+            "input_timeout_s": 0.3,
             "hold_input_s": HOLD_S,
             "hold_connection_s": HOLD_S,
         },
@@ -169,7 +169,12 @@ def test_the_judge_of_the_machines_record_finds_what_passes_a_limit_and_nothing_
     assert excess(returned, "Z", rules).rate_um < 0.0
 
 
-QUICK = {"settle_s": 2.0, "grace_s": 0.3, "hold_input_s": HOLD_S, "hold_connection_s": HOLD_S}
+QUICK = {
+    "settle_s": 2.0,
+    "input_timeout_s": 0.3,
+    "hold_input_s": HOLD_S,
+    "hold_connection_s": HOLD_S,
+}
 
 
 def test_every_fault_of_the_machine_leads_to_its_state_and_heals_by_itself(tmp_path: Path) -> None:

@@ -76,9 +76,9 @@ class SupervisorRules:
 
     settle_s: float = 60.0
     """Time that the model runs before the first correction. Default: a minute. [s]"""
-    heal_s: float = 1.0
+    recovery_delay_s: float = 1.0
     """Time that everything must be there again after a loss. Default: a second. [s]"""
-    grace_s: float = 2.0
+    input_timeout_s: float = 2.0
     """Time for which a lost input is bridged by its last value. Default: two cycles. [s]"""
     hold_input_s: float = 300.0
     """Time for which the correction is held while an input is lost. Default: five minutes. [s]"""
@@ -96,7 +96,7 @@ class SupervisorRules:
     """Time for which they may differ before it is a fault. Default: ten cycles. [s]"""
     longest_trim_s: float = 28_800.0
     """Longest time after which a trim expires. Default: a shift. [s]"""
-    patience_s: float = field(init=False, repr=False, compare=False)
+    max_hold_s: float = field(init=False, repr=False, compare=False)
     """Time for which the correction is held at most, whatever comes and goes meanwhile: the
     longest of the times above, and what it takes to settle and to heal. [s]"""
 
@@ -112,8 +112,8 @@ class SupervisorRules:
         longest_s = max(
             self.hold_input_s, self.hold_connection_s, self.hold_interlock_s, self.hold_operator_s
         )
-        patience_s = self.settle_s + self.heal_s + self.grace_s + longest_s
-        object.__setattr__(self, "patience_s", patience_s)
+        max_hold_s = self.settle_s + self.recovery_delay_s + self.input_timeout_s + longest_s
+        object.__setattr__(self, "max_hold_s", max_hold_s)
 
 
 class Memory(NamedTuple):
@@ -194,7 +194,7 @@ def blockers(rules: SupervisorRules, memory: Memory) -> tuple[Blocker, ...]:
     return (
         Blocker(Reason.CONNECTION_LOST, memory.connection_lost_s, 0.0, rules.hold_connection_s),
         Blocker(Reason.INTERLOCK_OPEN, memory.interlock_open_s, 0.0, rules.hold_interlock_s),
-        Blocker(Reason.INPUT_BAD, memory.input_lost_s, rules.grace_s, rules.hold_input_s),
+        Blocker(Reason.INPUT_BAD, memory.input_lost_s, rules.input_timeout_s, rules.hold_input_s),
         Blocker(Reason.SETTLING, settling_s, 0.0, math.inf),
         Blocker(held, memory.held_s, 0.0, hold_s),
     )
@@ -229,7 +229,7 @@ def conditions(
     """Return which conditions are met in a cycle."""
     # A machine that cannot be reached may have another offset than the last one written.
     known_at_zero = signals.at_zero and signals.connected
-    expired = memory.halted_s > rules.patience_s or any(
+    expired = memory.halted_s > rules.max_hold_s or any(
         one.lasts_s > one.bridged_s + one.held_s for one in blocking
     )
     return {
@@ -240,7 +240,7 @@ def conditions(
         Condition.NOT_ENABLED: not memory.enabled,
         Condition.NOT_ENABLED_AT_ZERO: not memory.enabled and known_at_zero,
         Condition.NOTHING_BLOCKS: not blocking,
-        Condition.ALL_THERE: not blocking and memory.ready_s >= rules.heal_s,
+        Condition.ALL_THERE: not blocking and memory.ready_s >= rules.recovery_delay_s,
         Condition.EXPIRED: expired,
         Condition.EXPIRED_NOT_AT_ZERO: expired and not signals.at_zero,
         Condition.KNOWN_AT_ZERO: known_at_zero,
@@ -389,7 +389,7 @@ def _counted(rules: SupervisorRules, memory: Memory, signals: Signals, elapsed_s
     halted = memory.enabled and memory.state in {WARMING, HOLDING, FADING}
     return memory._replace(
         running_s=_grown(memory.running_s, elapsed_s, rules.settle_s, on=signals.model_runs),
-        ready_s=_grown(memory.ready_s, elapsed_s, rules.heal_s, on=ready),
+        ready_s=_grown(memory.ready_s, elapsed_s, rules.recovery_delay_s, on=ready),
         input_lost_s=_grown(memory.input_lost_s, first_s, on=not signals.inputs_usable),
         connection_lost_s=_grown(memory.connection_lost_s, first_s, on=not signals.connected),
         interlock_open_s=_grown(memory.interlock_open_s, first_s, on=not signals.interlocks_met),

@@ -284,8 +284,8 @@ def _require_counted(settings: PlcSettings) -> None:
     compensation = settings.compensation
     rules = compensation.supervisor
     for where, seconds in (
-        ("supervisor", rules.patience_s),
-        ("supervisor", rules.grace_s + rules.hold_input_s),
+        ("supervisor", rules.max_hold_s),
+        ("supervisor", rules.input_timeout_s + rules.hold_input_s),
         ("longest_hold_s", compensation.model.longest_hold_s),
         *(
             (f"frozen_s of {channel}", sensor.frozen_s)

@@ -121,7 +121,7 @@ largest_trim_um = {trim_um}
 
 [supervisor]
 settle_s = 2.0
-heal_s = 0.5
+recovery_delay_s = 0.5
 hold_connection_s = 120.0
 stop_within_s = 60.0
 

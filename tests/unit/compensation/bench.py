@@ -24,8 +24,8 @@ RATE = 1.0
 LARGEST = 20.0
 RULES = {
     "settle_s": 3.0,
-    "heal_s": 2.0,
-    "grace_s": 1.0,
+    "recovery_delay_s": 2.0,
+    "input_timeout_s": 1.0,
     "hold_input_s": 4.0,
     "hold_connection_s": 4.0,
     "hold_interlock_s": 0.0,

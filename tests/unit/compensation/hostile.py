@@ -34,8 +34,8 @@ ODD = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e7, 0.0, -40.0)
 ODD_OBJECTS: tuple[Any, ...] = (None, True, "20", 7, (), *ODD)
 QUICK = {
     "settle_s": 3.0,
-    "heal_s": 2.0,
-    "grace_s": 1.5,
+    "recovery_delay_s": 2.0,
+    "input_timeout_s": 1.5,
     "hold_input_s": 5.0,
     "hold_connection_s": 4.0,
     "hold_interlock_s": 2.0,
@@ -428,8 +428,8 @@ class Laws:
             assert reading.other_compensation is not True
             assert False not in reading.interlocks[:wanted]
             if self.state is not SupervisorState.ACTIVE:
-                assert self.there_s >= rules.heal_s - 1e-9
-                assert there or rules.grace_s > 0.0 or rules.heal_s == 0.0
+                assert self.there_s >= rules.recovery_delay_s - 1e-9
+                assert there or rules.input_timeout_s > 0.0 or rules.recovery_delay_s == 0.0
         if self.state is SupervisorState.FAULT:
             assert now is SupervisorState.FAULT
         if self.state is SupervisorState.OFF and not self.enabled:
@@ -444,7 +444,7 @@ class Laws:
                 rules.hold_interlock_s,
                 rules.hold_operator_s,
             )
-            most_s = longest_s + rules.settle_s + rules.heal_s + rules.grace_s
+            most_s = longest_s + rules.settle_s + rules.recovery_delay_s + rules.input_timeout_s
             assert self.away_s <= most_s + 1e-6
         else:
             self.away_s = 0.0

@@ -178,7 +178,7 @@ def test_the_magnitude_bounds_the_model_and_the_total_both() -> None:
 
 
 def test_one_output_at_its_magnitude_for_too_long_is_a_fault() -> None:
-    compensation = quick_lathe(settle_s=0.0, heal_s=0.0)
+    compensation = quick_lathe(settle_s=0.0, recovery_delay_s=0.0)
     state, states = cycle_state(compensation), []
     for k in range(9):
         samples = (Sample(24.0), Sample(20.0), Sample(20.0))
@@ -275,7 +275,7 @@ def test_outside_the_total_a_faulty_correction_waits_at_the_total() -> None:
 
 
 def test_outputs_that_follow_fade_while_another_is_waited_for() -> None:
-    compensation = quick_lathe(settle_s=0.0, heal_s=0.0)
+    compensation = quick_lathe(settle_s=0.0, recovery_delay_s=0.0)
     state = cycle_state(compensation)
     samples = (Sample(20.0), Sample(20.0), Sample(20.0))
     base = CycleReading(0.0, samples, interlocks=(True, True))
@@ -327,7 +327,7 @@ def test_disabled_while_the_machine_is_lost_it_fades_what_is_found_on_return() -
 
 
 def test_a_model_that_has_nothing_to_say_moves_nothing() -> None:
-    bench = Bench(lathe(longest_hold_s=0.5, grace_s=9.0, settle_s=0.0)).to(ACTIVE)
+    bench = Bench(lathe(longest_hold_s=0.5, input_timeout_s=9.0, settle_s=0.0)).to(ACTIVE)
     bench.warmth_k = -6.0
     output = bench.step(samples=())
     assert (output.state, output.quality, bench.um) == (ACTIVE, Quality.BAD, 5.0)
@@ -710,10 +710,12 @@ def test_another_model_keeps_references_sensors_and_corrections_by_name() -> Non
 
 
 def test_another_model_that_runs_along_the_past_is_where_it_would_be() -> None:
-    bench = Bench(lathe(settle_s=3.0, heal_s=4.0)).to(WARMING)
+    bench = Bench(lathe(settle_s=3.0, recovery_delay_s=4.0)).to(WARMING)
     bench.steps(12)
     assert bench.now is ACTIVE
-    slow = lathe(part=Part("s", "s", "", 0.0, (Section(4.0, 50.0),)), settle_s=3.0, heal_s=4.0)
+    slow = lathe(
+        part=Part("s", "s", "", 0.0, (Section(4.0, 50.0),)), settle_s=3.0, recovery_delay_s=4.0
+    )
     past = [(bench.time_s - 20.0, {"s": 20.0}), (bench.time_s - 19.0, {"s": 15.0})]
     past += [(bench.time_s - 10.0, {"w": 99.0}), (bench.time_s, {"s": 15.0, "w": 99.0})]
     bench.state = with_compensation(slow, bench.compensation, bench.state, past)

@@ -130,7 +130,7 @@ PLAYED = (
     Played(
         *((ACTIVE,), C.NOTHING_BLOCKS, ACTIVE, C.NOTHING_TO_SAY, STAYS),
         lambda b: (
-            setattr(b, "compensation", lathe(longest_hold_s=0.0, grace_s=9.0)),
+            setattr(b, "compensation", lathe(longest_hold_s=0.0, input_timeout_s=9.0)),
             b.step(samples=()),
         ),
     ),
@@ -145,7 +145,7 @@ PLAYED = (
     ),
     Played((HOLDING,), C.EXPIRED, FADING, OTHERWISE, TO_ZERO, lambda b: b.steps(6)),
     Played((HOLDING,), OTHERWISE, HOLDING, OTHERWISE, STAYS, lambda b: b.steps(5)),
-    Played(  # everything there again, not yet for heal_s
+    Played(  # everything there again, not yet for recovery_delay_s
         *((HOLDING,), OTHERWISE, HOLDING, OTHERWISE, STAYS),
         lambda b: (b.step(RESUME, samples=()), b.step(samples=()), b.step()),
     ),
@@ -292,7 +292,7 @@ def test_the_defaults_in_the_docs_are_those_of_the_program() -> None:
     text = PAGE.read_text(encoding="utf-8")
     rules = SupervisorRules()
     for name, said in (
-        ("grace_s", "2 s"),
+        ("input_timeout_s", "2 s"),
         ("hold_input_s", "300 s"),
         ("hold_connection_s", "300 s"),
         ("hold_interlock_s", "0 s"),
@@ -302,10 +302,10 @@ def test_the_defaults_in_the_docs_are_those_of_the_program() -> None:
     ):
         assert f"| `{name}` | {said} |" in text
         assert getattr(rules, name) == float(said.removesuffix(" s"))
-    assert rules.patience_s == 3663.0
+    assert rules.max_hold_s == 3663.0
     assert "| 3663 s |" in text
     assert (rules.read_back_tolerance_um, rules.read_back_s) == (0.5, 10.0)
-    assert (rules.longest_trim_s, rules.heal_s) == (28_800.0, 1.0)
+    assert (rules.longest_trim_s, rules.recovery_delay_s) == (28_800.0, 1.0)
 
 
 # ---- times: one cycle before, and at -------------------------------------------------------------
@@ -374,9 +374,9 @@ def test_a_hold_is_expired_when_it_has_lasted_for_longer_than_it_may() -> None:
 
 
 def test_what_comes_and_goes_is_not_held_for_ever() -> None:
-    bench = Bench(lathe(heal_s=3.0)).to(ACTIVE)
+    bench = Bench(lathe(recovery_delay_s=3.0)).to(ACTIVE)
     states = [bench.step(**(LOST if k % 2 == 0 else {})).state for k in range(40)]
-    longest_s = RULES["hold_operator_s"] + RULES["settle_s"] + 3.0 + RULES["grace_s"]
+    longest_s = RULES["hold_operator_s"] + RULES["settle_s"] + 3.0 + RULES["input_timeout_s"]
     assert states.count(HOLDING) == longest_s + 1
     assert set(states[int(longest_s) + 1 :]) == {FADING, WARMING}
     assert bench.um == 0.0
@@ -499,7 +499,7 @@ WELL = Signals(
 
 
 def test_times_are_counted_no_further_than_asked() -> None:
-    rules = SupervisorRules(settle_s=3.0, heal_s=2.0)
+    rules = SupervisorRules(settle_s=3.0, recovery_delay_s=2.0)
     memory = Memory(enabled=True)
     for k in range(10):
         memory = supervisor_step(rules, memory, WELL, float(k), 1.0).memory

@@ -47,7 +47,8 @@ Numbers = Any
 """Array of numbers, one row per call."""
 
 _DURATIONS = (
-    "settle_s", "heal_s", "grace_s", "hold_input_s", "hold_connection_s", "hold_interlock_s",
+    "settle_s", "recovery_delay_s", "input_timeout_s",
+    "hold_input_s", "hold_connection_s", "hold_interlock_s",
     "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s",
 )  # fmt: skip
 _IDENTITY = ("model_id_1", "model_id_2")

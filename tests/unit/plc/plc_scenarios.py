@@ -39,8 +39,8 @@ QUALITIES = list(Quality)
 
 QUICK = SupervisorRules(
     settle_s=6.0,
-    heal_s=2.0,
-    grace_s=1.5,
+    recovery_delay_s=2.0,
+    input_timeout_s=1.5,
     hold_input_s=9.0,
     hold_connection_s=8.0,
     hold_interlock_s=3.0,

@@ -134,7 +134,8 @@ def a_part(
 def a_compensation(rng: random.Random, cycle_s: float, *, reference: str) -> Compensation:
     model = a_model(rng, cycle_s, reference=reference)
     seconds = dict.fromkeys(
-        ("settle_s", "heal_s", "grace_s", "hold_input_s", "hold_connection_s", "hold_interlock_s",
+        ("settle_s", "recovery_delay_s", "input_timeout_s",
+         "hold_input_s", "hold_connection_s", "hold_interlock_s",
          "hold_operator_s", "at_limit_s", "read_back_s", "longest_trim_s"),
         0.0,
     )  # fmt: skip
@@ -473,7 +474,7 @@ def test_with_a_cycle_that_binary_numbers_do_not_hold_the_first_minute_differs_b
     rng = random.Random(seed)  # noqa: S311 - a seeded world
     plain = a_compensation(rng, cycle_s, reference=(START, STATED)[seed % 2])
     rules = {c: replace(r, frozen_s=0.0) for c, r in plain.sensors.items()}
-    quiet = SupervisorRules(settle_s=0.25, heal_s=0.15)
+    quiet = SupervisorRules(settle_s=0.25, recovery_delay_s=0.15)
     settings = export_settings(
         replace(plain, sensors=rules, supervisor=quiet), cycle_s=cycle_s, name="axis"
     )
@@ -838,7 +839,7 @@ def one_section(*, double: bool, tau_s: float = 1200.0, cycle_s: float = 1.0) ->
         model=model,
         sensors={"spindle": SensorRules(lowest_c=1.0, highest_c=90.0, step_k=50.0, frozen_s=0.0)},
         limits={"Z_um": Limits(1000.0, 1000.0)},
-        supervisor=SupervisorRules(settle_s=2.0, heal_s=1.0),
+        supervisor=SupervisorRules(settle_s=2.0, recovery_delay_s=1.0),
     )
     return export_settings(
         compensation,
@@ -935,8 +936,9 @@ def side_by_side(
 def test_whatever_comes_and_goes_a_hold_ends() -> None:
     """The connection comes back again and again, never for as long as it takes to heal."""
     plain = one_section(double=True).compensation
-    rules = SupervisorRules(settle_s=2.0, heal_s=5.0, grace_s=1.0, hold_connection_s=20.0,
-                            hold_input_s=4.0, hold_operator_s=4.0)  # fmt: skip
+    rules = SupervisorRules(settle_s=2.0, recovery_delay_s=5.0, input_timeout_s=1.0,
+                            hold_connection_s=20.0, hold_input_s=4.0,
+                            hold_operator_s=4.0)  # fmt: skip
     settings = export_settings(replace(plain, supervisor=rules), cycle_s=1.0, name="z")
     rows: list[dict[str, Any]] = [{}] * 10
     rows += [{"connected": k % 6 >= 3} for k in range(60)]
@@ -944,7 +946,7 @@ def test_whatever_comes_and_goes_a_hold_ends() -> None:
     states = [output.state for output in said]
     assert states[9] is SupervisorState.ACTIVE
     held = states.count(SupervisorState.HOLDING)
-    assert held == rules.patience_s + 1.0
+    assert held == rules.max_hold_s + 1.0
     assert states[10 + held] is SupervisorState.FADING
 
 
@@ -1540,7 +1542,7 @@ REPEATS = {
         "fault_word = 2048",
         "fault = 0",  # only read in the state Fault
         "running_s = settle_s",  # how far beyond the limit is counted does not matter
-        "ready_s = heal_s",
+        "ready_s = recovery_delay_s",
         "running_s = zero",  # it is zero before the model starts, and then runs for ever
         "halted_s = halted_s",  # by name in test_whatever_comes_and_goes_a_hold_ends
     },

@@ -157,8 +157,8 @@ def test_the_table_of_losses_has_the_numbers_of_the_export_and_the_head_has_them
     settings = exported()
     rules = SupervisorRules(
         settle_s=61.0,
-        heal_s=3.5,
-        grace_s=2.5,
+        recovery_delay_s=3.5,
+        input_timeout_s=2.5,
         hold_input_s=310.0,
         hold_connection_s=320.0,
         hold_interlock_s=7.0,

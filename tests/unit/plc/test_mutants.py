@@ -105,8 +105,8 @@ def settings_with_everything(*, double: bool = True) -> PlcSettings:
         },
         supervisor=SupervisorRules(
             settle_s=7.0,
-            heal_s=3.0,
-            grace_s=2.0,
+            recovery_delay_s=3.0,
+            input_timeout_s=2.0,
             hold_input_s=9.0,
             hold_connection_s=8.0,
             hold_interlock_s=5.0,

@@ -171,6 +171,15 @@ def test_an_unknown_key_is_named_with_its_line_and_the_nearest_known_one(
     assert f"line {line_of(path, wrong)}" in problem.place
 
 
+@pytest.mark.parametrize(
+    ("now", "before"), [("recovery_delay_s", "heal_s"), ("input_timeout_s", "grace_s")]
+)
+def test_a_key_that_has_another_name_now_is_told_it(tmp_path: Path, now: str, before: str) -> None:
+    assert machine_file(tmp_path, ("hold_input_s", now))
+    path = machine_file(tmp_path, ("hold_input_s", before))
+    assert only_problem(path).remedy == f"Write {now}, as it is called now"
+
+
 def test_an_unknown_key_never_shows_its_value(tmp_path: Path) -> None:
     path = machine_file(tmp_path, ("[sink]", '[sink]\npasword = "hunter2"'))
     with pytest.raises(ConfigurationError) as caught:

@@ -68,7 +68,9 @@ def morning(tmp_path_factory: pytest.TempPathFactory) -> Morning:
             c: SensorRules(lowest_c=5.0, highest_c=80.0, longest_age_s=60.0) for c in model.channels
         },
         limits={"Z_um": Limits(280.0, 0.5)},
-        supervisor=SupervisorRules(settle_s=60.0, grace_s=20.0, heal_s=10.0, read_back_s=60.0),
+        supervisor=SupervisorRules(
+            settle_s=60.0, input_timeout_s=20.0, recovery_delay_s=10.0, read_back_s=60.0
+        ),
         cycle_s=CYCLE_S,
     )
     historian = SimulatedHistorian()

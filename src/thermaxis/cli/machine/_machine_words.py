@@ -224,12 +224,12 @@ def _times(configuration: "MachineConfiguration") -> "Iterable[str]":
         f" After a restart it is enabled by itself {again}."
     )
     yield (
-        f"A lost input is bridged for {_seconds(rules.grace_s)}, then Holding for"
+        f"A lost input is bridged for {_seconds(rules.input_timeout_s)}, then Holding for"
         f" {_seconds(rules.hold_input_s)}, then Fading to zero; a lost connection: Holding for"
         f" {_seconds(rules.hold_connection_s)}; an open interlock:"
         f" {_at_once(rules.hold_interlock_s)}; an operator's hold:"
-        f" {_seconds(rules.hold_operator_s)}. All is there again for {_seconds(rules.heal_s)}: it"
-        " heals by itself."
+        f" {_seconds(rules.hold_operator_s)}. All is there again for"
+        f" {_seconds(rules.recovery_delay_s)}: it recovers by itself."
     )
     yield (
         f"Fault, until somebody acknowledges it: {_seconds(rules.at_limit_s)} at the limit;"

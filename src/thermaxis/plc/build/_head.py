@@ -15,11 +15,10 @@ from thermaxis.compensation import (
     SampleQuality,
     SupervisorState,
 )
-from thermaxis.plc.build._draft import numbered
-from thermaxis.plc.tree import remark_text
-from thermaxis.plc.tree import noted
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
+from thermaxis.plc.build._draft import numbered
 from thermaxis.plc.build._warnings import never_corrects, setting_warnings
+from thermaxis.plc.tree import noted, remark_text
 
 WIDTH = 88
 """Longest line of the head. Origin: a line of 100 signs with the signs of a remark. [1]"""
@@ -219,18 +218,18 @@ def _supervisor(settings: PlcSettings) -> Iterator[str]:
     hold_s = settings.compensation.model.longest_hold_s
     yield (
         f"Before the first correction the model settles for {noted(rules.settle_s)} s. After a"
-        f" loss everything must be there for {noted(rules.heal_s)} s."
+        f" loss everything must be there for {noted(rules.recovery_delay_s)} s."
     )
     yield (
-        f"A lost input: its last value counts on, for {noted(rules.grace_s)} s in Active, then"
-        f" for {noted(rules.hold_input_s)} s in Holding, then Fading. The model computes on with"
-        f" it meanwhile, model_quality is 2 (bad) after {noted(hold_s)} s."
+        f"A lost input: its last value counts on, for {noted(rules.input_timeout_s)} s in Active,"
+        f" then for {noted(rules.hold_input_s)} s in Holding, then Fading. The model computes on"
+        f" with it meanwhile, model_quality is 2 (bad) after {noted(hold_s)} s."
     )
     yield (
         f"Held, then Fading: without a connection {noted(rules.hold_connection_s)} s, with an"
         f" interlock open {noted(rules.hold_interlock_s)} s, by an operator"
         f" {noted(rules.hold_operator_s)} s although hold stands, whatever comes and goes"
-        f" {noted(rules.patience_s)} s."
+        f" {noted(rules.max_hold_s)} s."
     )
     yield (
         f"Fault: a read-back that differs by more than {noted(rules.read_back_tolerance_um)} um"

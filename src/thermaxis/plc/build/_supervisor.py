@@ -3,6 +3,7 @@
 from typing import NamedTuple, final
 
 from thermaxis.compensation import Reason, SupervisorRules, SupervisorState
+from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.build._draft import (
     NO,
     YES,
@@ -23,7 +24,6 @@ from thermaxis.plc.build._draft import (
     when,
     within,
 )
-from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.tree import Block, Count, Expression, If, Kind, Name, Statement
 
 REQUESTS = "tx_requests"
@@ -300,10 +300,16 @@ class _Times:
         self.at_limit = counted("at_limit", "the model has asked for too much")
         self.halted = counted("halted", "it has been enabled and not active")
         self.settle = limit("settle", "the model settles for", rules.settle_s)
-        self.heal = limit("heal", "everything must be there for", rules.heal_s)
-        self.grace = limit("grace", "a lost input is bridged for", rules.grace_s)
+        self.recovery_delay = limit(
+            "recovery_delay", "everything must be there for", rules.recovery_delay_s
+        )
+        self.input_timeout = limit(
+            "input_timeout", "a lost input is bridged for", rules.input_timeout_s
+        )
         self.longest_input = limit(
-            "hold_input", "grace and hold of a lost input", rules.grace_s + rules.hold_input_s
+            "hold_input",
+            "timeout and hold of a lost input",
+            rules.input_timeout_s + rules.hold_input_s,
         )
         self.longest_connection = limit(
             "hold_connection", "hold without a connection", rules.hold_connection_s
@@ -316,7 +322,7 @@ class _Times:
         self.longest_at_limit = limit(
             "longest_at_limit", "it may stand at the limit for", rules.at_limit_s
         )
-        self.patience = limit("patience", "held at most, whatever comes", rules.patience_s)
+        self.max_hold = limit("max_hold", "held at most, whatever comes", rules.max_hold_s)
         self.first_differs = limit(
             "first_differs", "what the first cycle counts of it", min(cycle_s, rules.read_back_s)
         )
@@ -349,7 +355,7 @@ def _counted(
             both(at_work, signals.at_limit),
             times.first_at_limit,
         ),
-        _Counter(times.halted, times.patience, both(signals.enabled, waiting)),
+        _Counter(times.halted, times.max_hold, both(signals.enabled, waiting)),
     )
     everything = both(
         signals.inputs_usable, signals.connected, signals.interlocks_met, signals.model_runs
@@ -357,7 +363,7 @@ def _counted(
     return (
         let(ready, everything),
         _up_to(times.running, times.settle, signals.model_runs, zero, cycle_s),
-        _up_to(times.ready, times.heal, ready, zero, cycle_s),
+        _up_to(times.ready, times.recovery_delay, ready, zero, cycle_s),
         note("Of the next ones no fault follows from a single cycle, however long that is."),
         *(_grown(counter, zero, cycle_s) for counter in counters),
     )
@@ -393,7 +399,7 @@ def _blockers(
 
     return (
         let(blocked, Count(0)),
-        let(expired, above(times.halted, times.patience)),
+        let(expired, above(times.halted, times.max_hold)),
         when(
             above(times.connection_lost, zero),
             add(Reason.CONNECTION_LOST),
@@ -405,7 +411,7 @@ def _blockers(
             when(above(times.interlock_open, times.longest_interlock), let(expired, YES)),
         ),
         when(
-            above(times.input_lost, times.grace),
+            above(times.input_lost, times.input_timeout),
             add(Reason.INPUT_BAD),
             when(above(times.input_lost, times.longest_input), let(expired, YES)),
         ),
@@ -427,7 +433,7 @@ def _next_state(
     blocked, expired, known_zero = seen
     free = both(
         equals(blocked, Count(0)),
-        either(equals(state, _ACTIVE), at_least(times.ready, times.heal)),
+        either(equals(state, _ACTIVE), at_least(times.ready, times.recovery_delay)),
     )
     fades = both(expired, no(both(signals.at_zero, equals(state, _WARMING))))
     return choose(

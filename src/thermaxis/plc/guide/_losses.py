@@ -21,12 +21,12 @@ class _Loss(NamedTuple):
 
 def losses_text(settings: PlcSettings) -> Iterator[str]:
     """Yield the lines of the tables."""
-    grace_s, cycle_s = settings.compensation.supervisor.grace_s, settings.cycle_s
+    input_timeout_s, cycle_s = settings.compensation.supervisor.input_timeout_s, settings.cycle_s
     counted = "Times are counted in whole calls"
-    if grace_s < cycle_s:
+    if input_timeout_s < cycle_s:
         counted += (
-            f", so the {figure(grace_s)} s that bridge a lost temperature are over in its first"
-            f" call, which lasts {figure(cycle_s)} s"
+            f", so the {figure(input_timeout_s)} s that bridge a lost temperature are over in its"
+            f" first call, which lasts {figure(cycle_s)} s"
         )
     yield (
         "These are the numbers of this export. Nothing moves the correction faster than the rate."
@@ -59,7 +59,7 @@ def _held(seconds: float, beyond: str = "") -> str:
 
 
 def _heals(rules: SupervisorRules) -> str:
-    return f"{_BY_ITSELF}, once everything is there for {figure(rules.heal_s)} s"
+    return f"{_BY_ITSELF}, once everything is there for {figure(rules.recovery_delay_s)} s"
 
 
 def _inputs(settings: PlcSettings) -> Iterator[_Loss]:
@@ -67,9 +67,10 @@ def _inputs(settings: PlcSettings) -> Iterator[_Loss]:
     rules, hold_s = compensation.supervisor, compensation.model.longest_hold_s
     yield _Loss(
         "a temperature: `ok_` FALSE, no number, out of range, too fast, frozen",
-        f"its last value counts on for {figure(rules.grace_s)} s",
-        f"then Holding; {_held(rules.grace_s + rules.hold_input_s)} in all. The model computes on"
-        f" with that value meanwhile, `model_quality` is 2 (bad) after {figure(hold_s)} s",
+        f"its last value counts on for {figure(rules.input_timeout_s)} s",
+        f"then Holding; {_held(rules.input_timeout_s + rules.hold_input_s)} in all. The model"
+        f" computes on with that value meanwhile, `model_quality` is 2 (bad)"
+        f" after {figure(hold_s)} s",
         f"{_heals(rules)}; a jump by `reset` or when the value comes back, never by waiting",
     )
     percent = round(100 * CYCLE_TOLERANCE)
@@ -118,7 +119,7 @@ def _machine(settings: PlcSettings) -> Iterator[_Loss]:
     yield _Loss(
         "any of these in turn, coming and going",
         "Holding",
-        _held(rules.patience_s),
+        _held(rules.max_hold_s),
         _heals(rules),
     )
 

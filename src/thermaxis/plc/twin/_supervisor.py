@@ -45,9 +45,9 @@ class SupervisorTwin:
     def __init__(self, rules: SupervisorRules, cycle_s: float, rounded: Rounding) -> None:
         r = self._r = rounded
         self._cycle_s = r(cycle_s)
-        self._settle_s, self._heal_s = r(rules.settle_s), r(rules.heal_s)
-        self._grace_s = r(rules.grace_s)
-        self._hold_input_s = r(rules.grace_s + rules.hold_input_s)
+        self._settle_s, self._recovery_delay_s = r(rules.settle_s), r(rules.recovery_delay_s)
+        self._input_timeout_s = r(rules.input_timeout_s)
+        self._hold_input_s = r(rules.input_timeout_s + rules.hold_input_s)
         self._hold_connection_s = r(rules.hold_connection_s)
         self._hold_interlock_s = r(rules.hold_interlock_s)
         self._hold_operator_s = r(rules.hold_operator_s)
@@ -58,7 +58,9 @@ class SupervisorTwin:
             rules.hold_interlock_s,
             rules.hold_operator_s,
         )
-        self._patience_s = r(rules.settle_s + rules.heal_s + rules.grace_s + max(holds_s))
+        self._max_hold_s = r(
+            rules.settle_s + rules.recovery_delay_s + rules.input_timeout_s + max(holds_s)
+        )
         self.state = _OFF
         self.enabled = False
         self.held = False
@@ -144,7 +146,7 @@ class SupervisorTwin:
         at_work = self.state in {_ACTIVE, _HOLDING}
         halted = self.enabled and self.state in {_WARMING, _HOLDING, _FADING}
         self._running_s = min(counted(self._running_s, on=now.model_runs), self._settle_s)
-        self._ready_s = min(counted(self._ready_s, on=ready), self._heal_s)
+        self._ready_s = min(counted(self._ready_s, on=ready), self._recovery_delay_s)
         self._input_lost_s = counted(self._input_lost_s, on=not now.inputs_usable)
         self._connection_lost_s = counted(self._connection_lost_s, on=not now.connected)
         self._interlock_open_s = counted(self._interlock_open_s, on=not now.interlocks_met)
@@ -174,7 +176,7 @@ class SupervisorTwin:
         longest = (
             (Reason.CONNECTION_LOST, self._connection_lost_s, 0.0, self._hold_connection_s),
             (Reason.INTERLOCK_OPEN, self._interlock_open_s, 0.0, self._hold_interlock_s),
-            (Reason.INPUT_BAD, self._input_lost_s, self._grace_s, self._hold_input_s),
+            (Reason.INPUT_BAD, self._input_lost_s, self._input_timeout_s, self._hold_input_s),
         )
         reasons = [reason for reason, lost_s, bridged_s, _ in longest if lost_s > bridged_s]
         expired = any(
@@ -186,7 +188,7 @@ class SupervisorTwin:
             too_long = self._held_s > self._hold_operator_s
             reasons.append(Reason.HOLD_EXPIRED if too_long else Reason.OPERATOR_HOLD)
             expired = expired or too_long
-        return tuple(reasons), expired or self._halted_s > self._patience_s
+        return tuple(reasons), expired or self._halted_s > self._max_hold_s
 
     def _next(self, now: Now, *, blocked: bool, expired: bool) -> SupervisorState:
         """Return the state of this call: the table's rows, faults apart."""
@@ -196,7 +198,7 @@ class SupervisorTwin:
             return _OFF if state is _OFF or known_zero else _FADING
         if state is _OFF:
             return _WARMING
-        healed = not blocked and self._ready_s >= self._heal_s
+        healed = not blocked and self._ready_s >= self._recovery_delay_s
         if healed or (state is _ACTIVE and not blocked):
             return _ACTIVE
         if state is _FADING:

@@ -468,9 +468,9 @@ def _lost_inputs(world: CourseWorld) -> Iterator[PlcStep]:
         yield world.step(ok=tuple([i != k for i in range(channels)]))
         yield from world.stay(2 * world.cycle_s)
     lost = (False, *(True,) * (channels - 1))
-    yield from world.stay(world.beyond(rules.grace_s), ok=lost)
+    yield from world.stay(world.beyond(rules.input_timeout_s), ok=lost)
     yield from world.stay(world.ready_s())
-    for held_s in (world.model.longest_hold_s, rules.grace_s + rules.hold_input_s):
+    for held_s in (world.model.longest_hold_s, rules.input_timeout_s + rules.hold_input_s):
         if world.fits(held_s):
             yield from world.stay(world.beyond(held_s), ok=lost)
             yield from world.stay(20 * world.cycle_s, ok=lost)

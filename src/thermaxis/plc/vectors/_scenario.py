@@ -166,10 +166,12 @@ def _lost_inputs(world: World) -> Iterator[PlcStep]:
         yield from world.stay(world.cycle_s, ok=lost)
         yield from world.stay(2 * world.cycle_s)
     lost = (False, *(True,) * (channels - 1))
-    held_s = max(world.beyond(rules.grace_s), world.beyond(min(world.model.longest_hold_s, 900.0)))
+    held_s = max(
+        world.beyond(rules.input_timeout_s), world.beyond(min(world.model.longest_hold_s, 900.0))
+    )
     yield from world.stay(held_s, ok=lost)
     yield from world.stay(world.ready_s())
-    yield from world.stay(world.beyond(rules.grace_s + rules.hold_input_s), ok=lost)
+    yield from world.stay(world.beyond(rules.input_timeout_s + rules.hold_input_s), ok=lost)
     yield from world.stay(world.fade_s(), ok=lost)
     yield from world.stay(world.ready_s())
 

@@ -156,7 +156,7 @@ class World:
     def ready_s(self) -> float:
         """Return the time after which everything is there again. [s]"""
         rules = self.rules
-        return self.beyond(max(rules.settle_s, rules.heal_s, rules.grace_s))
+        return self.beyond(max(rules.settle_s, rules.recovery_delay_s, rules.input_timeout_s))
 
     def towards(self, output: int, sign: float, share: float = 0.95) -> None:
         """Heat and cool so that the model of an output goes up or down as far as is plausible."""
@@ -246,7 +246,7 @@ def wrong_cycle_times(world: World) -> Iterator[PlcStep]:
         yield world.step(cycle_time_s=factor * world.cycle_s)
         yield world.step()
     wrong = 1.5 * world.cycle_s
-    yield from world.stay(world.beyond(world.rules.grace_s), cycle_time_s=wrong)
+    yield from world.stay(world.beyond(world.rules.input_timeout_s), cycle_time_s=wrong)
     yield from world.stay(world.ready_s())
 
 

@@ -434,11 +434,16 @@ def _problem(detail: "ErrorDetails", model: type[BaseModel]) -> Problem:
     return Problem(_place(loc), what.format(**context), remedy or _remedy_of_type(loc, model))
 
 
+_RENAMED = {"heal_s": "recovery_delay_s", "grace_s": "input_timeout_s"}
+
+
 def _unknown_key(loc: tuple[str, ...], model: type[BaseModel]) -> Problem:
     key = loc[-1]
     known = sorted(_known_keys(loc[:-1], model))
     near = get_close_matches(key, known, n=1, cutoff=0.6)
     remedy = f"Did you mean {near[0]}" if near else f"Known are {', '.join(known)}"
+    if _RENAMED.get(key) in known:
+        remedy = f"Write {_RENAMED[key]}, as it is called now"
     place = f"[{printable('.'.join(loc[:-1]), 120)}]" if loc[1:] else ""
     return Problem(place, f"'{printable(key, 60)}' is not a key here", remedy)
 

@@ -282,9 +282,9 @@ class SupervisorSection(Section):
 
     settle_s: float | None = None
     """Time that the model runs with good inputs before the first correction. [s]"""
-    heal_s: float | None = None
+    recovery_delay_s: float | None = None
     """Time that everything must be there again after a loss. [s]"""
-    grace_s: float | None = None
+    input_timeout_s: float | None = None
     """Time for which a lost input is bridged by its last value. [s]"""
     hold_input_s: float | None = None
     """Time for which the correction is held while an input is lost. [s]"""
