@@ -9,8 +9,8 @@ from ._head import (
 )
 from ._tempcomp import (
     LARGEST_READ as LARGEST_READ,
-    LineSettings as LineSettings,
     UNREAD_UM as UNREAD_UM,
+    LineSettings as LineSettings,
     at_position as at_position,
     bound_texts as bound_texts,
     build_line_program as build_line_program,

@@ -5,7 +5,6 @@ from enum import StrEnum
 from functools import reduce
 from typing import TypeAlias, final
 
-from thermaxis.plc.tree import stored
 from thermaxis.plc.tree import (
     Assign,
     Block,
@@ -25,6 +24,7 @@ from thermaxis.plc.tree import (
     Truth,
     Two,
     Variable,
+    stored,
 )
 
 Body: TypeAlias = tuple[Statement, ...]

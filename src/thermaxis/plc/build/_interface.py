@@ -1,11 +1,10 @@
 """What a caller of the block sees: its inputs and outputs, with their units."""
 
 from thermaxis.compensation import Quality, SupervisorState
+from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.build._draft import Draft, numbered
 from thermaxis.plc.build._model import BAD
-from thermaxis.plc.tree import remark_text
-from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.tree import Kind
+from thermaxis.plc.tree import Kind, remark_text
 
 IDENTITY_DIGITS = 3
 """Hexadecimal digits of the model's hash in one number. [1]"""

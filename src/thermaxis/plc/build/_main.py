@@ -2,8 +2,8 @@
 
 from typing import final
 
-from thermaxis.compensation import SupervisorState
-from thermaxis.compensation import LARGEST_DIAMETER_MM
+from thermaxis.compensation import LARGEST_DIAMETER_MM, SupervisorState
+from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.build._draft import (
     NO,
     YES,
@@ -33,7 +33,6 @@ from thermaxis.plc.build._limit import LARGEST_READ_UM, LIMIT, READ_BACK, TRIM, 
 from thermaxis.plc.build._model import BAD, MODEL
 from thermaxis.plc.build._sensor import SENSOR
 from thermaxis.plc.build._supervisor import REQUESTS, SUPERVISOR, state_number
-from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.tree import Block, Count, Kind, Name, OutputOf, Statement
 
 LAST_HEARTBEAT = 32_767

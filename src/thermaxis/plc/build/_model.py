@@ -1,10 +1,11 @@
-"""The block of the model: `thermaxis.compensation.advance` and the weights of the cycle."""
+"""The block of the model: `thermaxis.compensation.model_step` and the weights of the cycle."""
 
 from dataclasses import dataclass, field
 from math import expm1, isfinite
 from typing import final
 
 from thermaxis.compensation import STATED, Outcome, Part
+from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.build._draft import (
     NO,
     YES,
@@ -28,10 +29,17 @@ from thermaxis.plc.build._draft import (
     within,
 )
 from thermaxis.plc.build._lag import LAG, delay_block, delay_name, gain_block
-from thermaxis.plc.tree import remark_text
-from thermaxis.plc.tree import noted
-from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.tree import Block, Count, Expression, Kind, Name, OutputOf, Statement
+from thermaxis.plc.tree import (
+    Block,
+    Count,
+    Expression,
+    Kind,
+    Name,
+    OutputOf,
+    Statement,
+    noted,
+    remark_text,
+)
 
 MODEL = "tx_model"
 """Name of the block."""

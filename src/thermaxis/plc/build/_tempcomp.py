@@ -15,6 +15,7 @@ from math import isfinite, nextafter
 from typing import final
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.build._build import build_program
 from thermaxis.plc.build._draft import (
     NO,
@@ -35,10 +36,18 @@ from thermaxis.plc.build._draft import (
     when,
     within,
 )
-from thermaxis.plc.tree import remark_text
-from thermaxis.plc.tree import noted, outward_text, stored
-from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.tree import Block, Kind, Name, OutputOf, Program, Statement
+from thermaxis.plc.tree import (
+    Block,
+    Kind,
+    Name,
+    OutputOf,
+    Program,
+    Statement,
+    noted,
+    outward_text,
+    remark_text,
+    stored,
+)
 
 LARGEST_POSITION_MM = 1e5
 """Largest magnitude of a position: a hundred metres. [mm]"""

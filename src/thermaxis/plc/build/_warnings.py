@@ -3,9 +3,8 @@
 from collections.abc import Iterator
 
 from thermaxis.compensation import Output
-from thermaxis.plc.tree import remark_text
-from thermaxis.plc.tree import noted
 from thermaxis.plc._settings import PlcSettings
+from thermaxis.plc.tree import noted, remark_text
 
 LARGEST_CALM_STEP_UM = 10.0
 """A larger change in one call is warned of. Default: ten micrometres, which a finished surface
