@@ -21,7 +21,7 @@ def test_limits_are_read_by_output(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("", "states no limits"),
-        ("Z_um = 5", "no table"),
+        ("Z_um = 5", "not a table"),
         (GOOD.replace("largest_um = 100\n", ""), "largest_um is missing"),
         (GOOD + "largest = 5\n", "unknown key largest"),
         (GOOD.replace("100", "0"), "no positive number"),
@@ -29,7 +29,7 @@ def test_limits_are_read_by_output(tmp_path: Path) -> None:
         (GOOD.replace("100", '"a"'), "not a number"),
         (GOOD.replace("100", "true"), "not a number"),
         ("[Z_um", "not TOML"),
-        ("\xff" * 3, "cannot be read"),
+        ("\xff" * 3, "not UTF-8"),
     ],
 )
 def test_a_mistake_is_named(tmp_path: Path, text: str, said: str) -> None:

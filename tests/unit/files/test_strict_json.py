@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._strict_json import write_json_text
+from thermaxis.files.settings._settings_file import write_json_text
 
 
 def test_a_file_that_is_replaced_keeps_its_permissions_and_leaves_nothing_beside(

@@ -66,9 +66,9 @@ def test_times_get_the_stated_unit(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[colums]\n", "'colums' is not a key"),
-        ("[columns.a]\nnme = 'x'\n", "'nme' is not a key"),
-        ("[time]\nzone = 'x'\n", "'zone' is not a key"),
+        ("[colums]\n", "unknown key colums"),
+        ("[columns.a]\nnme = 'x'\n", "unknown key nme"),
+        ("[time]\nzone = 'x'\n", "unknown key zone"),
         ("[columns.a]\nfactor = 'x'\n", "factor is not a number"),
         ("[columns.a]\nfactor = true\n", "factor is not a number"),
         ("[columns.a]\nfactor = 0\n", "factor is zero"),

@@ -135,9 +135,9 @@ def test_a_field_of_the_other_kind_of_axis_is_an_error_that_names_the_right_one(
 def test_a_pipe_is_refused_before_it_is_opened(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    with pytest.raises(ConfigurationError, match="a pipe or a device"):
+    with pytest.raises(ConfigurationError, match="not a regular file"):
         read_header(pipe)
-    with pytest.raises(ConfigurationError, match="a pipe or a device"):
+    with pytest.raises(ConfigurationError, match="not a regular file"):
         read_limits(pipe, AxisKind.LINEAR)
     with pytest.raises(ConfigurationError, match="this output is a pipe"):
         write_bytes(pipe, b"")
@@ -175,7 +175,7 @@ def test_a_file_that_is_no_header_is_an_error(
 
 
 def test_a_folder_in_place_of_a_header_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="cannot be read"):
+    with pytest.raises(ConfigurationError, match="not a regular file"):
         read_header(tmp_path)
 
 

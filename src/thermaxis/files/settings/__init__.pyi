@@ -1,3 +1,9 @@
+from ._settings_file import (
+    as_table as as_table,
+    parse_toml as parse_toml,
+    read_toml as read_toml,
+    unknown_key as unknown_key,
+)
 from .correction_limits_toml import (
     read_correction_limits as read_correction_limits,
 )

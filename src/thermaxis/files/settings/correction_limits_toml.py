@@ -7,15 +7,12 @@
     largest_rate_um_per_s = 0.05
 """
 
-import tomllib
 from pathlib import Path
-from typing import cast
 
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError, printable
+from thermaxis.files.settings._settings_file import as_table, read_toml
 
-LARGEST_LIMITS_BYTES = 100_000
-"""Largest file that is read. [byte]"""
 _KEYS = ("largest_um", "largest_rate_um_per_s")
 _EXAMPLE = "Write a table such as [Z_um] with largest_um = 100.0 and largest_rate_um_per_s = 0.05"
 
@@ -41,11 +38,9 @@ def read_correction_limits(path: Path | str) -> dict[str, Limits]:
     """
     name = str(path)
     limits: dict[str, Limits] = {}
-    for output, table in _tables(name).items():
+    for output, table in read_toml(path, remedy=_EXAMPLE).items():
         where = f"{name}, table {printable(output, 60)}"
-        if not isinstance(table, dict):
-            raise ConfigurationError("this is no table", where=where, remedy=_EXAMPLE)
-        values = cast("dict[str, object]", table)
+        values = as_table(name, printable(output, 60), table)
         unknown = [key for key in values if key not in _KEYS]
         lacking = [key for key in _KEYS if key not in values]
         if unknown or lacking:
@@ -64,21 +59,3 @@ def read_correction_limits(path: Path | str) -> dict[str, Limits]:
     if not limits:
         raise ConfigurationError("the file states no limits", where=name, remedy=_EXAMPLE)
     return limits
-
-
-def _tables(name: str) -> dict[str, object]:
-    try:
-        with Path(name).open("rb") as stream:
-            content = stream.read(LARGEST_LIMITS_BYTES + 1)
-        if len(content) > LARGEST_LIMITS_BYTES:
-            raise ConfigurationError("the file is too large", where=name, remedy=_EXAMPLE)
-        return tomllib.loads(content.decode("utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(
-            f"the file is not TOML: {error}", where=name, remedy=_EXAMPLE
-        ) from None
-    except (OSError, ValueError, RecursionError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "no UTF-8 text"
-        raise ConfigurationError(
-            f"the file cannot be read ({reason})", where=name, remedy=_EXAMPLE
-        ) from None

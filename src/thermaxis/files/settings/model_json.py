@@ -47,7 +47,11 @@ from thermaxis.compensation import (
     TrainingLog,
 )
 from thermaxis.errors import ConfigurationError, printable
-from thermaxis.files.settings._strict_json import read_json_object, write_json_text
+from thermaxis.files.settings._settings_file import (
+    read_json_object,
+    unknown_key,
+    write_json_text,
+)
 
 FORMAT = "thermaxis-compensation-model"
 """What every model says that it is."""
@@ -300,16 +304,8 @@ def read_all(of: _Object, read: Callable[[_Object], _T]) -> _T:
     """Return what a function reads of an object, and refuse keys that it did not ask for."""
     result = read(of)
     if of.left:
-        import difflib  # noqa: PLC0415  needed only where something is wrong
-
-        unknown = next(iter(of.left))
         place = f" in {of.place}" if of.place else ""
-        nearest = difflib.get_close_matches(unknown[:100], _KNOWN, n=1, cutoff=0.6)
-        raise ConfigurationError(
-            f"unknown key {printable(unknown, 80)}{place}",
-            where=of.name,
-            remedy=f"The nearest known key is {nearest[0]}" if nearest else "Leave it out",
-        )
+        raise unknown_key(of.name, next(iter(of.left)), _KNOWN, place)
     return result
 
 

@@ -29,7 +29,11 @@ from typing import cast
 import numpy as np
 
 from thermaxis.errors import ConfigurationError, printable
-from thermaxis.files.settings._strict_json import read_json_object, write_json_text
+from thermaxis.files.settings._settings_file import (
+    read_json_object,
+    unknown_key,
+    write_json_text,
+)
 from thermaxis.positioning import APPROACHES, Cycle, FloatArray, TestPlan
 from thermaxis.quantities import AxisKind
 
@@ -265,18 +269,7 @@ def _check_keys(
     known = {*_FIRST_KEYS, *keys.values(), "sha256"}
     unknown = next((key for key in table if key not in known), None)
     if unknown is not None:
-        import difflib  # noqa: PLC0415  needed only where something is wrong
-
-        nearest = difflib.get_close_matches(unknown[:100], sorted(known), n=1, cutoff=0.5)
-        listed = ", ".join(sorted(known - set(table)))
-        advice = (
-            f"The nearest known key is {nearest[0]}" if nearest else f"Keys left over are {listed}"
-        )
-        raise ConfigurationError(
-            f"unknown key {printable(unknown, 80)} in the plan of a {kind} axis",
-            where=name,
-            remedy=advice,
-        )
+        raise unknown_key(name, unknown, known, f" in the plan of a {kind} axis")
     missing = [key for field, key in keys.items() if key not in table and field not in _OPTIONAL]
     if missing:
         raise _missing(name, missing)

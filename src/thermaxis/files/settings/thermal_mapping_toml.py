@@ -1,14 +1,14 @@
 """Mapping file, TOML: what the columns of a log are called and what their numbers mean."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import cast, final
+from typing import final
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings._settings_file import as_table, parse_toml, unknown_key
 from thermaxis.files.table import read_text
 from thermaxis.thermal.log import unit_named
 
@@ -85,27 +85,20 @@ def read_thermal_mapping(path: Path | str) -> ThermalMapping:
             where=text.path,
             remedy="Name the mapping file itself",
         )
-    try:
-        tables = tomllib.loads(text.text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        reason = str(error).rstrip(".") if isinstance(error, ValueError) else "nested too deeply"
-        raise ConfigurationError(
-            f"this is not TOML: {reason}",
-            where=text.path,
-            remedy='Write entries such as [columns."Temp 1"] and name = "T_spindle_c"',
-        ) from None
+    remedy = 'Write entries such as [columns."Temp 1"] and name = "T_spindle_c"'
+    tables = parse_toml(text.text, where=text.path, remedy=remedy)
     _check_keys(tables, _TABLES, text.path)
-    time = _table(tables.get("time", {}), f"{text.path}, [time]")
-    columns = _table(tables.get("columns", {}), f"{text.path}, [columns]")
+    time = as_table(text.path, "time", tables.get("time", {}))
+    columns = as_table(text.path, "columns", tables.get("columns", {}))
     return _time_mapping(
         time,
-        {name: _column(entry, f"{text.path}, [columns.{name}]") for name, entry in columns.items()},
+        {name: _column(entry, text.path, f"columns.{name}") for name, entry in columns.items()},
         f"{text.path}, [time]",
     )
 
 
 def _time_mapping(
-    time: dict[str, object], columns: dict[str, ColumnMapping], where: str
+    time: Mapping[str, object], columns: dict[str, ColumnMapping], where: str
 ) -> ThermalMapping:
     _check_keys(time, _TIME_KEYS, where)
     unit = _text(time, "unit", where)
@@ -145,8 +138,9 @@ def _time_mapping(
     )
 
 
-def _column(value: object, where: str) -> ColumnMapping:
-    entry = {"name": value} if isinstance(value, str) else _table(value, where)
+def _column(value: object, path: str, name: str) -> ColumnMapping:
+    where = f"{path}, [{name}]"
+    entry = {"name": value} if isinstance(value, str) else as_table(path, name, value)
     _check_keys(entry, _COLUMN_KEYS, where)
     stated = _text(entry, "unit", where)
     unit = None if stated is None else (unit_named(stated) if stated else "")
@@ -175,20 +169,10 @@ def _column(value: object, where: str) -> ColumnMapping:
     )
 
 
-def _table(value: object, where: str) -> dict[str, object]:
-    if not isinstance(value, dict):
-        raise ConfigurationError(
-            "this is not a table", where=where, remedy="Write keys with values below [...]"
-        )
-    return cast("dict[str, object]", value)
-
-
 def _check_keys(table: Mapping[str, object], known: tuple[str, ...], where: str) -> None:
-    for key in table:
-        if key not in known:
-            raise ConfigurationError(
-                f"'{key}' is not a key here", where=where, remedy=f"Known are {', '.join(known)}"
-            )
+    unknown = next((key for key in table if key not in known), None)
+    if unknown is not None:
+        raise unknown_key(where, unknown, known)
 
 
 def _text(table: Mapping[str, object], key: str, where: str) -> str | None:

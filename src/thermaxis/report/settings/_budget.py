@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.positioning import UncertaintyBudget
 from thermaxis.quantities import AxisKind
-from thermaxis.report.settings._toml import as_table, read_toml, unknown_key
 
 _LARGEST = 1e6
 """No uncertainty, misalignment or temperature is larger. [unit of its key]"""
@@ -95,8 +95,8 @@ def read_budget(path: Path, kind: AxisKind) -> UncertaintyBudget:
         If the file cannot be read, a table or key is unknown, or a value is not possible.
     """
     values: dict[str, float] = {}
-    example = "[device] on a line and expanded_uncertainty_um = 0.2 below it"
-    for table, content in read_toml(path, example=example).items():
+    example = "Write [device] on a line and expanded_uncertainty_um = 0.2 below it"
+    for table, content in read_toml(path, remedy=example).items():
         _check_name(path, table, None, kind)
         for key, value in as_table(path, table, content).items():
             _check_name(path, table, key, kind)

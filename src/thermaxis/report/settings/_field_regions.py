@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from thermaxis.errors import ConfigurationError, printable
-from thermaxis.report.settings._toml import as_table, read_toml, unknown_key
+from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.thermal import Region
 
 MOST_REGIONS = 100
@@ -34,8 +34,8 @@ def read_regions(path: Path, *, mm_per_pixel: float | None) -> tuple[Region, ...
         If the file cannot be read, a key is unknown or missing, an edge is not a number, edges are
         not ascending, there are no regions or more than 100, or mm are used without a scale.
     """
-    example = "[regions.motor] on a line, x_px = [0, 20] and y_px = [0, 40] below it"
-    content = read_toml(path, example=example)
+    example = "Write [regions.motor] on a line, x_px = [0, 20] and y_px = [0, 40] below it"
+    content = read_toml(path, remedy=example)
     for key in content:
         if key != "regions":
             raise unknown_key(path, key, ("regions",))

@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import final
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.quantities import AxisKind
 from thermaxis.report.settings._moments import day_of, duration_of, moment_of
-from thermaxis.report.settings._toml import as_table, read_toml, unknown_key
 
 LONGEST_TEXT = 300
 """Longest value of a field. [1]"""
@@ -379,7 +379,7 @@ def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str
         is of a wrong kind, negative where it is a size, no date where it is one, or too long, or
         the end lies before the start.
     """
-    content = read_toml(path, example='[machine] on a line and name = "text" below it')
+    content = read_toml(path, remedy='Write [machine] on a line and name = "text" below it')
     groups = {group.name: group for group in HEADER_GROUPS}
     known = [f"{group.name}.{field.name}" for group in HEADER_GROUPS for field in group.fields]
     header: dict[str, str] = {}

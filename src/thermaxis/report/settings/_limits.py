@@ -8,9 +8,9 @@ from types import MappingProxyType
 from typing import final
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result
 from thermaxis.quantities import AxisKind
-from thermaxis.report.settings._toml import as_table, read_toml, unknown_key
 
 _LARGEST = 1e9
 """A limit is below a kilometre. [µm or arcsec]"""
@@ -151,7 +151,7 @@ def read_limits(path: Path, kind: AxisKind) -> Limits:
         is limited, or the rule needs an uncertainty that is not there.
     """
     suffix = kind.units.deviation_suffix
-    content = read_toml(path, example=f"[limits] on a line and A_{suffix} = 12.0 below it")
+    content = read_toml(path, remedy=f"Write [limits] on a line and A_{suffix} = 12.0 below it")
     for key in content:
         if key not in ("limits", "expanded_uncertainty"):
             raise unknown_key(path, key, ("limits", "expanded_uncertainty"))
