@@ -4,7 +4,6 @@ import codecs
 import csv
 import math
 import re
-import stat
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import TextIO, final
 import numpy as np
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.table import kind_of_content, parse_number
+from thermaxis.files.table import is_comment_line, kind_of_content, parse_number, read_start
 from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
 from thermaxis.thermal.images import ABSOLUTE_ZERO_C
 
@@ -161,34 +160,17 @@ def write_field_csv(
 
 def _encoding(path: Path | str, form: _Form) -> tuple[str, int]:
     """Return the encoding and the size of a file that may be read; look at its first bytes only."""
-    try:
-        status = Path(path).stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise form.error("this is not a regular file", remedy="Name a file")
-        with Path(path).open("rb") as stream:
-            start = stream.read(65_536)
-    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
-        reason = error.strerror if isinstance(error, OSError) else None
-        raise form.error(
-            f"the file cannot be read ({reason or type(error).__name__})",
-            remedy="Check the name, the folder and the permissions",
-        ) from error
+    start, size = read_start(path, 65_536, limit_bytes=FIELD_LIMIT_BYTES)
     if not start.strip():
         raise form.error("the file is empty", remedy="Export the image again")
-    if status.st_size > FIELD_LIMIT_BYTES:
-        raise form.error(
-            f"the file has {status.st_size / 1e6:.0f} MB, more than the limit of"
-            f" {FIELD_LIMIT_BYTES / 1e6:.0f} MB",
-            remedy="Export one image per file, of at most 100 million pixels",
-        )
     seems = kind_of_content(start[:16])
     if seems is not None:
         raise form.error(f"this is {seems}, not a matrix of temperatures")
     if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return "utf-16", status.st_size
+        return "utf-16", size
     if b"\x00" in start:
         raise form.error("the file contains zero bytes: it is binary")
-    return "utf-8-sig", status.st_size
+    return "utf-8-sig", size
 
 
 def _lines(stream: TextIO, form: _Form) -> Iterator[tuple[int, str]]:
@@ -199,7 +181,7 @@ def _lines(stream: TextIO, form: _Form) -> Iterator[tuple[int, str]]:
         if len(line) > LONGEST_LINE:
             raise form.error(f"the line is longer than {LONGEST_LINE} characters", number)
         text = line.rstrip("\r\n")
-        if text.strip(" ") and not text.lstrip().startswith(("#", '"#')):
+        if text.strip(" ") and not is_comment_line(text):
             yield number, text
 
 

@@ -1,7 +1,6 @@
 """Thermal fields from radiometric JPEG of FLIR cameras, by the library flyr (extra ``flir``)."""
 
 import io
-import struct
 from datetime import datetime
 from importlib import import_module
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from thermaxis.errors import ConfigurationError, MeasurementFileError
-from thermaxis.files.table import read_content
+from thermaxis.files.table import DAMAGE, read_content
 from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
 from thermaxis.thermal.images import ABSOLUTE_ZERO_C
 
@@ -21,17 +20,6 @@ _FLIR_SEGMENT = b"FLIR\x00"
 _MOST_RECORDS = 4096
 """A damaged directory of records may claim billions of them, and be read for hours. [1]"""
 _PNG = b"\x89PNG\r\n\x1a\n"
-# what a parser of binary records meets in damaged ones; pictures that cannot be read are OSError
-_DAMAGED = (
-    ArithmeticError,
-    AttributeError,
-    LookupError,
-    OSError,
-    SyntaxError,
-    TypeError,
-    ValueError,
-    struct.error,
-)
 
 
 def is_jpeg(start: bytes) -> bool:
@@ -116,7 +104,7 @@ def _unpacked(
             thermogram = thermogram.adjust_metadata(**adjusted)
         with np.errstate(all="ignore"):  # what is not finite is refused below
             temperature_c = np.array(thermogram.celsius, dtype=np.float64)
-    except _DAMAGED as error:
+    except DAMAGE as error:
         raise _damaged(name, type(error).__name__) from error
     if temperature_c.ndim != 2 or not bool(np.all(np.isfinite(temperature_c))):
         raise MeasurementFileError(

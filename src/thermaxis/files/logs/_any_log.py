@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from thermaxis.errors import MeasurementFileError
 from thermaxis.files.settings import ThermalMapping, read_thermal_mapping
-from thermaxis.files.table import FALLBACK_ENCODING
+from thermaxis.files.table import FALLBACK_ENCODING, read_start
 from thermaxis.thermal import ThermalLog
 
 # Each reader is imported where its format is recognised: their packages are large.
 
+_LARGEST_BYTES = 20_000_000_000  # of Parquet; each other format has a lower limit
 _MATLAB = b"MATLAB"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
@@ -55,7 +55,7 @@ def read_thermal_log(
     """
     if isinstance(mapping, Path | str):
         mapping = read_thermal_mapping(mapping)
-    start = _start_of(path)
+    start, _ = read_start(path, 520, limit_bytes=_LARGEST_BYTES)
     if start.startswith(b"PAR1"):
         from thermaxis.files.logs.parquet_log import read_thermal_parquet as read  # noqa: PLC0415
     elif start.startswith(b"TDSm"):
@@ -76,17 +76,3 @@ def read_thermal_log(
 def _is_matlab(path: Path | str, start: bytes) -> bool:
     marked = start.startswith((_MATLAB, _HDF5)) or start[512:520] == _HDF5
     return marked or (Path(path).suffix.casefold() == ".mat" and b"\x00" in start)
-
-
-def _start_of(path: Path | str) -> bytes:
-    try:
-        if not Path(path).is_file():
-            return b""  # the reader of text says what it is instead
-        with Path(path).open("rb") as stream:
-            return stream.read(520)
-    except (OSError, ValueError) as error:
-        raise MeasurementFileError(
-            f"the file cannot be read ({type(error).__name__})",
-            path=str(path),
-            remedy="Check the name, the permissions and whether another program holds it open",
-        ) from error

@@ -18,6 +18,7 @@ from thermaxis.files.table import (
     clean_text,
     decoded,
     first_few,
+    is_number,
     parse_heading,
     parse_moment,
     unprotected,
@@ -176,6 +177,17 @@ def parse_log_heading(text: str) -> LogHeading:
 
 def _plain(text: str) -> str:
     return clean_text(decoded(unprotected(text)), limit=LONGEST_HEADING)
+
+
+def are_headings(cells: Sequence[str], mapping: ThermalMapping | None) -> bool:
+    """Say whether cells are the headings of a log: one of them names the times."""
+    if sum(1 for cell in cells if cell) < 1 or any(len(c) > 10 * LONGEST_HEADING for c in cells):
+        return False
+    if mapping is not None and mapping.time_column is not None:
+        return mapping.time_column in {*cells, *(parse_log_heading(cell).name for cell in cells)}
+    if mapping is not None and mapping.sample_time_s is not None:
+        return not any(is_number(cell) for cell in cells)
+    return len(cells) > 1 and any(parse_log_heading(c).time_rank is not None for c in cells)
 
 
 def _time_role(text: str) -> tuple[int | None, float | None]:

@@ -1,7 +1,6 @@
 """Thermal logs as CSV: one row per time, one column per channel."""
 
 import codecs
-import csv
 import io
 import re
 from collections.abc import Iterator, Sequence
@@ -14,12 +13,12 @@ import numpy as np
 
 from thermaxis.errors import MeasurementFileError
 from thermaxis.files.logs._columns import (
-    LONGEST_HEADING,
     MISSING_WORDS,
     MOST_COLUMNS,
     ColumnPlan,
     ColumnValues,
     LogTable,
+    are_headings,
     build_log,
     parse_log_heading,
     plan_columns,
@@ -30,10 +29,13 @@ from thermaxis.files.table import (
     SourceText,
     decode_text,
     decoded,
+    is_comment_line,
     is_number,
     kind_of_content,
     parse_moment,
     read_content,
+    read_start,
+    split_cells,
 )
 from thermaxis.positioning import FloatArray
 from thermaxis.thermal import ThermalLog
@@ -214,7 +216,7 @@ def _read_head(source: _Source, path: Path | str, mapping: ThermalMapping | None
     for number, line in enumerate(lines, start=1):
         if number > _HEAD_LINES + len(comments):
             break
-        if line.lstrip().startswith(("#", '"#')):
+        if is_comment_line(line):
             comments.append(line)
         elif line.strip() and not re.fullmatch(r"sep=.?\s*", line.strip(), re.IGNORECASE):
             candidates.append((number, line))
@@ -238,27 +240,11 @@ def _read_head(source: _Source, path: Path | str, mapping: ThermalMapping | None
 def _first_bytes(source: _Source, path: Path | str) -> bytes:
     """Return the first lines, after a look at what the file is."""
     name = source.path
-    try:
-        size = Path(path).stat().st_size if Path(path).is_file() else 0
-        if size > FILE_LIMIT_BYTES:
-            raise MeasurementFileError(
-                f"the file has {size / 1e6:.0f} MB, more than the limit of"
-                f" {FILE_LIMIT_BYTES / 1e6:.0f} MB",
-                path=name,
-                remedy="Split the log into several files, or write it as Parquet",
-            )
-        if size < _CHUNK_BYTES:  # with all checks of small files, and their errors
-            content = read_content(path)
-        else:
-            with Path(path).open("rb") as stream:
-                content = stream.read(1_000_000)
-            content = content[: content.rfind(b"\n") + 1] or content
-    except (OSError, ValueError) as error:
-        raise MeasurementFileError(
-            f"the file cannot be read ({type(error).__name__})",
-            path=name,
-            remedy="Check the name and the permissions",
-        ) from error
+    content, size = read_start(path, 1_000_000, limit_bytes=FILE_LIMIT_BYTES)
+    if size < _CHUNK_BYTES:  # with all checks of small files, and their errors
+        content = read_content(path)
+    else:
+        content = content[: content.rfind(b"\n") + 1] or content
     seems = kind_of_content(content[:16])
     if seems is not None:
         raise MeasurementFileError(
@@ -273,51 +259,31 @@ def _first_bytes(source: _Source, path: Path | str) -> bytes:
     return content
 
 
-def _split(line: str, delimiter: str) -> list[str] | None:
-    if '"' not in line:
-        return [cell.strip() for cell in line.split(delimiter)]
-    try:
-        rows = list(csv.reader([line], delimiter=delimiter, strict=True, skipinitialspace=True))
-    except csv.Error:
-        return None
-    return [cell.strip() for cell in rows[0]] if rows else None
-
-
 def _headings(
     line: str, following: Sequence[str], mapping: ThermalMapping | None
 ) -> tuple[str, list[str], bool] | None:
     """Return delimiter and headings if the line holds any, and if a row of units follows."""
     best: tuple[str, list[str]] | None = None
     for delimiter in _DELIMITERS:
-        cells = _split(line, delimiter)
-        if cells is None or len(cells) > MOST_COLUMNS or not _are_headings(cells, mapping):
+        cells = split_cells(line, delimiter)
+        if cells is None or len(cells) > MOST_COLUMNS or not are_headings(cells, mapping):
             continue
         if best is None or len(cells) > len(best[1]):
             best = delimiter, cells
     if best is None:
         return None
     delimiter, cells = best
-    units = _split(following[0], delimiter) if following else None
+    units = split_cells(following[0], delimiter) if following else None
     if units and _are_units(units, len(cells)):
         cells = [
             cell if not unit or parse_log_heading(cell).unit else f"{cell} [{unit.strip('[]()')}]"
             for cell, unit in zip(cells, units, strict=True)
         ]
         return delimiter, cells, True
-    first_row = _split(following[0], delimiter) if following else None
+    first_row = split_cells(following[0], delimiter) if following else None
     if first_row and len(first_row) == len(cells) + 1 and not first_row[-1]:
         cells = [*cells, ""]  # every row ends in a separator
     return delimiter, cells, False
-
-
-def _are_headings(cells: Sequence[str], mapping: ThermalMapping | None) -> bool:
-    if sum(1 for cell in cells if cell) < 1 or any(len(c) > 10 * LONGEST_HEADING for c in cells):
-        return False
-    if mapping is not None and mapping.time_column is not None:
-        return mapping.time_column in {*cells, *(parse_log_heading(cell).name for cell in cells)}
-    if mapping is not None and mapping.sample_time_s is not None:
-        return not any(is_number(cell) for cell in cells)
-    return len(cells) > 1 and any(parse_log_heading(c).time_rank is not None for c in cells)
 
 
 def _are_units(cells: Sequence[str], columns: int) -> bool:
@@ -415,7 +381,7 @@ class _Parser:
         self, rows: list[str], numbers: "range | list[int]"
     ) -> tuple[list[str], "range | list[int]"]:
         """Leave out a last line that was cut short, as when a recorder loses its power."""
-        cells = _split(rows[-1], self.head.delimiter)
+        cells = split_cells(rows[-1], self.head.delimiter)
         if cells is None or len(cells) < self.body.width:
             self.body.notes.append("the last line of the file is cut short and was left out")
             return rows[:-1], numbers[:-1]
@@ -430,7 +396,7 @@ class _Parser:
         for row, number in zip(rows, numbers, strict=True):
             if row.count(delimiter) == separators and '"' not in row:
                 continue
-            cells = _split(row, delimiter)
+            cells = split_cells(row, delimiter)
             if cells is None or len(cells) != width:
                 found = "quotation marks that do not match" if cells is None else f"{len(cells)}"
                 raise MeasurementFileError(
@@ -513,7 +479,7 @@ class _Parser:
     ) -> "FloatArray | list[str | None]":
         """Read one column cell by cell, with the error that names the cell."""
         delimiter = self.head.delimiter
-        cells = [(_split(row, delimiter) or [""] * self.body.width)[index] for row in rows]
+        cells = [(split_cells(row, delimiter) or [""] * self.body.width)[index] for row in rows]
         decimal = self.decimal or "."
         result = np.full(len(cells), np.nan)
         texts = values = 0
@@ -555,7 +521,7 @@ def _rows_of(lines: list[str], first: int) -> tuple[list[str], "range | list[int
     rows: list[str] = []
     numbers: list[int] = []
     for number, line in enumerate(lines, start=first):
-        if line.strip(" \t,;") and not line.lstrip().startswith(("#", '"#')):
+        if line.strip(" \t,;") and not is_comment_line(line):
             rows.append(line)
             numbers.append(number)
     return rows, numbers

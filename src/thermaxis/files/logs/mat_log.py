@@ -1,6 +1,5 @@
 """Thermal logs in files of MATLAB, ``.mat``: vectors, matrices and structures of them."""
 
-import struct
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -16,9 +15,8 @@ from thermaxis.files.logs._columns import (
     plan_columns,
 )
 from thermaxis.files.logs._mat5 import mat5_arrays
-from thermaxis.files.logs.parquet_log import check_file
 from thermaxis.files.settings import ThermalMapping
-from thermaxis.files.table import first_few
+from thermaxis.files.table import damage_named, first_few, read_start
 from thermaxis.positioning import FloatArray
 from thermaxis.thermal import ThermalLog
 from thermaxis.thermal.log import unit_of_name
@@ -29,23 +27,6 @@ MOST_VALUES = 200_000_000
 """Largest number of values of all variables. [1]"""
 _MOST_DEPTH = 4
 _MOST_COLUMNS = 4096
-# The readers have no error of their own for damaged files: whatever a wrong length or type
-# raises inside them comes out.
-_READER_ERRORS = (
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    EOFError,
-    LookupError,
-    MemoryError,
-    NotImplementedError,
-    OSError,
-    RecursionError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-    struct.error,
-)
 
 
 def read_thermal_mat(
@@ -62,11 +43,13 @@ def read_thermal_mat(
     MATLAB reads: save their columns as vectors.
     """
     name = str(path)
-    check_file(path, FILE_LIMIT_BYTES, b"", "a file of MATLAB")
-    with Path(path).open("rb") as stream:
-        begins = stream.read(520)
+    begins, _ = read_start(path, 520, limit_bytes=FILE_LIMIT_BYTES)
     is_hdf5 = b"\x89HDF\r\n\x1a\n" in (begins[:8], begins[512:520])
-    try:
+    with damage_named(
+        "this is no file of MATLAB, or a damaged one",
+        path=name,
+        remedy="Save the variables again, with save -v7 or -v7.3",
+    ):
         if is_hdf5:
             variables = _read_hdf5(path)
         elif begins[126:128] in (b"IM", b"MI") and 0 not in begins[:4]:
@@ -75,13 +58,6 @@ def read_thermal_mat(
             variables = _read_level_4(path)
         else:
             raise ValueError("no mark of MATLAB")
-    except _READER_ERRORS as error:
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise MeasurementFileError(
-            f"this is no file of MATLAB, or a damaged one ({reason[:150]})",
-            path=name,
-            remedy="Save the variables again, with save -v7 or -v7.3",
-        ) from error
     return _log_of(name, variables, mapping, sample_time_s)
 
 

@@ -1,22 +1,18 @@
 """Thermal logs as Parquet: read column by column, and reduced while reading."""
 
-from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from thermaxis.errors import MeasurementFileError
 from thermaxis.files.logs._columns import ColumnValues, LogTable, Moments, build_log, plan_columns
 from thermaxis.files.settings import ThermalMapping
+from thermaxis.files.table import DAMAGE, damage_named
 from thermaxis.thermal import ThermalLog
 
 if TYPE_CHECKING:
     import polars as pl
-
-FILE_LIMIT_BYTES = 20_000_000_000
-"""Largest Parquet file. [byte]"""
 
 
 def read_thermal_parquet(
@@ -33,7 +29,6 @@ def read_thermal_parquet(
     import polars as pl  # noqa: PLC0415  takes a tenth of a second
 
     name = str(path)
-    check_file(path, FILE_LIMIT_BYTES, b"PAR1", "a Parquet file")
     with _damage_named(name):
         frame = pl.scan_parquet(Path(path), glob=False)
         names = frame.collect_schema().names()
@@ -54,60 +49,16 @@ def read_thermal_parquet(
     return build_log(table, plan, name=Path(path).stem, sample_time_s=sample_time_s)
 
 
-def check_file(path: Path | str, limit_bytes: int, start: bytes, seems: str) -> None:
-    """Check size and first bytes of a binary file before it is read."""
-    name = str(path)
-    try:
-        if not Path(path).is_file():
-            what = "this is no regular file" if Path(path).exists() else "there is no such file"
-            raise MeasurementFileError(what, path=name, remedy="Check the name and the folder")
-        size = Path(path).stat().st_size
-        with Path(path).open("rb") as stream:
-            begins = stream.read(len(start))
-    except (OSError, ValueError) as error:
-        raise MeasurementFileError(
-            f"the file cannot be read ({type(error).__name__})",
-            path=name,
-            remedy="Check the name, the permissions and whether another program holds it open",
-        ) from error
-    if size == 0:
-        raise MeasurementFileError("the file is empty", path=name, remedy="Export the log again")
-    if size > limit_bytes:
-        raise MeasurementFileError(
-            f"the file has {size / 1e6:.0f} MB, more than the limit of {limit_bytes / 1e6:.0f} MB",
-            path=name,
-            remedy="Split the log into several files, or write it as Parquet",
-        )
-    if begins != start:
-        raise MeasurementFileError(
-            f"this is not {seems}", path=name, remedy="Check the file, or export the log again"
-        )
-
-
-@contextmanager
-def _damage_named(path: str) -> Generator[None]:
-    """Turn what the Parquet reader raises into the error of a damaged file."""
+def _damage_named(path: str) -> AbstractContextManager[None]:
     import polars as pl  # noqa: PLC0415
 
-    # A damaged file can make the reader panic: that error is no Exception.
-    panic = pl.exceptions.PanicException
-    try:
-        yield
-    except (
-        pl.exceptions.PolarsError,
-        panic,
-        OSError,
-        ValueError,
-        TypeError,
-        OverflowError,
-        MemoryError,
-    ) as error:
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise MeasurementFileError(
-            f"the Parquet file is damaged or of an unknown kind ({reason[:150]})",
-            path=path,
-            remedy="Copy or export the file again",
-        ) from error
+    return damage_named(
+        "the Parquet file is damaged or of an unknown kind",
+        path=path,
+        remedy="Copy or export the file again",
+        # A damaged file can make the reader panic: that error is no Exception.
+        damage=(*DAMAGE, pl.exceptions.PolarsError, pl.exceptions.PanicException),
+    )
 
 
 def _values_of(series: "pl.Series") -> ColumnValues:

@@ -1,7 +1,6 @@
 """Thermal logs in ``.tdms`` files of LabVIEW: groups of channels, each with its own rate."""
 
 import logging
-import struct
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -19,8 +18,8 @@ from thermaxis.files.logs._columns import (
     parse_log_heading,
     plan_columns,
 )
-from thermaxis.files.logs.parquet_log import check_file
 from thermaxis.files.settings import ColumnMapping, ThermalMapping
+from thermaxis.files.table import damage_named, read_start
 from thermaxis.thermal import ThermalLog, join_rates
 from thermaxis.thermal.log import unit_named
 
@@ -29,23 +28,6 @@ FILE_LIMIT_BYTES = 2_000_000_000
 MOST_VALUES = 200_000_000
 """Largest number of values of all channels. [1]"""
 _MOST_GROUPS = 200
-# The reader has no error of its own for damaged files: whatever a wrong length or type raises
-# inside it comes out.
-_READER_ERRORS = (
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    EOFError,
-    LookupError,
-    MemoryError,
-    NotImplementedError,
-    OSError,
-    RecursionError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-    struct.error,
-)
 _TIME = "time_s"
 
 
@@ -61,7 +43,7 @@ def read_thermal_tdms(
     groups share the union of all times. A name that several groups use gets the group before it.
     """
     name = str(path)
-    check_file(path, FILE_LIMIT_BYTES, b"TDSm", "a file of LabVIEW (.tdms)")
+    read_start(path, 0, limit_bytes=FILE_LIMIT_BYTES)
     try:
         import nptdms  # noqa: PLC0415  # type: ignore[import-untyped]
     except ImportError:
@@ -70,20 +52,15 @@ def read_thermal_tdms(
             path=name,
             remedy="Install nptdms, or export the log as CSV",
         ) from None
-    try:
+    with (
+        damage_named("the file is damaged", path=name, remedy="Copy or export it again"),
         # The reader does not close what it opened where the file is damaged.
-        with (
-            Path(path).open("rb") as stream,
-            _silent(),
-            cast("Any", nptdms).TdmsFile.open(stream) as file,
-        ):
-            groups = _groups(name, file)
-            logs = [_group_log(name, *entry, mapping) for entry in groups]
-    except _READER_ERRORS as error:
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise MeasurementFileError(
-            f"the file is damaged ({reason[:150]})", path=name, remedy="Copy or export it again"
-        ) from error
+        Path(path).open("rb") as stream,
+        _silent(),
+        cast("Any", nptdms).TdmsFile.open(stream) as file,
+    ):
+        groups = _groups(name, file)
+        logs = [_group_log(name, *entry, mapping) for entry in groups]
     if not logs:
         raise MeasurementFileError(
             "the file has no channel with numbers", path=name, remedy="Export the log again"

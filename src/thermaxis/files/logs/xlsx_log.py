@@ -1,12 +1,7 @@
 """Thermal logs in workbooks, ``.xlsx``: the first sheet with a column of times."""
 
 import datetime as dt
-import io
-import warnings
-import zipfile
-import zlib
-from collections.abc import Sequence
-from contextlib import closing
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,39 +12,22 @@ from thermaxis.files.logs._columns import (
     ColumnPlan,
     ColumnValues,
     LogTable,
+    are_headings,
     build_log,
-    parse_log_heading,
     plan_columns,
 )
 from thermaxis.files.settings import ThermalMapping
 from thermaxis.files.table import (
     CELL_LIMIT,
-    check_parts,
-    damaged,
+    Cells,
+    TableSource,
     is_number,
-    kind_of_content,
+    opened_sheets,
     read_content,
 )
 from thermaxis.thermal import ThermalLog
 
 _ROWS_ABOVE = 100
-# openpyxl has no error of its own for damaged parts; the calls below contain nothing else that
-# raises these.
-_PARSER_ERRORS = (
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    EOFError,
-    LookupError,
-    NotImplementedError,
-    OSError,
-    RecursionError,
-    SyntaxError,
-    TypeError,
-    ValueError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
 
 
 def read_thermal_xlsx(
@@ -64,27 +42,17 @@ def read_thermal_xlsx(
     with a date. A formula counts with its stored value.
     """
     name = str(path)
-    content = read_content(path)
-    if not content.startswith(b"PK"):
-        seems = kind_of_content(content[:16]) or "not a workbook"
-        raise MeasurementFileError(
-            f"this is {seems}, not a workbook of the kind .xlsx",
-            path=name,
-            remedy="Open it in a spreadsheet program and save it as .xlsx, without a password",
-        )
-    try:
-        check_parts(content, path=name)
-    except IndexError as error:  # a part without a name
-        raise damaged(name, error) from error
-    for sheet, rows in _sheets(name, content):
-        for index, row in enumerate(rows[:_ROWS_ABOVE]):
-            headings = ["" if cell is None else str(cell).strip() for cell in row]
-            if not _are_headings(headings, mapping):
-                continue
-            table = _table(f"{name}, sheet {sheet}", headings, rows, index)
-            plan = plan_columns(table.path, headings, mapping)
-            _check_cells(table, plan)
-            return build_log(table, plan, name=Path(path).stem, sample_time_s=sample_time_s)
+    with opened_sheets(name, read_content(path)) as sheets:
+        for source, cells in sheets:
+            rows = _all_rows(source, cells)
+            for index, row in enumerate(rows[:_ROWS_ABOVE]):
+                headings = ["" if cell is None else str(cell).strip() for cell in row]
+                if not are_headings([cell for cell in headings if cell], mapping):
+                    continue
+                table = _table(source.place, headings, rows, index)
+                plan = plan_columns(table.path, headings, mapping)
+                _check_cells(table, plan)
+                return build_log(table, plan, name=Path(path).stem, sample_time_s=sample_time_s)
     raise MeasurementFileError(
         "no sheet has a row of headings with a column of times",
         path=name,
@@ -93,52 +61,21 @@ def read_thermal_xlsx(
     )
 
 
-def _sheets(name: str, content: bytes) -> list[tuple[str, list[tuple[object, ...]]]]:
-    from openpyxl import load_workbook  # noqa: PLC0415  takes a quarter of a second
-
-    result: list[tuple[str, list[tuple[object, ...]]]] = []
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of parts that are not read: styles, extensions
-            book = load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-            with closing(book):
-                for sheet in book.worksheets:
-                    if sheet.sheet_state != "visible":
-                        continue
-                    sheet.reset_dimensions()  # what a sheet says of its size is not to be trusted
-                    rows: list[tuple[object, ...]] = []
-                    cells = 0
-                    for row in sheet.iter_rows(values_only=True):
-                        cells += max(1, len(row))
-                        if cells > CELL_LIMIT:
-                            raise _too_wide(name, sheet.title)
-                        rows.append(tuple(row))
-                    result.append((str(sheet.title), rows))
-    except _PARSER_ERRORS as error:
-        raise damaged(name, error) from error
-    return result
+def _all_rows(source: TableSource, cells: Iterator[Cells]) -> list[Sequence[object]]:
+    rows: list[Sequence[object]] = []
+    count = 0
+    for row, _ in cells:
+        count += max(1, len(row))
+        if count > CELL_LIMIT:
+            raise source.error(
+                f"the sheet {source.sheet} spans more than {CELL_LIMIT} cells",
+                remedy="Clear the cells far from the table, or export the log as CSV",
+            )
+        rows.append(row)
+    return rows
 
 
-def _too_wide(name: str, sheet: str) -> MeasurementFileError:
-    return MeasurementFileError(
-        f"the sheet {sheet} spans more than {CELL_LIMIT} cells",
-        path=name,
-        remedy="Clear the cells far from the table, or export the log as CSV",
-    )
-
-
-def _are_headings(cells: Sequence[str], mapping: ThermalMapping | None) -> bool:
-    if mapping is not None and mapping.time_column is not None:
-        return mapping.time_column in cells
-    words = [cell for cell in cells if cell]
-    if mapping is not None and mapping.sample_time_s is not None:
-        return bool(words) and not any(is_number(word) for word in words)
-    return len(words) > 1 and any(parse_log_heading(w).time_rank is not None for w in words)
-
-
-def _table(
-    path: str, headings: list[str], rows: Sequence[tuple[object, ...]], head: int
-) -> LogTable:
+def _table(path: str, headings: list[str], rows: Sequence[Sequence[object]], head: int) -> LogTable:
     width = len(headings)
     kept = [
         (number, row)

@@ -1,20 +1,20 @@
 """Tell the format of a measurement file from what is in it."""
 
 import re
+from hashlib import sha256
 from pathlib import Path
 
+from thermaxis.files import table as tables
+from thermaxis.files.runs.iso230_dat import dat_test
+from thermaxis.files.runs.rtl import rtl_test
+from thermaxis.files.runs.xlsx import table_test
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
-    Layout,
-    SourceText,
     csv_table,
     decode_text,
     read_content,
 )
 from thermaxis.positioning import PositioningTest
-
-# Each reader is imported where its format is recognised: together they take as long to import as
-# a run of 100 cycles takes to read.
 
 _START_CHARACTERS = 65_536
 _WORKBOOK_STARTS = (b"PK\x03\x04", b"PK\x05\x06", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
@@ -82,35 +82,17 @@ def read_positioning_with_sha256(
     ConfigurationError
         As `read_positioning`.
     """
-    from hashlib import sha256  # noqa: PLC0415  not every reader of a run wants the hash
-
     content = read_content(path)
     return _test_of(str(path), content, fallback_encoding), sha256(content).hexdigest()
 
 
 def _test_of(name: str, content: bytes, fallback_encoding: str) -> PositioningTest:
     if content.startswith(_WORKBOOK_STARTS):
-        from thermaxis.files.runs.xlsx import workbook_test  # noqa: PLC0415  see above
-
-        return workbook_test(name, content)
-    return _test_of_text(decode_text(name, content, fallback_encoding=fallback_encoding))
-
-
-def _test_of_text(source: SourceText) -> PositioningTest:
+        return table_test(tables.workbook_table(name, content))  # imported when it is met
+    source = decode_text(name, content, fallback_encoding=fallback_encoding)
     start = source.text[:_START_CHARACTERS]
     if _RTL_SECTION.search(start):
-        from thermaxis.files.runs.rtl import rtl_test  # noqa: PLC0415  see above
-
         return rtl_test(source)
     if _DAT_ENTRY.search(start):
-        from thermaxis.files.runs.iso230_dat import dat_test  # noqa: PLC0415  see above
-
         return dat_test(source)
-    table = csv_table(source)
-    if table.layout is Layout.TIDY:
-        from thermaxis.files.runs.tidy_csv import tidy_test  # noqa: PLC0415  see above
-
-        return tidy_test(table)
-    from thermaxis.files.runs.wide_csv import wide_test  # noqa: PLC0415  see above
-
-    return wide_test(table)
+    return table_test(csv_table(source))

@@ -10,7 +10,13 @@ from ._columns import (
 )
 from ._csv_rows import (
     csv_table as csv_table,
+    is_comment_line as is_comment_line,
     read_csv_table as read_csv_table,
+    split_cells as split_cells,
+)
+from ._damage import (
+    DAMAGE as DAMAGE,
+    damage_named as damage_named,
 )
 from ._metadata import (
     Metadata as Metadata,
@@ -42,6 +48,7 @@ from ._source import (
     parse_number as parse_number,
     parse_whole_number as parse_whole_number,
     read_content as read_content,
+    read_start as read_start,
     read_text as read_text,
 )
 from ._table import (
@@ -66,8 +73,11 @@ from ._times import (
     parse_moment as parse_moment,
     reading_times as reading_times,
 )
+from ._workbook import (
+    Cells as Cells,
+    opened_sheets as opened_sheets,
+    workbook_table as workbook_table,
+)
 from ._workbook_parts import (
     CELL_LIMIT as CELL_LIMIT,
-    check_parts as check_parts,
-    damaged as damaged,
 )

@@ -59,8 +59,8 @@ def _plain_rows(text: SourceText, source: TableSource) -> Iterator[Row]:
     for number, line in _lines(text.text, source):
         if number > _LINES_ABOVE:
             return
-        if line.strip() and not _SEPARATOR_LINE.fullmatch(line) and not _is_comment(line):
-            split = (_split(line, delimiter) for delimiter in DELIMITERS)
+        if line.strip() and not _SEPARATOR_LINE.fullmatch(line) and not is_comment_line(line):
+            split = (split_cells(line, delimiter) for delimiter in DELIMITERS)
             cells = max((found for found in split if found), key=len, default=[line.strip()])
             yield number, cells
 
@@ -75,7 +75,7 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
             return None
         if not line.strip() or _SEPARATOR_LINE.fullmatch(line):
             continue
-        comment = _is_comment(line)
+        comment = is_comment_line(line)
         found = None if comment and not commented else _headings(line.lstrip("# "))
         if found is None:
             if comment:
@@ -85,7 +85,7 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
             continue
         delimiter, layout, headings = found
         for row, text_above in above:
-            cells = _split(text_above, delimiter)
+            cells = split_cells(text_above, delimiter)
             read_above(metadata, (row, [text_above] if cells is None else cells))
         rows = _rows(lines, delimiter, source)
         decimal_comma = delimiter != ","
@@ -101,7 +101,7 @@ def _search(text: SourceText, source: TableSource, *, commented: bool) -> Table 
 def _headings(line: str) -> tuple[str, Layout, tuple[Heading, ...]] | None:
     best: tuple[str, Layout, tuple[Heading, ...]] | None = None
     for delimiter in DELIMITERS:
-        cells = _split(line, delimiter)
+        cells = split_cells(line, delimiter)
         found = None if cells is None else recognise(cells)
         if found is not None and (best is None or len(found[1]) > len(best[2])):
             best = (delimiter, *found)
@@ -112,10 +112,10 @@ def _rows(lines: Iterator[_Line], delimiter: str, source: TableSource) -> Iterat
     for number, line in lines:
         if not line:
             continue
-        if _is_comment(line):
+        if is_comment_line(line):
             yield number, _comment_cells(line)
             continue
-        cells = _split(line, delimiter)
+        cells = split_cells(line, delimiter)
         if cells is None:
             raise source.error(
                 "the quotation marks of this line do not match",
@@ -147,7 +147,8 @@ def _check_open_end(table: Table, last_line: int) -> None:
     )
 
 
-def _split(line: str, delimiter: str) -> list[str] | None:
+def split_cells(line: str, delimiter: str) -> list[str] | None:
+    """Return the cells of a line without blanks around them; None if quotation marks differ."""
     if '"' not in line:
         return [cell.strip() for cell in line.split(delimiter)]
     try:
@@ -157,7 +158,8 @@ def _split(line: str, delimiter: str) -> list[str] | None:
     return [cell.strip() for cell in rows[0]] if rows else None
 
 
-def _is_comment(line: str) -> bool:
+def is_comment_line(line: str) -> bool:
+    """Say whether a line is a comment, also where a spreadsheet program has put it in quotes."""
     return line.lstrip().startswith(("#", '"#'))
 
 
@@ -166,7 +168,7 @@ def _comment_cells(line: str) -> list[str]:
     text = line.strip().rstrip(",;\t ")
     if text.startswith('"'):
         for delimiter in DELIMITERS:
-            cells = _split(text, delimiter)
+            cells = split_cells(text, delimiter)
             if cells is not None:
                 return [cells[0]]
         text = text.removeprefix('"')
@@ -182,7 +184,7 @@ def _lines(text: str, source: TableSource) -> Iterator[_Line]:
             raise _too_long(source, number)
         line = text[start:end]
         joined = 0
-        if line.count('"') % 2 and not _is_comment(line) and _OPENING_QUOTE.search(line):
+        if line.count('"') % 2 and not is_comment_line(line) and _OPENING_QUOTE.search(line):
             end, joined = _end_of_quoted(text, start, end)
             line = text[start:end]
         yield number, line

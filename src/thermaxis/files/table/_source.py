@@ -1,10 +1,12 @@
 """Read a text file whole: what it is, its encoding, its lines, its numbers."""
 
 import codecs
+import io
 import re
 import stat
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -85,8 +87,31 @@ def kind_of_content(start: bytes) -> str | None:
     return next((name for magic, name in _SIGNATURES if start.startswith(magic)), None)
 
 
+def read_start(path: Path | str, count: int, *, limit_bytes: int) -> tuple[bytes, int]:
+    """Return the first bytes of a regular file of bounded size, and its size. [byte]"""
+    with _opened(path, limit_bytes) as (stream, size):
+        return stream.read(count), size
+
+
 def read_content(path: Path | str) -> bytes:
     """Read a regular, non-empty file of bounded size, once."""
+    with _opened(path, TEXT_LIMIT_BYTES) as (stream, size):
+        is_archive = stream.peek(len(_ARCHIVE_START)).startswith(_ARCHIVE_START)
+        limit_bytes = WORKBOOK_LIMIT_BYTES if is_archive else TEXT_LIMIT_BYTES
+        content = b"" if size > limit_bytes else stream.read(limit_bytes + 1)
+    size = max(size, len(content))  # it may have grown since its size was asked for
+    if size > limit_bytes:
+        raise _too_large(str(path), size, limit_bytes)
+    if not content:
+        raise MeasurementFileError(
+            "the file is empty", path=str(path), remedy="Export the measurement again"
+        )
+    return content
+
+
+@contextmanager
+def _opened(path: Path | str, limit_bytes: int) -> Generator[tuple[io.BufferedReader, int]]:
+    """Open a regular file of bounded size; whatever the system says becomes one of our errors."""
     name = str(path)
     try:
         status = Path(path).stat()
@@ -94,18 +119,14 @@ def read_content(path: Path | str) -> bytes:
             raise MeasurementFileError(
                 "this is a folder, not a file", path=name, remedy="Name one file in it"
             )
-        if not stat.S_ISREG(status.st_mode):
+        if not stat.S_ISREG(status.st_mode):  # opening a pipe would wait for a writer
             raise MeasurementFileError(
                 "this is not a regular file", path=name, remedy="Save the measurement as a file"
             )
-        if status.st_size > TEXT_LIMIT_BYTES:
-            raise _too_large(name, status.st_size, TEXT_LIMIT_BYTES)
+        if status.st_size > limit_bytes:
+            raise _too_large(name, status.st_size, limit_bytes)
         with Path(path).open("rb") as stream:
-            is_archive = stream.peek(len(_ARCHIVE_START)).startswith(_ARCHIVE_START)
-            limit_bytes = WORKBOOK_LIMIT_BYTES if is_archive else TEXT_LIMIT_BYTES
-            if status.st_size > limit_bytes:
-                raise _too_large(name, status.st_size, limit_bytes)
-            content = stream.read(limit_bytes + 1)
+            yield stream, status.st_size
     except FileNotFoundError:
         raise MeasurementFileError(
             "there is no such file", path=name, remedy="Check the name and the folder"
@@ -120,13 +141,6 @@ def read_content(path: Path | str) -> bytes:
         raise MeasurementFileError(
             "this cannot be the name of a file", path=name, remedy="Check the name"
         ) from error
-    if len(content) > limit_bytes:  # it has grown since its size was asked for
-        raise _too_large(name, len(content), limit_bytes)
-    if not content:
-        raise MeasurementFileError(
-            "the file is empty", path=name, remedy="Export the measurement again"
-        )
-    return content
 
 
 def read_text(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> SourceText:

@@ -4,16 +4,19 @@ import io
 import re
 import struct
 import zipfile
-import zlib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
 from thermaxis.errors import MeasurementFileError
+from thermaxis.files.table._damage import damage_named
 
 UNPACKED_LIMIT_BYTES = 80_000_000
 """Largest sum of the unpacked parts: a million cells of about 55 bytes, and texts. [byte]"""
+DAMAGED = "the workbook is damaged"
+REMEDY = "Open it in a spreadsheet program and save it again, or export it as CSV"
+"""What is said of a workbook that cannot be unpacked or parsed."""
 CELL_LIMIT = 1_000_000
 """Largest number of cells of all sheets, and of the rectangle that a sheet spans. [1]"""
 
@@ -44,18 +47,6 @@ _LONGEST_TAG = 4096
 _TAG_ENDS = bytes.maketrans(b"\t\r\n/>", b"     ")
 _METHODS = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
 
-_ARCHIVE_ERRORS = (
-    zipfile.BadZipFile,
-    zlib.error,
-    struct.error,
-    EOFError,
-    OSError,
-    NotImplementedError,  # a newer version of the format
-    RuntimeError,  # a password
-    ValueError,  # texts that cannot be decoded, offsets out of range
-    IndexError,  # a part without a name
-)
-
 
 @final
 @dataclass(slots=True)
@@ -75,30 +66,20 @@ def check_parts(content: bytes, *, path: str) -> bool:
     nothing is held in memory, and no part can unpack to more than its stated size.
     """
     _check_directory_size(content, path)
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            parts = archive.infolist()
-            _check_directory(parts, path)
-            counts = _Counts()
-            for part in parts:
-                if not part.is_dir():
-                    _check_part(archive, part, counts, path)
-            for part in parts:
-                if _SHEET.fullmatch(part.filename) is not None:
-                    _check_places(archive, part, path)
-    except _ARCHIVE_ERRORS as error:
-        raise damaged(path, error) from error
+    counts = _Counts()
+    with (
+        damage_named(DAMAGED, path=path, remedy=REMEDY),
+        zipfile.ZipFile(io.BytesIO(content)) as archive,
+    ):
+        parts = archive.infolist()
+        _check_directory(parts, path)
+        for part in parts:
+            if not part.is_dir():
+                _check_part(archive, part, counts, path)
+        for part in parts:
+            if _SHEET.fullmatch(part.filename) is not None:
+                _check_places(archive, part, path)
     return counts.formulas > 0
-
-
-def damaged(path: str, error: Exception) -> MeasurementFileError:
-    """Make the error of a workbook that cannot be unpacked or parsed."""
-    reason = str(error).partition("\n")[0] or type(error).__name__
-    return MeasurementFileError(
-        f"the workbook is damaged ({reason})",
-        path=path,
-        remedy="Open it in a spreadsheet program and save it again, or export it as CSV",
-    )
 
 
 def _refused(path: str, what: str, remedy: str) -> MeasurementFileError:

@@ -1,0 +1,31 @@
+"""The errors of libraries that read binary files, as one of ours."""
+
+import struct
+import zipfile
+import zlib
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import Final
+
+from thermaxis.errors import MeasurementFileError
+
+# Readers of binary files have no error of their own for damaged ones: whatever a missing part, a
+# wrong length, index or type raises inside comes out.
+DAMAGE: Final = (
+    *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError),
+    *(OSError, RuntimeError, SyntaxError, TypeError, ValueError),
+    *(struct.error, zipfile.BadZipFile, zlib.error),
+)
+"""What they raise; RuntimeError stands also for a password, and for a newer form of the file."""
+
+
+@contextmanager
+def damage_named(
+    what: str, *, path: str, remedy: str, damage: tuple[type[BaseException], ...] = DAMAGE
+) -> Generator[None]:
+    """Turn what the reader of a damaged file raises into an error that names the file."""
+    try:
+        yield
+    except damage as error:
+        reason = str(error).partition("\n")[0] or type(error).__name__
+        raise MeasurementFileError(f"{what} ({reason[:150]})", path=path, remedy=remedy) from error
