@@ -45,7 +45,7 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
 }
 """Causes of differences from ec497c9 by patterns: file of a chapter, place in it."""
 
-RENAMED: dict[str, str] = {}
+RENAMED: dict[str, str] = {"thermaxis.plc.Twin": "thermaxis.plc.BlockInstance"}
 """Public names and packages (`thermaxis.thermal.Old`, `thermaxis.old`) by what they are now."""
 
 NOT_BY_ITSELF = re.compile(

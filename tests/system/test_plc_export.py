@@ -27,8 +27,14 @@ from tests.unit.plc.equal_parts import (
     compared_together,
     differing_when_contracted,
 )
-from tests.unit.plc.plc_scenarios import OUTCOMES, REASONS, SAMPLE_QUALITIES, STATES
-from tests.unit.plc.test_build import NEVER, NEVER_SAMPLE
+from tests.unit.plc.plc_scenarios import (
+    NEVER,
+    NEVER_SAMPLE,
+    OUTCOMES,
+    REASONS,
+    SAMPLE_QUALITIES,
+    STATES,
+)
 from tests.unit.plc.test_c import float_away_from_double
 from tests.unit.plc.test_mutants import (
     NOT_NOTICED,

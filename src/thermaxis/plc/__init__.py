@@ -2,8 +2,8 @@
 
 What the block does is `thermaxis.compensation.cycle`, in the number type of the target. It is
 built once (`build_program`), as a tree of few kinds of statement (`_tree`), and every dialect
-prints the same tree. `Twin` is the block once more, in plain Python with the target's rounding,
-not made from the tree: it computes the test vectors.
+prints the same tree. `BlockInstance` executes it in Python with the target's rounding: it computes
+the test vectors.
 """
 
 from lazy_loader import attach_stub

@@ -32,13 +32,11 @@ from .tree import (
     check_program as check_program,
     with_own_names as with_own_names,
 )
-from .twin import (
+from .vectors import (
+    BlockInstance as BlockInstance,
+    Course as Course,
     PlcInputs as PlcInputs,
     PlcOutputs as PlcOutputs,
-    Twin as Twin,
-)
-from .vectors import (
-    Course as Course,
     PlcStep as PlcStep,
     Vectors as Vectors,
     course_steps as course_steps,

@@ -1,8 +1,8 @@
 """What the tests of equality share: recorded calls, and the three dialects run over them.
 
 A record has every input and output of every call in the order of the block's variables. What must
-come out is what `cycle` says in double precision, and what the twin says in REAL; every text is
-compared with it in every call, to the last bit, but for the sign of a zero.
+come out is what `cycle` says in double precision, and what the executed tree says in REAL; every
+text is compared with it in every call, to the last bit, but for the sign of a zero.
 """
 
 import ctypes
@@ -28,9 +28,9 @@ from thermaxis.compensation import Compensation
 from thermaxis.plc import (
     Block,
     CText,
-    PlcInputs,
     PlcOutputs,
     PlcSettings,
+    PlcStep,
     Program,
     build_program,
     export_settings,
@@ -40,7 +40,7 @@ from thermaxis.plc import (
     scenario_steps,
 )
 from thermaxis.plc.tree import Kind
-from thermaxis.plc.vectors._scenario import PlcStep
+from thermaxis.plc.vectors import by_variable
 
 Row = tuple[Value, ...]
 Numbers = Any
@@ -174,36 +174,6 @@ def columns(block: Block) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(v.name for v in block.inputs), tuple(outputs)
 
 
-def by_name(settings: PlcSettings) -> tuple[list[str], list[str]]:
-    """Return the block's names in the order in which the twin's tuples have them."""
-    names = settings.names
-    inputs = ["cycle_time_s", "enable", "hold", "reset", "diameter_mm", "diameter_known"]
-    inputs += [f"t_{stem}" for stem in names.channels]
-    inputs += [f"ok_{stem}" for stem in names.channels]
-    inputs += [f"trim_{stem}" for stem in names.outputs]
-    inputs += ["interlocks_met", "connected", "other_compensation"]
-    inputs += [f"read_{stem}" for stem in names.outputs]
-    inputs += ["read_ok"]
-    outputs = [
-        f"{what}_{stem}"
-        for what in ("correction", "model", "wanted", "weight", "limit", "added")
-        for stem in names.outputs
-    ]
-    outputs += [f"part_{stem}" for stem in names.parts]
-    outputs += [f"quality_{stem}" for stem in names.channels]
-    outputs += ["state", "enabled", "held", "linked", "fault_word", "model_quality", "outcome_word"]
-    outputs += ["refused", "heartbeat"]
-    return inputs, outputs
-
-
-def flat(values: PlcInputs | PlcOutputs) -> list[Value]:
-    """Return a tuple of the twin as one row."""
-    row: list[Value] = []
-    for value in values:
-        row.extend(value) if isinstance(value, tuple) else row.append(value)
-    return row
-
-
 def recorded(
     settings: PlcSettings,
     steps: Iterable[PlcStep],
@@ -213,13 +183,11 @@ def recorded(
 ) -> Record:
     """Run `cycle` over a scenario, or believe what its steps say.
 
-    In REAL there is no `cycle`, so what the twin said in the steps is what must come out.
+    In REAL there is no `cycle`, so what the executed tree said in the steps is what must come out.
     """
     block = build_program(settings).blocks[-1]
     names_in, names_out = columns(block)
-    known_in, known_out = by_name(settings)
-    told = itemgetter(*(known_in.index(name) for name in names_in))
-    said = itemgetter(*(known_out.index(name) for name in names_out))
+    told, said = itemgetter(*names_in), itemgetter(*names_out)
     driver = CycleDriver(settings)
     use_cycle = settings.double and not from_steps
     rows: list[Row] = []
@@ -230,8 +198,8 @@ def recorded(
         if use_cycle:
             outputs = driver.said(inputs)  # noqa: PLW2901 - of `cycle` in place of the steps'
         starts.append(inputs.restart or not rows)
-        rows.append(told(flat(inputs)))
-        wanted.append(said(flat(outputs)))
+        rows.append(told(by_variable(settings.names, inputs)))
+        wanted.append(said(by_variable(settings.names, outputs)))
         if seen is not None:
             seen.add(before, outputs, restart=inputs.restart)
         before = outputs
@@ -239,7 +207,7 @@ def recorded(
 
 
 def shift(settings: PlcSettings, *, hours: float, seed: int, seen: Seen | None = None) -> Record:
-    """Record a scenario with faults, led by `cycle` in LREAL and by the twin in REAL.
+    """Record a scenario with faults, led by `cycle` in LREAL and by the tree in REAL.
 
     Each is asked once a call: its correction is what the machine reports in the next one.
     """
@@ -462,7 +430,7 @@ class Comparison(NamedTuple):
 def compared(task: Task) -> Comparison:
     """Run every text of a model, and say where each first differs from what must come out.
 
-    That is what `cycle` says in LREAL, and what the twin says in REAL.
+    That is what `cycle` says in LREAL, and what the executed tree says in REAL.
     """
     settings = task.settings()
     seen, seconds, differences = Seen(), dict[str, float](), dict[str, str]()

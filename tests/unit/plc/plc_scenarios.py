@@ -2,7 +2,9 @@
 
 import math
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
 
 from thermaxis.compensation import (
     Answer,
@@ -29,13 +31,31 @@ from thermaxis.compensation import (
     cycle,
     cycle_state,
 )
+from thermaxis.files import read_model
 from thermaxis.plc import PlcInputs, PlcOutputs, PlcSettings, export_settings
+from thermaxis.plc.vectors import by_variable, variable_names
 
 STATES = list(SupervisorState)
 REASONS = list(Reason)
 OUTCOMES = list(Outcome)
 SAMPLE_QUALITIES = list(SampleQuality)
 QUALITIES = list(Quality)
+NEVER = {
+    Outcome.CLOCK_BACKWARD,
+    Outcome.CLOCK_STILL,
+    Outcome.GAP,
+    Outcome.STATE_UNUSABLE,
+    Outcome.DIAMETER_UNKNOWN,
+}
+"""Outcomes that a block without a clock and without a memory never has."""
+NEVER_SAMPLE = {
+    SampleQuality.SPARE,
+    SampleQuality.OLD,
+    SampleQuality.NO_TIME_STAMP,
+    SampleQuality.DISAGREES,
+}
+"""Qualities of what a block has not: second sensors and time stamps."""
+MODELS = Path(__file__).parents[3] / "examples" / "models"
 
 QUICK = SupervisorRules(
     settle_s=6.0,
@@ -129,7 +149,28 @@ def random_settings(
     return export_settings(compensation, cycle_s=cycle_s, name=f"random {seed}", double=double)
 
 
+def paper_model(name: str) -> CompensationModel:
+    return read_model(MODELS / f"{name}.json")
+
+
+def wide(model: CompensationModel, *, double: bool) -> PlcSettings:
+    """Limits that the course never meets, so that the correction is minus the model."""
+    compensation = Compensation(
+        model=model,
+        sensors={c: SensorRules(lowest_c=1.0, highest_c=80.0) for c in model.channels},
+        limits={o.name: Limits(5000.0, 500.0) for o in model.outputs},
+        interlocks=("plc",),
+    )
+    return export_settings(compensation, cycle_s=1.0, name="axis", double=double)
+
+
 RISING = "rising"
+
+
+def inputs_of(settings: PlcSettings, told: Mapping[str, Any]) -> PlcInputs:
+    """Return the inputs of a call that are stated by the names of the block."""
+    names = variable_names(settings.names, PlcInputs._fields[:-1]).values()
+    return PlcInputs(*(told[n] if isinstance(n, str) else tuple(told[k] for k in n) for n in names))
 
 
 def refuses(answer: Answer) -> bool:
@@ -188,6 +229,14 @@ class CycleDriver:
         self.state, output = cycle(self.settings.compensation, self.state, reading)
         return output
 
+    def told(self, told: Mapping[str, Any]) -> CycleOutput:
+        """Do a call whose inputs are stated by the names of the block."""
+        return self.step(inputs_of(self.settings, told))
+
+    def by_name(self, output: CycleOutput) -> dict[str, Any]:
+        """Return what was said last by the names of the block."""
+        return by_variable(self.settings.names, as_block(output, self))
+
     def said(self, inputs: PlcInputs) -> PlcOutputs:
         """Return the outputs of the block, as `cycle` makes them."""
         return as_block(self.step(inputs), self)
@@ -213,7 +262,7 @@ class CycleDriver:
 
 
 class CycleBlock:
-    """`cycle` as the block of a scenario: the world answers what it says, and no twin is asked."""
+    """`cycle` as the block of a scenario: no tree is executed."""
 
     def __init__(self, settings: PlcSettings) -> None:
         self._driver = CycleDriver(settings)

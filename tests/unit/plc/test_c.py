@@ -1,4 +1,4 @@
-"""C, compiled by gcc, against `cycle` in double and against the twin in float."""
+"""C, compiled by gcc, against `cycle` in double and against the executed tree in float."""
 
 from pathlib import Path
 
@@ -14,9 +14,8 @@ from tests.unit.plc.equal_parts import (
     require_gcc,
     short_record,
 )
-from tests.unit.plc.test_twin import paper_model, wide
-from thermaxis.plc import Twin, build_program, scenario_steps
-from thermaxis.plc.vectors._scenario import PlcStep
+from tests.unit.plc.plc_scenarios import paper_model, wide
+from thermaxis.plc import BlockInstance, PlcStep, build_program, scenario_steps
 
 
 @pytest.mark.parametrize("double", [True, False])
@@ -33,7 +32,7 @@ def float_away_from_double(name: str, hours: float, folder: Path) -> tuple[float
     """Return how far compiled float is from compiled double at 1 s, and the correction's span.
 
     A model of the paper without a deadband and away from every limit; double is `cycle` and float
-    the twin, to the last bit. [µm]
+    the executed tree, to the last bit. [µm]
     """
     model = paper_model(name)
     corrections: list[np.ndarray] = []
@@ -43,8 +42,8 @@ def float_away_from_double(name: str, hours: float, folder: Path) -> tuple[float
         program = build_program(settings)
         path = c_library({program.name: c_block(program)}, folder / str(double), "-O2")
         inputs = [step.inputs for step in steps]
-        twin = Twin(settings)
-        record = recorded(settings, [PlcStep(i, twin.step(i)) for i in inputs])
+        block = BlockInstance(settings)
+        record = recorded(settings, [PlcStep(i, block.step(i)) for i in inputs])
         rows = CLibrary(path).run(program.name, record)
         assert difference(record, rows) == ""
         corrections.append(rows[:, record.outputs.index("correction_z_um")])

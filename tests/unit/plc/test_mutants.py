@@ -27,8 +27,9 @@ from tests.unit.plc.equal_parts import (
     shuffled,
     st_is_noticed,
 )
+from tests.unit.plc.plc_scenarios import STATES, CycleDriver
 from tests.unit.plc.st_interpreter import Machine, Value
-from tests.unit.plc.test_build import STATES, Driver, World, expected, quiet_inputs
+from tests.unit.plc.test_build import World, quiet_inputs
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -43,9 +44,10 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.plc import (
+    BlockInstance,
     CText,
     PlcSettings,
-    Twin,
+    PlcStep,
     build_program,
     export_settings,
     print_c,
@@ -53,7 +55,6 @@ from thermaxis.plc import (
     scenario_steps,
 )
 from thermaxis.plc.tree import number_text
-from thermaxis.plc.vectors._scenario import PlcStep
 
 CYCLE_S = 1.0
 
@@ -125,15 +126,15 @@ def settings_with_everything(*, double: bool = True) -> PlcSettings:
 def world_record(settings: PlcSettings, calls: int, seed: int) -> Record:
     """Record `cycle` in a world with moods of its own."""
     names, outputs = columns(build_program(settings).blocks[-1])
-    driver, world = Driver(settings), World(settings, seed)
+    driver, world = CycleDriver(settings), World(settings, seed)
     rows: list[Row] = []
     wanted: list[Row] = []
     for _ in range(calls):
         told = world.inputs()
-        said = driver.step(told)
+        said = driver.told(told)
         if driver.linked:
             world.write(STATES.index(said.state), said.correction_um)
-        by_name = expected(settings, said, driver)
+        by_name = driver.by_name(said)
         rows.append(tuple(told[name] for name in names))
         wanted.append(tuple(by_name[name] for name in outputs))
     starts = [call == 0 for call in range(calls)]
@@ -152,7 +153,7 @@ class Stand:
         self.switch_on()
 
     def switch_on(self) -> None:
-        self.driver = Driver(self.settings)
+        self.driver = CycleDriver(self.settings)
         self.sent = (0.0,) * len(self.settings.names.outputs)
         self.begins = True
 
@@ -162,8 +163,8 @@ class Stand:
             noise_c = 0.01 * (len(self.rows) % 2)  # else the sensors would count as frozen
             quiet = quiet_inputs(self.settings, [21.0 + noise_c, 20.0 + noise_c], self.sent)
             told = quiet | {"enable": not self.begins} | different
-            said = self.driver.step(told)
-            by_name = expected(self.settings, said, self.driver)
+            said = self.driver.told(told)
+            by_name = self.driver.by_name(said)
             self.rows.append(tuple(told[name] for name in self.names))
             self.wanted.append(tuple(by_name[name] for name in self.outputs))
             self.starts.append(self.begins)
@@ -233,16 +234,16 @@ def records() -> tuple[Record, ...]:
 
 @lru_cache
 def records_in_real() -> tuple[Record, ...]:
-    """Return the course with faults in REAL, where the twin says what must come out.
+    """Return the course with faults in REAL, where the executed tree says what must come out.
 
     Before it comes the same beginning with a diameter a little beyond the last point.
     """
     settings = settings_with_everything(double=False)
     steps = list(scenario_steps(settings, hours=1.5, seed=5))
     beyond_mm = next_number(333.0, double=False, up=True)
-    twin = Twin(settings)
+    block = BlockInstance(settings)
     told = [s.inputs._replace(diameter_known=True, diameter_mm=beyond_mm) for s in steps[:60]]
-    beginning = [PlcStep(inputs, twin.step(inputs)) for inputs in told]
+    beginning = [PlcStep(inputs, block.step(inputs)) for inputs in told]
     return recorded(settings, beginning), recorded(settings, steps)
 
 

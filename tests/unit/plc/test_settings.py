@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.unit.plc.tree_run import compiled
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -20,7 +19,7 @@ from thermaxis.compensation import (
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc import PlcSettings, build_program, export_settings
 from thermaxis.plc._settings import compensated_stall, require_no_stall
-from thermaxis.plc.tree import stored
+from thermaxis.plc.tree import executable, stored
 
 RULES = SensorRules(lowest_c=1.0, highest_c=90.0)
 
@@ -238,7 +237,7 @@ def test_at_the_border_the_rate_in_real_is_reached_and_never_passed_but_by_round
 ) -> None:
     compensation = at_the_border(1.0)
     rate_um = compensation.bounds[0].largest_rate_um_per_s
-    block = compiled(build_program(exported(compensation, double=False)))()
+    block = executable(build_program(exported(compensation, double=False)))()
     calm = {"cycle_time_s": 1.0, "ok_t": True, "interlocks_met": True, "connected": True}
     stands_um, changes_um, reached_um = sign * 99.0, list[float](), list[float]()
     for call in range(400):

@@ -1,4 +1,4 @@
-"""Structured Text, parsed and executed, against `cycle` in LREAL and against the twin in REAL."""
+"""Structured Text, parsed and executed, against `cycle` in LREAL and the executed tree in REAL."""
 
 import time
 
@@ -33,11 +33,11 @@ def test_the_text_for_an_editor_with_two_panes_computes_the_same(flavour: str) -
     assert difference(record, run_st(Machine(text), record)) == ""
 
 
-def test_what_cycle_says_and_what_the_twin_says_are_two_records_of_the_same_numbers() -> None:
+def test_what_cycle_says_and_what_the_tree_says_are_two_records_of_the_same_numbers() -> None:
     settings = demanded_settings(4, cycle_s=1.0, double=True)
     steps = list(scenario_steps(settings, hours=0.2, seed=4))
-    record, twins = recorded(settings, steps), recorded(settings, steps, from_steps=True)
-    assert difference(record, twins.wanted) == ""
+    record, executed = recorded(settings, steps), recorded(settings, steps, from_steps=True)
+    assert difference(record, executed.wanted) == ""
 
 
 def test_a_difference_names_call_and_output_in_hexadecimal() -> None:

@@ -6,13 +6,13 @@ against K, are the second ways.
 
 import math
 import re
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from tests.unit.plc.tree_run import compiled
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -27,10 +27,12 @@ from thermaxis.compensation import (
 )
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc import (
+    BlockInstance,
+    Course,
     GuideFacts,
     LineSettings,
-    PlcInputs,
     PlcSettings,
+    PlcStep,
     Target,
     build_line_program,
     check_program,
@@ -43,10 +45,10 @@ from thermaxis.plc import (
     vectors_of,
 )
 from thermaxis.plc.build import at_position, bound_texts
-from thermaxis.plc.tree import stored
+from thermaxis.plc.tree import executable, stored
 from thermaxis.plc.tree._check import unused
-from thermaxis.plc.twin import LineInputs, LineTwin
-from thermaxis.plc.vectors._vectors import LINE_LIMITED, line_steps
+from thermaxis.plc.vectors import by_variable
+from thermaxis.plc.vectors._vectors import LINE_LIMITED
 
 TOTAL_UM = 40.0
 
@@ -96,50 +98,47 @@ def test_the_line_is_that_of_polyfit_and_the_axis_that_moves_against_it_is_corre
         assert tool_um == pytest.approx(corrections_um, abs=scale)
 
 
+def course_of(block: BlockInstance, exported: PlcSettings) -> Iterator[PlcStep]:
+    return Course(exported, seed=3, block=block, near_share=0.4).steps()
+
+
 @pytest.mark.parametrize("double", [True, False])
 @pytest.mark.parametrize("positions", [(100.0, 900.0), (-50.5, 300.3, 1200.0)])
-def test_the_program_says_what_the_twin_says_through_the_whole_course(
+def test_the_block_with_a_line_is_the_plain_one_with_the_line_as_its_law_says(
     positions: tuple[float, ...], double: bool
 ) -> None:
+    """The law is written in the arithmetic of numpy; the plain block is proven against `cycle`."""
+    f = np.float64 if double else np.float32
     exported = settings_at(positions, double=double, cycle_s=8.0)
     line = LineSettings(positions_mm=positions, away=False, reference_mm=50.1)
-    make = compiled(build_line_program(exported, line))
-    block = make()
-    stems = exported.names.outputs
+    with_line, plain = BlockInstance(exported, line), BlockInstance(exported)
+    names = exported.names.outputs
+    at, factor, origin = np.array(positions, f), f(1000.0), f(50.1)
+    ways = np.array([p - float(origin) for p in at.astype(float)], f)
+    weights = [np.array(w, f) for w in line.weights()]
+    force, written = np.zeros(len(at), f), (f(0.0), f(0.0))
     states: set[int] = set()
-    for step in line_steps(exported, line, seed=3):
-        plain, outputs = step.inputs.plain, step.outputs
-        if plain.restart:
-            block = make()
-        for name in (
-            *("cycle_time_s", "enable", "hold", "reset", "diameter_mm", "diameter_known"),
-            *("interlocks_met", "connected", "other_compensation", "read_ok"),
-        ):
-            setattr(block, name, getattr(plain, name))
-        read = np.float64 if double else np.float32
-        with np.errstate(over="ignore"):
-            block.t_t, block.ok_t = float(read(plain.temperatures_c[0])), plain.ok[0]
-            for stem, trim_um in zip(stems, plain.trims_um, strict=True):
-                setattr(block, f"trim_{stem}", float(read(trim_um)))
-        block.read_k0_mm, block.read_slope, block.read_reference_mm = step.inputs[1:]
-        block.step()
-        said = (
-            *(block.k0_mm, block.slope, block.reference_mm, block.residual_um),
-            *(getattr(block, f"correction_{stem}") for stem in stems),
-            *(block.line_limited, block.state, block.fault_word, block.refused, block.heartbeat),
-            *(block.enabled, block.held, block.linked),
-            *(getattr(block, f"added_{stem}") for stem in stems),
-        )
-        wanted = (
-            *outputs[1:5],
-            *outputs.plain.correction_um,
-            *(outputs.limited, outputs.plain.state, outputs.plain.fault_word),
-            *(outputs.plain.refused, outputs.plain.heartbeat),
-            *(outputs.plain.enabled, outputs.plain.held, outputs.plain.linked),
-            *outputs.plain.added_um,
-        )
-        assert said == wanted
-        states.add(block.state)
+    for inputs, _ in course_of(with_line, exported):
+        values = with_line.values()
+        if inputs.restart:
+            force, written = np.zeros(len(at), f), (f(0.0), f(0.0))
+        read = [f(values[f"read_{name}"]) for name in ("k0_mm", "slope", "reference_mm")]
+        if all(abs(r) <= 1e6 for r in read):
+            there = read[0] + read[1] * (at - read[2])
+            reported = force + (there - (written[0] + written[1] * ways)) * factor
+        else:
+            reported = force + f(1e7)
+        # In Off, and once after a lost connection, the plain block goes on from what it reads.
+        told = inputs._replace(read_um=tuple(map(float, reported)))
+        said = by_variable(exported.names, plain.step(told))
+        force = np.array([said[f"correction_{name}"] for name in names], f)
+        written = tuple(sum((w * c for w, c in zip(ws, force, strict=True)), f(0.0))
+                        for ws in weights)  # fmt: skip
+        residual = np.max(np.abs(force - (written[0] + written[1] * ways) * factor))
+        wanted = {**said, "k0_mm": written[0], "slope": written[1], "residual_um": residual}
+        assert {name: values[name] for name in wanted} == wanted
+        assert values["line_limited"] is False
+        states.add(said["state"])
     assert states == set(range(len(SupervisorState)))
 
 
@@ -171,7 +170,7 @@ def test_a_line_that_stands_in_the_control_is_taken_over_and_not_jumped() -> Non
     positions = (0.0, 500.0, 1000.0)
     exported = settings_at(positions)
     line = LineSettings(positions_mm=positions, away=True)
-    block = compiled(build_line_program(exported, line))()
+    block = executable(build_line_program(exported, line))()
     standing = {"read_k0_mm": 0.012, "read_slope": 1e-5, "read_reference_mm": 250.0}
     driven(block, **WELL, **standing)
     there_mm = [0.012 + 1e-5 * (p - 250.0) for p in positions]
@@ -180,40 +179,16 @@ def test_a_line_that_stands_in_the_control_is_taken_over_and_not_jumped() -> Non
     assert block.correction_at_500 == pytest.approx(-1000.0 * there_mm[1], abs=1e-9)
 
 
-def test_a_line_that_is_changed_while_it_is_off_is_taken_over_in_program_and_twin() -> None:
-    positions = (0.0, 1000.0)
-    exported = settings_at(positions)
-    line = LineSettings(positions_mm=positions, away=True)
-    block = compiled(build_line_program(exported, line))()
-    twin = LineTwin(exported, line)
-    plain = PlcInputs(
-        cycle_time_s=1.0,
-        enable=False,
-        hold=False,
-        reset=False,
-        diameter_mm=0.0,
-        diameter_known=False,
-        temperatures_c=(20.0,),
-        ok=(True,),
-        trims_um=(0.0, 0.0),
-        interlocks_met=True,
-        connected=True,
-        other_compensation=False,
-        read_um=(0.0, 0.0),
-        read_ok=True,
-    )
+def test_a_line_that_is_changed_while_it_is_off_is_taken_over_though_it_is_beyond_its_bounds() -> (
+    None
+):
+    line = LineSettings(positions_mm=(0.0, 1000.0), away=True)
+    block = executable(build_line_program(settings_at((0.0, 1000.0)), line))()
     driven(block, **{**WELL, "enable": False}, read_slope=0.0, read_reference_mm=500.0)
-    outputs = twin.step(LineInputs(plain, 0.0, 0.0, 500.0))
-    for k0_mm, limited in ((5.0, False), (5.0, False), (0.25, False), (0.0, False)):
+    for k0_mm in (5.0, 5.0, 0.25, 0.0):
         driven(block, read_k0_mm=k0_mm)
-        outputs = twin.step(LineInputs(plain, k0_mm, 0.0, 500.0))
         assert block.k0_mm == pytest.approx(k0_mm, abs=1e-12)
-        assert (block.k0_mm, block.slope, block.line_limited) == (
-            outputs.k0_mm,
-            outputs.slope,
-            outputs.limited,
-        )
-        assert block.line_limited is limited
+        assert block.line_limited is False
     assert (block.k0_mm, block.state) == (0.0, 0)
 
 
@@ -221,7 +196,7 @@ def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_n
     positions = (0.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
     for factor, expected in ((1.0, SupervisorState.ACTIVE), (0.5, SupervisorState.FAULT)):
-        block = compiled(build_line_program(settings_at(positions), line))()
+        block = executable(build_line_program(settings_at(positions), line))()
         started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
         for k in range(120):
             driven(
@@ -238,7 +213,7 @@ def test_a_control_that_keeps_another_slope_is_a_fault_and_one_that_follows_is_n
 @pytest.mark.parametrize("name", ["read_k0_mm", "read_slope", "read_reference_mm"])
 def test_what_is_no_line_counts_as_not_read(name: str, odd: float) -> None:
     line = LineSettings(positions_mm=(0.0, 1000.0), away=True)
-    block = compiled(build_line_program(settings_at((0.0, 1000.0)), line))()
+    block = executable(build_line_program(settings_at((0.0, 1000.0)), line))()
     read = {"read_k0_mm": 0.01, "read_slope": 1e-5, "read_reference_mm": 500.0}
     started(block, **{**read, name: odd})
     assert (block.k0_mm, block.slope, block.linked) == (0.0, 0.0, False)
@@ -253,7 +228,7 @@ def test_what_is_no_line_counts_as_not_read(name: str, odd: float) -> None:
 def test_the_line_goes_to_zero_at_the_rate_of_the_corrections_when_it_is_switched_off() -> None:
     positions = (0.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
-    block = compiled(build_line_program(settings_at(positions), line))()
+    block = executable(build_line_program(settings_at(positions), line))()
     started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
     largest_step_um, last_um, reached_um = 0.0, (0.0, 0.0), 0.0
     for k in range(200):
@@ -318,12 +293,13 @@ def test_the_guide_names_how_far_the_line_moves_in_one_call_and_it_moves_no_furt
     fits = np.abs([np.polyfit(positions, c, 1) for c in corners]) / 1000.0
     assert k0_step_mm == pytest.approx(np.max(fits[:, 1]), rel=2e-5)
     assert slope_step == pytest.approx(np.max(fits[:, 0]), rel=2e-5)
-    steps = list(line_steps(exported, line, seed=3))
+    block = BlockInstance(exported, line)
+    calls = [(inputs.restart, block.values()) for inputs, _ in course_of(block, exported)]
     moved = [
-        (abs(now.k0_mm - before.k0_mm), abs(now.slope - before.slope))
-        for (_, before), (told, now) in pairwise(steps)
-        if before.plain.linked and now.plain.linked and not told.plain.restart
-        if before.plain.state and now.plain.state
+        (abs(now["k0_mm"] - before["k0_mm"]), abs(now["slope"] - before["slope"]))
+        for (_, before), (restart, now) in pairwise(calls)
+        if before["linked"] and now["linked"] and not restart
+        if before["state"] and now["state"]
     ]
     largest = np.max(np.array(moved), axis=0)
     assert 0.1 * k0_step_mm < largest[0] <= k0_step_mm
@@ -337,13 +313,12 @@ def test_a_bound_that_never_acts_is_named_among_what_is_not_in_the_rows() -> Non
     assert LINE_LIMITED in found.missing
     assert f"# not in the rows: {LINE_LIMITED}" in found.text
     assert not any("line_limited" in text for text in vectors_of(exported, most_rows=20).missing)
-    assert not any(step.outputs.limited for step in line_steps(exported, line, seed=3))
 
 
 def test_the_residual_is_the_largest_distance_from_the_line() -> None:
     positions = (0.0, 500.0, 1000.0)
     line = LineSettings(positions_mm=positions, away=True)
-    block = compiled(build_line_program(settings_at(positions), line))()
+    block = executable(build_line_program(settings_at(positions), line))()
     started(block, read_k0_mm=0.0, read_slope=0.0, read_reference_mm=500.0)
     driven(block, enable=True)
     trims = dict(zip((f"trim_at_{p:g}" for p in positions), (-2.0, 4.0, -2.0), strict=True))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from tests.unit.plc.plc_scenarios import CycleBlock, random_settings
-from thermaxis.plc import PlcSettings, PlcStep, Twin, course_steps, scenario_steps
+from thermaxis.plc import BlockInstance, PlcSettings, PlcStep, course_steps, scenario_steps
 from thermaxis.plc.vectors import _course, _scenario, _world
 from thermaxis.plc.vectors._world import (
     ODD,
@@ -83,14 +83,14 @@ def test_both_courses_lead_through_what_stands_once(
     assert len(through) >= 6
 
 
-def test_a_scenario_led_by_cycle_is_that_of_the_twin_and_asks_no_twin(
+def test_a_scenario_led_by_cycle_is_that_of_the_tree_and_executes_no_tree(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     settings = random_settings(5)
     with monkeypatch.context() as without:
-        without.delattr(Twin, "step")
+        without.delattr(BlockInstance, "step")
         steps = scenario_steps(settings, hours=0.5, seed=2, block=CycleBlock(settings))
         led = list(steps)
     assert len(led) == 1800
-    twins = list(scenario_steps(settings, hours=0.5, seed=2))
-    assert list(map(repr, led)) == list(map(repr, twins))
+    executed = list(scenario_steps(settings, hours=0.5, seed=2))
+    assert list(map(repr, led)) == list(map(repr, executed))

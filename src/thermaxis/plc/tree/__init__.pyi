@@ -2,6 +2,12 @@ from ._check import (
     BLOCK_PREFIX as BLOCK_PREFIX,
     check_program as check_program,
 )
+from ._execute import (
+    Executed as Executed,
+    executable as executable,
+    rounding as rounding,
+    to_single as to_single,
+)
 from ._names import (
     REMARK as REMARK,
     PlcNames as PlcNames,

@@ -2,6 +2,13 @@ from ._course import (
     Course as Course,
     course_steps as course_steps,
 )
+from ._instance import (
+    BlockInstance as BlockInstance,
+    PlcInputs as PlcInputs,
+    PlcOutputs as PlcOutputs,
+    by_variable as by_variable,
+    variable_names as variable_names,
+)
 from ._scenario import (
     scenario as scenario,
     scenario_steps as scenario_steps,

@@ -12,7 +12,7 @@ from typing import final
 
 from thermaxis.compensation import STATED
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.twin import PlcInputs, PlcOutputs, Twin
+from thermaxis.plc.vectors._instance import BlockInstance, PlcInputs, PlcOutputs
 from thermaxis.plc.vectors._world import (
     ODD,
     CourseBlock,
@@ -61,7 +61,7 @@ class Course:
     most_calls : int
         Calls that they share. Default: `MOST_CALLS`. [1]
     block : CourseBlock, optional
-        Who is called. Default: a new twin.
+        Who is called. Default: a new instance.
     near_share : float
         Share of the read-back's tolerance by which the reported offset may be away. Default:
         `NEAR_SHARE`. [1]
@@ -77,7 +77,7 @@ class Course:
         block: CourseBlock | None = None,
         near_share: float = NEAR_SHARE,
     ) -> None:
-        self._world = CourseWorld(settings, seed, block or Twin(settings), near_share)
+        self._world = CourseWorld(settings, seed, block or BlockInstance(settings), near_share)
         self._rows_left, self._calls_left = most_rows, most_calls
         self.cuts: list[str] = []
         """Phases that were ended before their end, in words; complete after the last step."""

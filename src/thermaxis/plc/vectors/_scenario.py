@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.twin import PlcInputs
 from thermaxis.plc.vectors._course import course_steps
+from thermaxis.plc.vectors._instance import PlcInputs
 from thermaxis.plc.vectors._world import (
     ODD,
     CourseBlock,
@@ -53,7 +53,7 @@ def scenario_steps(
     faults : bool
         Whether anything fails.
     block : CourseBlock, optional
-        Who is called. Default: a new twin.
+        Who is called. Default: a new instance.
 
     Yields
     ------

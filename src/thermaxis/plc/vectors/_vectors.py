@@ -7,14 +7,14 @@ shows them, but is no way to hand LREAL on. One writer for the block with and wi
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple, final
 
 from thermaxis.compensation import Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.build import NEVER_OUTCOMES, NEVER_QUALITIES, LineSettings
-from thermaxis.plc.twin import LineInputs, LineOutputs, LineTwin, PlcInputs, PlcOutputs, rounding
+from thermaxis.plc.tree import Kind, Variable, rounding
 from thermaxis.plc.vectors._course import (
     LONG_ROW_CALLS,
     MOST_CALLS,
@@ -23,17 +23,24 @@ from thermaxis.plc.vectors._course import (
     Course,
     words_of,
 )
+from thermaxis.plc.vectors._instance import (
+    BlockInstance,
+    Cell,
+    PlcInputs,
+    PlcOutputs,
+    by_variable,
+)
 from thermaxis.plc.vectors._world import PlcStep
 
 DEFAULT_SEED = 1
 """Seed of the noise in the vectors. [1]"""
 LINE_LIMITED = "line_limited 1 - the limits of the corrections keep the line within its bounds"
 """What the rows of a block with a line have not: its bounds stand behind those limits."""
+_LIMITED = "line_limited"
 _LARGEST_ROWS = 1_000_000
 _DIGITS = {True: 17, False: 9}
 # Least squares through several positions may enlarge what a control rounds.
 _LINE_SHARE = 0.4
-_Cell = float | bool | int
 
 
 @final
@@ -89,7 +96,7 @@ def vectors_of(
     """
     if not 1 <= most_rows <= _LARGEST_ROWS:
         raise ConfigurationError(f"not from 1 to {_LARGEST_ROWS}", where="most_rows")
-    block = None if line is None else _LineBlock(settings, line)
+    block = BlockInstance(settings, line)
     course = Course(
         settings,
         seed=DEFAULT_SEED,
@@ -98,25 +105,24 @@ def vectors_of(
         block=block,
         near_share=NEAR_SHARE if line is None else _LINE_SHARE,
     )
-    seen = _Seen(settings)
+    seen = _Seen(settings, line)
     rows: list[str] = []
     calls = 0
     cuts: list[str] = []
-    made = _calls_of(course.steps() if steps is None else steps, block)
-    for run in _runs(made):
+    led = course.steps() if steps is None else steps
+    for run in _runs(_calls_of(led, None if line is None else block)):
         if len(rows) == most_rows:
             cuts.append(f"the table after {calls} calls for want of rows")
             break
         seen.note(run)
-        rows.append(_row(settings, run, first=calls + 1))
+        rows.append(_row(settings, run, block.variables, first=calls + 1))
         calls += run.calls
     cuts += course.cuts
-    columns = [*_input_columns(settings, line), *_output_columns(settings, line)]
     missing = seen.missing()
     lines = [
         *(f"# {text}" for text in _head(settings, line, calls, (*missing,), (*cuts,))),
-        ",".join(["call", "calls", "restart", *(column.name for column in columns)]),
-        "# unit," + ",".join(["1", "BOOL", *(column.unit for column in columns)]),
+        ",".join(["call", "calls", "restart", *(v.name for v in block.variables)]),
+        "# unit," + ",".join(["1", "BOOL", *map(_unit, block.variables)]),
         *rows,
     ]
     return Vectors("\n".join([*lines, ""]), len(rows), calls, missing, tuple(cuts))
@@ -176,75 +182,19 @@ def line_vectors_csv(
     return vectors_of(settings, line, most_rows=most_rows).text
 
 
-@final
-class LineStep(NamedTuple):
-    """One call of a block with a line: what goes in, and what must come out."""
-
-    inputs: LineInputs
-    """Inputs of the block."""
-    outputs: LineOutputs
-    """Outputs after the call."""
-
-
-def line_steps(settings: PlcSettings, line: LineSettings, *, seed: int) -> Iterator[LineStep]:
-    """Return the fixed course with a line in the control, call by call."""
-    block = _LineBlock(settings, line)
-    course = Course(settings, seed=seed, block=block, near_share=_LINE_SHARE)
-    for _ in course.steps():
-        if block.last is not None:
-            yield block.last
-
-
 # ---- calls --------------------------------------------------------------------------------------
 
 
 class _Call(NamedTuple):
     inputs: PlcInputs
     outputs: PlcOutputs
-    line_inputs: tuple[float, ...]
-    line_outputs: tuple[float | bool, ...]
+    line: Mapping[str, Cell]
+    """The block's own values where there is a line; else empty."""
 
 
-@final
-class _LineBlock:
-    """A block with a line and the control behind it: its corrections are those of the line."""
-
-    def __init__(self, settings: PlcSettings, line: LineSettings) -> None:
-        self._twin = LineTwin(settings, line)
-        self._line = line
-        self._weights = line.weights()
-        self.last: LineStep | None = None
-
-    def step(self, inputs: PlcInputs) -> PlcOutputs:
-        """Call it with the line that the control reports; return what is in force there."""
-        line = self._line
-        k0_mm, slope = (_product(weights, inputs.read_um) for weights in self._weights)
-        told = LineInputs(inputs, k0_mm, slope, line.origin_mm)
-        said = self._twin.step(told)
-        self.last = LineStep(told, said)
-        in_force_um = tuple(
-            [
-                line.um_per_mm * (said.k0_mm + said.slope * (position_mm - line.origin_mm))
-                for position_mm in line.positions_mm
-            ]
-        )
-        return said.plain._replace(correction_um=in_force_um)
-
-
-def _product(weights: tuple[float, ...], values: tuple[float, ...]) -> float:
-    total = 0.0
-    for weight, value in zip(weights, values, strict=True):
-        total += weight * value
-    return total
-
-
-def _calls_of(steps: Iterable[PlcStep], block: _LineBlock | None) -> Iterator[_Call]:
-    for step in steps:
-        if block is None or block.last is None:
-            yield _Call(step.inputs, step.outputs, (), ())
-        else:
-            told, said = block.last
-            yield _Call(step.inputs, said.plain, told[1:], said[1:])
+def _calls_of(steps: Iterable[PlcStep], block: BlockInstance | None) -> Iterator[_Call]:
+    for inputs, outputs in steps:
+        yield _Call(inputs, outputs, {} if block is None else block.values())
 
 
 class _Run(NamedTuple):
@@ -273,8 +223,7 @@ def _same(run: _Run, call: _Call) -> bool:
     first = run.first
     return (
         words_of(run.last.outputs) == words_of(call.outputs)
-        and run.last.line_outputs[4:] == call.line_outputs[4:]
-        and repr(first.line_inputs) == repr(call.line_inputs)
+        and run.last.line.get(_LIMITED) == call.line.get(_LIMITED)
         and repr(first.inputs._replace(restart=False)) == repr(call.inputs)
     )
 
@@ -286,8 +235,8 @@ def _same(run: _Run, call: _Call) -> bool:
 class _Seen:
     """What occurs in the rows."""
 
-    def __init__(self, settings: PlcSettings) -> None:
-        self._settings = settings
+    def __init__(self, settings: PlcSettings, line: LineSettings | None) -> None:
+        self._settings, self._has_line = settings, line is not None
         self._states: set[int] = set()
         self._faults = self._outcomes = 0
         self._qualities: set[int] = set()
@@ -296,7 +245,7 @@ class _Seen:
         self._longest = 0
         self._trims: tuple[float, ...] = ()
         self._trimmed_calls, self._accepted = 0, False
-        self._has_line, self._line_limited = False, False
+        self._line_limited = False
         parts = settings.compensation.model.layout.parts
         gains = [point for part in parts for point in part.gain_by_diameter]
         self._diameters = (
@@ -308,8 +257,7 @@ class _Seen:
     def note(self, run: _Run) -> None:
         """Note what occurs in a row."""
         inputs, outputs = run.first.inputs, run.last.outputs
-        self._has_line = bool(run.last.line_outputs)
-        self._line_limited = self._line_limited or any(run.last.line_outputs[4:])
+        self._line_limited |= bool(run.last.line.get(_LIMITED))
         self._states.add(outputs.state)
         self._faults |= outputs.fault_word
         self._outcomes |= outputs.outcome_word
@@ -391,104 +339,23 @@ class _Seen:
         yield f"{LONG_ROW_CALLS} calls without a change", self._longest >= LONG_ROW_CALLS
 
 
-# ---- columns ------------------------------------------------------------------------------------
-
-
-class _Column(NamedTuple):
-    name: str
-    unit: str
-
-
-def _input_columns(settings: PlcSettings, line: LineSettings | None) -> Iterator[_Column]:
-    names = settings.names
-    yield _Column("cycle_time_s", "s")
-    yield from (_Column(name, "BOOL") for name in ("enable", "hold", "reset"))
-    yield _Column("diameter_mm", "mm")
-    yield _Column("diameter_known", "BOOL")
-    for channel in names.channels:
-        yield _Column(f"t_{channel}", "degC")
-        yield _Column(f"ok_{channel}", "BOOL")
-    yield from (_Column(f"trim_{output}", "um") for output in names.outputs)
-    for name in ("interlocks_met", "connected", "other_compensation"):
-        yield _Column(name, "BOOL")
-    if line is None:
-        yield from (_Column(f"read_{output}", "um") for output in names.outputs)
-    else:
-        yield _Column("read_k0_mm", "mm")
-        yield _Column("read_slope", "mm/mm")
-        yield _Column("read_reference_mm", "mm")
-    yield _Column("read_ok", "BOOL")
-
-
-def _output_columns(settings: PlcSettings, line: LineSettings | None) -> Iterator[_Column]:
-    names = settings.names
-    if line is not None:
-        yield _Column("k0_mm", "mm")
-        yield _Column("slope", "mm/mm")
-        yield _Column("reference_mm", "mm")
-        yield _Column("residual_um", "um")
-        yield _Column("line_limited", "BOOL")
-    for output in names.outputs:
-        for what, unit in (
-            ("correction", "um"),
-            ("model", "um"),
-            ("wanted", "um"),
-            ("weight", "1"),
-            ("limit", "BOOL"),
-            ("added", "um"),
-        ):
-            yield _Column(f"{what}_{output}", unit)
-    yield from (_Column(f"part_{part}", "um") for part in names.parts)
-    yield from (_Column(f"quality_{channel}", "INT") for channel in names.channels)
-    yield _Column("state", "INT")
-    yield from (_Column(name, "BOOL") for name in ("enabled", "held", "linked"))
-    yield from (_Column(n, "INT") for n in ("fault_word", "model_quality", "outcome_word"))
-    yield _Column("refused", "BOOL")
-    yield _Column("heartbeat", "INT")
-
-
 # ---- rows ---------------------------------------------------------------------------------------
 
 
-def _row(settings: PlcSettings, run: _Run, *, first: int) -> str:
-    cells: list[_Cell] = [first, run.calls, run.first.inputs.restart]
-    cells += _input_cells(run.first)
-    cells += _output_cells(run.last)
+def _unit(variable: Variable) -> str:
+    if variable.kind is not Kind.NUMBER:
+        return variable.kind.value
+    return "mm/mm" if "mm/mm" in variable.text else variable.text.rpartition("[")[2].rstrip("]")
+
+
+def _row(settings: PlcSettings, run: _Run, variables: Iterable[Variable], *, first: int) -> str:
+    names, last = settings.names, run.last
+    values = last.line or by_variable(names, last.inputs) | by_variable(names, last.outputs)
+    cells = [first, run.calls, run.first.inputs.restart, *(values[v.name] for v in variables)]
     return ",".join([_text(cell, double=settings.double) for cell in cells])
 
 
-def _input_cells(call: _Call) -> Iterator[_Cell]:
-    inputs = call.inputs
-    yield from (inputs.cycle_time_s, inputs.enable, inputs.hold, inputs.reset)
-    yield from (inputs.diameter_mm, inputs.diameter_known)
-    for temperature_c, ok in zip(inputs.temperatures_c, inputs.ok, strict=True):
-        yield from (temperature_c, ok)
-    yield from inputs.trims_um
-    yield from (inputs.interlocks_met, inputs.connected, inputs.other_compensation)
-    yield from call.line_inputs or inputs.read_um
-    yield inputs.read_ok
-
-
-def _output_cells(call: _Call) -> Iterator[_Cell]:
-    outputs = call.outputs
-    yield from call.line_outputs
-    for of_output in zip(
-        outputs.correction_um,
-        outputs.model_um,
-        outputs.wanted_um,
-        outputs.weight,
-        outputs.at_limit,
-        outputs.added_um,
-        strict=True,
-    ):
-        yield from of_output
-    yield from (*outputs.parts_um, *outputs.qualities)
-    yield from (outputs.state, outputs.enabled, outputs.held, outputs.linked)
-    yield outputs.fault_word
-    yield from (outputs.model_quality, outputs.outcome_word, outputs.refused, outputs.heartbeat)
-
-
-def _text(cell: _Cell, *, double: bool) -> str:
+def _text(cell: Cell, *, double: bool) -> str:
     if isinstance(cell, int):
         return str(int(cell))
     held = rounding(double=double)(cell)
@@ -523,5 +390,5 @@ def _head(
     yield "restart 1: a new instance of the block begins with the first call of the row"
     yield "BOOL is 0 or 1 - NaN and +Inf and -Inf are such numbers"
     yield "a PLC that cannot make them in an input leaves out the rows up to the next restart"
-    yield "the outputs are of the rules written a second time - in the arithmetic of the PLC"
+    yield "the outputs are of the same block executed on a computer - in the arithmetic of the PLC"
     yield "compare with equality - a zero has no sign"

@@ -1,6 +1,6 @@
 """The world around an exported block in a scenario: machine, sensors and people.
 
-The world is closed: what the machine reports as its offset is what the block, here its twin, has
+The world is closed: what the machine reports as its offset is what the block has
 written in the call before, rounded as a control displays it. Seeded, and made of sums, products
 and a small generator of its own alone: the same settings give the same inputs on every computer.
 """
@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol, TypeVar, final
 
 from thermaxis.compensation import SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.twin import PlcInputs, PlcOutputs, Twin
+from thermaxis.plc.vectors._instance import BlockInstance, PlcInputs, PlcOutputs
 
 ODD = (float("nan"), float("inf"), float("-inf"), 1e300, -1e300, 1e7, 0.0, -40.0)
 """What is no temperature, or none that is plausible. [degC]"""
@@ -58,7 +58,7 @@ class _Chance:
 
 
 class CourseBlock(Protocol):
-    """What a course is led through: a twin, or one with something behind it."""
+    """What a course is led through: an instance, or what answers in its place."""
 
     def step(self, inputs: PlcInputs) -> PlcOutputs:
         """Do what one call of the block does."""
@@ -74,7 +74,7 @@ class World:
         self.bounds, self.sensors = compensation.bounds, compensation.rules
         self.cycle_s = settings.cycle_s
         self.chance = _Chance(seed)
-        self.block: CourseBlock = block or Twin(settings)
+        self.block: CourseBlock = block or BlockInstance(settings)
         self.base_c = [self._base_c(k) for k in range(len(self.model.channels))]
         self.goal_c = list(self.base_c)
         self.now_c = list(self.base_c)

@@ -1,5 +1,0 @@
-"""The reference model of the block, in the PLC's number type."""
-
-from lazy_loader import attach_stub
-
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

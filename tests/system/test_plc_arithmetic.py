@@ -1,0 +1,117 @@
+"""What REAL costs in a shift of the paper's models, and what plain increments would cost.
+
+The figures are those of ``docs/theory/plc-arithmetic.md``; see them with ``pytest -s``.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.unit.plc.plc_scenarios import paper_model, wide
+from thermaxis.compensation import CompensationModel
+from thermaxis.plc import PlcInputs, PlcSettings, build_program, scenario_steps
+from thermaxis.plc.tree import Executed, executable
+from thermaxis.plc.vectors import by_variable
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+
+
+def block_of(settings: PlcSettings, *, compensated: bool = True) -> Executed:
+    """Return an instance; with plain increments its lag is that of LREAL, rounded."""
+    program = build_program(settings)
+    if not compensated:
+        double = replace(settings, double=True)
+        program = replace(program, blocks=(build_program(double).blocks[0], *program.blocks[1:]))
+    return executable(program)()
+
+
+def model_um(block: Executed, settings: PlcSettings, inputs: PlcInputs) -> float:
+    for name, value in by_variable(settings.names, inputs).items():
+        setattr(block, name, value)
+    block.step()
+    return getattr(block, f"model_{settings.names.outputs[0]}")
+
+
+def largest_difference_um(model: CompensationModel, *, compensated: bool) -> tuple[float, float]:
+    """Return how far REAL is from LREAL in 8 h at 1 s, and the span of the model."""
+    settings = wide(model, double=False)
+    single = block_of(settings, compensated=compensated)
+    largest_um = highest_um = lowest_um = 0.0
+    for inputs, wanted in scenario_steps(wide(model, double=True), hours=8.0, seed=1, faults=False):
+        said_um, wanted_um = model_um(single, settings, inputs), wanted.model_um[0]
+        assert single.state == wanted.state
+        largest_um = max(largest_um, abs(said_um - wanted_um))
+        highest_um, lowest_um = max(highest_um, wanted_um), min(lowest_um, wanted_um)
+    return largest_um, highest_um - lowest_um
+
+
+@pytest.mark.parametrize("name", ["eps1", "eps2"])
+def test_real_stays_within_two_nanometres_of_lreal_for_the_models_of_the_paper(name: str) -> None:
+    model = paper_model(name)
+    largest_um, span_um = largest_difference_um(model, compensated=True)
+    plain_um, _ = largest_difference_um(model, compensated=False)
+    print(f"{name}: {largest_um:.2e} um of {span_um:.1f} um, plain {plain_um:.2e} um")
+    assert span_um > 10.0
+    assert 0.0 < largest_um < 0.002
+
+
+@pytest.mark.parametrize(("name", "plain_um"), [("eps1", 0.02), ("eps2", 0.0001)])
+def test_at_constant_temperatures_only_the_compensated_section_in_real_reaches_its_end(
+    name: str, plain_um: float
+) -> None:
+    model = paper_model(name)
+    kept, plain = (largest_after_a_step_um(model, compensated=c) for c in (True, False))
+    print(f"{name}: compensated {kept:.2e} um, plain {plain:.2e} um, eight hours after a step")
+    assert kept < 0.0002
+    assert plain > plain_um
+
+
+def largest_after_a_step_um(model: CompensationModel, *, compensated: bool) -> float:
+    """Return how far REAL is from LREAL while one temperature rises by 9 K and then stands."""
+    kinds = [wide(model, double=kind) for kind in (False, True)]
+    blocks = [block_of(kinds[0], compensated=compensated), block_of(kinds[1])]
+    calm = next(iter(scenario_steps(kinds[1], hours=1.0, seed=0, faults=False))).inputs
+    largest_um = 0.0
+    for call in range(28_800):
+        rise_k = 0.09 * min(call, 100)
+        # A count of the sensor to and fro: a value that does not change at all is not believed.
+        count_k = 0.005 * (call // 7200 % 2)
+        inputs = calm._replace(temperatures_c=(20.0 + rise_k + count_k, 20.0), enable=call > 0)
+        pair = [model_um(b, s, inputs) for b, s in zip(blocks, kinds, strict=True)]
+        largest_um = max(largest_um, abs(pair[0] - pair[1]))
+    return largest_um
+
+
+def rest(alpha: float, begin: float, end: float, *, compensated: bool, steps: int) -> float:
+    """Return where the lag in REAL rests."""
+    settings = wide(paper_model("eps1"), double=not compensated)
+    program = replace(build_program(settings), name="tx_lag", double=False)
+    lag = executable(replace(program, blocks=program.blocks[:1]))()
+    lag.alpha, lag.start, lag.start_k, lag.u_k = alpha, True, begin, end
+    lag.step()
+    lag.start = False
+    for _ in range(steps):
+        lag.step()
+    return lag.x_k
+
+
+@pytest.mark.parametrize("tau_s", [7200.0, 36_000.0])
+def test_a_plain_increment_in_real_stalls_where_the_law_says(tau_s: float) -> None:
+    alpha = -math.expm1(-1.0 / tau_s)
+    x = rest(alpha, 9.0, 10.0, compensated=False, steps=400_000)
+    stall_k = float(np.spacing(np.float32(x))) / (2.0 * alpha)
+    assert 10.0 - x == pytest.approx(stall_k, rel=0.01)
+
+
+def test_the_slow_section_of_the_paper_would_rest_a_fifth_of_a_micrometre_early() -> None:
+    section = paper_model("eps2").layout.parts[0].sections[0]
+    alpha = -math.expm1(-1.0 / section.time_constant_s)
+    rest_um = [
+        abs(section.gain_um_per_k * (9.0 - rest(alpha, 8.9, 9.0, compensated=c, steps=400_000)))
+        for c in (False, True)
+    ]
+    print(f"eps2 at 9 K: plain {rest_um[0]:.3f} um, compensated {rest_um[1]:.1e} um")
+    assert rest_um[0] == pytest.approx(0.22, abs=0.02)
+    assert rest_um[1] < 2e-5
