@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, final
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import (
-    FIGURE_KEYS,
     AdjacentDifferenceResult,
     FiguresAgainstCycles,
     Iso230_2_1988Result,
     Iso230_2Result,
     PositioningTest,
     Vdi3441Result,
+    figures_by_key,
 )
 from thermaxis.report._text import decimals_of_figures
 from thermaxis.report.settings import day_of, in_file
@@ -104,7 +104,7 @@ class PositioningReport:
     @property
     def figure_decimals(self) -> int:
         """Decimals with which all figures of the run are printed. [1]"""
-        figures: list[float | None] = [getattr(self.iso230_2, key) for key in FIGURE_KEYS]
+        figures = figures_by_key(self.iso230_2).values()
         largest = max((abs(f) for f in figures if f is not None), default=0.0)
         return decimals_of_figures(self.test.deviation, largest)
 

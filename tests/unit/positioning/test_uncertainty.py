@@ -19,7 +19,7 @@ from thermaxis.positioning import (
     evaluate_iso230_2,
     evaluate_uncertainty,
 )
-from thermaxis.positioning.standard import figures_of
+from thermaxis.positioning.standard import arrays_by_key, figures_of
 from thermaxis.positioning.uncertainty._true_values import (
     Estimate,
     draw_levels,
@@ -28,7 +28,7 @@ from thermaxis.positioning.uncertainty._true_values import (
     scatter_of_levels,
     standing_out,
 )
-from thermaxis.positioning.uncertainty._uncertainty import PROBABILITY, _by_key
+from thermaxis.positioning.uncertainty._uncertainty import PROBABILITY
 from thermaxis.quantities import AxisKind
 from thermaxis.virtual import paper_x_axis
 
@@ -69,7 +69,7 @@ def noisy(
 
 
 def figures_by_key(mean: np.ndarray, s: np.ndarray) -> dict[str, float]:
-    return {key: float(value) for key, value in _by_key(figures_of(mean, s)).items()}
+    return {key: float(value) for key, value in arrays_by_key(figures_of(mean, s)).items()}
 
 
 def measured_figures(test: PositioningTest) -> dict[str, float]:
@@ -121,7 +121,7 @@ def test_it_does_so_with_a_drift_for_the_drift_free_and_for_the_measured_figures
         result = evaluate_uncertainty(test, drift, samples=300, seed=seed)
         assert result.drift_free is not None
         truth = figures_by_key(level, np.full(level.shape, NOISE))
-        without = {key: float(v) for key, v in _by_key(drift.figures).items()}
+        without = {key: float(v) for key, v in arrays_by_key(drift.figures).items()}
         with_drift = measured_figures(test)
         for key in SHOWN:
             u = result.drift_free.expanded_uncertainty[key]
@@ -536,6 +536,6 @@ def test_the_truth_of_generated_axes_lies_within_u_although_one_position_scatter
         std = np.full((16, 2), 0.19)
         std[2] = np.hypot(0.19, 0.45)
         truth = figures_by_key(made.level + at_reference[:, None], std)
-        for key, value in _by_key(drift.figures).items():
+        for key, value in arrays_by_key(drift.figures).items():
             inside.append(abs(float(value) - truth[key]) <= stated.expanded_uncertainty[key])
     assert np.mean(inside) >= 0.88

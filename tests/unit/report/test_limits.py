@@ -3,6 +3,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
@@ -27,7 +28,7 @@ def result(make_run: MakeRun) -> Iso230_2Result:
 
 
 def with_figure(result: Iso230_2Result, **figures: float | None) -> Iso230_2Result:
-    return replace(result, **figures)
+    return replace(result, **{key: np.nan if v is None else v for key, v in figures.items()})
 
 
 def test_every_figure_can_have_a_limit(tmp_path: Path) -> None:

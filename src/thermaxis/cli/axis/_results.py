@@ -70,14 +70,11 @@ def _test(test: PositioningTest, header: dict[str, str]) -> dict[str, object]:
 
 
 def _iso230_2(result: Iso230_2Result) -> dict[str, object]:
-    figures: dict[str, object] = {key: finite_or_none(getattr(result, key)) for key in FIGURE_KEYS}
     targets = _targets(result.target, result)
-    return {"edition": str(result.edition), **figures, "targets": targets}
+    return {"edition": str(result.edition), **figures_by_key(result), "targets": targets}
 
 
-def _targets(
-    target: FloatArray, result: Iso230_2Result | Iso230_2Figures
-) -> list[dict[str, float | None]]:
+def _targets(target: FloatArray, result: Iso230_2Figures) -> list[dict[str, float | None]]:
     columns = {
         "position": target,
         "mean_forward": result.mean[:, FORWARD],

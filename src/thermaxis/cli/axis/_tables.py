@@ -94,8 +94,7 @@ def _figures(report: PositioningReport, decimals: int) -> str:
     if limits is not None:
         heads += ["limit", "verdict"]
     rows: list[list[str]] = []
-    for key in FIGURE_KEYS:
-        value: float | None = getattr(result, key)
+    for key, value in figures_by_key(result).items():
         name = FIGURE_NAMES[result.edition][key]
         if value is None:
             name += f" (absent: {absence_reason(key, result, report.test)})"
@@ -143,11 +142,11 @@ def _drift(report: PositioningReport, drift: DriftResult, decimals: int) -> str:
     uncertainty = report.uncertainty
     measured = None if uncertainty is None else uncertainty.measured.expanded_uncertainty
     free = None if uncertainty is None or uncertainty.drift_free is None else uncertainty.drift_free
-    without = figures_by_key(drift.figures)
+    as_measured, without = figures_by_key(report.iso230_2), figures_by_key(drift.figures)
     rows = [
         (
             FIGURE_SYMBOLS[key],
-            _number(getattr(report.iso230_2, key), decimals, signed=key == "B_mean"),
+            _number(as_measured[key], decimals, signed=key == "B_mean"),
             _number(None if measured is None else measured.get(key), decimals),
             _number(without[key], decimals, signed=key == "B_mean"),
             _number(None if free is None else free.expanded_uncertainty.get(key), decimals),

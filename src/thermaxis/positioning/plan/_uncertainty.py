@@ -30,7 +30,7 @@ from thermaxis.positioning.drift import (
     sums_of,
 )
 from thermaxis.positioning.plan._plan import MOST_STOPS, TestPlan, evaluate_duration, planned_test
-from thermaxis.positioning.standard import FIGURE_KEYS, Iso230_2Figures, figures_of
+from thermaxis.positioning.standard import FIGURE_KEYS, arrays_by_key, figures_of
 
 MOST_LEVELS = 1000
 """Largest number of levels whose covariance is worked out. [1]"""
@@ -271,18 +271,6 @@ def assumed_levels(plan: TestPlan, assumptions: RunAssumptions) -> FloatArray:
     return level
 
 
-def _by_key(figures: Iso230_2Figures) -> dict[str, FloatArray]:
-    found: dict[str, FloatArray] = {}
-    for key in FIGURE_KEYS:
-        name, _, side = key.partition("_")
-        if side in {"forward", "backward"}:
-            both: FloatArray = getattr(figures, f"{name}_unidirectional")
-            found[key] = both[..., FORWARD if side == "forward" else BACKWARD]
-        else:
-            found[key] = np.asarray(getattr(figures, key))
-    return found
-
-
 def _expected_figures(
     plan: TestPlan, separation: _Separation, assumptions: RunAssumptions, samples: int, seed: int
 ) -> Mapping[str, ExpectedFigure]:
@@ -302,8 +290,8 @@ def _expected_figures(
     s = np.asarray(assumptions.noise * np.sqrt(variance), dtype=np.float64)
     true = assumed_levels(plan, assumptions)
     noise = _placed(plan, np.full(levels, assumptions.noise, dtype=np.float64))
-    truth = _by_key(figures_of(true + 0.0 * noise, noise))
-    seen = _by_key(figures_of(true + drawn, _placed(plan, s)))
+    truth = arrays_by_key(figures_of(true + 0.0 * noise, noise))
+    seen = arrays_by_key(figures_of(true + drawn, _placed(plan, s)))
     return MappingProxyType(
         {
             key: ExpectedFigure(float(np.std(values)), float(np.mean(values) - truth[key]))

@@ -14,6 +14,7 @@ from ._iso230_2 import (
     Edition as Edition,
     Iso230_2Figures as Iso230_2Figures,
     Iso230_2Result as Iso230_2Result,
+    arrays_by_key as arrays_by_key,
     evaluate_iso230_2 as evaluate_iso230_2,
     figures_by_key as figures_by_key,
     figures_of as figures_of,

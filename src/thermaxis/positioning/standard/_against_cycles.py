@@ -9,8 +9,6 @@ import numpy as np
 
 from thermaxis.errors import DataError
 from thermaxis.positioning._positioning_test import (
-    BACKWARD,
-    FORWARD,
     FloatArray,
     PositioningTest,
     freeze_arrays,
@@ -77,15 +75,7 @@ def evaluate_against_cycles(test: PositioningTest) -> FiguresAgainstCycles:
     for k in counts:
         first = test.deviation[:, :k]
         f = iso230_2_figures(first)
-        one_way = (f.E_unidirectional, f.R_unidirectional, f.A_unidirectional)
-        rows.append(
-            [float(f.B), float(f.B_mean), float(f.M)]
-            + [
-                float(v)
-                for pair, both in zip(one_way, (f.E, f.R, f.A), strict=True)
-                for v in (pair[FORWARD], pair[BACKWARD], both)
-            ]
-        )
+        rows.append([float(getattr(f, key)) for key in FIGURE_KEYS])
         difference = iso230_2_figures(first[:-1] - first[1:]) if test.target.size > 1 else f
         spread.append(np.sqrt(np.mean(f.s**2, axis=0)))
         difference_spread.append(np.sqrt(np.mean(difference.s**2, axis=0)))

@@ -1,6 +1,6 @@
 """Figures of ISO 230-2: accuracy and repeatability of positioning."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any, final
 
@@ -21,6 +21,23 @@ LONG_AXIS_MM = 2000.0
 """Above this length one run per direction is the rule (GOST ISO 230-2-2016, clause 6.2). [mm]"""
 
 
+FIGURE_KEYS = (
+    "B",
+    "B_mean",
+    "M",
+    "E_forward",
+    "E_backward",
+    "E",
+    "R_forward",
+    "R_backward",
+    "R",
+    "A_forward",
+    "A_backward",
+    "A",
+)
+"""Figures of the axis in the order in which tables show them."""
+
+
 class Edition(StrEnum):
     """Editions of ISO 230-2 whose figures have the same formulas; they differ in names."""
 
@@ -29,7 +46,6 @@ class Edition(StrEnum):
     E2014 = "2014"
 
 
-@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Iso230_2Figures:
     """Figures of one run or of many runs at once; NaN where a figure does not exist.
@@ -71,6 +87,36 @@ class Iso230_2Figures:
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
         freeze_arrays(self)
+
+    @property
+    def E_forward(self) -> FloatArray:
+        """Systematic positional deviation, forward, (...). [µm or arcsec]"""
+        return self.E_unidirectional[..., FORWARD][()]
+
+    @property
+    def E_backward(self) -> FloatArray:
+        """Systematic positional deviation, backward, (...). [µm or arcsec]"""
+        return self.E_unidirectional[..., BACKWARD][()]
+
+    @property
+    def R_forward(self) -> FloatArray:
+        """Repeatability, forward, (...). [µm or arcsec]"""
+        return self.R_unidirectional[..., FORWARD][()]
+
+    @property
+    def R_backward(self) -> FloatArray:
+        """Repeatability, backward, (...). [µm or arcsec]"""
+        return self.R_unidirectional[..., BACKWARD][()]
+
+    @property
+    def A_forward(self) -> FloatArray:
+        """Accuracy, forward, (...). [µm or arcsec]"""
+        return self.A_unidirectional[..., FORWARD][()]
+
+    @property
+    def A_backward(self) -> FloatArray:
+        """Accuracy, backward, (...). [µm or arcsec]"""
+        return self.A_unidirectional[..., BACKWARD][()]
 
 
 def mean_and_s(deviation: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -174,6 +220,11 @@ def iso230_2_figures(deviation: FloatArray, *, coverage_factor: float = 2.0) -> 
     return figures_of(*mean_and_s(deviation), coverage_factor=coverage_factor)
 
 
+def arrays_by_key(figures: Iso230_2Figures) -> dict[str, FloatArray]:
+    """Return the figures of one run or many by their keys, NaN where absent."""
+    return {key: np.asarray(getattr(figures, key)) for key in FIGURE_KEYS}
+
+
 def figures_by_key(figures: Iso230_2Figures) -> dict[str, float | None]:
     """Return the figures of one run by their keys.
 
@@ -187,87 +238,20 @@ def figures_by_key(figures: Iso230_2Figures) -> dict[str, float | None]:
     dict
         Each of `FIGURE_KEYS`; None where a figure does not exist. [µm or arcsec]
     """
-    one_way = {
-        "E": figures.E_unidirectional,
-        "R": figures.R_unidirectional,
-        "A": figures.A_unidirectional,
-    }
-    values = {"B": figures.B, "B_mean": figures.B_mean, "M": figures.M}
-    for letter, pair in one_way.items():
-        values[f"{letter}_forward"] = pair[FORWARD]
-        values[f"{letter}_backward"] = pair[BACKWARD]
-        values[letter] = getattr(figures, letter)
-    return {key: value_or_none(value) for key, value in values.items()}
+    return {key: value_or_none(getattr(figures, key)) for key in FIGURE_KEYS}
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Iso230_2Result:
-    """Figures of one run after ISO 230-2; None where the standard gives none for this run."""
+class Iso230_2Result(Iso230_2Figures):
+    """Figures of one run after ISO 230-2; NaN where the standard gives none for this run."""
 
     edition: Edition
     """Edition whose names are used; the formulas are those of 1997, 2006 and 2014."""
     single_run_rule: bool
     """Whether s, R and A are left out because the axis is longer than 2000 mm."""
-    B: float | None
-    """Reversal value of the axis. [µm or arcsec]"""
-    B_mean: float | None
-    """Mean reversal value, with its sign. [µm or arcsec]"""
-    M: float | None
-    """Range of the mean bidirectional positional deviation. [µm or arcsec]"""
-    E_forward: float | None
-    """Systematic positional deviation, forward. [µm or arcsec]"""
-    E_backward: float | None
-    """Systematic positional deviation, backward. [µm or arcsec]"""
-    E: float | None
-    """Bidirectional systematic positional deviation. [µm or arcsec]"""
-    R_forward: float | None
-    """Repeatability, forward. [µm or arcsec]"""
-    R_backward: float | None
-    """Repeatability, backward. [µm or arcsec]"""
-    R: float | None
-    """Bidirectional repeatability. [µm or arcsec]"""
-    A_forward: float | None
-    """Accuracy, forward. [µm or arcsec]"""
-    A_backward: float | None
-    """Accuracy, backward. [µm or arcsec]"""
-    A: float | None
-    """Bidirectional accuracy. [µm or arcsec]"""
     target: FloatArray
     """Target positions, (m,). [mm or deg]"""
-    mean: FloatArray
-    """Mean unidirectional deviation, (m, 2); NaN where absent. [µm or arcsec]"""
-    mean_bidirectional: FloatArray
-    """Mean bidirectional deviation, (m,); NaN where absent. [µm or arcsec]"""
-    s: FloatArray
-    """Estimated standard deviation, (m, 2); NaN where absent. [µm or arcsec]"""
-    B_i: FloatArray
-    """Reversal value per target, (m,); NaN where absent. [µm or arcsec]"""
-    R_i_unidirectional: FloatArray
-    """Unidirectional repeatability per target, (m, 2); NaN where absent. [µm or arcsec]"""
-    R_i: FloatArray
-    """Bidirectional repeatability per target, (m,); NaN where absent. [µm or arcsec]"""
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        freeze_arrays(self)
-
-
-FIGURE_KEYS = (
-    "B",
-    "B_mean",
-    "M",
-    "E_forward",
-    "E_backward",
-    "E",
-    "R_forward",
-    "R_backward",
-    "R",
-    "A_forward",
-    "A_backward",
-    "A",
-)
-"""Figures of the axis in the order in which tables show them."""
 
 
 def is_single_run_axis(test: PositioningTest) -> bool:
@@ -347,22 +331,9 @@ def evaluate_iso230_2(
     """
     single_run_rule = is_single_run_axis(test) and not full
     _check_enough_readings(test, needed=1 if single_run_rule else 2)
-    figures = iso230_2_figures(test.deviation)
-    absent = np.full_like(figures.s, np.nan)
-    spread = absent if single_run_rule else figures.s
-
-    values = figures_by_key(figures)
-    if single_run_rule:
-        values |= {key: None for key in FIGURE_KEYS if key[0] in "RA"}
+    mean, s = mean_and_s(test.deviation)
+    figures = figures_of(mean, np.full_like(s, np.nan) if single_run_rule else s)
+    values = {field.name: getattr(figures, field.name) for field in fields(figures)}
     return Iso230_2Result(
-        edition=edition,
-        single_run_rule=single_run_rule,
-        **values,
-        target=test.target,
-        mean=figures.mean,
-        mean_bidirectional=figures.mean_bidirectional,
-        s=spread,
-        B_i=figures.B_i,
-        R_i_unidirectional=absent if single_run_rule else figures.R_i_unidirectional,
-        R_i=absent[:, 0] if single_run_rule else figures.R_i,
+        **values, edition=edition, single_run_rule=single_run_rule, target=test.target
     )

@@ -8,6 +8,7 @@ import numpy as np
 from thermaxis.positioning._positioning_test import BACKWARD, FORWARD, PositioningTest
 from thermaxis.positioning.standard._iso230_2 import (
     evaluate_iso230_2,
+    figures_by_key,
     iso230_2_figures,
     value_or_none,
 )
@@ -66,16 +67,9 @@ def evaluate_iso230_2_1988(test: PositioningTest) -> Iso230_2_1988Result:
     """
     evaluate_iso230_2(test, full=True)
     figures = iso230_2_figures(test.deviation, coverage_factor=3.0)
-    return Iso230_2_1988Result(
-        B=value_or_none(figures.B),
-        B_mean=value_or_none(figures.B_mean),
-        R_forward=value_or_none(figures.R_unidirectional[FORWARD]),
-        R_backward=value_or_none(figures.R_unidirectional[BACKWARD]),
-        R=value_or_none(figures.R),
-        A_forward=value_or_none(figures.A_unidirectional[FORWARD]),
-        A_backward=value_or_none(figures.A_unidirectional[BACKWARD]),
-        A=value_or_none(figures.A),
-    )
+    values = figures_by_key(figures)
+    kept = {key: value for key, value in values.items() if key[0] in "BRA"}
+    return Iso230_2_1988Result(**kept, mark=UNVERIFIED)
 
 
 @final

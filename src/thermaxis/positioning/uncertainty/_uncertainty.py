@@ -27,7 +27,13 @@ import numpy as np
 
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.positioning._positioning_test import FloatArray, PositioningTest
-from thermaxis.positioning.standard import FIGURE_KEYS, Iso230_2Figures, figures_of, mean_and_s
+from thermaxis.positioning.standard import (
+    FIGURE_KEYS,
+    Iso230_2Figures,
+    arrays_by_key,
+    figures_of,
+    mean_and_s,
+)
 from thermaxis.positioning.uncertainty._true_values import Estimate, draw_levels, draw_std
 from thermaxis.quantities import AxisKind
 
@@ -434,23 +440,6 @@ def _estimate_without_drift(test: PositioningTest) -> Estimate | None:
 # ---- figures ------------------------------------------------------------------------------------
 
 
-def _by_key(figures: Iso230_2Figures) -> dict[str, FloatArray]:
-    return {
-        "B": figures.B,
-        "B_mean": figures.B_mean,
-        "M": figures.M,
-        "E_forward": figures.E_unidirectional[..., 0],
-        "E_backward": figures.E_unidirectional[..., 1],
-        "E": figures.E,
-        "R_forward": figures.R_unidirectional[..., 0],
-        "R_backward": figures.R_unidirectional[..., 1],
-        "R": figures.R,
-        "A_forward": figures.A_unidirectional[..., 0],
-        "A_backward": figures.A_unidirectional[..., 1],
-        "A": figures.A,
-    }
-
-
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Draws:
@@ -501,7 +490,7 @@ def _with_terms(
         spare = np.maximum(estimate.readings - 1.0, 1.0)
         std = np.abs(std + noise / np.sqrt(spare) * rng.standard_normal(std.shape))
     placed = _placed(level, estimate.approaches), _placed(std, estimate.approaches)
-    return _by_key(figures_of(*placed))
+    return arrays_by_key(figures_of(*placed))
 
 
 def _joined(parts: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
@@ -558,7 +547,7 @@ def _compared(
     expanded: dict[str, float] = {}
     bias: dict[str, float] = {}
     standard: dict[str, float] = {}
-    for key, value in _by_key(figures).items():
+    for key, value in arrays_by_key(figures).items():
         figure, truth = float(value), truths[key]
         if np.isnan(figure) or np.isnan(truth[0]):
             continue

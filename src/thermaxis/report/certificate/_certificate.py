@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from thermaxis.positioning import FIGURE_KEYS, UNVERIFIED, Cycle, is_single_run_axis
+from thermaxis.positioning import FIGURE_KEYS, UNVERIFIED, Cycle, figures_by_key, is_single_run_axis
 from thermaxis.positioning.standard import RUNS_PER_DIRECTION
 from thermaxis.report._document import (
     Block,
@@ -198,8 +198,7 @@ def _result_table(report: PositioningReport) -> Table:
     if check is not None:
         columns += [Column(f"Limit [{unit}]"), Column("Verdict", "left")]
     rows: list[tuple[str, ...]] = []
-    for key in FIGURE_KEYS:
-        value: float | None = getattr(result, key)
+    for key, value in figures_by_key(result).items():
         figure = check.of(key) if check is not None else None
         name = FIGURE_NAMES[result.edition][key]
         shown = ABSENT
@@ -236,7 +235,7 @@ def _notes(report: PositioningReport) -> list[str]:
             " error, before: deviation or value). The text of ISO 230-2 itself was not available."
         ),
     ]
-    absent = [key for key in FIGURE_KEYS if getattr(result, key) is None]
+    absent = [key for key, value in figures_by_key(result).items() if value is None]
     if absent:
         reasons = {absence_reason(key, result, test): None for key in absent}
         listed = ", ".join(FIGURE_SYMBOLS[key] for key in absent)

@@ -182,9 +182,9 @@ def _reversal(report: PositioningReport, drift: DriftResult) -> str:
     if report.test.unidirectional:
         return "Measured in one direction: there are no reversal values."
     decimals, unit = report.figure_decimals, report.test.kind.units.deviation
-    without = figures_by_key(drift.figures)
+    measured, without = figures_by_key(report.iso230_2), figures_by_key(drift.figures)
     said = [
-        f"{FIGURE_SYMBOLS[key]} {fixed(getattr(report.iso230_2, key), decimals)} {unit} as measured"
+        f"{FIGURE_SYMBOLS[key]} {fixed(measured[key], decimals)} {unit} as measured"
         f" and {fixed(without[key], decimals)} {unit} without drift"
         for key in ("B", "B_mean")
     ]
@@ -261,11 +261,11 @@ def _figure_table(report: PositioningReport, drift: DriftResult) -> Table:
         heading = f"U (k = 2, {plain_text(uncertainty.label, 20)}) [{unit}]"
         columns.insert(2, Column(heading))
         columns.append(Column(heading))
-    without = figures_by_key(drift.figures)
+    as_measured, without = figures_by_key(report.iso230_2), figures_by_key(drift.figures)
     rows: list[tuple[str, ...]] = []
     for key in FIGURE_KEYS:
         row = [FIGURE_SYMBOLS[key]]
-        sides = ((getattr(report.iso230_2, key), True), (without[key], False))
+        sides = ((as_measured[key], True), (without[key], False))
         for value, measured in sides:
             row.append(fixed(value, decimals))
             if uncertainty is not None:

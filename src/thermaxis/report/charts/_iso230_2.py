@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from thermaxis.positioning import APPROACHES, BACKWARD, FORWARD, FloatArray
+from thermaxis.positioning import APPROACHES, BACKWARD, FORWARD, FloatArray, figures_by_key
 from thermaxis.report._names import FIGURE_SYMBOLS, edition_name
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import (
@@ -147,11 +147,13 @@ def _draw_extremes(axes: Axes, report: PositioningReport) -> None:
     span = float(np.ptp(target)) or 1.0
     axes.set_xlim(float(target[0]) - 0.03 * span, float(target[-1]) + 0.03 * span)
     marks: list[tuple[int, str, FloatArray]] = []
-    if result.B is not None:
+    figures = figures_by_key(result)
+    reversal = figures["B"]
+    if reversal is not None:
         i = int(np.nanargmax(np.abs(result.B_i)))
-        marks.append((i, f"B {value_label(report, result.B)}", result.mean[i]))
+        marks.append((i, f"B {value_label(report, reversal)}", result.mean[i]))
     for key, spread in (("R", result.R_i), *_unidirectional_spreads(report)):
-        value: float | None = getattr(result, key)
+        value = figures[key]
         if value is not None:
             i = int(np.nanargmax(spread))
             bounds = np.concatenate((low[i], high[i]))
@@ -258,13 +260,13 @@ def _draw_brackets(margin: Axes, report: PositioningReport) -> None:
     index = ""
     if report.test.unidirectional:
         index = "_" + APPROACHES[measured_approaches(report)[0]]
-    centre = result.mean_bidirectional
+    centre, figures = result.mean_bidirectional, figures_by_key(result)
     for key, lower, upper in (
         ("M", centre, centre),
         (f"E{index}", result.mean, result.mean),
         (f"A{index}", low, high),
     ):
-        value: float | None = getattr(result, key)
+        value = figures[key]
         if value is not None:
             extents.append((FIGURE_SYMBOLS[key], value, lower, upper))
     for number, (symbol, value, lower, upper) in enumerate(extents):

@@ -9,7 +9,7 @@ from typing import final
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import as_table, read_toml, unknown_key
-from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result
+from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, figures_by_key
 from thermaxis.quantities import AxisKind
 
 _LARGEST = 1e9
@@ -206,8 +206,9 @@ def check_limits(limits: Limits, iso230_2: Iso230_2Result) -> LimitsCheck:
     ISO 14253-1 (decision rules), its principle from general knowledge.
     """
     checks: list[FigureCheck] = []
+    figures = figures_by_key(iso230_2)
     for key, limit in limits.limit.items():
-        value: float | None = getattr(iso230_2, key)
+        value = figures[key]
         stated = limits.expanded_uncertainty.get(key)
         counted = stated if limits.decision_rule is DecisionRule.ISO14253_1 else None
         checks.append(

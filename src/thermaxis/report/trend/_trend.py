@@ -12,18 +12,16 @@ import numpy as np
 from thermaxis.errors import DataError, printable
 from thermaxis.files.table import protected
 from thermaxis.positioning import (
-    BACKWARD,
     FIGURE_KEYS,
-    FORWARD,
     DriftResult,
     FigureUncertainty,
-    Iso230_2Figures,
     Iso230_2Result,
     PositioningTest,
     check_test_conditions,
     evaluate_drift,
     evaluate_iso230_2,
     evaluate_uncertainty,
+    figures_by_key,
 )
 from thermaxis.report._output import NumberTable
 
@@ -182,10 +180,10 @@ def _evaluate(name: str, test: PositioningTest, *, with_drift: bool) -> tuple[Tr
         except DataError as error:
             said.append(f"no figures without drift: {error.what}")
     uncertainty = evaluate_uncertainty(test, result)
-    values = {key: _value(getattr(iso230_2, key)) for key in FIGURE_KEYS}
+    values = figures_by_key(iso230_2)
     free: dict[str, float | None] = {}
     if result is not None:
-        known = _figure_values(result.figures)
+        known = figures_by_key(result.figures)
         free = {key: known[key] if values[key] is not None else None for key in FIGURE_KEYS}
     run = TrendRun(
         name=name,
@@ -200,18 +198,6 @@ def _evaluate(name: str, test: PositioningTest, *, with_drift: bool) -> tuple[Tr
 
 def _value(number: float | None) -> float | None:
     return None if number is None or not math.isfinite(number) else float(number)
-
-
-def _figure_values(figures: Iso230_2Figures) -> dict[str, float | None]:
-    named: dict[str, float] = {}
-    for key in FIGURE_KEYS:
-        letter, _, approach = key.partition("_")
-        if approach in ("forward", "backward"):
-            index = FORWARD if approach == "forward" else BACKWARD
-            named[key] = float(getattr(figures, f"{letter}_unidirectional")[index])
-        else:
-            named[key] = float(getattr(figures, key))
-    return {key: _value(value) for key, value in named.items()}
 
 
 def _with_uncertainty(
