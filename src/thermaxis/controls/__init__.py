@@ -1,5 +1,7 @@
 """Machine controls: NC programs of test plans and compensation tables, one file per control."""
 
+import re
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.resources import files
@@ -39,27 +41,42 @@ __all__ = [
 
 
 @cache
+def _modules() -> Mapping[str, str]:
+    """Return the module of every control by its name, as the folder of this package has them."""
+    found: dict[str, str] = {}
+    for entry in files(__name__).iterdir():
+        names = [entry.name.removesuffix(".py")] if entry.name.endswith(".py") else []
+        if entry.is_dir():
+            inner = sorted(e.name for e in entry.iterdir() if e.name.endswith(".py"))
+            own = [n.removesuffix(".py") for n in inner if not n.startswith("_")]
+            names = [f"{entry.name}.{n}" for n in own] or [entry.name]
+        for name in names:
+            if not name.startswith("_"):
+                found[re.sub("[._]", "-", name)] = name
+    return found
+
+
 def control_names() -> tuple[str, ...]:
-    """Return the names of all controls: the public modules of this package."""
-    modules = (entry.name for entry in files(__name__).iterdir())
-    return tuple(
-        sorted(
-            name.removesuffix(".py").replace("_", "-")
-            for name in modules
-            if name.endswith(".py") and not name.startswith("_")
-        )
-    )
+    """Return the names of all controls, sorted; none of them is imported.
+
+    Returns
+    -------
+    tuple of str
+        Public modules of this package, and of the folder of a maker; a folder without public
+        modules is one control.
+    """
+    return tuple(sorted(_modules()))
 
 
 def control_by_name(name: str) -> Control:
     """Return a control."""
-    if name not in control_names():
+    if name not in _modules():
         raise ConfigurationError(
             f"there is no control '{printable(name, 40)}'",
             where="--control",
             remedy=f"Write one of {', '.join(control_names())}",
         )
-    control = import_module(f"{__name__}.{name.replace('-', '_')}").CONTROL
+    control = import_module(f"{__name__}.{_modules()[name]}").CONTROL
     if not isinstance(control, Control):
         raise TypeError(f"{control!r} is no Control")
     return control

@@ -1,7 +1,8 @@
 """What every control offers: its NC program, and its compensation table written, read, simulated.
 
-A control is one module of this package with a constant ``CONTROL``; the module's name, with
-hyphens for underscores, is the name on the command line. Nothing else has to be told of it.
+A control is one module of this package with a constant ``CONTROL``, or a folder; a maker's folder
+may have several. Its name, with hyphens, is the name on the command line. Nothing else has to be
+told of it.
 """
 
 import math

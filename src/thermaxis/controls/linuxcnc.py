@@ -30,12 +30,12 @@ from thermaxis.controls._control import (
     check_size,
     plain_number,
 )
-from thermaxis.controls._program_head import head_lines
-from thermaxis.controls._program_words import (
+from thermaxis.controls._program import (
     MoveWords,
     block_lines,
     check_motion,
     feed_word,
+    head_lines,
     stop_time_s,
 )
 from thermaxis.errors import ConfigurationError, MeasurementFileError, printable

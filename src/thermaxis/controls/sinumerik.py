@@ -33,13 +33,13 @@ from thermaxis.controls._control import (
     plain_number,
     text_lines,
 )
-from thermaxis.controls._program_head import head_lines
-from thermaxis.controls._program_words import (
+from thermaxis.controls._program import (
     FINEST_DECIMALS,
     MoveWords,
     block_lines,
     check_motion,
     feed_word,
+    head_lines,
     inward_positions,
     position_text,
     stop_time_s,

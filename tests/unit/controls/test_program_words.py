@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from thermaxis.controls import ProgramRequest, check_options, control_by_name, control_names
-from thermaxis.controls._program_words import feed_word, inward_positions
+from thermaxis.controls._program import feed_word, inward_positions
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_sha256
 from thermaxis.positioning import Move, MoveBlock, TestPlan, moves_of_plan

@@ -11,39 +11,36 @@ same two [S].
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import final
 
 import numpy as np
 
 from thermaxis.controls._control import (
-    Control,
     ControlOption,
     GridRule,
-    ProgramRequest,
     ReadTable,
     TableRequest,
     TableText,
     check_points,
 )
-from thermaxis.controls._heidenhain_com import (
+from thermaxis.controls.heidenhain._com import (
     DECIMALS,
     HALF_DIGIT,
     MOST_POINTS,
     ComText,
-    check_numbering,
+    HeidenhainControl,
     check_positions,
     column_of,
     com_text,
-    common_sentences,
     findings_on_others,
     headings_of,
     own_column,
     rows_of,
     signed,
     value_unit,
-    words_of,
 )
-from thermaxis.controls._heidenhain_klartext import PROGRAM_OPTIONS, klartext_axis, klartext_program
+from thermaxis.controls.heidenhain._klartext import PROGRAM_OPTIONS, klartext_axis
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
@@ -57,7 +54,7 @@ _STATION_SLACK = 1e-9
 
 
 @final
-class HeidenhainITnc530(Control):
+class HeidenhainITnc530(HeidenhainControl):
     """HEIDENHAIN iTNC 530.
 
     Not protected: a program moves one axis and knows nothing of what stands in its way. A table
@@ -70,8 +67,6 @@ class HeidenhainITnc530(Control):
         "A value is plus the mean deviation: positive where the axis travels too far, and the"
         " control then moves it back [S]"
     )
-    unit = "Values are in mm, of a rotary axis in deg, with four decimals (0.1 µm or 0.36 arcsec)"
-    newline = "\r\n"
     options = (
         *PROGRAM_OPTIONS,
         ControlOption(
@@ -84,10 +79,6 @@ class HeidenhainITnc530(Control):
             "table",
         ),
     )
-
-    def format_program(self, request: ProgramRequest) -> str:
-        """Return the Klartext program of a plan, see `klartext_program`."""
-        return klartext_program(request, "HEIDENHAIN iTNC 530")
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
         """Return the rule: up to 256 equidistant points, one value each."""
@@ -123,15 +114,8 @@ class HeidenhainITnc530(Control):
                 f"{i:<{_NUMBER_WIDTH}}{signed(float(place)):<{_POSITION_WIDTH}}"
                 f"{signed(float(value))}"
             )
-        return TableText(
-            text="".join(line + self.newline for line in lines),
-            sentences=(
-                f"{self.sign}.",
-                f"{self.unit}.",
-                *common_sentences(table, name),
-                *_reversal_sentences(table),
-            ),
-        )
+        made = self.written(lines, table, name)
+        return replace(made, sentences=(*made.sentences, *_reversal_sentences(table)))
 
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
@@ -239,17 +223,12 @@ def _rows(
 ) -> list[float]:
     values: list[float] = []
     others: set[str] = set()
-    for line, content in enumerate(rows_of(source, needs_end=False), start=3):
-        words = words_of(content)
-        if not words:
-            raise source.error("the line is empty within the table", line, "Delete the line")
-        i = len(values)
-        check_numbering(source, words[0][1], line, i)
-        if len(words) < 3:
+    for i, (line, words) in enumerate(rows_of(source, needs_end=False)):
+        if len(words) < 2:
             raise source.error(
                 "the row lacks its position or its value", line, "Write number, position, value"
             )
-        place = source.number(words[1][1], line, "position")
+        place = source.number(words[0][1], line, "position")
         # both are rounded: the distance once for each row before
         if abs(place - datum - i * step) > HALF_DIGIT * (i + 2) + _STATION_SLACK:
             raise source.error(
@@ -258,7 +237,7 @@ def _rows(
                 line,
                 "Write the table again on equidistant points",
             )
-        values.append(_own_value(source, line, words[2:], headings, axis, others))
+        values.append(_own_value(source, line, words[1:], headings, axis, others))
     findings += findings_on_others(others)
     return values
 

@@ -4,13 +4,13 @@ import re
 from collections.abc import Iterator
 
 from thermaxis.controls._control import ControlOption, ProgramRequest, plain_number
-from thermaxis.controls._program_head import head_lines
-from thermaxis.controls._program_words import (
+from thermaxis.controls._program import (
     MoveWords,
     block_lines,
     check_dwell,
     check_motion,
     feed_word,
+    head_lines,
     stop_time_s,
 )
 from thermaxis.errors import ConfigurationError, printable

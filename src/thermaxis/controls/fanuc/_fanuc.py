@@ -30,7 +30,16 @@ from thermaxis.controls._control import (
     number_option,
     plain_number,
 )
-from thermaxis.controls._fanuc_points import (
+from thermaxis.controls._program import (
+    MoveWords,
+    check_dwell,
+    check_motion,
+    feed_word,
+    head_lines,
+    move_lines,
+    stop_time_s,
+)
+from thermaxis.controls.fanuc._points import (
     AXIS_LETTERS,
     FIRST_POINT,
     LARGEST_POSITION,
@@ -41,16 +50,7 @@ from thermaxis.controls._fanuc_points import (
     point_options,
     point_values,
 )
-from thermaxis.controls._fanuc_reading import table_from_parameters
-from thermaxis.controls._program_head import head_lines
-from thermaxis.controls._program_words import (
-    MoveWords,
-    check_dwell,
-    check_motion,
-    feed_word,
-    move_lines,
-    stop_time_s,
-)
+from thermaxis.controls.fanuc._reading import table_from_parameters
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind

@@ -17,32 +17,27 @@ from typing import final
 import numpy as np
 
 from thermaxis.controls._control import (
-    Control,
     GridRule,
-    ProgramRequest,
     ReadTable,
     TableRequest,
     TableText,
     check_points,
 )
-from thermaxis.controls._heidenhain_com import (
+from thermaxis.controls.heidenhain._com import (
     DECIMALS,
     MOST_POINTS,
     ComText,
-    check_numbering,
+    HeidenhainControl,
     check_positions,
     column_of,
     com_text,
-    common_sentences,
     findings_on_others,
     headings_of,
     own_column,
     rows_of,
     signed,
     value_unit,
-    words_of,
 )
-from thermaxis.controls._heidenhain_klartext import PROGRAM_OPTIONS, klartext_program
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
@@ -54,7 +49,7 @@ _POSITION, _BACKWARD = "AXISPOS", "BACKLASH"
 
 
 @final
-class HeidenhainTnc640(Control):
+class HeidenhainTnc640(HeidenhainControl):
     """HEIDENHAIN TNC 640, TNC 620 and MANUALplus 620.
 
     Not protected: a program moves one axis and knows nothing of what stands in its way. A table
@@ -67,13 +62,6 @@ class HeidenhainTnc640(Control):
         "A value is plus the deviation: positive where the axis travels too far, and the control"
         " then moves it back [S]; BACKLASH holds the values measured in negative direction [V]"
     )
-    unit = "Values are in mm, of a rotary axis in deg, with four decimals (0.1 µm or 0.36 arcsec)"
-    newline = "\r\n"
-    options = PROGRAM_OPTIONS
-
-    def format_program(self, request: ProgramRequest) -> str:
-        """Return the Klartext program of a plan, see `klartext_program`."""
-        return klartext_program(request, "HEIDENHAIN TNC 640")
 
     def grid_rule(self, kind: AxisKind, options: Mapping[str, str]) -> GridRule:
         """Return the rule: up to 256 points at any distances, a value for each direction."""
@@ -121,10 +109,7 @@ class HeidenhainTnc640(Control):
             if both
             else "Both directions have the same values: the column BACKLASH is empty."
         )
-        return TableText(
-            text="".join(line + self.newline for line in lines),
-            sentences=(f"{self.sign}.", f"{self.unit}.", direction, *common_sentences(table, name)),
-        )
+        return self.written(lines, table, name, direction)
 
     def read_table(
         self, text: str, path: str, kind: AxisKind, options: Mapping[str, str]
@@ -172,13 +157,9 @@ CONTROL = HeidenhainTnc640()
 def _rows(source: ComText, headings: Mapping[str, int]) -> list[dict[str, float]]:
     """Return each row's numbers by heading."""
     rows: list[dict[str, float]] = []
-    for line, content in enumerate(rows_of(source, needs_end=True), start=3):
-        words = words_of(content)
-        if not words:
-            raise source.error("the line is empty within the table", line, "Delete the line")
-        check_numbering(source, words[0][1], line, len(rows))
+    for line, words in rows_of(source, needs_end=True):
         row: dict[str, float] = {}
-        for place, word in words[1:]:
+        for place, word in words:
             column = column_of(place, headings)
             if column is None or column in row:
                 raise source.error(

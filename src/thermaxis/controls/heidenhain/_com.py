@@ -7,7 +7,14 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.controls._control import plain_number, text_lines
+from thermaxis.controls._control import (
+    Control,
+    ProgramRequest,
+    TableText,
+    plain_number,
+    text_lines,
+)
+from thermaxis.controls.heidenhain._klartext import PROGRAM_OPTIONS, klartext_program
 from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
 from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind
@@ -75,6 +82,32 @@ def common_sentences(table: CompensationTable, file_name: str) -> Iterator[str]:
     )
     if table.kind is AxisKind.ROTARY:
         yield "Values of a rotary axis are in degrees [M]: confirm it on the machine."
+
+
+class HeidenhainControl(Control):
+    """What both generations share: the Klartext program, and how lines end and numbers read.
+
+    Not protected: a program moves one axis and knows nothing of what stands in its way. A table
+    acts when the active line of a ``.CMA`` table names it; its sign is from a secondary source,
+    and whether it fits is shown by a measurement only. No machine has proven either yet.
+    """
+
+    unit = "Values are in mm, of a rotary axis in deg, with four decimals (0.1 µm or 0.36 arcsec)"
+    newline = "\r\n"
+    options = PROGRAM_OPTIONS
+
+    def format_program(self, request: ProgramRequest) -> str:
+        """Return the Klartext program of a plan, see `klartext_program`."""
+        return klartext_program(request, self.title)
+
+    def written(
+        self, lines: Iterable[str], table: CompensationTable, name: str, *own: str
+    ) -> TableText:
+        """Return the lines of a table with what its user must know."""
+        return TableText(
+            text="".join(line + self.newline for line in lines),
+            sentences=(f"{self.sign}.", f"{self.unit}.", *own, *common_sentences(table, name)),
+        )
 
 
 @final
@@ -191,8 +224,8 @@ def headings_of(source: ComText, first: tuple[str, ...]) -> dict[str, int]:
     return {word: place for place, word in words[1:]}
 
 
-def rows_of(source: ComText, *, needs_end: bool) -> tuple[str, ...]:
-    """Return the lines of a table's rows, from its third line up to ``[END]``."""
+def rows_of(source: ComText, *, needs_end: bool) -> Iterator[tuple[int, list[tuple[int, str]]]]:
+    """Yield the numbered rows from the third line up to ``[END]``: line, and words behind NR."""
     ends = [i for i, line in enumerate(source.lines) if line.strip().upper() == "[END]"]
     if ends and ends[0] < len(source.lines) - 1:
         raise source.error("lines follow the end of the table", ends[0] + 2, "Delete them")
@@ -205,7 +238,12 @@ def rows_of(source: ComText, *, needs_end: bool) -> tuple[str, ...]:
     rows = source.lines[2 : ends[0] if ends else None]
     if not rows:
         raise source.error("the table has no rows", None, "Give the whole table")
-    return rows
+    for number, content in enumerate(rows):
+        words = words_of(content)
+        if not words:
+            raise source.error("the line is empty within the table", number + 3, "Delete the line")
+        check_numbering(source, words[0][1], number + 3, number)
+        yield number + 3, words[1:]
 
 
 def findings_on_others(others: Iterable[str]) -> list[str]:

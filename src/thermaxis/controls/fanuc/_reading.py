@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.controls._control import ReadTable, text_lines
-from thermaxis.controls._fanuc_points import (
+from thermaxis.controls.fanuc._points import (
     AXIS_LETTERS,
     FIRST_POINT,
     LARGEST_MAGNIFICATION,

@@ -1,0 +1,1 @@
+"""HEIDENHAIN: what its controls share, and a file for each."""
