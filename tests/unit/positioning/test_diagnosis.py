@@ -15,8 +15,8 @@ from thermaxis.positioning import (
     diagnose,
     evaluate_drift,
 )
-from thermaxis.positioning.diagnosis import COMMON_PITCHES_MM
-from thermaxis.positioning.diagnosis._diagnosis import (
+from thermaxis.positioning.diagnosis import (
+    COMMON_PITCHES_MM,
     LEAST_EFFECT,
     LEAST_SCALE_UM_PER_M,
     SPREAD_LEVEL,

@@ -1,0 +1,377 @@
+"""Name what is wrong with an axis, in plain sentences with the number behind each.
+
+Every finding has passed two gates: a statistical test, so that noise does not become a fault, and
+a practical threshold, so that a fault that nobody would repair is not named. Faults of the axis
+come first, ordered by what they add to the accuracy A of the axis without drift; then what
+concerns its thermal state; last what the choice of the targets hides.
+
+The tests share a probability of 5 % of naming anything on a healthy axis: 2 % for the spread and
+0.5 % for each of the others.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from thermaxis.positioning._positioning_test import PositioningTest
+from thermaxis.positioning.diagnosis._drift import Explained, channel_on, explanation, turns_of
+from thermaxis.positioning.diagnosis._levels import (
+    FEWEST_TARGETS,
+    LEAST_EFFECT,
+    LEVEL,
+    Axis,
+    axis_of,
+    number,
+    upper_tail,
+)
+from thermaxis.positioning.diagnosis._periods import (
+    AT_MULTIPLES,
+    VISIBLE,
+    Periodic,
+    candidate_periods,
+    stated_periods,
+    strongest_period,
+    visibility,
+    waves_of,
+)
+from thermaxis.positioning.diagnosis._reversal import Shape, reversal_shape, without_step
+from thermaxis.positioning.diagnosis._spread import spreads_with_drift, spreads_without_drift
+from thermaxis.quantities import AxisKind
+
+if TYPE_CHECKING:
+    from thermaxis.positioning.drift import DriftResult
+
+LEAST_SCALE_UM_PER_M = 5.0
+"""Straight-line error that is no finding: half a kelvin of steel, which a run hardly knows
+better. [µm/m]"""
+LEAST_SCALE_ARCSEC_PER_TURN = 2.0
+"""The same for a rotary axis; own choice. [arcsec per 360 deg]"""
+LEAST_SPREAD_RATIO = 1.5
+"""Spread over that of the other targets that is no finding; own choice. [1]"""
+STEEL_PPM_PER_K = 11.5
+"""Expansion coefficient where the file states none: steel, as scales and screws are stated.
+[ppm/K]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What the diagnosis found, in words and with its number."""
+
+    finding: str
+    """Key that stays: scale_error, periodic_error, backlash, backlash_step, backlash_variation,
+    spread, drift_reversal, temperature_channel or hidden_period."""
+    value: float
+    """The number behind it: straight-line error, amplitude of the periodic error, mean reversal
+    value, step of the reversal value, its range along the axis, standard deviation at the target,
+    way back of the drift, drift per kelvin, or hidden period. [unit in `unit`]"""
+    unit: str
+    """Unit of the number as printed."""
+    text: str
+    """One plain sentence."""
+    p_value: float | None
+    """Probability of so much or more by chance alone, all places that were searched counted;
+    for scale_error, backlash and drift_reversal if the true value were at its threshold. None
+    where nothing was tested. [1]"""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Ranked:
+    finding: Finding
+    group: int
+    """0 fault of the axis, 1 thermal state, 2 choice of the targets. [1]"""
+    effect: float
+    """Contribution to the accuracy. [µm or arcsec]"""
+
+
+def _named_source(axis: Axis, period: float) -> str:
+    stated = stated_periods(axis.test)
+    linear = axis.test.kind is AxisKind.LINEAR
+    if stated and period == stated[0] / 2.0:
+        return "half the pitch that the file states"
+    if period in stated:
+        return "as the file states for the drive or the encoder"
+    return "a common pitch of screws" if linear else "a common pitch of worm wheels"
+
+
+def _periodic_findings(axis: Axis, found: Periodic | None) -> list[_Ranked]:
+    if found is None:
+        return []
+    others = ", ".join(axis.place(p) for p in found.others)
+    unsure = f"; on these targets {others} would fit about as well" if others else ""
+    text = (
+        f"Periodic error with an amplitude of {axis.amount(found.amplitude)} and a period of"
+        f" {axis.place(found.period)}, {_named_source(axis, found.period)}{unsure}."
+    )
+    finding = Finding("periodic_error", found.amplitude, axis.unit, text, found.p_value)
+    return [_Ranked(finding, 0, 2.0 * found.amplitude)]
+
+
+def _hidden_findings(test: PositioningTest, found: Periodic | None) -> list[_Ranked]:
+    """Warn of periods at whose multiples the targets stand."""
+    target = test.target
+    if target.size < 3:
+        return []
+    stated = stated_periods(test)
+    tried = [p for p in stated or candidate_periods(test) if p <= test.measured_length]
+    if stated:
+        hidden = [p for p in tried if visibility(target, p)[0] < VISIBLE]
+    else:
+        hidden = [
+            p for p in tried if np.hypot(*np.mean(waves_of(target, p), axis=0)) > AT_MULTIPLES
+        ]
+    if not hidden or (found is not None and found.period in hidden):
+        return []
+    unit = test.kind.units.position
+    listed = ", ".join(f"{p:g}" for p in hidden)
+    source = "stated in the file" if stated else "common for drives"
+    text = (
+        f"The intervals between the targets are nearly multiples of {listed} {unit} ({source}): an"
+        " error with such a period stays hidden; measure with a random part of the targets."
+    )
+    return [_Ranked(Finding("hidden_period", hidden[0], unit, text, None), 2, 0.0)]
+
+
+def _expansion(test: PositioningTest) -> tuple[float, str]:
+    """Return the expansion coefficient [ppm/K] and where it comes from."""
+    stated = test.environment.get("expansion_coefficient_ppm_per_k")
+    for value in () if stated is None else (stated.start, stated.end):
+        if value is not None and np.isfinite(value) and value > 0.0:
+            return value, "stated in the file"
+    return STEEL_PPM_PER_K, "steel; the file states no coefficient"
+
+
+def _line(axis: Axis, found: Periodic | None) -> tuple[float, float]:
+    """Return slope and standard uncertainty of the least-squares line. [µm/mm or arcsec/deg]"""
+    columns = np.stack((axis.target - np.mean(axis.target), np.ones_like(axis.target)), axis=1)
+    if found is not None:
+        columns = np.column_stack((columns, waves_of(axis.target, found.period)))
+    weight = np.linalg.pinv(columns)[0]
+    slope = float(weight @ axis.mean)
+    variance = float(weight @ axis.mean_covariance @ weight)
+    if axis.drift is None:
+        return slope, float(np.sqrt(variance))
+    since = float(axis.drift.slope[0])  # levels are those at t0; go back to the first reading
+    return slope + since, float(np.sqrt(variance)) + float(axis.drift.slope_std[0])
+
+
+def _scale_findings(axis: Axis, found: Periodic | None) -> list[_Ranked]:
+    slope, uncertainty = _line(axis, found)
+    linear = axis.test.kind is AxisKind.LINEAR
+    per, unit = (1000.0, f"{axis.unit}/m") if linear else (360.0, f"{axis.unit} per turn")
+    least = (LEAST_SCALE_UM_PER_M if linear else LEAST_SCALE_ARCSEC_PER_TURN) / per
+    least = max(least, LEAST_EFFECT / axis.length)
+    p_value = upper_tail((abs(slope) - least) / max(uncertainty, 1e-12), axis.free)
+    if p_value >= LEVEL:
+        return []
+    state = "with the drift of the run in it" if axis.drift is None else "at the first reading"
+    text = (
+        f"Straight-line error of {number(slope * per, signed=True)} {unit}"
+        f" ({axis.amount(slope * axis.length, signed=True)} over {axis.place(axis.length)}),"
+        f" {state}"
+    )
+    if linear:
+        ppm_per_k, source = _expansion(axis.test)
+        text += (
+            f"; an error of {number(abs(slope) * per / ppm_per_k)} K in the temperature of the"
+            f" material would explain it, at {ppm_per_k:g} ppm/K ({source})"
+        )
+    finding = Finding("scale_error", slope * per, unit, text + ".", p_value)
+    return [_Ranked(finding, 0, abs(slope) * axis.length)]
+
+
+def _shape_findings(axis: Axis, shape: Shape) -> list[_Ranked]:
+    first, last = float(shape.fitted[0]), float(shape.fitted[-1])
+    if shape.step_after is not None:
+        k = shape.step_after
+        step = last - first
+        text = (
+            f"The reversal value steps by {axis.amount(step, signed=True)} between"
+            f" {axis.place(float(axis.target[k - 1]))} and {axis.place(float(axis.target[k]))},"
+            f" from {axis.amount(first, signed=True)} to {axis.amount(last, signed=True)}."
+        )
+        finding = Finding("backlash_step", step, axis.unit, text, shape.p_value)
+        return [_Ranked(finding, 0, abs(step))]
+    size = float(np.ptp(shape.fitted))
+    if size < LEAST_EFFECT:
+        return []
+    low, high = int(np.argmin(shape.fitted)), int(np.argmax(shape.fitted))
+    text = (
+        f"The reversal value varies by {axis.amount(size)} along the axis, from"
+        f" {axis.amount(float(shape.fitted[low]), signed=True)} at"
+        f" {axis.place(float(axis.target[low]))} to"
+        f" {axis.amount(float(shape.fitted[high]), signed=True)} at"
+        f" {axis.place(float(axis.target[high]))}."
+    )
+    finding = Finding("backlash_variation", size, axis.unit, text, shape.p_value)
+    return [_Ranked(finding, 0, size)]
+
+
+def _backlash_findings(axis: Axis, shape: Shape | None) -> list[_Ranked]:
+    """Name the mean reversal value, and what is not the same everywhere."""
+    if axis.reversal is None or shape is None:
+        return []
+    findings = _shape_findings(axis, shape)
+    mean = float(np.mean(axis.reversal))
+    uncertainty = float(np.sqrt(np.mean(axis.reversal_covariance)))
+    p_value = upper_tail((abs(mean) - LEAST_EFFECT) / max(uncertainty, 1e-12), axis.free)
+    everywhere = float(np.min(shape.fitted * np.sign(mean)))  # what is left without the variation
+    if p_value >= LEVEL or everywhere < LEAST_EFFECT:
+        return findings
+    cause = "lost motion makes it negative" if mean < 0.0 else "too much compensation does that"
+    text = f"Mean reversal value of {axis.amount(mean, signed=True)} ({cause})."
+    finding = Finding("backlash", mean, axis.unit, text, p_value)
+    return [*findings, _Ranked(finding, 0, everywhere)]
+
+
+def _spread_findings(axis: Axis) -> list[_Ranked]:
+    """Name targets that scatter more than the others."""
+    test, drift = axis.test, axis.drift
+    if test.target.size < FEWEST_TARGETS:
+        return []
+    named = spreads_with_drift(test) if drift is None else spreads_without_drift(drift)
+    found: list[_Ranked] = []
+    for spread in named:
+        if spread.ratio < LEAST_SPREAD_RATIO:
+            continue
+        drifting = ", drift included" if drift is None else ""
+        times = "unlike"
+        if np.isfinite(spread.ratio):
+            times = f"{number(spread.ratio)} times as much as"
+        text = (
+            f"Target {spread.target + 1} ({axis.place(float(test.target[spread.target]))}) scatters"
+            f" {times} the others, with a standard deviation of"
+            f" {axis.amount(spread.std)}{drifting}."
+        )
+        if drift is not None and spread.target + 1 in drift.suspects:
+            text = text[:-1] + "; it also drifts otherwise than the rest of the axis."
+        finding = Finding("spread", spread.std, axis.unit, text, spread.p_value)
+        more = spread.std * (1.0 - 1.0 / spread.ratio)
+        found.append(_Ranked(finding, 0, 4.0 * more))
+    return found
+
+
+def _after(drift: "DriftResult", test: PositioningTest, index: int) -> str:
+    """Return in words how long after the start a point of the drift's curve lies."""
+    time = float(drift.time_s[index] - drift.time_s[0])
+    if test.time_s is None:
+        return f"{time:.0f} readings"
+    return f"{time / 60.0:.0f} min" if time < 7200.0 else f"{time / 3600.0:.1f} h"
+
+
+def _drift_reversal_findings(axis: Axis) -> list[_Ranked]:
+    """Name the place among first, middle and last target where the drift turns back most."""
+    drift, test = axis.drift, axis.test
+    if drift is None or not drift.significant:
+        return []
+    middle = float(np.mean(test.target))
+    places = (middle, float(test.target[0]), float(test.target[-1]))
+    found = [turn for place in places for turn in turns_of(drift, place, place - middle)]
+    if not found:
+        return []
+    turn = max(found, key=lambda turn: turn.shorter)
+    beyond = (turn.shorter - LEAST_EFFECT) / max(turn.uncertainty, 1e-12)
+    p_value = min(1.0, 2 * len(places) * upper_tail(beyond, axis.free))
+    if p_value >= LEVEL:
+        return []
+    text = (
+        f"The drift reverses its direction at {axis.place(round(turn.position, 1))}:"
+        f" {axis.amount(turn.there, signed=True)} up to {_after(drift, test, turn.at)}, then"
+        f" {axis.amount(turn.back, signed=True)}; two parts of the machine warm up against each"
+        " other."
+    )
+    finding = Finding("drift_reversal", turn.back, axis.unit, text, p_value)
+    return [_Ranked(finding, 1, turn.shorter)]
+
+
+def _is_temperature(name: str) -> bool:
+    lower = name.lower()
+    return "temp" in lower or lower.endswith("_c")
+
+
+def _temperature_findings(axis: Axis) -> list[_Ranked]:
+    """Name the temperature that runs like the common drift, not only like a straight line."""
+    drift, test = axis.drift, axis.test
+    if drift is None or not drift.significant:
+        return []
+    if float(np.ptp(drift.common)) < LEAST_EFFECT:
+        return []
+    names = [name for name in test.channels if _is_temperature(name)]
+    tried: list[Explained] = []
+    for name in names:
+        channel = channel_on(test, test.channels[name], drift.time_s)
+        explained = None if channel is None else explanation(name, channel, drift.common)
+        if explained is not None and explained.p_value * len(names) < LEVEL:
+            tried.append(explained)
+    if not tried:
+        return []
+    best = max(tried, key=lambda e: abs(e.correlation))
+    after = "without delay"
+    if best.lag:
+        after = f"{_after(drift, test, best.lag)} later"
+    unit = f"{axis.unit}/K"
+    text = (
+        f"The drift follows the channel '{best.name}' {after}: correlation"
+        f" {best.correlation:+.3f}, {number(best.gain, signed=True)} {unit}."
+    )
+    finding = Finding("temperature_channel", best.gain, unit, text, best.p_value * len(names))
+    return [_Ranked(finding, 1, float(np.ptp(drift.common)))]
+
+
+def _ordered(found: Sequence[_Ranked]) -> tuple[Finding, ...]:
+    return tuple(r.finding for r in sorted(found, key=lambda r: (r.group, -r.effect)))
+
+
+def diagnose(test: PositioningTest, drift: "DriftResult | None") -> tuple[Finding, ...]:
+    """Name what is wrong with an axis, the largest effect on its accuracy first.
+
+    Parameters
+    ----------
+    test : PositioningTest
+        The measured run.
+    drift : DriftResult or None
+        Its drift-free levels; None where they do not exist: then the plain means are used,
+        and nothing is said of the drift.
+
+    Returns
+    -------
+    tuple of Finding
+        Faults of the axis by their effect on the accuracy A: the straight-line error over the
+        length, twice the amplitude of a periodic error, a step or range of the reversal value,
+        the reversal value that is there everywhere, four times the additional standard
+        deviation of a target. Then what the drift shows; last the periods that the targets
+        hide. Empty for a healthy axis, and where fewer than three targets or no noise is known.
+
+    Notes
+    -----
+    With fewer than five targets only the straight-line error and the mean reversal value are
+    looked at, with fewer than seven no periodic error. A periodic error that depends on the
+    approach, or has no candidate's period, is not found. A step of the reversal value that
+    sits in one approach alone is taken out before lines and periods are fitted.
+
+    References
+    ----------
+    N. R. Lomb 1976, J. D. Scargle 1982 (periodogram of unequal intervals); W. G. Cochran 1941
+    (largest variance as a fraction of all); M. S. Bartlett 1946 (correlation of correlated
+    series); all from memory. The thresholds are own choices, stated with their names.
+    """
+    axis = axis_of(test, drift)
+    if axis is None:
+        return _ordered(_hidden_findings(test, None))
+    shape = None if axis.reversal is None else reversal_shape(axis, axis.reversal)
+    level = without_step(axis, shape)
+    found = strongest_period(level)
+    return _ordered(
+        [
+            *_scale_findings(level, found),
+            *_periodic_findings(level, found),
+            *_backlash_findings(axis, shape),
+            *_spread_findings(axis),
+            *_drift_reversal_findings(axis),
+            *_temperature_findings(axis),
+            *_hidden_findings(test, found),
+        ]
+    )
