@@ -45,6 +45,8 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
 }
 """Causes of differences from ec497c9 by patterns: file of a chapter, place in it."""
 
+RENAMED_KEYS = {"heal_s": "recovery_delay_s", "grace_s": "input_timeout_s"}
+"""Keys of JSON that follow a key of machine.toml which was given the field's name."""
 RENAMED: dict[str, str] = {"thermaxis.plc.Twin": "thermaxis.plc.BlockInstance"}
 """Public names and packages (`thermaxis.thermal.Old`, `thermaxis.old`) by what they are now."""
 
@@ -63,6 +65,7 @@ MASKS = (
     (r"/\S*/(?:base-\w+|now)/[\w.-]+/", ""),
     (r"(?<=127\.0\.0\.1:)\d+", "PORT"),
     (r"\.\w+\.new\b", ".NEW"),
+    (r"_[0-9a-f]{4}_(?=[a-z])", "_PREFIX_"),
     (r"(?:[0-9A-F]{2}:){8,}[0-9A-F]{2}", "FINGERPRINT"),
     (r"(?m)^[\d.]+ MB$", "SIZE of the history's files"),
 )
@@ -85,12 +88,15 @@ def metrics(url):
     lines = urllib.request.urlopen(url).read().decode().splitlines()
     return {line.rpartition(" ")[0]: "" for line in lines if not line.startswith("#")}
 url = sys.argv[1]
-for seconds_left in reversed(range(60)):
+for seconds in (10, *[2] * 30):  # until a cycle has filled the tree
+    time.sleep(seconds)
     try:
-        print(json.dumps(asyncio.run(browse(url)) if url.startswith("opc") else metrics(url)))
-        break
+        names = asyncio.run(browse(url)) if url.startswith("opc") else metrics(url)
     except OSError:
-        time.sleep(seconds_left and 1)
+        continue
+    if any("Z_um" in name for name in names):
+        break
+print(json.dumps(names))
 """
 PUBLIC = """
 import importlib, inspect, json, pkgutil, sys, thermaxis
@@ -279,13 +285,12 @@ Differences = Iterator[tuple[str, str, bool]]
 
 def tokens(text: str) -> Counter[float | str]:
     found: Counter[float | str] = Counter(OPTION.findall(text))
-    found.update(
-        float(one.replace("\N{MINUS SIGN}", "-")) for one in NUMBER.findall(HASH.sub("", text))
-    )
+    found.update(float(one.replace("\N{MINUS SIGN}", "-")) for one in NUMBER.findall(text))
     return found
 
 
 def texts(place: str, old: str, new: str) -> Differences:
+    old, new = HASH.sub("HASH", old), HASH.sub("HASH", new)
     if old == new:
         return
     before, now = tokens(old), tokens(new)
@@ -313,8 +318,9 @@ def equal(old: object, new: object) -> bool:
 def values(place: str, old: object, new: object, *, keys_only: bool = False) -> Differences:
     if isinstance(old, dict) and isinstance(new, dict):
         for key, value in old.items():
-            if key in new:
-                yield from values(f"{place}.{key}", value, new[key], keys_only=keys_only)
+            name = key if key in new else RENAMED_KEYS.get(key)
+            if name in new:
+                yield from values(f"{place}.{key}", value, new[name], keys_only=keys_only)
             else:
                 yield f"{place}.{key}", "is gone", True
     elif isinstance(old, list) and isinstance(new, list):
