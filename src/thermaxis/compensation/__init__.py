@@ -33,7 +33,7 @@ from thermaxis.compensation._sensors import (
     SampleQuality,
     SensorRules,
     SensorState,
-    judge,
+    validate_sample,
 )
 from thermaxis.compensation._step import (
     ModelOutput,
@@ -95,10 +95,10 @@ __all__ = [
     "cycle_state",
     "gain_of",
     "initial_state",
-    "judge",
     "limit_step",
     "model_step",
     "shifted",
     "supervisor_step",
+    "validate_sample",
     "with_compensation",
 ]

@@ -47,8 +47,8 @@ class Compensation:
     """Rules of the supervisor."""
     cycle_s: float = 1.0
     """Nominal time from cycle to cycle, 0.1 to 60. [s]"""
-    spares: frozenset[str] = frozenset()
-    """Channels that have a second sensor."""
+    redundant: frozenset[str] = frozenset()
+    """Channels that have a redundant sensor."""
     interlocks: tuple[str, ...] = ()
     """Names of the conditions that must be met: axis referenced, machine on, not homing, no
     emergency stop."""
@@ -68,9 +68,9 @@ class Compensation:
         outputs = tuple(output.name for output in self.model.outputs)
         _match(channels, self.sensors, "sensor rules", "channel")
         _match(outputs, self.limits, "limits", "output")
-        for name in self.spares:
+        for name in self.redundant:
             if name not in channels:
-                raise ConfigurationError(f"the model has no channel {name}", where="spares")
+                raise ConfigurationError(f"the model has no channel {name}", where="redundant")
         if not SHORTEST_CYCLE_S <= self.cycle_s <= LONGEST_CYCLE_S:
             raise ConfigurationError(
                 f"the cycle is not from {SHORTEST_CYCLE_S:g} to {LONGEST_CYCLE_S:g} s",

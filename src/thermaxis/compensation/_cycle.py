@@ -26,7 +26,7 @@ from thermaxis.compensation._sensors import (
     Sample,
     SampleQuality,
     SensorState,
-    judge,
+    validate_sample,
 )
 from thermaxis.compensation._step import (
     ModelOutput,
@@ -64,8 +64,8 @@ class CycleReading(NamedTuple):
     """Time of the cycle, of a clock that only goes forward. [s]"""
     samples: tuple[Sample, ...]
     """One per channel of the model, in its order."""
-    spares: tuple[Sample | None, ...] = ()
-    """The second sensors, in the same order; None where there is none; may be empty."""
+    redundant: tuple[Sample | None, ...] = ()
+    """The redundant sensors, in the same order; None where there is none; may be empty."""
     interlocks: tuple[bool | None, ...] = ()
     """Whether each interlock is met, in the order of the compensation; None (could not be read)
     is a lost input; a missing one is not met."""
@@ -91,8 +91,8 @@ class CycleState(NamedTuple):
     """The model's state."""
     sensors: tuple[SensorState, ...]
     """Memory of the sensors, in the order of the channels."""
-    spares: tuple[SensorState, ...]
-    """Memory of the second sensors, in the same order."""
+    redundant: tuple[SensorState, ...]
+    """Memory of the redundant sensors, in the same order."""
     memory: Memory
     """Memory of the supervisor."""
     time_s: float
@@ -190,7 +190,7 @@ def cycle(
 ) -> tuple[CycleState, CycleOutput]:
     """Advance the compensation by one cycle.
 
-    Requests are answered, every input is judged, the model is advanced, the supervisor decides,
+    Requests are answered, every input is validated, the model is advanced, the supervisor decides,
     and the correction goes where it is allowed to go: towards minus the weighted model plus the
     trim while active, nowhere while it is held or off, towards zero while it fades; never by more
     than the rate, never beyond the total. A correction that was found beyond the total stays
@@ -231,8 +231,8 @@ def cycle(
         asked, answer = answer_request(compensation, asked, machine, request)
         answers.append(answer)
 
-    judged = _judged(compensation, state, reading, asked, (time_s, elapsed_s))
-    values = judged.values
+    validated = _validated(compensation, state, reading, asked, (time_s, elapsed_s))
+    values = validated.values
     read = Reading(
         reading.time_s, dict(zip(compensation.model.channels, values)), asked.diameter_mm
     )
@@ -272,8 +272,8 @@ def cycle(
 
     new = CycleState(
         thermal,
-        judged.sensors,
-        judged.spares,
+        validated.sensors,
+        validated.redundant,
         memory,
         time_s,
         correction_um,
@@ -296,7 +296,7 @@ def cycle(
         elapsed_s=elapsed_s,
         at_limit=at_limit,
         values=values,
-        qualities=judged.qualities,
+        qualities=validated.qualities,
         quality=model.quality,
         outcomes=model.outcomes,
         answers=tuple(answers),
@@ -353,35 +353,35 @@ def _met(compensation: Compensation, reading: CycleReading) -> bool:
 # ---- inputs -------------------------------------------------------------------------------------
 
 
-class _Judged(NamedTuple):
+class _Validated(NamedTuple):
     """What was read of every channel, in their order."""
 
     values: tuple[float | None, ...]
     qualities: tuple[SampleQuality, ...]
     sensors: tuple[SensorState, ...]
-    spares: tuple[SensorState, ...]
+    redundant: tuple[SensorState, ...]
 
 
-def _judged(
+def _validated(
     compensation: Compensation,
     state: CycleState,
     reading: CycleReading,
     asked: Asked,
     clock: tuple[float, float],
-) -> _Judged:
-    """Judge every channel; a second sensor stands in, or contradicts."""
-    sensors, spares = list(state.sensors), list(state.spares)
+) -> _Validated:
+    """Validate every channel; a redundant sensor stands in, or contradicts."""
+    sensors, redundant = list(state.sensors), list(state.redundant)
     if asked.accepts_sensors:
-        sensors, spares = [SensorState()] * len(sensors), [SensorState()] * len(spares)
+        sensors, redundant = [SensorState()] * len(sensors), [SensorState()] * len(redundant)
     values: list[float | None] = []
     qualities: list[SampleQuality] = []
     for k, (channel, rules) in enumerate(zip(compensation.model.channels, compensation.rules)):
         sample = _sample(reading.samples, k)
-        quality, sensors[k] = judge(rules, sensors[k], sample, *clock)
+        quality, sensors[k] = validate_sample(rules, sensors[k], sample, *clock)
         value = sample.value if quality is SampleQuality.GOOD else None
-        if channel in compensation.spares:
-            spare = _sample(reading.spares, k)
-            seen, spares[k] = judge(rules, spares[k], spare, *clock)
+        if channel in compensation.redundant:
+            spare = _sample(reading.redundant, k)
+            seen, redundant[k] = validate_sample(rules, redundant[k], spare, *clock)
             second = spare.value if seen is SampleQuality.GOOD else None
             if second is None:
                 pass
@@ -391,7 +391,7 @@ def _judged(
                 value, quality = None, SampleQuality.DISAGREES
         values.append(value)
         qualities.append(quality)
-    return _Judged(tuple(values), tuple(qualities), tuple(sensors), tuple(spares))
+    return _Validated(tuple(values), tuple(qualities), tuple(sensors), tuple(redundant))
 
 
 def _sample(samples: Sequence[object], k: int) -> Sample:
@@ -501,7 +501,7 @@ def with_compensation(
     return CycleState(
         thermal,
         tuple(_of(channels, state.sensors, c, SensorState()) for c in new.model.channels),
-        tuple(_of(channels, state.spares, c, SensorState()) for c in new.model.channels),
+        tuple(_of(channels, state.redundant, c, SensorState()) for c in new.model.channels),
         state.memory._replace(running_s=0.0, ready_s=0.0),
         state.time_s,
         tuple(_of(names, state.correction_um, o.name, 0.0) for o in new.model.outputs),
@@ -535,7 +535,7 @@ def shifted(state: CycleState, by_s: float) -> CycleState:
     return state._replace(
         thermal=moved,
         sensors=tuple(_sensor_shifted(sensor, by_s) for sensor in state.sensors),
-        spares=tuple(_sensor_shifted(sensor, by_s) for sensor in state.spares),
+        redundant=tuple(_sensor_shifted(sensor, by_s) for sensor in state.redundant),
         memory=state.memory._replace(since_s=state.memory.since_s + by_s),
         time_s=state.time_s + by_s,
     )

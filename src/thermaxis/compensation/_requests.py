@@ -96,7 +96,7 @@ class Asked(NamedTuple):
 
 
 class Machine(NamedTuple):
-    """What the machine says, by which requests are judged."""
+    """What the machine says, by which requests are answered."""
 
     connected: bool
     read_back_agrees: bool

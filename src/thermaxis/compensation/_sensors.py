@@ -75,7 +75,7 @@ class SensorRules:
     """A value that has not changed at all for so long is not believed; 0 where the sensor may
     stand still. Default: four hours. [s]"""
     largest_difference_k: float = 3.0
-    """Largest difference to the spare sensor, where there is one. Default: three kelvin. [K]"""
+    """Largest difference to the redundant sensor, where there is one. Default: three kelvin. [K]"""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -93,7 +93,7 @@ class SensorRules:
                 raise ConfigurationError(f"not a number from 0 to {LARGEST_RULE:g}", where=name)
 
 
-def judge(
+def validate_sample(
     rules: SensorRules, state: SensorState, sample: Sample, time_s: float, elapsed_s: float
 ) -> tuple[SampleQuality, SensorState]:
     """Judge what was read of one sensor.

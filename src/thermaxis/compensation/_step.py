@@ -156,7 +156,7 @@ def model_step(
     state does not fit the model or has led to no number.
 
     Not protected: the correction is neither limited nor ramped here, and after a new start it
-    jumps. Whether a temperature is plausible is judged by its being a finite number only.
+    jumps. That a temperature is a finite number makes it plausible here.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def model_step(
 
 
 def _fits(model: CompensationModel, state: ThermalState) -> bool:
-    """Whether a state of any origin has the shape of the model; numbers are judged later."""
+    """Whether a state of any origin has the shape of the model; numbers are validated later."""
     channels, inputs = len(model.channels), len(model.layout.wires)
     if len(state.reference) != channels:
         return False

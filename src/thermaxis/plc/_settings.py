@@ -47,12 +47,12 @@ class PlcSettings:
     Raises
     ------
     ConfigurationError
-        If there are spare sensors or other interlocks than `INTERLOCK`, too many outputs, parts,
-        sections or channels, a delay that is no whole number of cycles or too long, a gap that is
-        shorter than the longest cycle, a name that cannot be made legal, a note with signs that no
-        remark may have, or a number that the target's numbers cannot hold. In REAL also if the
-        cycle is no multiple of 1/128 s, a time is too long to be counted exactly, or a rate is lost
-        in the rounding of its total.
+        If there are redundant sensors or other interlocks than `INTERLOCK`, too many outputs,
+        parts, sections or channels, a delay that is no whole number of cycles or too long, a gap
+        that is shorter than the longest cycle, a name that cannot be made legal, a note with
+        signs that no remark may have, or a number that the target's numbers cannot hold. In REAL
+        also if the cycle is no multiple of 1/128 s, a time is too long to be counted exactly, or
+        a rate is lost in the rounding of its total.
     """
 
     compensation: Compensation
@@ -73,10 +73,10 @@ class PlcSettings:
         """Check what a PLC can hold."""
         compensation = self.compensation
         model = compensation.model
-        if compensation.spares:
+        if compensation.redundant:
             raise ConfigurationError(
-                "the block has no second sensors",
-                where="spares",
+                "the block has no redundant sensors",
+                where="redundant",
                 remedy="Choose the better one before the block, and clear its ok where they differ",
             )
         if compensation.interlocks != (INTERLOCK,):
@@ -152,7 +152,7 @@ def export_settings(
 ) -> PlcSettings:
     """Return what a PLC gets of a compensation.
 
-    The second sensors are left out, the interlocks are one, and every delay is the nearest whole
+    The redundant sensors are left out, the interlocks are one, and every delay is the nearest whole
     number of cycles; `notes` says which were changed.
 
     Parameters
@@ -179,7 +179,7 @@ def export_settings(
         If the cycle is not from 0.1 to 60 s, or as `PlcSettings` says.
     """
     changed = replace(
-        compensation, cycle_s=cycle_s, spares=frozenset[str](), interlocks=(INTERLOCK,)
+        compensation, cycle_s=cycle_s, redundant=frozenset[str](), interlocks=(INTERLOCK,)
     )
     notes: list[str] = []
     outputs = tuple(

@@ -542,10 +542,10 @@ class CompensationLoop:
     ) -> CycleReading:
         compensation, settings = self.compensation, self.settings
         channels = compensation.model.channels
-        spares: tuple[Sample | None, ...] = ()
-        if compensation.spares:
-            spares = tuple(
-                _sample(samples, spare_name(c)) if c in compensation.spares else None
+        redundant: tuple[Sample | None, ...] = ()
+        if compensation.redundant:
+            redundant = tuple(
+                _sample(samples, spare_name(c)) if c in compensation.redundant else None
                 for c in channels
             )
         other = samples.get(OTHER_COMPENSATION, NOT_READ)
@@ -567,7 +567,7 @@ class CompensationLoop:
         return CycleReading(
             now_s,
             tuple([_sample(samples, channel) for channel in channels]),
-            spares,
+            redundant,
             tuple([self._met(name, samples) for name in compensation.interlocks]),
             connected,
             read_back,

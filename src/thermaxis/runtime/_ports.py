@@ -271,7 +271,7 @@ DIAMETER = "diameter"
 
 
 def spare_name(channel: str) -> str:
-    """Return the name under which a channel's second sensor is read.
+    """Return the name under which a channel's redundant sensor is read.
 
     Parameters
     ----------

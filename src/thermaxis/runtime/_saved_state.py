@@ -205,7 +205,7 @@ def _fitted(saved: dict[str, Any], compensation: Compensation) -> CycleState:
     return blank._replace(
         thermal=restored,
         sensors=_sensors(saved["channels"], raw["sensors"], compensation),
-        spares=_sensors(saved["channels"], raw["spares"], compensation),
+        redundant=_sensors(saved["channels"], raw["redundant"], compensation),
         memory=Memory(*memory)._replace(
             state=state, fault=None if fault is None else Reason(fault)
         ),

@@ -232,7 +232,7 @@ def test_what_is_wrong_with_the_lathe_is_found(example: Path) -> None:
     assert code == check.FOUND
     assert found["[input.T_spindle_C]"] == ("warning", "there is no value: BadSensorFailure")
     assert found["[input.T_table_C]"][0] == "error"
-    assert found["[input.T_column_C]"][1].startswith("the second sensor differs by")
+    assert found["[input.T_column_C]"][1].startswith("the redundant sensor differs by")
     assert found["[interlock.no_emergency_stop]"] == ("warning", "it is not met at present")
     assert found["[other_compensation]"][0] == "error"
 

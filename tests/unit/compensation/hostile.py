@@ -47,7 +47,7 @@ QUICK = {
 
 
 def quick_lathe(**rules: float) -> Compensation:
-    """Return two outputs on three channels with spares, interlocks, deadband, gain and ranges."""
+    """Return two outputs, three channels, a redundant sensor, interlocks, deadband and ranges."""
     points = (GainPoint(0.0, 0.5), GainPoint(1000.0, 2.0))
     spindle = (Section(8.0, 30.0), Section(-3.0, 300.0))
     z = Output(
@@ -79,7 +79,7 @@ def quick_lathe(**rules: float) -> Compensation:
         sensors=sensors,
         limits=limits,
         supervisor=SupervisorRules(**(QUICK | rules)),
-        spares=frozenset({"a"}),
+        redundant=frozenset({"a"}),
         interlocks=("referenced", "machine on"),
         validity_margin_k=2.0,
         lowest_weight=0.1,

@@ -23,7 +23,7 @@ RULES = SensorRules(lowest_c=1.0, highest_c=60.0)
             {"limits": {"Z_um": Limits(1.0, 1.0), "Y_um": Limits(1.0, 1.0)}},
             "limits are stated for Y_um",
         ),
-        ({"spares": frozenset({"w"})}, "the model has no channel w"),
+        ({"redundant": frozenset({"w"})}, "the model has no channel w"),
         ({"cycle_s": 0.09}, "the cycle is not from 0.1 to 60 s"),
         ({"cycle_s": 60.1}, "the cycle is not from 0.1 to 60 s"),
         ({"cycle_s": float("nan")}, "the cycle is not from 0.1 to 60 s"),

@@ -555,8 +555,8 @@ def test_an_acknowledgement_believes_sensors_that_have_jumped() -> None:
 
 
 def two_sensors(first: Any, second: Any, **options: Any) -> Any:
-    bench = Bench(lathe(spares=frozenset({"s"}), **options)).to(ACTIVE)
-    return bench.step(samples=(first,), spares=(second,))
+    bench = Bench(lathe(redundant=frozenset({"s"}), **options)).to(ACTIVE)
+    return bench.step(samples=(first,), redundant=(second,))
 
 
 def test_a_second_sensor_stands_in_or_contradicts() -> None:
@@ -574,7 +574,7 @@ def test_a_second_sensor_stands_in_or_contradicts() -> None:
     for first, second, value, quality in cases:
         output = two_sensors(first, second)
         assert (output.values, output.qualities) == ((value,), (quality,))
-    assert Bench().to(ACTIVE).step(spares=(Sample(40.0),)).values == (17.5,)
+    assert Bench().to(ACTIVE).step(redundant=(Sample(40.0),)).values == (17.5,)
 
 
 def test_samples_are_taken_in_order_and_missing_ones_are_missing() -> None:
@@ -750,16 +750,16 @@ def test_a_model_change_while_it_fades_lets_it_fade_on() -> None:
 
 def test_every_time_moves_with_the_clock() -> None:
     compensation = replace(
-        lathe(part=Part("s", "s", "", 2.0, delay_s=5.0)), spares=frozenset({"s"})
+        lathe(part=Part("s", "s", "", 2.0, delay_s=5.0)), redundant=frozenset({"s"})
     )
     bench = Bench(compensation)
-    bench.steps(3, spares=(Sample(15.0),))
+    bench.steps(3, redundant=(Sample(15.0),))
     moved = shifted(bench.state, 1000.0)
     assert moved.time_s == bench.state.time_s + 1000.0
     assert moved.thermal.time_s == moved.time_s
     assert moved.thermal.good_s == (moved.time_s,)
     assert [t for t, _ in moved.thermal.history] == [1101.0, 1102.0, 1103.0]
-    assert moved.sensors[0].changed_s == moved.spares[0].changed_s == 1101.0
+    assert moved.sensors[0].changed_s == moved.redundant[0].changed_s == 1101.0
     assert moved.memory.since_s == 1101.0
     assert shifted(cycle_state(compensation), 5.0).thermal.time_s is None
 
@@ -772,7 +772,7 @@ def test_a_new_state_is_off_and_empty() -> None:
     assert not state.memory.enabled
     assert math.isnan(state.time_s)
     assert state.diameter_mm is None
-    assert len(state.sensors) == len(state.spares) == 3
+    assert len(state.sensors) == len(state.redundant) == 3
     assert cycle_state(compensation, {"s": 3.0}).thermal.reference[0] == 3.0
 
 

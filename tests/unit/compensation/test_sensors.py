@@ -13,7 +13,7 @@ from thermaxis.compensation import (
     SampleQuality,
     SensorRules,
     SensorState,
-    judge,
+    validate_sample,
 )
 from thermaxis.errors import ConfigurationError
 
@@ -25,7 +25,7 @@ GOOD = SampleQuality.GOOD
 
 
 def told(sample: Sample, state: SensorState = BEFORE, rules: SensorRules = RULES) -> SampleQuality:
-    return judge(rules, state, sample, 100.0, 2.0)[0]
+    return validate_sample(rules, state, sample, 100.0, 2.0)[0]
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ def test_the_ends_of_the_range_are_in_it() -> None:
 
 def test_a_value_without_a_time_stamp_is_taken_where_the_rules_say_so() -> None:
     rules = replace(RULES, time_stamp_required=False)
-    assert judge(rules, BEFORE, Sample(20.5, age_s=None), 100.0, 2.0) == (
+    assert validate_sample(rules, BEFORE, Sample(20.5, age_s=None), 100.0, 2.0) == (
         GOOD,
         SensorState(20.5, 100.0),
     )
@@ -80,23 +80,29 @@ def test_a_value_without_a_time_stamp_is_taken_where_the_rules_say_so() -> None:
 
 
 def test_the_first_value_is_believed_wherever_it_is_in_the_range() -> None:
-    assert judge(RULES, SensorState(), Sample(55.0), 7.0, 0.0) == (GOOD, SensorState(55.0, 7.0))
+    assert validate_sample(RULES, SensorState(), Sample(55.0), 7.0, 0.0) == (
+        GOOD,
+        SensorState(55.0, 7.0),
+    )
 
 
 def test_a_value_that_moves_is_remembered_with_its_time() -> None:
-    assert judge(RULES, BEFORE, Sample(20.25), 100.0, 2.0)[1] == SensorState(20.25, 100.0)
-    assert judge(RULES, BEFORE, Sample(20.0), 100.0, 2.0)[1] == BEFORE
+    assert validate_sample(RULES, BEFORE, Sample(20.25), 100.0, 2.0)[1] == SensorState(20.25, 100.0)
+    assert validate_sample(RULES, BEFORE, Sample(20.0), 100.0, 2.0)[1] == BEFORE
 
 
 def test_a_value_that_does_not_change_at_all_is_frozen_after_its_time() -> None:
-    assert judge(RULES, BEFORE, Sample(20.0), 190.0, 2.0) == (GOOD, BEFORE)
-    assert judge(RULES, BEFORE, Sample(20.0), 190.5, 2.0) == (SampleQuality.FROZEN, BEFORE)
-    assert judge(RULES, BEFORE, Sample(20.1), 190.5, 2.0)[0] is GOOD
+    assert validate_sample(RULES, BEFORE, Sample(20.0), 190.0, 2.0) == (GOOD, BEFORE)
+    assert validate_sample(RULES, BEFORE, Sample(20.0), 190.5, 2.0) == (
+        SampleQuality.FROZEN,
+        BEFORE,
+    )
+    assert validate_sample(RULES, BEFORE, Sample(20.1), 190.5, 2.0)[0] is GOOD
     quick = replace(RULES, frozen_s=0.5)
-    assert judge(quick, BEFORE, Sample(20.0), 90.5, 2.0)[0] is GOOD
-    assert judge(quick, BEFORE, Sample(20.0), 90.75, 2.0)[0] is SampleQuality.FROZEN
+    assert validate_sample(quick, BEFORE, Sample(20.0), 90.5, 2.0)[0] is GOOD
+    assert validate_sample(quick, BEFORE, Sample(20.0), 90.75, 2.0)[0] is SampleQuality.FROZEN
     still = replace(RULES, frozen_s=0.0)
-    assert judge(still, BEFORE, Sample(20.0), 1e9, 2.0) == (GOOD, BEFORE)
+    assert validate_sample(still, BEFORE, Sample(20.0), 1e9, 2.0) == (GOOD, BEFORE)
 
 
 @pytest.mark.parametrize(
@@ -113,19 +119,22 @@ def test_a_value_that_does_not_change_at_all_is_frozen_after_its_time() -> None:
 def test_while_nothing_is_read_a_value_may_move_on_at_its_rate(sample: Sample) -> None:
     state = BEFORE
     for k in range(3):
-        _, state = judge(RULES, state, sample, 100.0 + 2.0 * k, 2.0)
+        _, state = validate_sample(RULES, state, sample, 100.0 + 2.0 * k, 2.0)
     assert state == SensorState(20.0, 90.0, 3.0)
-    assert judge(RULES, state, Sample(25.0), 108.0, 2.0) == (GOOD, SensorState(25.0, 108.0))
-    assert judge(RULES, state, Sample(25.001), 108.0, 2.0)[0] is SampleQuality.TOO_FAST
-    assert judge(RULES, state, Sample(20.0), 108.0, 2.0) == (GOOD, BEFORE)
-    lost_long = judge(RULES, BEFORE, sample, 1e9, 1e8)[1]
+    assert validate_sample(RULES, state, Sample(25.0), 108.0, 2.0) == (
+        GOOD,
+        SensorState(25.0, 108.0),
+    )
+    assert validate_sample(RULES, state, Sample(25.001), 108.0, 2.0)[0] is SampleQuality.TOO_FAST
+    assert validate_sample(RULES, state, Sample(20.0), 108.0, 2.0) == (GOOD, BEFORE)
+    lost_long = validate_sample(RULES, BEFORE, sample, 1e9, 1e8)[1]
     assert lost_long.allowance_k == 1e6
 
 
 def test_a_swapped_sensor_stays_refused_however_long_one_waits() -> None:
     state = BEFORE
     for k in range(1000):
-        quality, state = judge(RULES, state, Sample(24.5), 100.0 + 2.0 * k, 2.0)
+        quality, state = validate_sample(RULES, state, Sample(24.5), 100.0 + 2.0 * k, 2.0)
         assert quality is SampleQuality.TOO_FAST
     assert state == SensorState(20.0, 90.0, 2.0)
 
@@ -133,38 +142,41 @@ def test_a_swapped_sensor_stays_refused_however_long_one_waits() -> None:
 def test_a_jump_is_forgiven_by_twice_its_own_step() -> None:
     fine, state = replace(RULES, step_k=0.5), BEFORE
     for k in range(10):
-        state = judge(fine, state, Sample(30.0), 100.0 + 2.0 * k, 2.0)[1]
+        state = validate_sample(fine, state, Sample(30.0), 100.0 + 2.0 * k, 2.0)[1]
     assert state == SensorState(20.0, 90.0, 1.0)
-    assert judge(fine, state, Sample(22.5), 130.0, 2.0)[0] is GOOD
-    assert judge(fine, state, Sample(22.501), 130.0, 2.0)[0] is SampleQuality.TOO_FAST
+    assert validate_sample(fine, state, Sample(22.5), 130.0, 2.0)[0] is GOOD
+    assert validate_sample(fine, state, Sample(22.501), 130.0, 2.0)[0] is SampleQuality.TOO_FAST
 
 
 def test_a_value_that_jumped_is_believed_when_it_comes_back_within_three_steps() -> None:
     state = BEFORE
     for k in range(1000):
-        state = judge(RULES, state, Sample(30.0), 100.0 + 2.0 * k, 2.0)[1]
-    assert judge(RULES, state, Sample(24.001), 3000.0, 2.0)[0] is SampleQuality.TOO_FAST
-    assert judge(RULES, state, Sample(24.0), 3000.0, 2.0) == (GOOD, SensorState(24.0, 3000.0))
-    assert judge(RULES, state, Sample(16.0), 3000.0, 2.0)[0] is GOOD
+        state = validate_sample(RULES, state, Sample(30.0), 100.0 + 2.0 * k, 2.0)[1]
+    assert validate_sample(RULES, state, Sample(24.001), 3000.0, 2.0)[0] is SampleQuality.TOO_FAST
+    assert validate_sample(RULES, state, Sample(24.0), 3000.0, 2.0) == (
+        GOOD,
+        SensorState(24.0, 3000.0),
+    )
+    assert validate_sample(RULES, state, Sample(16.0), 3000.0, 2.0)[0] is GOOD
 
 
 def test_what_it_may_have_moved_while_unread_is_not_taken_back_by_a_jump() -> None:
     state = SensorState(20.0, 90.0, 7.0)
-    quality, after = judge(RULES, state, Sample(50.0), 100.0, 2.0)
+    quality, after = validate_sample(RULES, state, Sample(50.0), 100.0, 2.0)
     assert (quality, after) == (SampleQuality.TOO_FAST, state)
 
 
 def test_a_clock_that_was_set_back_does_not_let_a_frozen_sensor_live_longer() -> None:
-    quality, state = judge(RULES, SensorState(20.0, 9e4), Sample(20.0), 100.0, 0.0)
+    quality, state = validate_sample(RULES, SensorState(20.0, 9e4), Sample(20.0), 100.0, 0.0)
     assert (quality, state) == (GOOD, SensorState(20.0, 100.0))
-    quality, state = judge(RULES, SensorState(20.0, math.nan), Sample(20.0), 100.0, 0.0)
+    quality, state = validate_sample(RULES, SensorState(20.0, math.nan), Sample(20.0), 100.0, 0.0)
     assert (quality, state) == (GOOD, SensorState(20.0, 100.0))
-    assert judge(RULES, state, Sample(20.0), 201.0, 1.0)[0] is SampleQuality.FROZEN
+    assert validate_sample(RULES, state, Sample(20.0), 201.0, 1.0)[0] is SampleQuality.FROZEN
 
 
 def test_a_loss_does_not_hide_that_a_sensor_is_frozen() -> None:
-    _, state = judge(RULES, BEFORE, Sample(None), 100.0, 2.0)
-    _, state = judge(RULES, state, Sample(20.0), 102.0, 2.0)
+    _, state = validate_sample(RULES, BEFORE, Sample(None), 100.0, 2.0)
+    _, state = validate_sample(RULES, state, Sample(20.0), 102.0, 2.0)
     assert state == BEFORE
 
 

@@ -54,7 +54,7 @@ NEVER_SAMPLE = {
     SampleQuality.NO_TIME_STAMP,
     SampleQuality.DISAGREES,
 }
-"""Qualities of what a block has not: second sensors and time stamps."""
+"""Qualities of what a block has not: redundant sensors and time stamps."""
 MODELS = Path(__file__).parents[3] / "examples" / "models"
 
 QUICK = SupervisorRules(

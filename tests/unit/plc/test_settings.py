@@ -41,11 +41,11 @@ def exported(compensation: Compensation, **traits: object) -> PlcSettings:
 
 
 def test_an_export_has_the_cycle_of_the_plc_one_interlock_and_no_second_sensors() -> None:
-    given = a_compensation(spares=frozenset({"t"}), interlocks=("on", "homed"), cycle_s=0.5)
+    given = a_compensation(redundant=frozenset({"t"}), interlocks=("on", "homed"), cycle_s=0.5)
     settings = exported(given, cycle_s=2.0)
     assert settings.compensation.cycle_s == 2.0
     assert settings.compensation.interlocks == ("plc",)
-    assert settings.compensation.spares == frozenset()
+    assert settings.compensation.redundant == frozenset()
     assert settings.compensation.model is given.model
     assert settings.notes == ()
 
@@ -104,7 +104,7 @@ def test_settings_that_were_not_made_by_the_export_are_checked_too() -> None:
     for compensation, words in (
         (late, "no whole number of cycles"),
         (a_compensation(), "one interlock"),
-        (a_compensation(spares=frozenset({"t"}), interlocks=("plc",)), "no second sensors"),
+        (a_compensation(redundant=frozenset({"t"}), interlocks=("plc",)), "no redundant sensors"),
     ):
         with pytest.raises(ConfigurationError, match=words):
             PlcSettings(compensation=compensation)

@@ -30,7 +30,7 @@ node = "ns=2;s=T_spindle"
 unit = "degC"
 lowest_c = 5.0
 highest_c = 90.0
-spare_node = "ns=2;s=T_spindle_2"
+redundant_node = "ns=2;s=T_spindle_2"
 
 [input.T_column_C]
 node = "ns=2;s=T_column"

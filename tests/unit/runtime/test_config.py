@@ -53,7 +53,7 @@ def test_a_whole_configuration_becomes_a_compensation(tmp_path: Path) -> None:
     )
     assert compensation.limits == {"Z_um": Limits(100.0, 0.5)}
     assert compensation.supervisor == SupervisorRules(hold_input_s=120.0)
-    assert compensation.spares == {"T_spindle_C"}
+    assert compensation.redundant == {"T_spindle_C"}
     assert compensation.interlocks == ("referenced", "emergency_stop")
     assert (compensation.validity_margin_k, compensation.lowest_weight) == (4.0, 0.0)
     assert found.model.sha256 == model_sha256(model())
@@ -79,7 +79,7 @@ def test_the_rest_of_the_program_gets_names_nodes_units_and_signs(tmp_path: Path
     found = read_machine(machine_file(tmp_path))
     assert found.inputs["T_column_C"].node == "ns=2;s=T_column"
     assert found.inputs["T_column_C"].unit == "K"
-    assert found.inputs["T_spindle_C"].spare_node == "ns=2;s=T_spindle_2"
+    assert found.inputs["T_spindle_C"].redundant_node == "ns=2;s=T_spindle_2"
     assert found.interlocks["emergency_stop"].value is False
     assert found.other_compensation is not None
     assert found.other_compensation.value is True
@@ -178,6 +178,11 @@ def test_a_key_that_has_another_name_now_is_told_it(tmp_path: Path, now: str, be
     assert machine_file(tmp_path, ("hold_input_s", now))
     path = machine_file(tmp_path, ("hold_input_s", before))
     assert only_problem(path).remedy == f"Write {now}, as it is called now"
+
+
+def test_the_key_of_a_redundant_sensor_was_called_otherwise(tmp_path: Path) -> None:
+    path = machine_file(tmp_path, ("redundant_node", "spare_node"))
+    assert only_problem(path).remedy == "Write redundant_node, as it is called now"
 
 
 def test_an_unknown_key_never_shows_its_value(tmp_path: Path) -> None:
@@ -310,7 +315,7 @@ def test_a_replay_reads_no_node_and_waits_for_no_interlock(tmp_path: Path) -> No
     assert found.source.log == tmp_path / "log.csv"
     assert {entry.node for entry in found.inputs.values()} == {""}
     assert found.compensation.interlocks == ()
-    assert found.compensation.spares == frozenset()
+    assert found.compensation.redundant == frozenset()
     assert (found.other_compensation, found.diameter, dict(found.interlocks)) == (None, None, {})
     assert dict(found.connections) == {}
 

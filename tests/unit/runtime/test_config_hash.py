@@ -77,7 +77,7 @@ def test_remarks_blanks_nodes_and_places_do_not_count(machine: Path, pattern: st
         (r"^cycle_s = 1.0", "cycle_s = 0.5"),
         (r"^highest_c = 80.0", "highest_c = 79.0"),
         (r"^lowest_c = 5.0 ", "frozen_s = 60.0\nlowest_c = 5.0 "),
-        (r'^spare_node = "nsu=urn:thermaxis:lathe;s=T_table_2_C"\n', ""),
+        (r'^redundant_node = "nsu=urn:thermaxis:lathe;s=T_table_2_C"\n', ""),
         (r"^met = true", "met = false"),
         (r"^active = true", "active = false"),
         (r'^\[diameter\]\n.*\nunit = "mm"\n', ""),

@@ -134,7 +134,7 @@ states = st.builds(
         warm=st.booleans(),
     ),
     sensors=sensors,
-    spares=sensors,
+    redundant=sensors,
     memory=st.builds(
         Memory,
         state=st.sampled_from(SupervisorState),

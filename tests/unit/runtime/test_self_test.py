@@ -406,7 +406,7 @@ def test_a_machine_that_is_as_configured_has_nothing_but_good_findings(
     for table in (
         "[connection.control]",
         "[input.T_spindle_C]",
-        "[input.T_spindle_C], spare_node",
+        "[input.T_spindle_C], redundant_node",
         "[input.T_column_C]",
         "[interlock.referenced]",
         "[interlock.emergency_stop]",

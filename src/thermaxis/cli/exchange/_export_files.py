@@ -209,8 +209,8 @@ def _remarks(exported: Exported, target: Target, size: int) -> tuple[str, ...]:
             f"the instance data take {size} bytes, which small CPUs of the S7-300 class have no"
             " data block for: choose a longer cycle where delays are long"
         )
-    if exported.compensation.spares:
-        said.append("the block has no second sensors: choose between two before it")
+    if exported.compensation.redundant:
+        said.append("the block has no redundant sensors: choose between two before it")
     if len(exported.compensation.interlocks) > 1:
         said.append(
             "interlocks_met is one input for " + ", ".join(exported.compensation.interlocks)

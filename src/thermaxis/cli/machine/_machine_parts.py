@@ -180,9 +180,9 @@ def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings
     nodes: dict[str, NodeSettings] = {}
     for name, entry in configuration.inputs.items():
         nodes[name] = NodeSettings(node=entry.node, unit=entry.unit, scale=entry.scale)
-        if entry.spare_node:
+        if entry.redundant_node:
             nodes[spare_name(name)] = NodeSettings(
-                node=entry.spare_node, unit=entry.unit, scale=entry.scale
+                node=entry.redundant_node, unit=entry.unit, scale=entry.scale
             )
     for name, flag in configuration.interlocks.items():
         nodes[interlock_name(name)] = NodeSettings(node=flag.node, unit="bool")

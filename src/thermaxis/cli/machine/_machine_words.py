@@ -89,8 +89,8 @@ def _source(configuration: "MachineConfiguration") -> str:
         return f"by OPC UA from {_server(configuration, source.connection)}."
     pace = "as fast as possible" if source.as_fast_as_possible else "at the pace of the day itself"
     return (
-        f"replayed from {source.log}, {pace}; interlocks, second sensors, probes and the diameter"
-        " are not read."
+        f"replayed from {source.log}, {pace}; interlocks, redundant sensors, probes and the"
+        " diameter are not read."
     )
 
 
@@ -127,12 +127,12 @@ def _inputs_table(configuration: "MachineConfiguration") -> str:
                 f"{60.0 * rules.largest_rate_k_per_s:g}",
                 _seconds(rules.longest_age_s),
                 _seconds(rules.frozen_s) if rules.frozen_s else "never",
-                f"within {rules.largest_difference_k:g} K" if entry.spare_node else "none",
+                f"within {rules.largest_difference_k:g} K" if entry.redundant_node else "none",
             ]
         )
     heads = [
         *("input", "node", "unit", "plausible °C", "K/min", "oldest", "frozen after"),
-        "second sensor",
+        "redundant sensor",
     ]
     return text_table("What is read, and when it is believed", heads, rows, words=3)
 

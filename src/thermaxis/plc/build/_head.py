@@ -46,7 +46,7 @@ NEVER_QUALITIES = frozenset(
         SampleQuality.DISAGREES,
     }
 )
-"""Qualities of what a block has not: second sensors and time stamps."""
+"""Qualities of what a block has not: redundant sensors and time stamps."""
 
 
 def head_of(settings: PlcSettings) -> tuple[str, ...]:

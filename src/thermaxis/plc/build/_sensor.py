@@ -1,4 +1,4 @@
-"""The block that judges one sensor: `thermaxis.compensation.judge`."""
+"""The block that judges one sensor: `thermaxis.compensation.validate_sample`."""
 
 from thermaxis.compensation import SampleQuality
 from thermaxis.plc.build._draft import (
@@ -39,7 +39,7 @@ def quality_number(quality: SampleQuality) -> Count:
 def sensor_block(*, double: bool) -> Block:
     """Return the block that judges what was read of one sensor.
 
-    Not protected: what `judge` says, such as a slow drift of the sensor.
+    Not protected: what `validate_sample` says, such as a slow drift of the sensor.
     """
     draft = Draft(
         SENSOR,

@@ -266,7 +266,7 @@ def judge_spare(
     if abs(difference_k) > rules.largest_difference_k:
         yield warning(
             where,
-            f"the second sensor differs by {difference_k:+.1f} K, and"
+            f"the redundant sensor differs by {difference_k:+.1f} K, and"
             f" {rules.largest_difference_k:g} K are allowed",
             "Look at both sensors: one of them is wrong, or they are not at the same place",
         )

@@ -194,9 +194,9 @@ class _SelfTest:
             where, rules = f"[input.{name}]", configuration.rules.sensors[name]
             first = await self._node(session, entry.node)
             found = tuple(judge_input(where, first, entry, rules))
-            if entry.spare_node:
-                second = await self._node(session, entry.spare_node)
-                found += tuple(judge_input(f"{where}, spare_node", second, entry, rules))
+            if entry.redundant_node:
+                second = await self._node(session, entry.redundant_node)
+                found += tuple(judge_input(f"{where}, redundant_node", second, entry, rules))
                 if not reasons_against(found):
                     found += tuple(judge_spare(where, first, second, entry, rules))
             findings.extend(found)

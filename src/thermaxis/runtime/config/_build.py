@@ -228,7 +228,7 @@ class _Build:
                     f"[input.{name}]", "the key node is missing", "Name the node of the sensor"
                 )
             inputs[name] = InputSettings(
-                section.node, section.unit, section.spare_node, section.scale
+                section.node, section.unit, section.redundant_node, section.scale
             )
         return inputs
 
@@ -359,7 +359,7 @@ class _Build:
     def _read_nodes(self) -> Iterable[tuple[str, str]]:
         for name, entry in self.sections.input.items():
             yield f"[input.{name}], node", entry.node
-            yield f"[input.{name}], spare_node", entry.spare_node
+            yield f"[input.{name}], redundant_node", entry.redundant_node
         for name, flag in self.sections.interlock.items():
             yield f"[interlock.{name}], node", flag.node
         if self.sections.other_compensation is not None:
@@ -435,13 +435,13 @@ class _Build:
         whole = len(sensors) == len(sections.input) and len(limits) == len(sections.output)
         if supervisor is None or not whole:
             return None
-        spares = [name for name, entry in sections.input.items() if entry.spare_node]
+        redundant = [name for name, entry in sections.input.items() if entry.redundant_node]
         return MachineRules(
             cycle_s=sections.machine.cycle_s,
             sensors=sensors,
             limits=limits,
             supervisor=supervisor,
-            spares=frozenset() if self.replayed else frozenset(spares),
+            redundant=frozenset() if self.replayed else frozenset(redundant),
             interlocks=() if self.replayed else tuple(sections.interlock),
             validity={
                 field: getattr(sections.validity, key)

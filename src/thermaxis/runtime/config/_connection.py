@@ -434,7 +434,11 @@ def _problem(detail: "ErrorDetails", model: type[BaseModel]) -> Problem:
     return Problem(_place(loc), what.format(**context), remedy or _remedy_of_type(loc, model))
 
 
-_RENAMED = {"heal_s": "recovery_delay_s", "grace_s": "input_timeout_s"}
+_RENAMED = {
+    "heal_s": "recovery_delay_s",
+    "grace_s": "input_timeout_s",
+    "spare_node": "redundant_node",
+}
 
 
 def _unknown_key(loc: tuple[str, ...], model: type[BaseModel]) -> Problem:

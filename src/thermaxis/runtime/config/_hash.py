@@ -28,9 +28,9 @@ def configuration_sha256(configuration: MachineConfiguration) -> str:
     -------
     str
         SHA-256, 64 hexadecimal digits, of JSON with keys in alphabetical order, no blanks, ASCII:
-        name of the machine, cycle, limits by output, rules by input, spare sensors, supervisor's
-        rules, validity, values at which interlocks and another compensation count, whether a
-        diameter is read, and names of the probes.
+        name of the machine, cycle, limits by output, rules by input, redundant sensors, rules
+        of the supervisor, validity, values at which interlocks and another compensation count,
+        whether a diameter is read, and names of the probes.
     """
     other = configuration.other_compensation
     content = {

@@ -179,8 +179,8 @@ class InputSection(Section):
     """Unit of its value, after the scale."""
     scale: Scale = 1.0
     """What the number is multiplied by first; 0.1 where a PLC counts tenths. [1]"""
-    spare_node: Text = ""
-    """Node of a second sensor at the same place, in the same unit and scale."""
+    redundant_node: Text = ""
+    """Node of a redundant sensor at the same place, in the same unit and scale."""
     lowest_c: float
     """Lowest plausible value. [degC]"""
     highest_c: float
@@ -196,7 +196,7 @@ class InputSection(Section):
     frozen_s: float | None = None
     """A value that has not changed for so long is not believed; 0 switches this off. [s]"""
     largest_difference_k: float | None = None
-    """Largest difference to the spare sensor. [K]"""
+    """Largest difference to the redundant sensor. [K]"""
 
 
 @final

@@ -31,8 +31,8 @@ class InputSettings:
     """Node of the sensor; empty where a log is replayed."""
     unit: Literal["degC", "K", "degF"]
     """Unit of its value, after the scale."""
-    spare_node: str = ""
-    """Node of the second sensor; empty where there is none."""
+    redundant_node: str = ""
+    """Node of the redundant sensor; empty where there is none."""
     scale: float = 1.0
     """What the number is multiplied by first. [1]"""
 
@@ -236,8 +236,8 @@ class MachineRules:
     """Limits by output."""
     supervisor: SupervisorRules
     """Rules of the supervisor."""
-    spares: frozenset[str]
-    """Inputs that have a second sensor."""
+    redundant: frozenset[str]
+    """Inputs that have a redundant sensor."""
     interlocks: tuple[str, ...]
     """Names of the conditions that must be met."""
     validity: Mapping[str, float]
@@ -274,7 +274,7 @@ class MachineRules:
             limits=self.limits,
             supervisor=self.supervisor,
             cycle_s=self.cycle_s,
-            spares=self.spares & frozenset(sensors),
+            redundant=self.redundant & frozenset(sensors),
             interlocks=self.interlocks,
             **self.validity,
         )

@@ -500,7 +500,7 @@ def _of_input(index: int, name: str) -> list[Leaf]:
 
 
 def _of_signal(name: str) -> list[Leaf]:
-    """Return the leaves of a second sensor, an interlock or a flag."""
+    """Return the leaves of a redundant sensor, an interlock or a flag."""
     return _of_sample(f"Signals/{segment(name)}", name)
 
 

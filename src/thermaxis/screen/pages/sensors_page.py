@@ -78,7 +78,7 @@ def facts_of(configuration: MachineConfiguration) -> Json:
         "channels": [
             {
                 "name": name,
-                "spare": spare_name(name) if name in configuration.rules.spares else None,
+                "spare": spare_name(name) if name in configuration.rules.redundant else None,
                 "rules": rules_of(rules),
             }
             for name, rules in configuration.rules.sensors.items()
@@ -144,6 +144,6 @@ async def _values(request: Request) -> Response:
         one
         for name in parts.configuration.rules.sensors
         for one in (name, spare_name(name))
-        if one == name or name in parts.configuration.rules.spares
+        if one == name or name in parts.configuration.rules.redundant
     ]
     return answer_json({"least": LEAST_VALUES, "values": values_of(parts.feed, names)})

@@ -60,7 +60,7 @@ SENSORS: Final[Mapping[str, int]] = MappingProxyType(
         "T_column_2_C": Node.COLUMNS,
     }
 )
-"""Temperature sensors and what they stand on; those with 2 are second sensors of their own."""
+"""Temperature sensors and what they stand on; those with 2 are redundant sensors of their own."""
 PROBES: Final = ("Z_um", "Z_D0_um", "Z_D1500_um", "Z_D3000_um")
 """Displacement probes, in the order of the positions."""
 TRUE: Final = tuple(name.replace("_um", "_true_um") for name in PROBES)
@@ -84,7 +84,7 @@ def _signals() -> Mapping[str, Signal]:
     }
     for name in SENSORS:
         place = places[name.split("_")[1]]
-        second = ", second sensor" if "_2_" in name else ""
+        second = ", redundant sensor" if "_2_" in name else ""
         found[name] = Signal("degC", f"Temperature of the {place}{second}, in steps of 0.1 K")
     for names, words in (
         (PROBES, "measured with noise, seen while the table stands"),
