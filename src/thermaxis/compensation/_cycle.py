@@ -135,7 +135,7 @@ class CycleOutput(NamedTuple):
     elapsed_s: float
     """Time since the last cycle. [s]"""
     at_limit: tuple[bool, ...]
-    """Whether the model asks for more than the magnitude allows, by output."""
+    """Whether the model asks for more than the output limit allows, by output."""
     values: tuple[float | None, ...]
     """Values that the model was given, by channel; None where there was none. [degC]"""
     qualities: tuple[SampleQuality, ...]
@@ -422,7 +422,7 @@ def _wanted(
 ) -> tuple[_Floats, tuple[bool, ...]]:
     """Return what the corrections should be, and whether the model asks for more than allowed.
 
-    Minus the weighted model within its magnitude, trimmed, within the total.
+    Minus the weighted model within the output limit, trimmed, within the total limit.
     """
     wanted_um: list[float] = []
     at_limit: list[bool] = []

@@ -7,7 +7,7 @@ from typing import final
 from thermaxis.errors import ConfigurationError
 
 LARGEST_LIMIT_UM = 1e4
-"""Largest magnitude that a limit may allow: ten millimetres. [µm]"""
+"""Largest output limit and total limit: ten millimetres. [µm]"""
 FASTEST_LIMIT_UM_PER_S = 1e3
 """Fastest change that a limit may allow. [µm/s]"""
 COARSE_TRIM_UM = 5.0
@@ -17,7 +17,7 @@ COARSE_TRIM_UM = 5.0
 @final
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of one output. Magnitude and rate have no default: they must be stated.
+    """Limits of one output. Output limit and rate have no default: they must be stated.
 
     Not protected: a limit bounds what is asked of the machine; whether the machine does what it
     is asked is shown by reading back only.
@@ -25,16 +25,16 @@ class Limits:
     Raises
     ------
     ConfigurationError
-        If magnitude or rate is not a positive number of at most 10 mm, or 1 mm/s, the total is
-        smaller than the magnitude, or deadband, soft limit or trim do not lie within them.
+        If output limit or rate is not a positive number of at most 10 mm, or 1 mm/s, the total
+        limit is smaller than the output limit, or deadband, soft limit or trim lie beyond it.
     """
 
     largest_um: float
-    """Largest magnitude of the correction. [µm]"""
+    """Output limit: the correction without trim is no larger, up or down. [µm]"""
     largest_rate_um_per_s: float
     """Largest change of the correction in a second, also while it fades. [µm/s]"""
     total_um: float = 0.0
-    """Largest magnitude of correction and trim together. Default: that of the correction. [µm]"""
+    """Total limit: of correction and trim together. Default: the output limit. [µm]"""
     deadband_um: float = 0.0
     """The correction stays until the model asks for something that differs by more. Default:
     none. [µm]"""
@@ -45,7 +45,7 @@ class Limits:
     total. [µm]"""
 
     def __post_init__(self) -> None:
-        """Check the numbers and fill in what follows from the magnitude."""
+        """Check the numbers and fill in what follows from the output limit."""
         for name, value, largest in (
             ("largest_um", self.largest_um, LARGEST_LIMIT_UM),
             ("largest_rate_um_per_s", self.largest_rate_um_per_s, FASTEST_LIMIT_UM_PER_S),
@@ -60,7 +60,8 @@ class Limits:
             object.__setattr__(self, "soft_um", 0.8 * self.largest_um)
         if not self.largest_um <= self.total_um <= LARGEST_LIMIT_UM:
             raise ConfigurationError(
-                f"the total is not from the magnitude to {LARGEST_LIMIT_UM:g}", where="total_um"
+                f"the total limit is not from the output limit to {LARGEST_LIMIT_UM:g}",
+                where="total_um",
             )
         if self.largest_trim_um == COARSE_TRIM_UM:
             object.__setattr__(self, "largest_trim_um", min(COARSE_TRIM_UM, self.total_um))

@@ -89,7 +89,7 @@ class SupervisorRules:
     hold_operator_s: float = 3600.0
     """Time after which an operator's hold fades. Default: an hour. [s]"""
     at_limit_s: float = 600.0
-    """Time at the magnitude's limit that is a fault. Default: ten minutes. [s]"""
+    """Time at the output limit that is a fault. Default: ten minutes. [s]"""
     read_back_tolerance_um: float = 0.5
     """Difference of read-back and correction that is believed. Default: half a display's. [µm]"""
     read_back_s: float = 10.0
@@ -144,7 +144,7 @@ class Memory(NamedTuple):
     differs_s: float = 0.0
     """Time for which the read-back has differed. [s]"""
     at_limit_s: float = 0.0
-    """Time for which the model has asked for more than the magnitude. [s]"""
+    """Time for which the model has asked for more than the output limit. [s]"""
     halted_s: float = 0.0
     """Time for which an enabled compensation has not been active. [s]"""
 
@@ -163,7 +163,7 @@ class Signals(NamedTuple):
     read_back_agrees: bool
     """Whether the machine reports what was written."""
     at_limit: bool
-    """Whether the model asks for more than the magnitude of an output allows."""
+    """Whether the model asks for more than an output limit allows."""
     other_compensation: bool
     """Whether another compensation is active on an axis."""
     offset_outside: bool
@@ -209,7 +209,7 @@ class Condition(StrEnum):
     OTHER_COMPENSATION = "another compensation is active"
     DIFFERS_LONG = "the read-back differs for longer than read_back_s"
     OUTSIDE = "a correction in force lies outside its total"
-    LONG_AT_LIMIT = "the model asks for more than the magnitude for longer than at_limit_s"
+    LONG_AT_LIMIT = "the model asks for more than the output limit for longer than at_limit_s"
     NOT_ENABLED = "not enabled"
     NOT_ENABLED_AT_ZERO = "not enabled, known to be at zero"
     NOTHING_BLOCKS = "nothing blocks"

@@ -45,7 +45,7 @@ class CommissioningPlan:
     Raises
     ------
     ConfigurationError
-        If the step is no number from 1 µm to the magnitude's limit, or the cycle is not positive.
+        If the step is no number from 1 µm to the output limit, or the cycle is not positive.
     """
 
     output: str

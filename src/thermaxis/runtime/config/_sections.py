@@ -261,11 +261,11 @@ class OutputSection(Section):
     sign: Text = ""
     """What a positive value does, as a sentence; needed unless the sink is dry."""
     largest_um: float
-    """Largest magnitude of the correction. [µm]"""
+    """Output limit. [µm]"""
     largest_rate_um_per_s: float
     """Fastest change of the correction. [µm/s]"""
     total_um: float | None = None
-    """Largest magnitude of correction and trim together. [µm]"""
+    """Total limit, of correction and trim together. [µm]"""
     deadband_um: float | None = None
     """The correction stays until the model asks for something that differs by more. [µm]"""
     soft_um: float | None = None
@@ -295,7 +295,7 @@ class SupervisorSection(Section):
     hold_operator_s: float | None = None
     """Time after which an operator's hold fades. [s]"""
     at_limit_s: float | None = None
-    """Time at the magnitude's limit that is a fault. [s]"""
+    """Time at the output limit that is a fault. [s]"""
     read_back_tolerance_um: float | None = None
     """Difference of read-back and written correction that is believed. [µm]"""
     read_back_s: float | None = None

@@ -231,7 +231,7 @@ def _of_outputs(status: RuntimeStatus) -> Iterator[_Figure]:
     yield _Figure(
         "at_limit",
         "gauge",
-        "1 while the model asks for more than the magnitude allows.",
+        "1 while the model asks for more than the output limit allows.",
         by_output(output.at_limit),
     )
 

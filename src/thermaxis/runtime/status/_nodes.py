@@ -429,7 +429,7 @@ def _of_output(index: int, name: str) -> list[Leaf]:
         ),
         flag(
             "AtLimit",
-            "Whether the model asks for more than the magnitude allows.",
+            "Whether the model asks for more than the output limit allows.",
             lambda o: o.at_limit[index],
         ),
         leaf(
@@ -459,7 +459,7 @@ def _of_output(index: int, name: str) -> list[Leaf]:
             lambda now: Told(now.status.output.contribution_um[index]),
         ),
         leaf("PartNames", Kind.TEXTS, "Names of the parts, in the same order.", parts),
-        limit("Limit", "Largest magnitude of the correction. [µm]", lambda x: x.largest_um),
+        limit("Limit", "Output limit of the correction. [µm]", lambda x: x.largest_um),
         limit("SoftLimit", "Magnitude from which is warned. [µm]", lambda x: x.soft_um),
         limit("TotalLimit", "Largest correction and trim together. [µm]", lambda x: x.total_um),
         limit("RateLimit", "Largest change. [µm/s]", lambda x: x.largest_rate_um_per_s),
