@@ -42,6 +42,10 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
     ("limits/*.json", "*.limited.*"): LIMITS,
     ("limits/*.json", "*warnings"): LIMITS,
     ("limits/*.txt", "*"): LIMITS,
+    **{
+        ("names", f"thermaxis.thermal.{name}"): "a loop over `block_means`, a rounding"
+        for name in ("SampleTimeTrial", "sample_time_study", "printed_with", "part_with_digits")
+    },
 }
 """Causes of differences from ec497c9 by patterns: file of a chapter, place in it."""
 

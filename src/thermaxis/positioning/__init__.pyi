@@ -12,16 +12,6 @@ from ._correction import (
     table_points as table_points,
     values_at_points as values_at_points,
 )
-from ._positioning_test import (
-    APPROACHES as APPROACHES,
-    BACKWARD as BACKWARD,
-    FORWARD as FORWARD,
-    Cycle as Cycle,
-    FloatArray as FloatArray,
-    PositioningTest as PositioningTest,
-    StartEnd as StartEnd,
-    TimeSource as TimeSource,
-)
 from .diagnosis import (
     Finding as Finding,
     diagnose as diagnose,
@@ -61,6 +51,16 @@ from .plan import (
     shortest_plan as shortest_plan,
     simulate_uncertainty as simulate_uncertainty,
     why_nothing_is_expected as why_nothing_is_expected,
+)
+from .run import (
+    APPROACHES as APPROACHES,
+    BACKWARD as BACKWARD,
+    FORWARD as FORWARD,
+    Cycle as Cycle,
+    FloatArray as FloatArray,
+    PositioningTest as PositioningTest,
+    StartEnd as StartEnd,
+    TimeSource as TimeSource,
 )
 from .standard import (
     FIGURE_KEYS as FIGURE_KEYS,

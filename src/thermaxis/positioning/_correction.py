@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.positioning._positioning_test import (
+from thermaxis.positioning.run import (
     BACKWARD,
     FORWARD,
     FloatArray,

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import FloatArray, PositioningTest
 from thermaxis.positioning.diagnosis._levels import smooth_basis, upper_tail
+from thermaxis.positioning.run import FloatArray, PositioningTest
 
 if TYPE_CHECKING:
     from thermaxis.positioning.drift import DriftResult

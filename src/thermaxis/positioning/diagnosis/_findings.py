@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import PositioningTest
 from thermaxis.positioning.diagnosis._drift import Explained, channel_on, explanation, turns_of
 from thermaxis.positioning.diagnosis._levels import (
     FEWEST_TARGETS,
@@ -38,6 +37,7 @@ from thermaxis.positioning.diagnosis._periods import (
 )
 from thermaxis.positioning.diagnosis._reversal import Shape, reversal_shape, without_step
 from thermaxis.positioning.diagnosis._spread import spreads_with_drift, spreads_without_drift
+from thermaxis.positioning.run import PositioningTest
 from thermaxis.quantities import AxisKind
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.positioning._positioning_test import BACKWARD, FORWARD, FloatArray, PositioningTest
+from thermaxis.positioning.run import BACKWARD, FORWARD, FloatArray, PositioningTest
 from thermaxis.positioning.standard import local_deviation_contrasts
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import FloatArray, PositioningTest
 from thermaxis.positioning.diagnosis._levels import LEVEL, Axis, f_tail, smooth_basis
+from thermaxis.positioning.run import FloatArray, PositioningTest
 from thermaxis.quantities import AxisKind
 
 COMMON_PITCHES_MM = (2.0, 2.5, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0, 40.0)

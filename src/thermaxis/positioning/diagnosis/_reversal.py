@@ -5,7 +5,6 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import FloatArray
 from thermaxis.positioning.diagnosis._levels import (
     FEWEST_TARGETS,
     LEAST_EFFECT,
@@ -14,6 +13,7 @@ from thermaxis.positioning.diagnosis._levels import (
     f_tail,
     smooth_basis,
 )
+from thermaxis.positioning.run import FloatArray
 
 
 @final

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import BACKWARD, FORWARD, FloatArray, PositioningTest
 from thermaxis.positioning.diagnosis._levels import FEWEST_TARGETS, SPREAD_LEVEL, f_tail
+from thermaxis.positioning.run import BACKWARD, FORWARD, FloatArray, PositioningTest
 from thermaxis.positioning.standard import find_spread_anomalies
 
 if TYPE_CHECKING:

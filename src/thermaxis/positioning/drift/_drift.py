@@ -18,12 +18,6 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import DataError
-from thermaxis.positioning._positioning_test import (
-    APPROACHES,
-    FloatArray,
-    PositioningTest,
-    TimeSource,
-)
 from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE, DriftTests, FTest
 from thermaxis.positioning.drift._smooth_terms import (
     IntArray,
@@ -46,6 +40,12 @@ from thermaxis.positioning.drift._smoothness import (
     reported,
 )
 from thermaxis.positioning.drift._unequal_noise import weights_of_levels
+from thermaxis.positioning.run import (
+    APPROACHES,
+    FloatArray,
+    PositioningTest,
+    TimeSource,
+)
 from thermaxis.positioning.standard import Iso230_2Figures, figures_of
 
 LONGEST_INTERVAL_S = 1800.0

@@ -9,8 +9,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import FloatArray
 from thermaxis.positioning.drift._smooth_terms import IntArray, Readings, sums_per
+from thermaxis.positioning.run import FloatArray
 
 SIGNIFICANCE = 0.01
 """Level of every test. [1]"""

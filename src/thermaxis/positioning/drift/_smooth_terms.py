@@ -16,7 +16,7 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.positioning._positioning_test import FloatArray
+from thermaxis.positioning.run import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]
 

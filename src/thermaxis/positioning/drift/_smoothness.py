@@ -14,7 +14,6 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import FloatArray
 from thermaxis.positioning.drift._smooth_terms import (
     Fit,
     Readings,
@@ -26,6 +25,7 @@ from thermaxis.positioning.drift._smooth_terms import (
     penalty_of,
     sums_of,
 )
+from thermaxis.positioning.run import FloatArray
 
 TIMES = ((0.0, 1.0), (20.0, 0.5), (20.0, 0.0), (100.0, 0.0))
 """Times that are averaged over, as warm-up and share of plain time: plain, half and half, and

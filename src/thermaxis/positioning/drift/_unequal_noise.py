@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import FloatArray
 from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE
 from thermaxis.positioning.drift._smooth_terms import IntArray, sums_per
+from thermaxis.positioning.run import FloatArray
 
 _FEWEST_FREE = 2.0
 """Degrees of freedom that every level must have. [1]"""

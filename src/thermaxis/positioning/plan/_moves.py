@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.positioning._positioning_test import FORWARD, Cycle
 from thermaxis.positioning.plan._plan import TestPlan, order_of_visits
+from thermaxis.positioning.run import FORWARD, Cycle
 
 MOST_MOVES = 200_000
 """Largest number of moves that a program spells out; repeated blocks count once. [1]"""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import ConfigurationError, printable
-from thermaxis.positioning._positioning_test import (
+from thermaxis.positioning.run import (
     APPROACHES,
     BACKWARD,
     FORWARD,

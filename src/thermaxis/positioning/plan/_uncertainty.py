@@ -13,12 +13,6 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.positioning._positioning_test import (
-    BACKWARD,
-    FORWARD,
-    FloatArray,
-    PositioningTest,
-)
 from thermaxis.positioning.drift import (
     Fit,
     Readings,
@@ -30,6 +24,12 @@ from thermaxis.positioning.drift import (
     sums_of,
 )
 from thermaxis.positioning.plan._plan import MOST_STOPS, TestPlan, evaluate_duration, planned_test
+from thermaxis.positioning.run import (
+    BACKWARD,
+    FORWARD,
+    FloatArray,
+    PositioningTest,
+)
 from thermaxis.positioning.standard import FIGURE_KEYS, arrays_by_key, figures_of
 
 MOST_LEVELS = 1000

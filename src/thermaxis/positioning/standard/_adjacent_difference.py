@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import DataError
-from thermaxis.positioning._positioning_test import (
+from thermaxis.positioning.run import (
     APPROACHES,
     FloatArray,
     PositioningTest,

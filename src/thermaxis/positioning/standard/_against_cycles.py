@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import DataError
-from thermaxis.positioning._positioning_test import (
+from thermaxis.positioning.run import (
     FloatArray,
     PositioningTest,
     freeze_arrays,

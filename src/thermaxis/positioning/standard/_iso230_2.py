@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from thermaxis.errors import DataError
-from thermaxis.positioning._positioning_test import (
+from thermaxis.positioning.run import (
     APPROACHES,
     BACKWARD,
     FORWARD,

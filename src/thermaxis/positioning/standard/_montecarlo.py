@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.positioning._positioning_test import FloatArray, freeze_arrays
+from thermaxis.positioning.run import FloatArray, freeze_arrays
 
 PAPER_RATIO = 1.4076
 """s_b/s_a that the paper found with 1000 numbers. [1]"""

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import BACKWARD, FORWARD, PositioningTest
+from thermaxis.positioning.run import BACKWARD, FORWARD, PositioningTest
 from thermaxis.positioning.standard._iso230_2 import (
     evaluate_iso230_2,
     figures_by_key,

@@ -13,7 +13,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import FloatArray
+from thermaxis.positioning.run import FloatArray
 
 MINIMUM_POSITIONS = 5
 """With fewer positions the local deviations are too few to tell them apart. [1]"""

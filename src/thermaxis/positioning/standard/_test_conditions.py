@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import (
+from thermaxis.positioning.run import (
     APPROACHES,
     Cycle,
     FloatArray,

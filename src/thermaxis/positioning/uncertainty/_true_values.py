@@ -10,7 +10,7 @@ from typing import Any, final
 
 import numpy as np
 
-from thermaxis.positioning._positioning_test import FloatArray
+from thermaxis.positioning.run import FloatArray
 
 _POINTS = 10
 """Values of the scatter of the levels that are averaged over. [1]"""

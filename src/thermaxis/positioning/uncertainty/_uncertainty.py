@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.positioning._positioning_test import FloatArray, PositioningTest
+from thermaxis.positioning.run import FloatArray, PositioningTest
 from thermaxis.positioning.standard import (
     FIGURE_KEYS,
     Iso230_2Figures,

@@ -1,8 +1,6 @@
 from ._arx import (
-    SampleTimeTrial as SampleTimeTrial,
     arx as arx,
     block_means as block_means,
-    sample_time_study as sample_time_study,
     solve_triangle as solve_triangle,
     triangle as triangle,
 )
@@ -18,9 +16,7 @@ from ._conversion import (
     left_after as left_after,
     modal_form as modal_form,
     modal_part as modal_part,
-    part_with_digits as part_with_digits,
     polynomial_model_of as polynomial_model_of,
-    printed_with as printed_with,
     rounding_loss as rounding_loss,
     thermal_model_of as thermal_model_of,
     transfer_function_of as transfer_function_of,

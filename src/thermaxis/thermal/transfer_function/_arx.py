@@ -203,7 +203,8 @@ def arx(
     are taken. A fit that is unstable is never taken.
 
     An equation error weighs what changes from row to row. At short sample times that is noise, and
-    slow poles come out too fast: `sample_time_study` shows how far the answer depends on it.
+    slow poles come out too fast: fits to `block_means` of several lengths show how far it
+    depends on the sample time.
 
     References
     ----------
@@ -527,72 +528,3 @@ def block_means(experiment: Experiment, rows: int) -> Experiment:
 def _mean_of_present(blocks: FloatArray) -> FloatArray:
     present = np.count_nonzero(~np.isnan(blocks), axis=1)
     return np.where(present > 0, np.nansum(blocks, axis=1) / np.maximum(present, 1), np.nan)
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class SampleTimeTrial:
-    """What one structure gives at one sample time."""
-
-    sample_time_s: float
-    """Time between rows. [s]"""
-    dc_gain: FloatArray
-    """DC gain of every input, (k,). [µm/K]"""
-    slowest_time_constant_s: float
-    """Slowest time constant of all parts; infinite where unstable. [s]"""
-    fit_percent: float
-    """Fit of the free run at this sample time. [%]"""
-    stable: bool
-    """Whether every pole lies inside the unit circle."""
-
-
-def sample_time_study(
-    experiments: Sequence[Experiment],
-    na: int,
-    nb: int | Sequence[int],
-    block_rows: Sequence[int],
-    *,
-    constant: bool = False,
-) -> tuple[SampleTimeTrial, ...]:
-    """Show how far an ARX model depends on the sample time.
-
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-        Tests at the shortest sample time.
-    na : int
-        Coefficients of the denominator. [1]
-    nb : int or sequence of int
-        Coefficients of the numerator per input. [1]
-    block_rows : sequence of int
-        Blocks of which means are taken. [row]
-    constant : bool
-        Estimate a constant too.
-
-    Returns
-    -------
-    tuple of SampleTimeTrial
-        One per block. An answer that moves with the sample time is biased at the shorter ones.
-
-    Raises
-    ------
-    DataError, ConfigurationError
-        As in `arx` and `block_means`.
-    """
-    trials: list[SampleTimeTrial] = []
-    for rows in block_rows:
-        result = arx([block_means(e, rows) for e in experiments], na, nb, constant=constant)
-        slowest = [
-            float(np.max(part.time_constants_s(result.model.sample_time_s), initial=0.0))
-            for part in result.model.transfer_functions
-        ]
-        trials.append(
-            SampleTimeTrial(
-                sample_time_s=result.model.sample_time_s,
-                dc_gain=result.dc_gain,
-                slowest_time_constant_s=max(slowest),
-                fit_percent=result.fit_percent,
-                stable=result.stable,
-            )
-        )
-    return tuple(trials)

@@ -533,34 +533,6 @@ PAPER_TABLE = PrintedTransferFunction(
 """Table 2 of the paper, the table's transfer function. Its digits do not define its DC gain."""
 
 
-def printed_with(transfer_function: TransferFunction, decimals: int) -> PrintedTransferFunction:
-    """Return a transfer function as it reads when printed with so many decimals.
-
-    Parameters
-    ----------
-    transfer_function : TransferFunction
-        Numerator a and denominator b.
-    decimals : int
-        Digits after the point. [1]
-
-    Returns
-    -------
-    PrintedTransferFunction
-        Rounded coefficients; zeros and b_0 count as exact.
-
-    Raises
-    ------
-    DataError
-        If b_0 rounds to zero.
-    """
-    a, b = transfer_function.numerator, transfer_function.denominator
-    return PrintedTransferFunction(
-        TransferFunction(np.round(a, decimals), np.round(b, decimals)),
-        tuple(None if value == 0.0 else decimals for value in a),
-        tuple(None if value == 0.0 or i == 0 else decimals for i, value in enumerate(b)),
-    )
-
-
 @final
 @dataclass(frozen=True, slots=True)
 class RoundingLoss:
@@ -680,38 +652,3 @@ def _relative_std(values: FloatArray, centre: float) -> float:
     if not bool(np.all(np.isfinite(values))) or centre == 0.0:
         return float("nan")
     return float(np.std(values)) / abs(centre)
-
-
-def part_with_digits(part: ModalPart, digits: int) -> ModalPart:
-    """Return a part whose gains and time constants have so many significant digits.
-
-    Parameters
-    ----------
-    part : ModalPart
-        Direct gain and lags.
-    digits : int
-        Significant digits, at least one. [1]
-
-    Returns
-    -------
-    ModalPart
-        The rounded part, to compare with `rounding_loss` of the polynomials.
-
-    Raises
-    ------
-    DataError
-        If digits is less than one.
-    """
-    if digits < 1:
-        raise DataError(f"{digits} significant digits are fewer than one")
-
-    def rounded(values: FloatArray) -> FloatArray:
-        return np.array([float(f"{value:.{digits - 1}e}") for value in values])
-
-    return ModalPart(
-        input_name=part.input_name,
-        direct_gain=float(rounded(np.array([part.direct_gain]))[0]),
-        gains=rounded(part.gains),
-        time_constants_s=rounded(part.time_constants_s),
-        delay_s=part.delay_s,
-    )
