@@ -320,7 +320,20 @@ class Fit:
 
 
 def fit(sums: Sums, penalty: FloatArray, departure: FloatArray) -> Fit:
-    """Fit levels and splines for a given smoothness."""
+    """Fit levels and splines for a given smoothness.
+
+    Notes
+    -----
+    Splines s of C functions and levels l solve, with the readings' sums G = S'S, X = L'S and the
+    penalty P of rank r (the number of splines less two),
+
+        B = G + P / departure^2,    (L'L - X B^-1 X') l = L'y - X B^-1 S'y,    B s = S'y - X' l.
+
+    With f = readings - levels - C and v = (y'y - l'L'y - s'S'y) / f, minus twice the restricted
+    log-likelihood is, but for a constant,
+
+        criterion = f log v + log|B| + log|L'L - X B^-1 X'| + 2 r sum over C of log departure.
+    """
     c_all = sums.shapes
     band = sums.gram.copy()
     for c in range(c_all):

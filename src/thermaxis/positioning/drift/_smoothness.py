@@ -209,7 +209,13 @@ def reported(average: Average) -> Reported:
 def level_errors(
     average: Average, level: FloatArray, reference: float, shape_of_level: FloatArray
 ) -> FloatArray:
-    """Return the mean square errors of stated levels, averaged over the smoothness."""
+    """Return the mean square errors of stated levels, averaged over the smoothness.
+
+    Notes
+    -----
+    With weights w_k ~ exp(-criterion_k / 2), levels l_k and covariances V_k of the fits, and the
+    stated levels l: sum over k of w_k (V_k + (l_k - l)(l_k - l)').
+    """
     spread = np.zeros((level.size, level.size))
     for w, fitted in zip(average.weight, average.fits, strict=True):
         mean, covariance = levels_at(fitted, reference, shape_of_level)

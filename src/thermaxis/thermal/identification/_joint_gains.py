@@ -134,7 +134,13 @@ def _parts(
 
 
 def _gain(experiments: tuple[Experiment, ...], model: ThermalModel, column: int) -> float:
-    """Return by how much the part acts, by least squares with a constant per experiment."""
+    """Return by how much the part acts, by least squares with a constant per experiment.
+
+    Notes
+    -----
+    With the part's displacement x and the others' z, both less their mean over the rows e of an
+    experiment that were measured, g = sum over e of x (y - z) / sum over e of x^2.
+    """
     product = square = 0.0
     for experiment in experiments:
         u, _ = held(experiment.u)

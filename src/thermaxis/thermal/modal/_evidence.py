@@ -245,6 +245,20 @@ def posterior_of(
 ) -> Posterior:
     """Return coefficients and evidence under given sizes.
 
+    Notes
+    -----
+    With the displacements y = F beta + noise, noise ~ N(0, v K) and beta ~ N(0, v L^-1), where L
+    is exp(-2 log size) on the diagonal and zero for offsets, let
+
+        A = F' K^-1 F + L,    b = F' K^-1 y,    S = y' K^-1 y - b' A^-1 b,    f = n - offsets.
+
+    The posterior mean is A^-1 b and its covariance v A^-1. With beta integrated out and v at its
+    most likely value S / f, the density of the record is, but for a constant,
+
+        log p(y) = -1/2 (f log(S / f) + log|K| + log|A| - log|L+|),
+
+    L+ being the part of L that is not zero. `gram` holds F' K^-1 F, b and y' K^-1 y.
+
     References
     ----------
     Rasmussen and Williams 2006, section 2.7 (explicit basis functions) and 5.4; MacKay 1992.

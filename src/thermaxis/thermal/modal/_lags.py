@@ -71,7 +71,15 @@ def compared(
     members: IndexArray,
     without: BoolArray | None = None,
 ) -> Subsets:
-    """Return the evidence and the gains of subsets under given sizes."""
+    """Return the evidence and the gains of subsets under given sizes.
+
+    Notes
+    -----
+    The equations of `posterior_of`, for many sets of columns at once. A = C C' (Cholesky), so that
+    with h = C^-1 b the sum of squares is S = y' K^-1 y - h' h, the gains are C'^-1 h, and the
+    variance of the DC gain w' beta of an input, w being one at its gains, is S / f |C^-1 w|^2. A
+    gain that is held at zero has a unit row in A, a zero in b and w, and no factor in |L+|.
+    """
     gram, log_determinant = products
     lags = members.shape[1]
     columns = columns_of(design, members)
@@ -82,7 +90,6 @@ def compared(
     precision[:, diagonal, diagonal] += prior
     free = np.full(columns.shape, fill_value=True)
     if without is not None:
-        # A unit row in place of a gain that is held at zero leaves the others as they are.
         free[:, : without.shape[1]] = ~without
         both = free[:, :, None] & free[:, None, :]
         precision = np.where(both, precision, np.eye(width))

@@ -52,7 +52,18 @@ def _products_of_blocks(problem: Refinement, local: Linearised) -> tuple[FloatAr
 
 
 def _errors(problem: Refinement, refined: Refined) -> tuple[FloatArray, FloatArray]:
-    """Return the squared free-run error over every block and its readings, (f,)."""
+    """Return the squared free-run error over every block and its readings, (f,).
+
+    Notes
+    -----
+    With the products G_k of block k and the prior L, the coefficients without the block are
+    beta = (sum of the other G + L)^-1 (sum of the other b). Its gains and time constants simulate
+    the block; r = y - F beta is what they leave. Offset and start gamma are the block's own:
+
+        error = r' K^-1 r - q' (H' K^-1 H + L)^-1 q,    q = H' K^-1 r,
+
+    H being the columns of offset and start. All products are parts of G_k.
+    """
     local = problem.linearised(refined)
     blocks, counts = _products_of_blocks(problem, local)
     if counts.size < 2:
