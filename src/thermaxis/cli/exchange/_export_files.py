@@ -10,6 +10,7 @@ from thermaxis.cli.exchange._export_errors import as_typed
 from thermaxis.cli.exchange._export_settings import Exported, exported_of
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc import (
+    BlockInstance,
     Difference,
     GuideFacts,
     LineSettings,
@@ -19,7 +20,6 @@ from thermaxis.plc import (
     SclCpu,
     StFlavour,
     Target,
-    Twin,
     build_line_program,
     build_program,
     export_settings,
@@ -168,7 +168,7 @@ def program_files(program: Program, target: Target) -> dict[str, str]:
 
 def measured_difference(settings: PlcSettings) -> Difference:
     """Return how far the model in REAL is from that in LREAL, along a scenario without faults."""
-    single, double = Twin(settings), Twin(replace(settings, double=True))
+    single, double = BlockInstance(settings), BlockInstance(replace(settings, double=True))
     hours = _COMPARED_CALLS * settings.cycle_s / 3600.0
     largest_um, calls = 0.0, 0
     for inputs in scenario(settings, hours, _SCENARIO_SEED, faults=False):
