@@ -23,7 +23,7 @@ from thermaxis.screen.access import FAILURES_BY_ADDRESS, _login_page, answer_jso
 from thermaxis.screen.access._persons import REFUSED, TOO_MANY_FROM_HERE
 from thermaxis.screen.pages.model import page as _model_page
 
-SCREEN = Path(_login_page.__file__).parent
+SCREEN = Path(_login_page.__file__).parents[1]
 WRONG = {
     "a password": ("novak{}", "\ud800"),
     "the end of a password": ("novak{}", "right horse staple\udfff"),
@@ -94,6 +94,6 @@ def test_a_file_whose_name_is_no_text_is_not_offered_as_a_model(tmp_path: Path) 
 
 
 def test_every_answer_as_json_is_made_in_the_one_way_that_writes_any_text() -> None:
-    modules = {path.name: path.read_text("utf-8") for path in SCREEN.glob("_*.py")}
+    modules = {path.name: path.read_text("utf-8") for path in SCREEN.rglob("*.py")}
     assert len(modules) > 20
     assert [name for name, text in modules.items() if "JSONResponse(" in text] == []

@@ -17,7 +17,7 @@ from thermaxis.screen import LANGUAGES, Words
 from thermaxis.screen.pages import operator_page as _operator_page
 from thermaxis.screen.pages.operator_page import EXPIRIES_S, expiries_of, facts_of, gains_of
 
-FOLDER = Path(_operator_page.__file__).parent
+FOLDER = Path(_operator_page.__file__).parents[1]
 
 
 def page(somebody: Somebody, **options: object) -> httpx.Response:
@@ -129,7 +129,7 @@ def test_no_word_of_a_language_stands_in_the_template() -> None:
 def test_every_word_of_the_page_is_used_and_every_used_one_exists() -> None:
     sources = [*FOLDER.glob("static/operator*.js"), FOLDER / "static" / "ask.js"]
     sources += [FOLDER / "static" / name for name in ("event_marks.js", "live.js")]
-    sources += [FOLDER / "pages" / "operator.html", FOLDER / "_operator_page.py"]
+    sources += [FOLDER / "pages" / "operator.html", FOLDER / "pages" / "operator_page.py"]
     texts = "\n".join(source.read_text("utf-8") for source in sources)
     files = {"operator.css", "operator.js", "operator.html"}
     used = set(re.findall(r"""["'](operator\.[a-z_]+)["']""", texts)) - files

@@ -178,10 +178,3 @@ def test_the_place_of_a_file_is_not_told_to_whoever_looks(tmp_path: Path) -> Non
     denied = PermissionError(errno.EACCES, "Permission denied", str(place), None, "/elsewhere")
     assert printable_cause(denied) == "Permission denied"
     assert printable_cause(ThermaxisError("it is torn", where=str(place))) == "it is torn"
-
-
-def test_a_module_of_the_screen_has_the_names_that_it_defines_and_lends_none_on() -> None:
-    lenders = [
-        path.name for path in STATIC.parent.glob("_*.py") if "__all__" in path.read_text("utf-8")
-    ]
-    assert lenders == []
