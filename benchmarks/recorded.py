@@ -38,10 +38,13 @@ import polars as pl
 ROOT = Path(__file__).resolve().parents[1]
 
 LIMITS = "verify --limits goes through the whole cycle (docs/decisions/0021)"
+STUDIES = "studies of sample time and of printed digits left the package (CHANGELOG)"
 EXCEPTIONS: dict[tuple[str, str], str] = {
     ("limits/*.json", "*.limited.*"): LIMITS,
     ("limits/*.json", "*warnings"): LIMITS,
     ("limits/*.txt", "*"): LIMITS,
+    ("names", "thermaxis.thermal.[Ss]ample*[Tt]ime*"): STUDIES,
+    ("names", "thermaxis.thermal.p*_with*"): STUDIES,
     **{
         ("names", f"thermaxis.thermal.{name}"): "a loop over `block_means`, a rounding"
         for name in ("SampleTimeTrial", "sample_time_study", "printed_with", "part_with_digits")
@@ -51,7 +54,10 @@ EXCEPTIONS: dict[tuple[str, str], str] = {
 
 RENAMED_KEYS = {"heal_s": "recovery_delay_s", "grace_s": "input_timeout_s"}
 """Keys of JSON that follow a key of machine.toml which was given the field's name."""
-RENAMED: dict[str, str] = {"thermaxis.plc.Twin": "thermaxis.plc.BlockInstance"}
+RENAMED: dict[str, str] = {
+    "thermaxis.compensation.judge": "thermaxis.compensation.validate_sample",
+    "thermaxis.plc.Twin": "thermaxis.plc.BlockInstance",
+}
 """Public names and packages (`thermaxis.thermal.Old`, `thermaxis.old`) by what they are now."""
 
 NOT_BY_ITSELF = re.compile(
