@@ -81,9 +81,8 @@ def test_fewer_than_two_targets_make_no_table() -> None:
 # ---- points -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("asked", "expected"),
-    [
+def test_equidistant_points_cover_the_targets() -> None:
+    for asked, expected in (
         ({}, [1.0, 4.0, 7.0]),
         ({"points": 4}, [1.0, 3.0, 5.0, 7.0]),
         ({"spacing": 4.0}, [1.0, 5.0, 9.0]),
@@ -92,12 +91,8 @@ def test_fewer_than_two_targets_make_no_table() -> None:
         ({"spacing": 3.0, "through": 100.0}, [1.0, 4.0, 7.0]),
         ({"points": 3, "decimals": 0}, [1.0, 4.0, 7.0]),
         ({"spacing": 50.0}, [1.0, 51.0]),
-    ],
-)
-def test_equidistant_points_cover_the_targets(
-    asked: dict[str, float], expected: list[float]
-) -> None:
-    np.testing.assert_allclose(table_points(np.array([1.0, 2.0, 7.0]), **asked), expected)
+    ):
+        np.testing.assert_allclose(table_points(np.array([1.0, 2.0, 7.0]), **asked), expected)
 
 
 def test_rounding_the_spacing_adds_no_point_beyond_the_targets() -> None:
@@ -143,29 +138,41 @@ def test_a_spacing_through_the_reference_is_rounded_up_so_that_no_point_is_added
     assert 498.715 <= points[-1] < 498.715 + 0.02
 
 
-@pytest.mark.parametrize("count", [3, 4, 7, 64, 128, 1000])
-@pytest.mark.parametrize("through", [-80.0, 0.0, 1.234, 300.0, 417.77, 498.715, 900.0])
-def test_as_many_points_as_were_asked_for_are_enough_to_pass_through_the_reference(
-    count: int, through: float
-) -> None:
-    target = np.array([1.234, 24.0, 300.1, 498.715])
-    points = table_points(target, points=count, through=through, decimals=3)
-    step = float(points[1] - points[0])
-    off = (through - points[0]) / step
-    assert points.size in {count - 1, count}
-    assert abs(off - round(off)) * step <= 0.0005 + 1e-6
-    assert points[0] <= 1.2345
-    assert points[-1] >= 498.7145
-    # one digit less, and the points from the reference on would be too few
-    shorter = step - 0.001
-    needed = [np.ceil(abs(end - through) / shorter - 1e-9) for end in (1.234, 498.715)]
-    if 1.234 <= through <= 498.715:
-        assert sum(needed) + 1 > count
+def test_as_many_points_as_were_asked_for_are_enough_to_pass_through_the_reference() -> None:
+    for count in (
+        3,
+        4,
+        7,
+        64,
+        128,
+        1000,
+    ):
+        for through in (
+            -80.0,
+            0.0,
+            1.234,
+            300.0,
+            417.77,
+            498.715,
+            900.0,
+        ):
+            target = np.array([1.234, 24.0, 300.1, 498.715])
+            points = table_points(target, points=count, through=through, decimals=3)
+            step = float(points[1] - points[0])
+            off = (through - points[0]) / step
+            assert points.size in {count - 1, count}
+            assert abs(off - round(off)) * step <= 0.0005 + 1e-6
+            assert points[0] <= 1.2345
+            assert points[-1] >= 498.7145
+            # one digit less, and the points from the reference on would be too few
+            shorter = step - 0.001
+            needed = [np.ceil(abs(end - through) / shorter - 1e-9) for end in (1.234, 498.715)]
+            if 1.234 <= through <= 498.715:
+                assert sum(needed) + 1 > count
 
 
-@pytest.mark.parametrize(
-    ("asked", "where"),
-    [
+def test_points_that_cannot_be_are_refused() -> None:
+    for asked, where in (
         ({"points": 3, "spacing": 1.0}, "points, spacing"),
         ({"points": 1}, "points"),
         ({"points": 100_001}, "points"),
@@ -174,12 +181,10 @@ def test_as_many_points_as_were_asked_for_are_enough_to_pass_through_the_referen
         ({"spacing": float("nan")}, "spacing"),
         ({"spacing": 1e-5}, "spacing"),
         ({"spacing": 0.0001, "decimals": 3}, "spacing"),
-    ],
-)
-def test_points_that_cannot_be_are_refused(asked: dict[str, float], where: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        table_points(np.array([0.0, 50.0, 100.0]), **asked)
-    assert caught.value.where == where
+    ):
+        with pytest.raises(ConfigurationError) as caught:
+            table_points(np.array([0.0, 50.0, 100.0]), **asked)
+        assert caught.value.where == where
 
 
 def test_a_point_beyond_the_last_target_continues_the_line_so_that_the_target_is_met() -> None:
@@ -248,9 +253,8 @@ def test_outside_its_points_a_table_holds_its_end_values() -> None:
     np.testing.assert_allclose(table.deviation_at(np.array([-99.0, 5.0, 99.0]))[:, 0], [0, 2, 4])
 
 
-@pytest.mark.parametrize(
-    ("position", "deviation"),
-    [
+def test_a_table_that_cannot_be_is_refused() -> None:
+    for position, deviation in (
         ([], np.zeros((0, 2))),
         ([0.0, 0.0], np.zeros((2, 2))),
         ([1.0, 0.0], np.zeros((2, 2))),
@@ -258,11 +262,11 @@ def test_outside_its_points_a_table_holds_its_end_values() -> None:
         ([0.0, 1.0], np.zeros((2,))),
         ([0.0, 1.0], np.zeros((2, 3))),
         ([0.0, 1.0], np.array([[0.0, np.inf], [0.0, 0.0]])),
-    ],
-)
-def test_a_table_that_cannot_be_is_refused(position: list[float], deviation: np.ndarray) -> None:
-    with pytest.raises(DataError):
-        CompensationTable(kind=LINEAR, axis="X", position=np.array(position), deviation=deviation)
+    ):
+        with pytest.raises(DataError):
+            CompensationTable(
+                kind=LINEAR, axis="X", position=np.array(position), deviation=deviation
+            )
 
 
 def test_a_reversal_that_is_no_number_is_refused_and_arrays_are_frozen() -> None:

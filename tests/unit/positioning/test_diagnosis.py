@@ -369,13 +369,22 @@ def test_only_the_stated_pitch_and_its_half_are_tried() -> None:
     assert "6.35 mm, half the pitch" in half.text
 
 
-@pytest.mark.parametrize(
-    "word", ["", "nan", "inf", "-5", "0", "five", "1e-300", "1e300", "=1+1", " "]
-)
-def test_a_pitch_that_is_no_length_is_passed_over(word: str) -> None:
-    test = measured(COLD, 2)
-    header = {"pitch_mm": word, "encoder_period_mm": word}
-    assert without_drift_model(replace(test, header=header)) == without_drift_model(test)
+def test_a_pitch_that_is_no_length_is_passed_over() -> None:
+    for word in (
+        "",
+        "nan",
+        "inf",
+        "-5",
+        "0",
+        "five",
+        "1e-300",
+        "1e300",
+        "=1+1",
+        " ",
+    ):
+        test = measured(COLD, 2)
+        header = {"pitch_mm": word, "encoder_period_mm": word}
+        assert without_drift_model(replace(test, header=header)) == without_drift_model(test)
 
 
 # ---- other kinds of runs ------------------------------------------------------------------------

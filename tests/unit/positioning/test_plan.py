@@ -109,9 +109,8 @@ def test_the_random_part_is_half_the_pitch_where_neighbours_stay_apart() -> None
     assert "no pitch is stated" in unknown.remarks[0]
 
 
-@pytest.mark.parametrize(
-    ("changes", "field"),
-    [
+def test_targets_that_cannot_be_chosen_are_refused_by_the_name_of_the_field() -> None:
+    for changes, field in (
         ({"length": 0.0}, "length"),
         ({"length": float("nan")}, "length"),
         ({"start": float("inf")}, "start"),
@@ -121,15 +120,11 @@ def test_the_random_part_is_half_the_pitch_where_neighbours_stay_apart() -> None
         ({"random_share": 0.5}, "random_share"),
         ({"seed": -1}, "seed"),
         ({"length": 0.01, "targets": 16}, "targets"),
-    ],
-)
-def test_targets_that_cannot_be_chosen_are_refused_by_the_name_of_the_field(
-    changes: dict[str, float], field: str
-) -> None:
-    arguments = {"start": 0.0, "length": 300.0, "targets": 16, **changes}
-    with pytest.raises(ConfigurationError) as caught:
-        choose_targets(**arguments)
-    assert caught.value.where == field
+    ):
+        arguments = {"start": 0.0, "length": 300.0, "targets": 16, **changes}
+        with pytest.raises(ConfigurationError) as caught:
+            choose_targets(**arguments)
+        assert caught.value.where == field
 
 
 def test_equidistant_targets_at_a_multiple_of_the_pitch_hide_a_periodic_error() -> None:
@@ -154,9 +149,8 @@ def test_the_visibility_is_that_of_the_worst_phase() -> None:
 # ---- the plan -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("changes", "field"),
-    [
+def test_a_plan_that_cannot_be_driven_is_refused_by_the_name_of_the_field() -> None:
+    for changes, field in (
         ({"target": np.array([0.0])}, "target"),
         ({"target": np.array([0.0, 10.0, 10.0004])}, "target"),
         ({"target": np.array([0.0, np.nan])}, "target"),
@@ -179,14 +173,10 @@ def test_the_visibility_is_that_of_the_worst_phase() -> None:
         ({"axis": ""}, "axis"),
         ({"title": "two\nlines"}, "title"),
         ({"title": "x" * 201}, "title"),
-    ],
-)
-def test_a_plan_that_cannot_be_driven_is_refused_by_the_name_of_the_field(
-    changes: dict[str, object], field: str
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        plan_of(**changes)
-    assert caught.value.where == field
+    ):
+        with pytest.raises(ConfigurationError) as caught:
+            plan_of(**changes)
+        assert caught.value.where == field
 
 
 def test_a_plan_is_frozen_and_keeps_its_own_targets() -> None:
@@ -235,11 +225,11 @@ def test_order_and_times_are_those_that_the_virtual_axis_drives(
     assert check_against_plan(run.test, plan) == ()
 
 
-@pytest.mark.parametrize("cycle", list(Cycle))
-def test_every_stop_is_visited_once(cycle: Cycle) -> None:
-    plan = plan_of(cycle=cycle, cycles=3)
-    places = set(zip(*(index.tolist() for index in order_of_visits(plan).place), strict=True))
-    assert len(places) == plan.stops == order_of_visits(plan).target.size
+def test_every_stop_is_visited_once() -> None:
+    for cycle in list(Cycle):
+        plan = plan_of(cycle=cycle, cycles=3)
+        places = set(zip(*(index.tolist() for index in order_of_visits(plan).place), strict=True))
+        assert len(places) == plan.stops == order_of_visits(plan).target.size
 
 
 def test_a_pilgrim_step_goes_a_few_targets_forward_and_fewer_back() -> None:
@@ -548,11 +538,15 @@ def test_a_single_cycle_promises_nothing_and_says_why() -> None:
     assert "too large" in str(why_nothing_is_expected(many))
 
 
-@pytest.mark.parametrize("changes", [{"noise": 0.0}, {"drift": -1.0}, {"time_constant_s": np.nan}])
-def test_assumptions_that_cannot_be_are_refused(changes: dict[str, float]) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        RunAssumptions(**changes)
-    assert caught.value.where in changes
+def test_assumptions_that_cannot_be_are_refused() -> None:
+    for changes in (
+        {"noise": 0.0},
+        {"drift": -1.0},
+        {"time_constant_s": np.nan},
+    ):
+        with pytest.raises(ConfigurationError) as caught:
+            RunAssumptions(**changes)
+        assert caught.value.where in changes
 
 
 @pytest.mark.parametrize(("key", "wanted"), [(LEVEL_KEY, 0.12), ("E", 0.15), ("R", 0.2)])
@@ -591,21 +585,16 @@ def test_what_cannot_be_reached_in_time_is_said_with_its_limit() -> None:
     assert found.standard_uncertainty == min(found.tried.values()) > 0.01
 
 
-@pytest.mark.parametrize(
-    ("wanted", "options", "field"),
-    [
+def test_a_search_that_makes_no_sense_is_refused() -> None:
+    for wanted, options, field in (
         (0.0, {}, "target uncertainty"),
         (float("nan"), {}, "target uncertainty"),
         (0.3, {"key": "Q"}, "target figure"),
         (0.3, {"longest_s": 60.0}, "longest"),
-    ],
-)
-def test_a_search_that_makes_no_sense_is_refused(
-    wanted: float, options: dict[str, object], field: str
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        shortest_plan(x_axis(), wanted, **options)
-    assert caught.value.where == field
+    ):
+        with pytest.raises(ConfigurationError) as caught:
+            shortest_plan(x_axis(), wanted, **options)
+        assert caught.value.where == field
 
 
 def test_a_figure_that_the_plan_does_not_give_cannot_be_searched_for() -> None:

@@ -15,9 +15,8 @@ def make(**fields: object) -> PositioningTest:
     return PositioningTest(**{"kind": AxisKind.LINEAR, "target": P, "deviation": X, **fields})
 
 
-@pytest.mark.parametrize(
-    ("fields", "words"),
-    [
+def test_a_wrong_run_is_an_error() -> None:
+    for fields, words in (
         ({"target": P[:2]}, "not \\(2, n, 2\\)"),
         ({"deviation": np.zeros((3, 2, 4))}, "not \\(3, n, 2\\)"),
         ({"deviation": np.zeros((3, 0, 2))}, "no readings"),
@@ -32,11 +31,9 @@ def make(**fields: object) -> PositioningTest:
         ({"time_s": X, "order": X}, "do not fit"),
         ({"time_source": TimeSource.ORDER, "order": np.zeros((3, 4, 1))}, "order has the shape"),
         ({"time_source": TimeSource.ORDER, "order": np.full((3, 4, 2), np.nan)}, "is missing"),
-    ],
-)
-def test_a_wrong_run_is_an_error(fields: dict[str, object], words: str) -> None:
-    with pytest.raises(DataError, match=words):
-        make(**fields)
+    ):
+        with pytest.raises(DataError, match=words):
+            make(**fields)
 
 
 def test_a_run_cannot_be_changed_from_outside() -> None:

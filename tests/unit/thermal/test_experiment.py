@@ -35,9 +35,8 @@ def test_missing_values_stay_where_they_are():
     assert np.isnan(experiment.y[5])
 
 
-@pytest.mark.parametrize(
-    ("sample_time_s", "u", "y", "says"),
-    [
+def test_a_wrong_experiment_is_refused_with_its_name():
+    for sample_time_s, u, y, says in (
         (0.0, np.zeros((9, 1)), np.zeros(9), "not a positive time"),
         (np.nan, np.zeros((9, 1)), np.zeros(9), "not a positive time"),
         (1.0, np.zeros(9), np.zeros(9), "not \\(n, k\\)"),
@@ -48,12 +47,10 @@ def test_missing_values_stay_where_they_are():
         (1.0, np.full((9, 1), np.nan), np.zeros(9), "input 1 was never measured"),
         (1.0, np.zeros((9, 1)), np.array([np.nan, np.nan, *np.zeros(7)]), "measured 7 times"),
         (1.0, np.zeros((5, 1)), np.zeros(5), "fewer than 8"),
-    ],
-)
-def test_a_wrong_experiment_is_refused_with_its_name(sample_time_s, u, y, says):
-    with pytest.raises(DataError, match=says) as caught:
-        Experiment(sample_time_s, u, y, "monday")
-    assert caught.value.where == "monday"
+    ):
+        with pytest.raises(DataError, match=says) as caught:
+            Experiment(sample_time_s, u, y, "monday")
+        assert caught.value.where == "monday"
 
 
 def test_experiments_belong_together_only_with_the_same_inputs():

@@ -80,10 +80,15 @@ def test_a_pixel_belongs_to_a_region_if_its_centre_lies_inside(left, width, top,
     assert np.array_equal(found, inside)
 
 
-@pytest.mark.parametrize("edges", [(-1, 3, 0, 2), (0, 11, 0, 2), (3, 1, 0, 2), (0, 3, 0, 9)])
-def test_a_region_beyond_the_image_is_an_error_that_names_it(edges):
-    with pytest.raises(DataError, match="region motor"):
-        Region("motor", *edges).slices((8, 10))
+def test_a_region_beyond_the_image_is_an_error_that_names_it():
+    for edges in (
+        (-1, 3, 0, 2),
+        (0, 11, 0, 2),
+        (3, 1, 0, 2),
+        (0, 3, 0, 9),
+    ):
+        with pytest.raises(DataError, match="region motor"):
+            Region("motor", *edges).slices((8, 10))
 
 
 def test_a_region_without_a_common_pixel_has_no_mean_and_this_is_said():
@@ -115,19 +120,26 @@ def test_images_that_cannot_be_compared_are_an_error(images, what):
         evaluate_thermal_fields([field(image) for image in images])
 
 
-@pytest.mark.parametrize("times", [[0.0], [0.0, 0.0], [2.0, 1.0], [0.0, float("nan")]])
-def test_times_that_do_not_fit_or_do_not_increase_are_an_error(times):
-    with pytest.raises(DataError, match="times"):
-        evaluate_thermal_fields(series(20, 21), time_s=times)
+def test_times_that_do_not_fit_or_do_not_increase_are_an_error():
+    for times in (
+        [0.0],
+        [0.0, 0.0],
+        [2.0, 1.0],
+        [0.0, float("nan")],
+    ):
+        with pytest.raises(DataError, match="times"):
+            evaluate_thermal_fields(series(20, 21), time_s=times)
 
 
-@pytest.mark.parametrize(
-    "values",
-    [np.ones(5), np.ones((1, 5)), np.full((3, 3), np.nan), np.full((2, 2), -300.0)],
-)
-def test_what_is_no_image_is_refused(values):
-    with pytest.raises(DataError):
-        ThermalField(values)
+def test_what_is_no_image_is_refused():
+    for values in (
+        np.ones(5),
+        np.ones((1, 5)),
+        np.full((3, 3), np.nan),
+        np.full((2, 2), -300.0),
+    ):
+        with pytest.raises(DataError):
+            ThermalField(values)
 
 
 def test_an_image_of_more_than_100_megapixel_is_refused_without_being_copied():
@@ -199,10 +211,15 @@ def test_the_fourth_power_errs_as_little_as_documented_in_the_band_of_a_camera(e
     assert np.abs(apparent - true).max() > 50 * worst
 
 
-@pytest.mark.parametrize("emissivity", [0.0, -0.1, 1.01, float("nan")])
-def test_an_impossible_emissivity_is_an_error(emissivity):
-    with pytest.raises(DataError, match="no emissivity"):
-        correct_emissivity(np.array([20.0]), emissivity=emissivity, reflected_c=20.0)
+def test_an_impossible_emissivity_is_an_error():
+    for emissivity in (
+        0.0,
+        -0.1,
+        1.01,
+        float("nan"),
+    ):
+        with pytest.raises(DataError, match="no emissivity"):
+            correct_emissivity(np.array([20.0]), emissivity=emissivity, reflected_c=20.0)
 
 
 def test_a_reflection_brighter_than_the_image_is_an_error():

@@ -277,18 +277,15 @@ def test_names_must_fit_the_inputs():
         modal([exact()], input_names=("spindle",))
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
+def test_options_that_cannot_be_are_refused():
+    for options, says in (
         ({"lags": 0}, "1 to 5"),
         ({"most_lags": 9}, "1 to 5"),
         ({"delays_s": (-1.0, 0.0)}, "not a time"),
         ({"block_s": 0.0}, "not a time"),
-    ],
-)
-def test_options_that_cannot_be_are_refused(options, says):
-    with pytest.raises(ConfigurationError, match=says):
-        ModalOptions(**options)
+    ):
+        with pytest.raises(ConfigurationError, match=says):
+            ModalOptions(**options)
 
 
 def test_delays_must_fit_the_inputs():

@@ -171,21 +171,16 @@ def test_a_dc_gain_that_the_record_does_not_determine_is_said() -> None:
     assert any("does not determine" in text for text in result.warnings)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "options", "match"),
-    [
+def test_structures_that_make_no_sense_are_refused() -> None:
+    for arguments, options, match in (
         ((1,), OeOptions(), "only one"),
         ((1, 1), OeOptions(noise_order=-1), "negative"),
         ((0, 0), OeOptions(), "no coefficient"),
         ((1, -1), OeOptions(), "outside"),
-    ],
-)
-def test_structures_that_make_no_sense_are_refused(
-    arguments: tuple[int, ...], options: OeOptions, match: str
-) -> None:
-    u = np.random.default_rng(8).normal(size=(40, 1))
-    with pytest.raises(ConfigurationError, match=match):
-        oe([Experiment(1.0, u, u[:, 0].copy())], *arguments, options=options)
+    ):
+        u = np.random.default_rng(8).normal(size=(40, 1))
+        with pytest.raises(ConfigurationError, match=match):
+            oe([Experiment(1.0, u, u[:, 0].copy())], *arguments, options=options)
 
 
 def test_more_parameters_than_rows_are_refused() -> None:

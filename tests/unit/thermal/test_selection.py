@@ -1,6 +1,6 @@
 """Choice of temperatures and lags: laws, known answers and sensors that cannot be trusted."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -317,17 +317,17 @@ def frozen(u: Array, column: int, rows: slice) -> Array:
     return broken
 
 
-@pytest.mark.parametrize("column", range(5))
-def test_a_candidate_frozen_in_the_middle_is_found_and_left_out(column: int) -> None:
-    own = experiment(21, 0.3, 0.01)
-    broken = frozen(own.u, column, slice(1000, 1800))
-    result = select([Experiment(STEP_S, broken, own.y)], candidate_names=NAMES)
-    assert [(f.name, f.fault) for f in result.findings] == [(NAMES[column], SensorFault.STUCK)]
-    assert NAMES[column] not in result.channels
-    finding = result.findings[0]
-    assert finding.start_s == pytest.approx(1000 * STEP_S)
-    assert finding.duration_s == pytest.approx(800 * STEP_S)
-    assert NAMES[column] not in {part.input_name for part in result.model.parts}
+def test_a_candidate_frozen_in_the_middle_is_found_and_left_out() -> None:
+    for column in range(5):
+        own = experiment(21, 0.3, 0.01)
+        broken = frozen(own.u, column, slice(1000, 1800))
+        result = select([Experiment(STEP_S, broken, own.y)], candidate_names=NAMES)
+        assert [(f.name, f.fault) for f in result.findings] == [(NAMES[column], SensorFault.STUCK)]
+        assert NAMES[column] not in result.channels
+        finding = result.findings[0]
+        assert finding.start_s == pytest.approx(1000 * STEP_S)
+        assert finding.duration_s == pytest.approx(800 * STEP_S)
+        assert NAMES[column] not in {part.input_name for part in result.model.parts}
 
 
 def test_a_coarse_sensor_that_comes_back_with_a_jump_was_stuck() -> None:
@@ -446,7 +446,7 @@ def test_a_short_record_says_that_slow_things_were_not_judged() -> None:
     assert max(result.time_constants_s, default=0.0) <= short.duration_s / 8
 
 
-def wrong_calls() -> Sequence[tuple[str, object]]:
+def wrong_calls() -> Sequence[tuple[str, Callable[[], object]]]:
     own = experiment(35, 0.1, 0.01)
     constant = Experiment(STEP_S, np.full((ROWS, 2), 1.5), own.y)
     flat = Experiment(STEP_S, own.u, np.full(ROWS, 2.0))
@@ -468,17 +468,14 @@ def wrong_calls() -> Sequence[tuple[str, object]]:
     )
 
 
-@pytest.mark.parametrize("number", range(8))
-def test_what_cannot_be_selected_from_is_refused_with_the_reason(number: int) -> None:
-    words, call = wrong_calls()[number]
-    assert callable(call)
-    with pytest.raises(DataError, match=words):
-        call()
+def test_what_cannot_be_selected_from_is_refused_with_the_reason() -> None:
+    for words, call in wrong_calls():
+        with pytest.raises(DataError, match=words):
+            call()
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
+def test_options_out_of_range_are_refused() -> None:
+    for options in (
         {"sensor_uncertainties_k": ()},
         {"sensor_uncertainties_k": (0.0,)},
         {"parts": 1},
@@ -487,11 +484,9 @@ def test_what_cannot_be_selected_from_is_refused_with_the_reason(number: int) ->
         {"most_channels": 0},
         {"lag_sets_s": ()},
         {"lag_sets_s": ((0.0,),)},
-    ],
-)
-def test_options_out_of_range_are_refused(options: dict[str, object]) -> None:
-    with pytest.raises(ConfigurationError):
-        SelectionOptions(**options)
+    ):
+        with pytest.raises(ConfigurationError):
+            SelectionOptions(**options)
 
 
 def test_a_displacement_at_the_reference_is_learned_only_on_request() -> None:

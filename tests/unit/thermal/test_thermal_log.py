@@ -31,9 +31,8 @@ def a_log(**more: object) -> ThermalLog:
     return ThermalLog.from_columns(columns, sample_time_s=2.0, **more)
 
 
-@pytest.mark.parametrize(
-    ("name", "unit"),
-    [
+def test_the_end_of_a_name_states_the_unit_whatever_its_case() -> None:
+    for name, unit in (
         ("T_C", "degC"),
         ("t1_c", "degC"),
         ("Z_UM", "um"),
@@ -46,10 +45,8 @@ def a_log(**more: object) -> ThermalLog:
         ("c", ""),
         ("torque", ""),
         ("T_spindle", ""),
-    ],
-)
-def test_the_end_of_a_name_states_the_unit_whatever_its_case(name: str, unit: str) -> None:
-    assert unit_of_name(name) == unit
+    ):
+        assert unit_of_name(name) == unit
 
 
 def test_times_count_from_the_first_row_and_the_clock_is_kept() -> None:
@@ -70,9 +67,8 @@ def test_a_log_cannot_be_changed_and_does_not_change_with_its_source() -> None:
         log.columns["x"] = source
 
 
-@pytest.mark.parametrize(
-    ("columns", "keywords", "words"),
-    [
+def test_what_is_no_log_is_refused_with_the_reason() -> None:
+    for columns, keywords, words in (
         ({"T_C": [1.0, 2.0]}, {}, "no times"),
         ({"T_C": [1.0]}, {"time_s": [0.0], "sample_time_s": 1.0}, "twice"),
         ({"T_C": [1.0, 2.0]}, {"time_s": [0.0, 0.0]}, "strictly increasing"),
@@ -85,13 +81,9 @@ def test_a_log_cannot_be_changed_and_does_not_change_with_its_source() -> None:
         ({"T_C": ["warm"]}, {"time_s": [0.0]}, "something else than numbers"),
         ({}, {"time_s": [0.0]}, "no column"),
         ({"T_C": []}, {"time_s": []}, "shape"),
-    ],
-)
-def test_what_is_no_log_is_refused_with_the_reason(
-    columns: dict[str, object], keywords: dict[str, object], words: str
-) -> None:
-    with pytest.raises(DataError, match=words):
-        ThermalLog.from_columns(columns, **keywords)
+    ):
+        with pytest.raises(DataError, match=words):
+            ThermalLog.from_columns(columns, **keywords)
 
 
 def test_a_column_is_found_whatever_its_case_and_a_wrong_name_gets_a_suggestion() -> None:
@@ -177,10 +169,16 @@ def test_resampling_keeps_the_mean_and_removes_what_is_faster_than_half_the_new_
     np.testing.assert_allclose(both.columns["x"], both.columns["slow"], atol=1e-12)
 
 
-@pytest.mark.parametrize("sample_time_s", [0.0, -1.0, np.nan, np.inf, 1e-9])
-def test_a_sample_time_that_cannot_be_is_refused(sample_time_s: float) -> None:
-    with pytest.raises(DataError, match=r"sample time|blocks"):
-        a_log().resample(sample_time_s)
+def test_a_sample_time_that_cannot_be_is_refused() -> None:
+    for sample_time_s in (
+        0.0,
+        -1.0,
+        np.nan,
+        np.inf,
+        1e-9,
+    ):
+        with pytest.raises(DataError, match=r"sample time|blocks"):
+            a_log().resample(sample_time_s)
 
 
 def test_blocks_of_no_rows_and_of_no_values_are_empty() -> None:
@@ -189,18 +187,15 @@ def test_blocks_of_no_rows_and_of_no_values_are_empty() -> None:
     assert bool(np.isnan(means).all())
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
+def test_an_input_is_a_channel_or_a_difference() -> None:
+    for text, expected in (
         ("spindle=T_s_c-T_c_c", InputDefinition("spindle", "T_s_c", "T_c_c")),
         (" hall = T_h_c ", InputDefinition("hall", "T_h_c")),
         ("T_h_c", InputDefinition("T_h_c", "T_h_c")),
         ("a - b", InputDefinition("a - b", "a", "b")),
-    ],
-)
-def test_an_input_is_a_channel_or_a_difference(text: str, expected: InputDefinition) -> None:
-    assert parse_input(text) == expected
-    assert parse_input(f"x={expected.expression}").channels == expected.channels
+    ):
+        assert parse_input(text) == expected
+        assert parse_input(f"x={expected.expression}").channels == expected.channels
 
 
 def test_known_channels_say_where_a_minus_belongs_to_a_name() -> None:
@@ -212,10 +207,19 @@ def test_known_channels_say_where_a_minus_belongs_to_a_name() -> None:
         parse_input("x=T-1_c-T-2_c")
 
 
-@pytest.mark.parametrize("text", ["", "=", "x=", "=T_c", "x=a-", "x=-a", "x=a-a", "x=a-b-c"])
-def test_what_defines_no_input_is_refused(text: str) -> None:
-    with pytest.raises(ConfigurationError, match="Write name=channel"):
-        parse_input(text)
+def test_what_defines_no_input_is_refused() -> None:
+    for text in (
+        "",
+        "=",
+        "x=",
+        "=T_c",
+        "x=a-",
+        "x=-a",
+        "x=a-a",
+        "x=a-b-c",
+    ):
+        with pytest.raises(ConfigurationError, match="Write name=channel"):
+            parse_input(text)
 
 
 def test_inputs_need_names_of_their_own() -> None:

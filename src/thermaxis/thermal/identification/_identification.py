@@ -2,7 +2,7 @@
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import final
 
@@ -294,24 +294,9 @@ def identify_joint(
     """
     with _determined(records):
         found = joint_gains(records, part, diameters_mm, options=modal_options)
-        result = found.result
-        beside, static = _beside(records, found.reference)
-        fit, rmse = _free_run(records, found.reference, result.model)
-    identified = IdentifiedOutput(
-        name=output,
-        model=result.model,
-        std=result.std,
-        fit_percent=result.fit_percent,
-        fit_from_rest_percent=fit,
-        noise_std_um=result.noise_std_um,
-        slow_noise_std_um=result.slow_noise_std_um,
-        validation_mae_um=None,
-        baseline_mae_um={},
-        training_rmse_um={"model": rmse, **beside},
-        static_gains_um_per_k=static,
-        polynomials=None,
-        warnings=result.warnings,
-    )
+        identified = _from_modal(records, found.reference, found.result)
+    # the verdict of one output is not that of all diameters
+    identified = replace(identified, name=output, warnings=found.result.warnings)
     return Identification(
         method=Method.MODAL,
         rule=(
