@@ -51,6 +51,7 @@ from .plan import (
     shortest_plan as shortest_plan,
     simulate_uncertainty as simulate_uncertainty,
     why_nothing_is_expected as why_nothing_is_expected,
+    visits_of as visits_of,
 )
 from .run import (
     APPROACHES as APPROACHES,

@@ -108,7 +108,8 @@ def folds(truth: ThermalLog, simulated: list[np.ndarray]) -> list[float]:
     return found
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.system
+@pytest.mark.timeout(600)
 def test_a_transfer_function_model_of_the_calibration_tests_takes_most_of_the_true_error_away(
     logs: dict[str, ThermalLog],
 ) -> None:

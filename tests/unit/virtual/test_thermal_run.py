@@ -36,7 +36,9 @@ def test_a_measured_displacement_is_the_clean_one_with_drift_and_noise():
 
 
 def test_the_random_drift_has_its_size_and_correlation():
-    plan = ThermalTestPlan(hours=2000.0, sample_time_s=600.0, hall_drift_um_per_k=0.0)
+    plan = ThermalTestPlan(
+        hours=200.0, sample_time_s=60.0, drift_correlation_h=0.2, hall_drift_um_per_k=0.0
+    )
     drift = generate_thermal_test(plan, 5).drift_um
     assert np.std(drift) == pytest.approx(0.8, rel=0.1)
     lag = 12

@@ -16,6 +16,7 @@ from ._plan import (
     order_of_visits as order_of_visits,
     periodic_error_visibility as periodic_error_visibility,
     planned_test as planned_test,
+    visits_of as visits_of,
 )
 from ._uncertainty import (
     FEWEST_CYCLES as FEWEST_CYCLES,

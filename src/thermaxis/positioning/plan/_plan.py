@@ -425,18 +425,40 @@ def order_of_visits(plan: TestPlan) -> Visits:
     ----------
     ISO 230-2:2014, clause 5.3 and Annex B; the pilgrim step as laser software offers it.
     """
-    shape = (plan.target.size, plan.cycles, len(plan.approaches))
-    index: tuple[IndexArray, ...] = np.unravel_index(np.arange(plan.stops), shape)
+    return visits_of(plan.target.size, plan.cycles, plan.approaches, plan.cycle)
+
+
+def visits_of(targets: int, cycles: int, approaches: tuple[int, ...], order: Cycle) -> Visits:
+    """Return the stops of a run in the order in which they are driven to.
+
+    Parameters
+    ----------
+    targets, cycles : int
+        Number of targets and cycles. [1]
+    approaches : tuple of int
+        Approaches that are recorded, 0 forward, 1 backward.
+    order : Cycle
+        Order of the visits, as `order_of_visits` says.
+
+    Returns
+    -------
+    Visits
+        The stops.
+    """
+    shape = (targets, cycles, len(approaches))
+    index: tuple[IndexArray, ...] = np.unravel_index(
+        np.arange(targets * cycles * len(approaches)), shape
+    )
     i, j, k = index
-    approach = np.array(plan.approaches, dtype=np.intp)[k]
+    approach = np.array(approaches, dtype=np.intp)[k]
     along = np.where(approach == FORWARD, i, -i)
     keys = {
         Cycle.STANDARD: (along, approach, j),
         Cycle.STEP: (approach, j, i),
         Cycle.PILGRIM: (along, approach, i + j),  # the window starts at i + j - n + 1
-    }[plan.cycle]
-    order = np.lexsort(keys)
-    return Visits(i[order], j[order], approach[order])
+    }[order]
+    driven = np.lexsort(keys)
+    return Visits(i[driven], j[driven], approach[driven])
 
 
 @final

@@ -39,6 +39,8 @@ from thermaxis.positioning import (
     PositioningTest,
     StartEnd,
     TimeSource,
+    Visits,
+    visits_of,
 )
 from thermaxis.quantities import AxisKind
 
@@ -405,72 +407,7 @@ class GeneratedRun:
     """Time of each reading since the start of the motion, (m, n, 2); NaN as in `drift`. [s]"""
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class _Visits:
-    """All stops of a run in the order in which they are driven to."""
-
-    target: IndexArray
-    cycle: IndexArray
-    approach: IndexArray
-
-    @property
-    def place(self) -> tuple[IndexArray, IndexArray, IndexArray]:
-        """Index of each stop in an array of readings."""
-        return self.target, self.cycle, self.approach
-
-
-def _visits(plan: RunPlan) -> _Visits:
-    stops = {
-        Cycle.STANDARD: _standard_stops,
-        Cycle.STEP: _step_stops,
-        Cycle.PILGRIM: _pilgrim_stops,
-    }[plan.mode](plan)
-    target, cycle, approach = np.array(stops, dtype=np.intp).reshape(-1, 3).T
-    return _Visits(target, cycle, approach)
-
-
-def _pass(approach: int, lowest: int, highest: int) -> range:
-    """Return the targets from lowest to highest in the order of an approach."""
-    return range(lowest, highest + 1) if approach == FORWARD else range(highest, lowest - 1, -1)
-
-
-def _standard_stops(plan: RunPlan) -> list[tuple[int, int, int]]:
-    """Drive to all targets forward, then to all backward, cycle after cycle."""
-    return [
-        (i, j, approach)
-        for j in range(plan.cycles)
-        for approach in plan.approaches
-        for i in _pass(approach, 0, plan.targets - 1)
-    ]
-
-
-def _step_stops(plan: RunPlan) -> list[tuple[int, int, int]]:
-    """Drive to a target from its approaches in turn, all cycles of it before the next target."""
-    return [
-        (i, j, approach)
-        for i in range(plan.targets)
-        for j in range(plan.cycles)
-        for approach in plan.approaches
-    ]
-
-
-def _pilgrim_stops(plan: RunPlan) -> list[tuple[int, int, int]]:
-    """Drive a window of n targets, forward and back, that moves on by one target at a time.
-
-    Target i lies in the windows that start at i - n + 1 to i, hence in n of them; windows that
-    overlap an end of the axis are cut.
-    """
-    n, m = plan.cycles, plan.targets
-    return [
-        (i, window - (i - n + 1), approach)
-        for window in range(1 - n, m)
-        for approach in plan.approaches
-        for i in _pass(approach, max(0, window), min(m - 1, window + n - 1))
-    ]
-
-
-def _motion_times_s(plan: RunPlan, target: FloatArray, visits: _Visits) -> FloatArray:
+def _motion_times_s(plan: RunPlan, target: FloatArray, visits: Visits) -> FloatArray:
     """Return the time of each stop's reading since the start of the motion.
 
     The axis starts one overrun before the first stop. A target that is not ahead in the wanted
@@ -520,7 +457,7 @@ def _noise(
     return spread[:, None, None] * random.standard_normal(shape)
 
 
-def _outliers(axis: VirtualAxis, visits: _Visits, random: np.random.Generator) -> FloatArray:
+def _outliers(axis: VirtualAxis, visits: Visits, random: np.random.Generator) -> FloatArray:
     scatter = axis.scatter
     stops = visits.target.size
     _require(scatter.outliers <= stops, "there are more outliers than readings", "outliers")
@@ -533,7 +470,7 @@ def _outliers(axis: VirtualAxis, visits: _Visits, random: np.random.Generator) -
     return outlier
 
 
-def _lost_stops(axis: VirtualAxis, visits: _Visits, random: np.random.Generator) -> IndexArray:
+def _lost_stops(axis: VirtualAxis, visits: Visits, random: np.random.Generator) -> IndexArray:
     """Return the numbers of the stops without reading; two of each target and approach stay."""
     left = np.full((axis.plan.targets, 2), axis.plan.cycles)
     lost: list[int] = []
@@ -584,7 +521,7 @@ def generate_positioning_run(axis: VirtualAxis, *, seed: int) -> GeneratedRun:
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
     shape = (plan.targets, plan.cycles, 2)
     target = _target_positions(plan, streams[0])
-    visits = _visits(plan)
+    visits = visits_of(plan.targets, plan.cycles, plan.approaches, plan.mode)
     motion_time_s = np.full(shape, np.nan)
     motion_time_s[visits.place] = _motion_times_s(plan, target, visits)
     level = _levels(axis, target, streams[1])
