@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
+from tests.unit.controls.builders import plan_of, program_of
 from thermaxis.controls import (
-    ProgramRequest,
     ReadTable,
     TableRequest,
     check_options,
@@ -23,7 +23,6 @@ from thermaxis.positioning import (
     TestPlan,
     compensation_table,
     interpolation_bound,
-    moves_of_plan,
     order_of_visits,
     table_points,
     values_at_points,
@@ -32,31 +31,6 @@ from thermaxis.quantities import AxisKind
 
 FANUC = control_by_name("fanuc")
 LINEAR, ROTARY = AxisKind.LINEAR, AxisKind.ROTARY
-
-
-def plan_of(**changes: object) -> TestPlan:
-    fields: dict[str, object] = {
-        "kind": LINEAR,
-        "axis": "X",
-        "target": np.array([0.0, 21.5, 38.0, 61.0, 83.0, 99.0]),
-        "cycles": 5,
-        "feed": 300.0,
-        "dwell_s": 2.0,
-        "recording_s": 0.5,
-        "overrun": 5.0,
-    }
-    return TestPlan(**{**fields, **changes})
-
-
-def program_of(plan: TestPlan, *sets: str, warm_up: int = 0, **changes: object) -> str:
-    fields: dict[str, object] = {
-        "plan": plan,
-        "plan_sha256": plan_sha256(plan),
-        "blocks": moves_of_plan(plan, warm_up=warm_up),
-        "axis": plan.axis,
-        "options": check_options(FANUC, sets, purpose="program"),
-    }
-    return FANUC.format_program(ProgramRequest(**{**fields, **changes}))
 
 
 # ---- a small interpreter of the program, which shares nothing with the writer --------------------
@@ -132,7 +106,7 @@ def test_the_axis_visits_every_target_in_order_and_from_its_side(
     form: str, cycle: Cycle, approaches: tuple[int, ...]
 ) -> None:
     plan = plan_of(cycle=cycle, approaches=approaches)
-    drive = drive_fanuc(program_of(plan, f"call={form}", warm_up=2), "X")
+    drive = drive_fanuc(program_of(FANUC, plan, f"call={form}", warm_up=2), "X")
     check_drive(drive, plan, warm_up=2)
 
 
@@ -149,39 +123,39 @@ def test_no_move_ends_beyond_the_plan_however_its_overrun_rounds(
     plan = plan_of(
         overrun=overrun, cycles=cycles, cycle=cycle, target=start + np.array([0.0, 7.123, 31.0])
     )
-    check_drive(drive_fanuc(program_of(plan, warm_up=1), "X"), plan, warm_up=1)
+    check_drive(drive_fanuc(program_of(FANUC, plan, warm_up=1), "X"), plan, warm_up=1)
 
 
 @pytest.mark.parametrize(
     "title", ["x) G0 Z-100", "*)", "; M30", "µ ~ ", "(MSG) %", "O1234 M99", "x" * 200]
 )
 def test_a_title_stays_a_comment(title: str) -> None:
-    check_drive(drive_fanuc(program_of(plan_of(title=title)), "X"), plan_of())
+    check_drive(drive_fanuc(program_of(FANUC, plan_of(title=title)), "X"), plan_of())
 
 
 def test_the_head_has_the_whole_hash_and_says_that_offsets_must_be_zero() -> None:
     plan = plan_of()
-    text = program_of(plan, "work_offset=G55")
+    text = program_of(FANUC, plan, "work_offset=G55")
     assert f"({plan_sha256(plan).upper()})" in text
     assert "ZERO IN G55" in text
     assert "\nG55 G90" in text
     assert "WARNING TRAVEL" in text
     assert "LATHE" in text
-    stated = program_of(plan, travel=(-10.0, 110.0))
+    stated = program_of(FANUC, plan, travel=(-10.0, 110.0))
     assert "ZERO OFFSETS ONLY" in stated
 
 
 def test_a_rotary_axis_is_warned_of_roll_over() -> None:
     plan = plan_of(kind=ROTARY, axis="B")
-    text = program_of(plan)
+    text = program_of(FANUC, plan)
     check_drive(drive_fanuc(text, "B"), plan)
     assert "ROLL OVER" in text
 
 
 def test_a_dwell_is_rounded_up_to_milliseconds() -> None:
-    text = program_of(plan_of(dwell_s=1.0002, recording_s=0.0))
+    text = program_of(FANUC, plan_of(dwell_s=1.0002, recording_s=0.0))
     assert "G04 P1001\n" in text
-    assert "G04" not in program_of(plan_of(dwell_s=0.0, recording_s=0.0))
+    assert "G04" not in program_of(FANUC, plan_of(dwell_s=0.0, recording_s=0.0))
 
 
 @pytest.mark.parametrize(
@@ -205,7 +179,7 @@ def test_what_the_control_cannot_drive_is_refused(
     changes: dict[str, object], sets: list[str], more: dict[str, object]
 ) -> None:
     with pytest.raises(ConfigurationError):
-        program_of(plan_of(**changes), *sets, **more)
+        program_of(FANUC, plan_of(**changes), *sets, **more)
 
 
 # ---- tables -------------------------------------------------------------------------------------
@@ -746,13 +720,6 @@ def test_a_reference_position_far_away_is_refused_before_room_is_made_for_the_wa
         made(table)
     with pytest.raises(ConfigurationError, match="more than three decimals"):
         made(simple([0.0, 1.0], start=0.0, step=1e-9))
-
-
-@pytest.mark.parametrize("sets", [[], ["bidirectional=1"], ["detection_unit=0.1"]])
-@pytest.mark.parametrize("backlash", [None, -3.0])
-def test_every_sentence_ends_with_a_full_stop(sets: list[str], backlash: float | None) -> None:
-    table = simple([0.0, 9.0], start=0.0, step=10.0, backlash=backlash)
-    assert all(s.endswith(".") for s in made(table, *sets).sentences)
 
 
 def test_a_file_of_one_table_is_not_taken_for_two() -> None:

@@ -1,13 +1,13 @@
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.unit.controls.builders import plan_of, program_of, read_text, table_text
 from thermaxis.controls import (
     Control,
-    ProgramRequest,
     TableRequest,
     check_options,
     control_by_name,
@@ -23,7 +23,6 @@ from thermaxis.positioning import (
     TestPlan,
     compensation_table,
     interpolation_bound,
-    moves_of_plan,
     order_of_visits,
     table_points,
     values_at_points,
@@ -33,33 +32,6 @@ from thermaxis.quantities import AxisKind
 NAMES = ("heidenhain-itnc530", "heidenhain-tnc640")
 ITNC, TNC640 = (control_by_name(name) for name in NAMES)
 LINEAR, ROTARY = AxisKind.LINEAR, AxisKind.ROTARY
-
-
-def plan_of(**changes: object) -> TestPlan:
-    fields: dict[str, object] = {
-        "kind": LINEAR,
-        "axis": "X",
-        "target": np.array([0.0, 21.5, 38.0, 61.0, 83.0, 99.0]),
-        "cycles": 5,
-        "feed": 300.0,
-        "dwell_s": 2.0,
-        "recording_s": 0.5,
-        "overrun": 5.0,
-    }
-    return TestPlan(**{**fields, **changes})
-
-
-def program_of(
-    control: Control, plan: TestPlan, *sets: str, warm_up: int = 0, **changes: object
-) -> str:
-    fields: dict[str, object] = {
-        "plan": plan,
-        "plan_sha256": plan_sha256(plan),
-        "blocks": moves_of_plan(plan, warm_up=warm_up),
-        "axis": plan.axis,
-        "options": check_options(control, sets, purpose="program"),
-    }
-    return control.format_program(ProgramRequest(**{**fields, **changes}))
 
 
 # ---- a small interpreter of Klartext, which shares nothing with the writer -----------------------
@@ -262,16 +234,6 @@ def table_of(control: Control, kind: AxisKind = LINEAR, **changes: object) -> Co
     return compensation_table(LEVELS, position, **fields)
 
 
-def written(control: Control, table: CompensationTable, *sets: str) -> str:
-    options = check_options(control, sets, purpose="table")
-    return control.format_table(TableRequest(table=table, options=options)).text
-
-
-def read(control: Control, text: str, kind: AxisKind = LINEAR, *sets: str):
-    options = check_options(control, sets, purpose="table")
-    return control.read_table(text, "t.com", kind, options)
-
-
 ITNC_TEXT = (
     "BEGIN AXIS-X.COM  DATUM:-100.0000 DISTANCE:+100.0000\r\n"
     "NR                  X\r\n"
@@ -294,11 +256,11 @@ TNC640_TEXT = (
 
 
 def test_the_older_form_has_the_mean_of_each_point_to_the_letter() -> None:
-    assert written(ITNC, table_of(ITNC)) == ITNC_TEXT  # 17.02 - 2 is written as 15.0 µm
+    assert table_text(ITNC, table_of(ITNC)) == ITNC_TEXT  # 17.02 - 2 is written as 15.0 µm
 
 
 def test_the_newer_form_has_a_column_for_each_direction_to_the_letter() -> None:
-    assert written(TNC640, table_of(TNC640)) == TNC640_TEXT  # 14.04 - 2 is written as 12.0 µm
+    assert table_text(TNC640, table_of(TNC640)) == TNC640_TEXT  # 14.04 - 2 is written as 12.0 µm
 
 
 def test_values_of_a_rotary_axis_are_in_degrees() -> None:
@@ -308,29 +270,31 @@ def test_values_of_a_rotary_axis_are_in_degrees() -> None:
         position=np.array([0.0, 90.0]),
         deviation=np.array([[0.0, 0.0], [36.0, 36.0]]),
     )
-    assert "+0.0100" in written(TNC640, table)
-    assert written(ITNC, table).splitlines()[3] == "1       +90.0000    +0.0100"
-    assert read(ITNC, written(ITNC, table), ROTARY).table.deviation[1, 0] == pytest.approx(36.0)
+    assert "+0.0100" in table_text(TNC640, table)
+    assert table_text(ITNC, table).splitlines()[3] == "1       +90.0000    +0.0100"
+    assert read_text(ITNC, table_text(ITNC, table), ROTARY).table.deviation[1, 0] == pytest.approx(
+        36.0
+    )
 
 
 def test_a_positive_deviation_is_corrected_towards_the_negative_side() -> None:
     for control in (ITNC, TNC640):
-        got = read(control, written(control, table_of(control)))
+        got = read_text(control, table_text(control, table_of(control)))
         correction = control.correction(got.table, np.array([300.0]))
         assert correction[0, FORWARD] < -14.0
 
 
 def test_without_reversal_the_column_of_the_negative_direction_is_empty() -> None:
-    text = written(TNC640, table_of(TNC640, per_direction=False))
+    text = table_text(TNC640, table_of(TNC640, per_direction=False))
     assert text.splitlines()[2] == "0    -100.0000                   -0.0025"
-    got = read(TNC640, text).table
+    got = read_text(TNC640, text).table
     assert not got.per_direction
     assert got.deviation[0].tolist() == pytest.approx([-2.5, -2.5])
 
 
 def test_a_reversal_held_apart_goes_into_the_columns_of_the_newer_form() -> None:
     table = table_of(TNC640, per_direction=False, backlash=True)
-    got = read(TNC640, written(TNC640, table)).table
+    got = read_text(TNC640, table_text(TNC640, table)).table
     assert got.deviation_at(table.position) == pytest.approx(
         table.deviation_at(table.position), abs=0.05 + 1e-9
     )
@@ -375,7 +339,7 @@ def test_written_read_and_simulated_a_table_stays_within_bound_and_rounding(
         reference_position=reference,
         per_direction=rule.per_direction,
     )
-    got = read(control, written(control, table), kind).table
+    got = read_text(control, table_text(control, table), kind).table
     assert got.position == pytest.approx(position, abs=1e-6)
     off = np.abs(got.deviation - table.deviation)
     assert float(np.max(off)) <= 0.5 * rule.resolution + 1e-6
@@ -422,7 +386,7 @@ def test_the_reader_of_the_older_form_names_defect_and_line(
 ) -> None:
     assert old in ITNC_TEXT
     with pytest.raises(MeasurementFileError, match=what) as caught:
-        read(ITNC, ITNC_TEXT.replace(old, new, 1))
+        read_text(ITNC, ITNC_TEXT.replace(old, new, 1))
     assert f"line {line}" in caught.value.where
 
 
@@ -448,7 +412,7 @@ def test_the_reader_of_the_newer_form_names_defect_and_line(
 ) -> None:
     assert old in TNC640_TEXT
     with pytest.raises(MeasurementFileError, match=what) as caught:
-        read(TNC640, TNC640_TEXT.replace(old, new, 1))
+        read_text(TNC640, TNC640_TEXT.replace(old, new, 1))
     assert f"line {line}" in caught.value.where
 
 
@@ -459,15 +423,15 @@ def test_the_257th_row_is_refused_in_writing_and_in_reading(control: Control) ->
         kind=LINEAR, axis="X", position=position, deviation=np.zeros((257, 2))
     )
     with pytest.raises(ConfigurationError, match="256"):
-        written(control, table)
+        table_text(control, table)
     whole = CompensationTable(
         kind=LINEAR, axis="X", position=position[:256], deviation=np.zeros((256, 2))
     )
-    text = written(control, whole)
-    assert read(control, text).table.position.size == 256
+    text = table_text(control, whole)
+    assert read_text(control, text).table.position.size == 256
     last = text.replace("[END]\r\n", "").splitlines()[-1].replace("255", "256")
     with pytest.raises(MeasurementFileError, match="at most 256"):
-        read(control, text.replace("[END]\r\n", "") + last + "\r\n[END]\r\n")
+        read_text(control, text.replace("[END]\r\n", "") + last + "\r\n[END]\r\n")
 
 
 @pytest.mark.parametrize("control", [ITNC, TNC640], ids=NAMES)
@@ -477,7 +441,7 @@ def test_the_257th_row_is_refused_in_writing_and_in_reading(control: Control) ->
 @settings(max_examples=150, deadline=None)
 def test_hostile_text_is_an_error_with_words(control: Control, text: str) -> None:
     with pytest.raises(MeasurementFileError):
-        read(control, text)
+        read_text(control, text)
 
 
 @pytest.mark.parametrize(("control", "good"), [(ITNC, ITNC_TEXT), (TNC640, TNC640_TEXT)], ids=NAMES)
@@ -490,7 +454,7 @@ def test_a_damaged_table_is_read_or_refused_and_never_falls(
     cut = data.draw(st.integers(0, 30))
     put = data.draw(st.text(max_size=5))
     try:
-        got = read(control, good[:place] + put + good[place + cut :])
+        got = read_text(control, good[:place] + put + good[place + cut :])
     except MeasurementFileError:
         return
     assert bool(np.all(np.isfinite(got.table.deviation)))
@@ -499,9 +463,9 @@ def test_a_damaged_table_is_read_or_refused_and_never_falls(
 @pytest.mark.parametrize(("control", "good"), [(ITNC, ITNC_TEXT), (TNC640, TNC640_TEXT)], ids=NAMES)
 def test_an_endless_line_and_an_endless_file_are_refused(control: Control, good: str) -> None:
     with pytest.raises(MeasurementFileError, match="longer than 1000"):
-        read(control, good.replace("X\r\n", "X " * 100_000 + "\r\n", 1))
+        read_text(control, good.replace("X\r\n", "X " * 100_000 + "\r\n", 1))
     with pytest.raises(MeasurementFileError, match="too large"):
-        read(control, good + " " * 5_000_000)
+        read_text(control, good + " " * 5_000_000)
 
 
 def test_columns_of_other_axes_are_named_and_not_simulated() -> None:
@@ -512,22 +476,22 @@ def test_columns_of_other_axes_are_named_and_not_simulated() -> None:
         "1       +10.0000    +0.0020               +0.0300",
         "[END]",
     ]
-    got = read(ITNC, "\n".join(lines) + "\n")
+    got = read_text(ITNC, "\n".join(lines) + "\n")
     assert got.table.deviation[:, 0].tolist() == pytest.approx([0.0, 2.0])
     assert any("Y, Z" in finding for finding in got.findings)
 
 
 def test_a_table_whose_name_has_no_axis_takes_the_only_column_and_says_so() -> None:
-    got = read(ITNC, ITNC_TEXT.replace("AXIS-X", "COMP1"))
+    got = read_text(ITNC, ITNC_TEXT.replace("AXIS-X", "COMP1"))
     assert got.table.axis == "X"
     assert got.findings
     with pytest.raises(MeasurementFileError, match="which is its own"):
-        read(TNC640, TNC640_TEXT.replace("AXIS_X", "COMP1").replace("      X", "      X   Y"))
+        read_text(TNC640, TNC640_TEXT.replace("AXIS_X", "COMP1").replace("      X", "      X   Y"))
 
 
 def test_a_distance_that_is_no_power_of_two_is_refused_where_it_is_asked_for() -> None:
     with pytest.raises(ConfigurationError, match="power of two") as caught:
-        written(ITNC, table_of(ITNC), "spacing=power_of_two")
+        table_text(ITNC, table_of(ITNC), "spacing=power_of_two")
     assert "52.4288" in caught.value.remedy
     assert "104.8576" in caught.value.remedy
     table = CompensationTable(
@@ -537,9 +501,9 @@ def test_a_distance_that_is_no_power_of_two_is_refused_where_it_is_asked_for() -
         deviation=np.zeros((4, 2)),
         reference_position=0.0,
     )
-    text = written(ITNC, table, "spacing=power_of_two")
+    text = table_text(ITNC, table, "spacing=power_of_two")
     assert "DISTANCE:+6.5536" in text
-    assert not read(ITNC, text, LINEAR, "spacing=power_of_two").findings
+    assert not read_text(ITNC, text, LINEAR, "spacing=power_of_two").findings
 
 
 @pytest.mark.parametrize(
@@ -561,7 +525,7 @@ def test_a_table_that_the_form_cannot_hold_is_refused(
         kind=LINEAR, axis=axis, position=np.array(position), deviation=np.zeros((len(position), 2))
     )
     with pytest.raises(ConfigurationError):
-        written(control, table)
+        table_text(control, table)
 
 
 def test_points_at_unequal_distances_are_kept_by_the_newer_form() -> None:
@@ -571,19 +535,7 @@ def test_points_at_unequal_distances_are_kept_by_the_newer_form() -> None:
         position=np.array([0.0, 10.1234, 25.0]),
         deviation=np.array([[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]),
     )
-    got = read(TNC640, written(TNC640, table)).table
+    got = read_text(TNC640, table_text(TNC640, table)).table
     assert got.axis == "Z1"
     assert got.position.tolist() == table.position.tolist()
     assert got.deviation == pytest.approx(table.deviation)
-
-
-@pytest.mark.parametrize("control", [ITNC, TNC640])
-@pytest.mark.parametrize("kind", [LINEAR, ROTARY])
-@pytest.mark.parametrize("backlash", [None, -3.0])
-def test_every_sentence_ends_with_a_full_stop(
-    control: Control, kind: AxisKind, backlash: float | None
-) -> None:
-    table = replace(table_of(control, kind), backlash=backlash)
-    options = check_options(control, [], purpose="table")
-    said = control.format_table(TableRequest(table=table, options=options)).sentences
-    assert all(s.endswith(".") for s in said)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.unit.controls.builders import planned_stops, program_of
 from thermaxis.controls import (
-    ProgramRequest,
     TableRequest,
     check_options,
     control_by_name,
@@ -27,8 +27,6 @@ from thermaxis.positioning import (
     compensation_table,
     evaluate_duration,
     interpolation_bound,
-    moves_of_plan,
-    order_of_visits,
     table_points,
     values_at_points,
 )
@@ -52,21 +50,6 @@ HOSTILE = [
 
 def table_options(*stated: str) -> dict[str, str]:
     return dict(check_options(CONTROL, stated, purpose="table"))
-
-
-def request(plan: TestPlan, *stated: str, warm_up: int = 0, axis: str = "X", **more: object) -> str:
-    options = check_options(CONTROL, stated, purpose="program")
-    blocks = moves_of_plan(plan, warm_up=warm_up)
-    return CONTROL.format_program(
-        ProgramRequest(
-            plan=plan,
-            plan_sha256=plan_sha256(plan),
-            blocks=blocks,
-            axis=axis,
-            options=options,
-            **more,
-        )
-    )
 
 
 # ---- an interpreter of the few words that the programs use --------------------------------------
@@ -116,21 +99,14 @@ def drive(program: str, letter: str = "X", start: float = 1000.0) -> Driven:
     return done
 
 
-def planned_stops(plan: TestPlan) -> list[tuple[float, float]]:
-    visits = order_of_visits(plan)
-    side = np.where(visits.approach == FORWARD, 1.0, -1.0)
-    return list(zip(plan.target[visits.target].tolist(), side.tolist(), strict=True))
-
-
 @pytest.mark.parametrize("cycle", list(Cycle))
 @pytest.mark.parametrize("approaches", [(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)])
-@pytest.mark.parametrize("warm_up", [0, 1, 4])
-@pytest.mark.parametrize("coordinates", ["machine", "work"])
+@pytest.mark.parametrize(("warm_up", "coordinates"), [(0, "machine"), (4, "work"), (1, "machine")])
 def test_the_program_visits_every_target_in_order_from_its_side(
     cycle: Cycle, approaches: tuple[int, ...], warm_up: int, coordinates: str
 ) -> None:
     plan = replace(PLAN, cycle=cycle, approaches=approaches)
-    program = request(plan, f"coordinates={coordinates}", warm_up=warm_up)
+    program = program_of(CONTROL, plan, f"coordinates={coordinates}", warm_up=warm_up)
     for start in (-1000.0, 10.123, 1000.0):
         done = drive(program, start=start)
         assert done.stops == planned_stops(plan)
@@ -141,12 +117,12 @@ def test_the_program_visits_every_target_in_order_from_its_side(
 
 
 def test_the_head_states_the_duration_that_the_motion_takes() -> None:
-    program = request(PLAN)
+    program = program_of(CONTROL, PLAN)
     done = drive(program)
     seconds = 60.0 * done.way / PLAN.feed + sum(done.dwell_s)
     assert f"duration about {seconds / 60:.1f} min" in program
     assert seconds == pytest.approx(evaluate_duration(PLAN).total_s, abs=2.0)
-    warmed = request(PLAN, warm_up=500)
+    warmed = program_of(CONTROL, PLAN, warm_up=500)
     done = drive(warmed)
     minutes = done.way / PLAN.feed + sum(done.dwell_s) / 60
     assert f"duration about {minutes:.1f} min" in warmed
@@ -171,7 +147,7 @@ def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
     plan = replace(
         PLAN, target=target, cycle=cycle, approaches=approaches, cycles=cycles, overrun=overrun
     )
-    done = drive(request(plan))
+    done = drive(program_of(CONTROL, plan))
     assert done.stops == planned_stops(plan)
     assert min(done.places) >= plan.lowest - 1e-6
     assert max(done.places) <= plan.highest + 1e-6
@@ -181,8 +157,8 @@ def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
 def test_text_of_a_plan_stays_a_comment_without_any_power(title: str) -> None:
     assert title.isprintable()  # a plan refuses what is not
     plan = replace(PLAN, title=title)
-    program = request(plan)
-    plain = request(PLAN)
+    program = program_of(CONTROL, plan)
+    plain = program_of(CONTROL, PLAN)
     assert drive(program) == drive(plain)
     body = [line for line in program.splitlines() if not line.startswith("(title")]
     wanted = [line.replace(plan_sha256(PLAN), plan_sha256(plan)) for line in plain.splitlines()]
@@ -195,7 +171,7 @@ def test_text_of_a_plan_stays_a_comment_without_any_power(title: str) -> None:
 
 def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
     plan = replace(PLAN, title="Spindle side, run 2")
-    head = [line for line in request(plan).splitlines() if line.startswith("(")]
+    head = [line for line in program_of(CONTROL, plan).splitlines() if line.startswith("(")]
     text = "\n".join(head)
     assert f"(plan sha256 {plan_sha256(plan)})" in head
     assert "(title Spindle side run 2)" in head
@@ -203,16 +179,18 @@ def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
     assert "feed 600 mm per min" in text
     assert "Prove with reduced feed" in text
     assert "WARNING travel of the axis was not stated" in text
-    stated = request(plan, travel=(-10.0, 50.0))
+    stated = program_of(CONTROL, plan, travel=(-10.0, 50.0))
     assert "travel -10.000 to 50.000 mm was checked" in stated
     assert "WARNING" not in stated
-    assert "WARNING the check holds" in request(plan, "coordinates=work", travel=(-10.0, 50.0))
+    assert "WARNING the check holds" in program_of(
+        CONTROL, plan, "coordinates=work", travel=(-10.0, 50.0)
+    )
 
 
 @pytest.mark.parametrize("travel", [(-6.0, 50.0), (-10.0, 37.0)])
 def test_motion_beyond_the_travel_is_refused(travel: tuple[float, float]) -> None:
     with pytest.raises(ConfigurationError, match=r"from -6.5 to 37.8 mm; its travel is"):
-        request(PLAN, travel=travel)
+        program_of(CONTROL, PLAN, travel=travel)
 
 
 @pytest.mark.parametrize(
@@ -221,10 +199,12 @@ def test_motion_beyond_the_travel_is_refused(travel: tuple[float, float]) -> Non
 def test_an_axis_has_one_letter_that_fits_its_kind(kind: str, good: str, bad: str) -> None:
     plan = replace(PLAN, kind=AxisKind(kind))
     for letter in good:
-        assert drive(request(plan, axis=letter), letter.upper()).stops == planned_stops(plan)
+        assert drive(program_of(CONTROL, plan, axis=letter), letter.upper()).stops == planned_stops(
+            plan
+        )
     for name in (*bad, "X1", "XY", "X G0"):
         with pytest.raises(ConfigurationError, match="Name one of"):
-            request(plan, axis=name)
+            program_of(CONTROL, plan, axis=name)
 
 
 # ---- tables -------------------------------------------------------------------------------------
@@ -607,14 +587,14 @@ def test_numbers_are_taken_as_the_control_takes_them() -> None:
 @pytest.mark.parametrize("feed", [1e-7, 4e-10])
 def test_a_feed_that_would_be_written_as_zero_is_refused(feed: float) -> None:
     with pytest.raises(ConfigurationError, match="too small"):
-        request(replace(PLAN, feed=feed))
-    assert "F0.0005" in request(replace(PLAN, feed=0.0005))
+        program_of(CONTROL, replace(PLAN, feed=feed))
+    assert "F0.0005" in program_of(CONTROL, replace(PLAN, feed=0.0005))
 
 
 def test_the_longest_program_is_written_in_a_moment_and_its_lines_are_short() -> None:
     target = np.arange(1000) * 1.0
     plan = replace(PLAN, target=target, cycle=Cycle.PILGRIM, cycles=90)
-    program = request(plan)
+    program = program_of(CONTROL, plan)
     assert max(map(len, program.splitlines())) < 120
     assert len(drive(program).stops) == plan.stops
 
@@ -633,9 +613,9 @@ def test_a_huge_file_is_refused_and_a_long_one_is_read_at_once() -> None:
 def test_an_overrun_that_is_lost_in_the_digits_is_refused() -> None:
     for cycle in Cycle:
         with pytest.raises(ConfigurationError, match="overrun is shorter"):
-            request(replace(PLAN, cycle=cycle, overrun=1e-9))
+            program_of(CONTROL, replace(PLAN, cycle=cycle, overrun=1e-9))
     plan = replace(PLAN, overrun=2e-6)
-    assert drive(request(plan)).stops == planned_stops(plan)
+    assert drive(program_of(CONTROL, plan)).stops == planned_stops(plan)
 
 
 def test_the_control_is_found_by_its_name() -> None:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.unit.controls.builders import planned_stops, program_of
 from thermaxis.controls import (
-    ProgramRequest,
     TableRequest,
     TableText,
     check_options,
@@ -26,8 +26,6 @@ from thermaxis.positioning import (
     TestPlan,
     compensation_table,
     interpolation_bound,
-    moves_of_plan,
-    order_of_visits,
     table_points,
     values_at_points,
 )
@@ -52,20 +50,6 @@ MODES = ("G710 G90 G94 G40 D0", "TRAFOOF", "DIAMOF", "G60 G601", "DEF INT THX_CY
 
 def table_options(*stated: str) -> dict[str, str]:
     return dict(check_options(CONTROL, stated, purpose="table"))
-
-
-def request(plan: TestPlan, *stated: str, warm_up: int = 0, **more: object) -> str:
-    options = check_options(CONTROL, stated, purpose="program")
-    return CONTROL.format_program(
-        ProgramRequest(
-            plan=plan,
-            plan_sha256=plan_sha256(plan),
-            blocks=moves_of_plan(plan, warm_up=warm_up),
-            axis=str(more.pop("axis", plan.axis)),
-            options=options,
-            **more,
-        )
-    )
 
 
 # ---- an interpreter of the few words that the programs use --------------------------------------
@@ -126,21 +110,14 @@ def drive(
     return done
 
 
-def planned_stops(plan: TestPlan) -> list[tuple[float, float]]:
-    visits = order_of_visits(plan)
-    side = np.where(visits.approach == FORWARD, 1.0, -1.0)
-    return list(zip(plan.target[visits.target].tolist(), side.tolist(), strict=True))
-
-
 @pytest.mark.parametrize("cycle", list(Cycle))
 @pytest.mark.parametrize("approaches", [(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)])
-@pytest.mark.parametrize("warm_up", [0, 1, 4])
-@pytest.mark.parametrize("coordinates", ["machine", "work"])
+@pytest.mark.parametrize(("warm_up", "coordinates"), [(0, "machine"), (4, "work"), (1, "machine")])
 def test_the_program_visits_every_target_in_order_from_its_side(
     cycle: Cycle, approaches: tuple[int, ...], warm_up: int, coordinates: str
 ) -> None:
     plan = replace(PLAN, cycle=cycle, approaches=approaches)
-    program = request(plan, f"coordinates={coordinates}", warm_up=warm_up)
+    program = program_of(CONTROL, plan, f"coordinates={coordinates}", warm_up=warm_up)
     for start in (-1000.0, 10.123, 1000.0):
         done = drive(program, start=start)
         assert done.stops == planned_stops(plan)
@@ -164,7 +141,7 @@ def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
 ) -> None:
     target = np.array(sorted(thousandths)) / 1000.0
     plan = replace(PLAN, target=target, cycle=cycle, cycles=cycles, overrun=overrun)
-    done = drive(request(plan))
+    done = drive(program_of(CONTROL, plan))
     assert done.stops == planned_stops(plan)
     assert min(done.places) >= plan.lowest - 1e-6
     assert max(done.places) <= plan.highest + 1e-6
@@ -174,17 +151,17 @@ def test_any_plan_is_driven_as_planned_and_never_beyond_its_ends(
 def test_software_limits_that_are_too_near_lead_past_all_motion_to_an_alarm(
     limits: tuple[float, float],
 ) -> None:
-    done = drive(request(PLAN), software_limits=limits)
+    done = drive(program_of(CONTROL, PLAN), software_limits=limits)
     assert done.places == []
     assert done.alarms == [ALARM]
-    assert drive(request(PLAN), software_limits=(-6.5, 37.8)).alarms == []
+    assert drive(program_of(CONTROL, PLAN), software_limits=(-6.5, 37.8)).alarms == []
 
 
 @pytest.mark.parametrize("title", HOSTILE)
 def test_text_of_a_plan_stays_a_comment_without_any_power(title: str) -> None:
     plan = replace(PLAN, title=title)
-    program = request(plan)
-    plain = request(PLAN)
+    program = program_of(CONTROL, plan)
+    plain = program_of(CONTROL, PLAN)
     assert drive(program) == drive(plain)
     body = [line for line in program.split("\r\n") if not line.startswith("; title")]
     wanted = [line.replace(plan_sha256(PLAN), plan_sha256(plan)) for line in plain.split("\r\n")]
@@ -196,30 +173,30 @@ def test_text_of_a_plan_stays_a_comment_without_any_power(title: str) -> None:
 
 def test_the_head_names_plan_axis_ends_and_what_was_not_checked() -> None:
     plan = replace(PLAN, title="Spindle side, run 2")
-    program = request(plan)
+    program = program_of(CONTROL, plan)
     assert f"; plan sha256 {plan_sha256(plan)}\r\n" in program
     assert "; title Spindle side run 2\r\n" in program
     assert "lowest -6.500 highest 37.800 mm" in program
     assert "Prove with reduced feed" in program
     assert "WARNING travel of the axis was not stated" in program
-    assert "WARNING" not in request(plan, travel=(-10.0, 50.0))
-    rotary = request(replace(plan, kind=AxisKind.ROTARY, axis="C"))
+    assert "WARNING" not in program_of(CONTROL, plan, travel=(-10.0, 50.0))
+    rotary = program_of(CONTROL, replace(plan, kind=AxisKind.ROTARY, axis="C"))
     assert "feed 600 deg per min" in rotary
     assert "WARNING on a modulo axis" in rotary
     with pytest.raises(ConfigurationError, match="its travel is"):
-        request(plan, travel=(-6.0, 50.0))
+        program_of(CONTROL, plan, travel=(-6.0, 50.0))
 
 
 @pytest.mark.parametrize("axis", ["X", "y", "Z2", "B", "C1", "AX1", "MX12", "U"])
 def test_an_axis_may_have_a_number(axis: str) -> None:
     plan = replace(PLAN, axis=axis)
-    assert drive(request(plan), axis.upper()).stops == planned_stops(plan)
+    assert drive(program_of(CONTROL, plan), axis.upper()).stops == planned_stops(plan)
 
 
 @pytest.mark.parametrize("axis", ["G1", "M30", "F", "POS", "D1", "N10", "X_1", "X123", "FOR", "T1"])
 def test_a_word_of_the_language_is_no_axis(axis: str) -> None:
     with pytest.raises(ConfigurationError, match="can have no axis"):
-        request(replace(PLAN, axis=axis))
+        program_of(CONTROL, replace(PLAN, axis=axis))
     with pytest.raises(ConfigurationError, match="can have no axis"):
         written(replace(TABLE, axis=axis))
 
@@ -319,17 +296,17 @@ def test_the_head_states_the_hash_of_the_run_once() -> None:
 
 
 def test_the_limits_are_those_of_the_machine_axis_and_moves_are_of_the_channel_axis() -> None:
-    program = request(PLAN, "machine_axis=ax1")
+    program = program_of(CONTROL, PLAN, "machine_axis=ax1")
     assert "$MA_POS_LIMIT_MINUS[AX1]" in program
     assert "[X1]" not in program
     done = drive(program, machine_axis="AX1")
     assert done.stops == planned_stops(PLAN)
     near = drive(program, machine_axis="AX1", software_limits=(0.0, 1e6))
     assert (near.places, len(near.alarms)) == ([], 1)
-    assert request(PLAN) == request(PLAN, "machine_axis=axis")
+    assert program_of(CONTROL, PLAN) == program_of(CONTROL, PLAN, "machine_axis=axis")
     for name in ("AX1]", "1X", "a" * 40, "AX 1"):
         with pytest.raises(ConfigurationError, match="no name of a machine axis"):
-            request(PLAN, f"machine_axis={name}")
+            program_of(CONTROL, PLAN, f"machine_axis={name}")
 
 
 def test_a_new_file_is_read_back_without_the_choice_among_the_older_ones_tables() -> None:
@@ -341,14 +318,6 @@ def test_a_new_file_is_read_back_without_the_choice_among_the_older_ones_tables(
     assert read.table.position.tolist() == TABLE.position.tolist()
     with pytest.raises(ConfigurationError, match="no number from 1 to 1"):
         CONTROL.read_table(text, "x", AxisKind.LINEAR, options)
-
-
-@pytest.mark.parametrize("sets", [[], ["form=ini"]])
-@pytest.mark.parametrize("backlash", [None, -3.0])
-def test_every_sentence_ends_with_a_full_stop(sets: list[str], backlash: float | None) -> None:
-    said = written(replace(TABLE, backlash=backlash), *sets).sentences
-    assert all(s.endswith(".") for s in said)
-    assert ("--backlash-in-force" in " ".join(said)) == (backlash is not None)
 
 
 def own_reader(text: str) -> tuple[np.ndarray, np.ndarray, float]:
@@ -653,16 +622,22 @@ def test_text_of_any_length_is_cut_in_the_head_of_a_table() -> None:
 
 def test_a_feed_that_would_be_written_as_zero_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="too small"):
-        request(replace(PLAN, feed=1e-7))
+        program_of(CONTROL, replace(PLAN, feed=1e-7))
 
 
 def test_an_overrun_that_is_lost_in_the_digits_is_refused() -> None:
     for cycle in Cycle:
         with pytest.raises(ConfigurationError, match="overrun is shorter"):
-            request(replace(PLAN, cycle=cycle, overrun=1e-9))
+            program_of(CONTROL, replace(PLAN, cycle=cycle, overrun=1e-9))
     plan = replace(PLAN, overrun=2e-6)
-    assert drive(request(plan)).stops == planned_stops(plan)
+    assert drive(program_of(CONTROL, plan)).stops == planned_stops(plan)
 
 
 def test_the_control_is_found_by_its_name() -> None:
     assert control_by_name("sinumerik") is CONTROL
+
+
+def test_the_words_ask_for_the_backlash_in_force_only_where_one_is_written() -> None:
+    for backlash in (None, -3.0):
+        said = written(replace(TABLE, backlash=backlash)).sentences
+        assert ("--backlash-in-force" in " ".join(said)) == (backlash is not None)

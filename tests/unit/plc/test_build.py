@@ -305,7 +305,7 @@ def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
     refused: set[str] = set()
     refusals: set[str] = set()
     moved = limited = weighted = 0
-    for seed in range(60):
+    for seed in (*range(24), 51):  # the last finds an offset outside its limits
         said = run(some_settings(seed), 700, 1000 + seed)
         states |= {(a.state, b.state) for a, b in pairwise(said)}
         for output in said:
@@ -346,12 +346,12 @@ def test_the_tree_equals_the_cycle_bit_for_bit_whatever_comes() -> None:
     }
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_long_run_equals_the_cycle(seed: int) -> None:
     assert len(run(some_settings(200 + seed), 4000, 5 + seed)) == 4000
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_with_a_cycle_that_binary_numbers_do_not_hold_the_first_minute_differs_by_rounding_only(
     seed: int,
 ) -> None:
@@ -477,7 +477,7 @@ def test_the_tree_equals_the_cycle_through_the_scenario_at_ten_seconds(seed: int
     assert first_difference(random_settings(seed, cycle_s=10.0), 1.0, seed) == ""
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_tree_equals_the_cycle_through_the_scenario_at_a_second(seed: int) -> None:
     assert first_difference(random_settings(seed), 0.6, seed) == ""
 
@@ -509,7 +509,7 @@ def quiet_inputs(
 
 
 @pytest.mark.parametrize("double", [True, False])
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(8))
 def test_every_program_keeps_the_rules_of_the_tree_and_has_nothing_that_is_not_used(
     seed: int, double: bool
 ) -> None:
@@ -1077,7 +1077,7 @@ def largest_jump_um(program: Program, seed: int, calls: int) -> tuple[float, flo
     return largest_um, way_um
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_an_axis_never_jumps_whatever_stands_there_after_losses_and_restarts(seed: int) -> None:
     largest_um, way_um = largest_jump_um(build_program(slow_settings()), seed, 4000)
     assert largest_um == pytest.approx(0.25, abs=1e-12)  # reached, never passed
@@ -1404,6 +1404,7 @@ def named(statement: Assign) -> str:
     return f"{getattr(statement.target, 'name', statement.target)} = {shown}{end}"
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "block",
     ["tx_lag", "tx_sensor", "tx_requests", "tx_supervisor", "tx_read_back", "tx_wanted",

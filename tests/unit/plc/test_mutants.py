@@ -444,7 +444,7 @@ def test_a_change_that_changes_nothing_is_not_noticed() -> None:
 
 
 def test_a_sample_of_the_mutants_of_structured_text_is_noticed() -> None:
-    chosen = every_mutant("st")[:32]
+    chosen = every_mutant("st")[:16]
     assert [name for name in unnoticed_in_st(chosen) if not excused(name)] == []
 
 
@@ -453,5 +453,5 @@ def test_a_sample_of_the_coefficients_in_real_is_noticed() -> None:
 
 
 def test_a_sample_of_the_mutants_of_c_is_noticed(tmp_path: Path) -> None:
-    chosen = every_mutant("c")[:24]
+    chosen = every_mutant("c")[:12]
     assert [name for name in unnoticed_in_c(chosen, tmp_path) if not excused(name)] == []
