@@ -21,7 +21,7 @@ def test_the_result_is_told_in_words(capsys):
     assert shown.err == ""
     assert "2000 experiments with 1000 normal random numbers each, seed 2017" in shown.out
     assert "1.4142" in shown.out
-    assert shown.out.count(", with the expected value)") == 2
+    assert shown.out.count(", with the expected value") == 2
     assert "The paper's 1.4076 from 1000 numbers lies inside" in shown.out
 
 
@@ -29,15 +29,15 @@ def test_unequal_deviations_are_compared_with_the_larger_and_the_smaller(capsys)
     run("--sigma-a", "1", "--sigma-b", "3", "--repetitions", "100")
     shown = capsys.readouterr().out
     assert "over the larger s, two sequences with sigma_a 1, sigma_b 3 (below 1.4142)" in shown
-    assert "theory, equation (10)      1.0541" in shown
-    assert "theory, equation (10)      3.1623" in shown
+    assert "theory, equation (10): 1.0541" in shown
+    assert "theory, equation (10): 3.1623" in shown
 
 
 def test_another_length_than_the_papers_is_said(capsys):
     run("--samples", "50", "--repetitions", "100")
     shown = capsys.readouterr().out
     assert "here with 50 numbers" in shown
-    assert "the expected value)" not in shown
+    assert "the expected value" not in shown
 
 
 def test_json_on_standard_output_stands_there_alone(capsys):

@@ -66,7 +66,7 @@ def test_tables_name_the_hash_the_targets_the_range_and_the_assumptions(
     printed = capsys.readouterr().out
     assert f"{plan_sha256(plan)}, spindle side" in printed
     assert all(f"{position:.3f}" in printed for position in plan.target.tolist())
-    assert f"from {plan.lowest:.6g} to {plan.highest:.6g} mm" in printed
+    assert f"from {plan.lowest:.6g} to {plan.highest:.6g} mm" in " ".join(printed.split())
     assert "noise 0.3 µm, drift 10 µm (assumed)" in printed
     assert "simulated runs through the drift" in " ".join(printed.split())
 

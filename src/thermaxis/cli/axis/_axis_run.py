@@ -23,7 +23,6 @@ from thermaxis.positioning import (
     is_single_run_axis,
 )
 from thermaxis.quantities import AxisKind
-from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, edition_name, fixed
 
 EDITION = Edition.E2014
 """Edition whose names the figures carry, the default of ``evaluate``."""
@@ -149,23 +148,6 @@ def absent_in_words(test: PositioningTest) -> str:
         side = "forward" if forward else "backward"
         return f"B, M, E, R, A of both directions: absent, measured {side} only"
     return "R, A: absent, too few readings" if test.cycles < 2 else ""
-
-
-def figure_rows(columns: list[dict[str, float | None]], decimals: int) -> list[list[str]]:
-    """Return rows of figures for a table: symbol, name, one number for each column."""
-    names = FIGURE_NAMES[EDITION]
-    rows: list[list[str]] = []
-    for key in FIGURE_KEYS:
-        if columns[0][key] is None:
-            continue
-        cells = [fixed(column[key], decimals, absent="–") for column in columns]
-        rows.append([FIGURE_SYMBOLS[key], names[key], *cells])
-    return rows
-
-
-def edition_in_words() -> str:
-    """Return the edition as tables name it."""
-    return edition_name(EDITION)
 
 
 def systematic_range(level: FloatArray) -> float:

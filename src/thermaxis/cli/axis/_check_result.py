@@ -1,7 +1,7 @@
 """What ``check-table`` finds, as text for a terminal and as JSON."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -9,30 +9,24 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.cli._text_table import filled, text_table
 from thermaxis.cli.axis._axis_run import (
     AxisRun,
     drift_in_words,
     read_run,
     run_in_words,
+    shown_figures,
     simulated_without_drift,
     systematic_range,
     temperature_in_words,
     with_drift,
 )
 from thermaxis.cli.axis._control_names import axis_name
-from thermaxis.cli.axis._correction_result import (
-    effect_table,
-    figures_as_json,
-    table_as_json,
-    targets_as_json,
-)
+from thermaxis.cli.axis._correction_result import effects, slope_in_words, table_of, targets_of
 from thermaxis.cli.axis._in_force import read_older
-from thermaxis.cli.axis._results import finite_or_none
 from thermaxis.controls import Control, ReadTable, check_options, control_by_name
 from thermaxis.errors import printable
 from thermaxis.positioning import CorrectionEffect, evaluate_correction
-from thermaxis.report import fixed
+from thermaxis.report.tables import Part, Section, Value
 
 _DECIMALS = 2
 _SPACING_ROUNDING = 0.0005
@@ -181,74 +175,50 @@ def _sign_findings(
     return [f"the table does not fit this run: {grows}{better}"]
 
 
-# ---- text ---------------------------------------------------------------------------------------
+def described(result: CheckedTable) -> list[Part]:
+    """Return what was found for terminal and JSON."""
+    run, measured = result.run, result.measured
+    findings = result.findings or ("nothing looks wrong in the table",)
+    ranges = {"before": measured.before, "after": measured.after}
+    ranges["opposite_sign"] = result.opposite.after
+    return [
+        Value("version", __version__),
+        Value("input", {"name": run.name, "sha256": run.sha256}),
+        Value("table_file", result.table_name),
+        Value("control", result.control_name),
+        Value("options", result.options),
+        Value("kind", str(run.test.kind)),
+        *_head(result),
+        table_of(result.read.table),
+        Value("points_in_file", result.read.points_in_file),
+        targets_of(run.test, measured, "Mean deviations at the targets"),
+        effects(run.test, measured, result.without_drift),
+        Value("figures.opposite_sign", shown_figures(run.test, result.opposite.figures_after)),
+        Value("range", {key: systematic_range(level) for key, level in ranges.items()}),
+        Section("", [Value("", findings, "finding" if result.findings else "no finding")]),
+        Value("findings", result.findings),
+        Value("warnings", _warnings(result), "warning"),
+    ]
 
 
-def as_text(result: CheckedTable) -> str:
-    """Return the result in words and tables, for a terminal."""
-    parts = [_head(result), _targets(result)]
-    parts.append(effect_table(result.run.test, result.measured, result.without_drift))
-    said = [f"finding: {printable(text, 600)}" for text in result.findings]
-    if not result.findings:
-        said.append("no finding: nothing looks wrong in the table")
-    said += [f"warning: {printable(text, 600)}" for text in _warnings(result)]
-    parts.append("\n".join(filled(text, hanging=True) for text in said) + "\n")
-    return "\n".join(parts)
-
-
-def _head(result: CheckedTable) -> str:
+def _head(result: CheckedTable) -> Iterator[str]:
     table = result.read.table
     units = table.kind.units
     axis = f" of axis {printable(table.axis, 40)}" if table.axis else ""
     every = "" if table.step is None else f", every {table.step:.9g} {units.position}"
-    slope, low, high = table.steepest_slope
-    lines = [
-        (
-            f"{printable(result.table_name)}: compensation table{axis}, read as"
-            f" {result.control.title} reads it"
-        ),
-        (
-            f"{table.position.size} points from {table.position[0]:.9g} to {table.position[-1]:.9g}"
-            f" {units.position}{every}; deviations"
-            f" {float(np.min(table.deviation)):+.{_DECIMALS}f} to"
-            f" {float(np.max(table.deviation)):+.{_DECIMALS}f} {units.deviation}"
-        ),
-    ]
+    yield f"{result.table_name}: compensation table{axis}, read as {result.control.title} reads it"
+    yield (
+        f"{table.position.size} points from {table.position[0]:.9g} to {table.position[-1]:.9g}"
+        f" {units.position}{every}; deviations {float(np.min(table.deviation)):+.2f} to"
+        f" {float(np.max(table.deviation)):+.2f} {units.deviation}"
+    )
     if table.position.size > 1:
-        lines.append(
-            f"steepest slope {slope:.3g} {units.deviation}/{units.position} from {low:.9g} to"
-            f" {high:.9g} {units.position}"
-        )
+        yield slope_in_words(table)
     if table.backlash is not None:
-        lines.append(f"reversal apart from the points {table.backlash:+.3f} {units.deviation}")
-    lines += [
-        f"sign: {result.control.sign}",
-        f"unit: {result.control.unit}",
-        run_in_words(result.run),
-    ]
-    return "\n".join(filled(line, hanging=True) for line in lines) + "\n"
-
-
-def _targets(result: CheckedTable) -> str:
-    effect, units = result.measured, result.run.test.kind.units
-    sides = [a for a, seen in enumerate(result.run.test.measured_approaches) if seen]
-    heads = [units.position]
-    for name in ("before", "correction", "after"):
-        heads += [f"{name} {'↑↓'[a]}" for a in sides]
-    rows: list[list[str]] = []
-    for i, place in enumerate(effect.target.tolist()):
-        cells = [
-            _signed(float(values[i, a]))
-            for values in (effect.before, effect.correction, effect.after)
-            for a in sides
-        ]
-        rows.append([f"{place:.3f}", *cells])
-    return text_table(f"Mean deviations at the targets, {units.deviation}", heads, rows)
-
-
-def _signed(value: float) -> str:
-    text = fixed(value, _DECIMALS, absent="–")
-    return f"+{text}" if value > 0.0 and float(text) != 0.0 else text
+        yield f"reversal apart from the points {table.backlash:+.3f} {units.deviation}"
+    yield f"sign: {result.control.sign}"
+    yield f"unit: {result.control.unit}"
+    yield run_in_words(result.run)
 
 
 def _warnings(result: CheckedTable) -> list[str]:
@@ -264,36 +234,3 @@ def _warnings(result: CheckedTable) -> list[str]:
     )
     said.append(f"temperature of the run: {temperature_in_words(run.test)}")
     return said
-
-
-# ---- JSON ---------------------------------------------------------------------------------------
-
-
-def as_json(result: CheckedTable) -> dict[str, object]:
-    """Return the result with the keys of the command's JSON."""
-    test = result.run.test
-    return {
-        "version": __version__,
-        "input": {"name": result.run.name, "sha256": result.run.sha256},
-        "table_file": result.table_name,
-        "control": result.control_name,
-        "options": dict(result.options),
-        "kind": str(test.kind),
-        "table": table_as_json(result.read.table),
-        "points_in_file": result.read.points_in_file,
-        "targets": targets_as_json(result.measured),
-        "figures": {
-            **figures_as_json(test, result.measured),
-            "opposite_sign": figures_as_json(test, result.opposite)["after"],
-        },
-        "figures_without_drift": None
-        if result.without_drift is None
-        else figures_as_json(test, result.without_drift),
-        "range": {
-            "before": finite_or_none(systematic_range(result.measured.before)),
-            "after": finite_or_none(systematic_range(result.measured.after)),
-            "opposite_sign": finite_or_none(systematic_range(result.opposite.after)),
-        },
-        "findings": list(result.findings),
-        "warnings": _warnings(result),
-    }

@@ -1,31 +1,33 @@
 """The result of ``correct`` as text for a terminal and as JSON."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.cli._text_table import filled, text_table
 from thermaxis.cli.axis._axis_run import (
+    EDITION,
     absent_in_words,
     axis_warning,
     drift_in_words,
-    edition_in_words,
-    figure_rows,
     run_in_words,
     shown_figures,
     systematic_range,
     temperature_in_words,
 )
 from thermaxis.cli.axis._make_table import MadeTable, OlderTable
-from thermaxis.cli.axis._results import finite_or_none
-from thermaxis.errors import printable
 from thermaxis.positioning import (
+    APPROACHES,
     BACKWARD,
+    FIGURE_KEYS,
     FORWARD,
     CompensationTable,
     CorrectionEffect,
     FloatArray,
     PositioningTest,
 )
+from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, edition_name
+from thermaxis.report.tables import Part, Section, Table, Value, rows_of
 
 _DECIMALS = 2
 _WRONG_SIGN = (
@@ -47,33 +49,48 @@ _SAME_REVERSAL = 1e-3
 """Reversals nearer than this are the same: the last digit that is shown. [µm or arcsec]"""
 
 
-def as_text(result: MadeTable, kept: str | None) -> str:
-    """Return the summary for a terminal."""
-    parts = [_head(result, kept), _sign_and_unit(result), _values(result), _left(result)]
-    parts.append(effect_table(result.run.test, result.measured, result.without_drift))
-    if result.older is not None:
-        parts.append(_older(result, result.older))
-    older = () if result.older is None else result.older.read.findings
-    said = [f"finding in the older table: {printable(text, 400)}" for text in older]
-    said += [f"read back: {printable(text, 400)}" for text in result.read.findings]
-    said += [f"warning: {printable(text, 600)}" for text in warnings_of(result)]
-    parts.append("\n".join(filled(text, hanging=True) for text in said) + "\n")
-    return "\n".join(parts)
-
-
-def _head(result: MadeTable, kept: str | None) -> str:
-    run = result.run
-    lines = [
-        (
-            f"{printable(result.output)}: compensation table of axis {run.axis} for"
-            f" {result.control.title}"
-        ),
-        run_in_words(run),
-        f"levels: {levels_in_words(result)}",
+def described(result: MadeTable, kept: str | None) -> list[Part]:
+    """Return a table that was made for terminal and JSON."""
+    run, drift, older = result.run, result.run.drift, result.older
+    state = drift.reference_time_s if result.drift_free and drift is not None else None
+    read = () if older is None else older.read.findings
+    return [
+        Value("version", __version__),
+        Value("input", {"name": run.name, "sha256": run.sha256}),
+        Value("output", result.output),
+        Section("", list(_head(result, kept))),
+        Value("older_file", kept),
+        Value("control", result.control_name),
+        Value("options", result.options),
+        Value("kind", str(run.test.kind)),
+        Value("axis", run.axis),
+        Value("levels", "drift-free" if result.drift_free else "measured"),
+        Value("reference_time_s", state),
+        Section("", list(_sign_and_unit(result))),
+        Value("sign", result.control.sign),
+        Value("unit", result.control.unit),
+        Value("sentences", result.text.sentences),
+        Section("", list(_values(result))),
+        table_of(result.read.table),
+        Value("backlash_in_force", result.in_force.backlash),
+        Value("reference_position", result.wanted.reference_position),
+        *_left(result),
+        targets_of(run.test, result.measured, ""),
+        effects(run.test, result.measured, result.without_drift),
+        Value("merge", None) if older is None else Section("merge", list(_older(result, older))),
+        Section("", [Value("", read, "finding in the older table")]),
+        Value("findings", result.read.findings, "read back"),
+        Value("warnings", warnings_of(result), "warning"),
     ]
+
+
+def _head(result: MadeTable, kept: str | None) -> Iterator[str]:
+    run = result.run
+    yield f"{result.output}: compensation table of axis {run.axis} for {result.control.title}"
+    yield run_in_words(run)
+    yield f"levels: {levels_in_words(result)}"
     if kept is not None:
-        lines.append(f"the table that stood there was kept as {printable(kept)}")
-    return "\n".join(lines) + "\n"
+        yield f"the table that stood there was kept as {kept}"
 
 
 def levels_in_words(result: MadeTable) -> str:
@@ -89,42 +106,39 @@ def levels_in_words(result: MadeTable) -> str:
     return f"drift-free, those of the thermal state{when}"
 
 
-def _sign_and_unit(result: MadeTable) -> str:
+def _sign_and_unit(result: MadeTable) -> Iterator[str]:
     control = result.control
-    first = [f"sign: {control.sign}", f"unit: {control.unit}"]
+    yield f"sign: {control.sign}"
+    yield f"unit: {control.unit}"
     known = {control.sign.rstrip("."), control.unit.rstrip(".")}
-    more = [s for s in result.text.sentences if s.rstrip(".") not in known]
+    yield from (s for s in result.text.sentences if s.rstrip(".") not in known)
     options = ", ".join(f"{name}={value}" for name, value in result.options.items())
     if options:
-        more.append(f"options: {options}")
-    return "\n".join(filled(printable(s, 600), hanging=True) for s in (*first, *more)) + "\n"
+        yield f"options: {options}"
 
 
-def _values(result: MadeTable) -> str:
+def _values(result: MadeTable) -> Iterator[str]:
     table = result.wanted
     unit, place = table.kind.units.deviation, table.kind.units.position
     worst = np.unravel_index(int(np.argmax(np.abs(table.deviation))), table.deviation.shape)
     lowest, highest = float(np.min(table.deviation)), float(np.max(table.deviation))
     most = "" if result.rule.most_points is None else f" of at most {result.rule.most_points}"
-    lines = [
-        (
-            f"points: {table.position.size}{most}, from {table.position[0]:.9g} to"
-            f" {table.position[-1]:.9g} {place}; {result.grid}"
-        ),
-        (
-            f"zero at the reference point {table.reference_position:.9g} {place}"
-            f" ({_reference_in_words(result)})"
-        ),
-        (
-            f"deviations in the table: {lowest:+.{_DECIMALS}f} to {highest:+.{_DECIMALS}f} {unit},"
-            f" largest {float(table.deviation[worst]):+.{_DECIMALS}f} {unit} at"
-            f" {float(table.position[worst[0]]):.9g} {place}; {_slope_in_words(table)}"
-        ),
-        f"reversal: {_reversal_in_words(result)}",
-    ]
+    yield (
+        f"points: {table.position.size}{most}, from {table.position[0]:.9g} to"
+        f" {table.position[-1]:.9g} {place}; {result.grid}"
+    )
+    yield (
+        f"zero at the reference point {table.reference_position:.9g} {place}"
+        f" ({_reference_in_words(result)})"
+    )
+    yield (
+        f"deviations in the table: {lowest:+.{_DECIMALS}f} to {highest:+.{_DECIMALS}f} {unit},"
+        f" largest {float(table.deviation[worst]):+.{_DECIMALS}f} {unit} at"
+        f" {float(table.position[worst[0]]):.9g} {place}; {slope_in_words(table)}"
+    )
+    yield f"reversal: {_reversal_in_words(result)}"
     if result.rule.remark:
-        lines.append(f"limit of the control: {result.rule.remark}")
-    return "\n".join(filled(line, hanging=True) for line in lines) + "\n"
+        yield f"limit of the control: {result.rule.remark}"
 
 
 def _reference_in_words(result: MadeTable) -> str:
@@ -135,7 +149,8 @@ def _reference_in_words(result: MadeTable) -> str:
     return f"outside the targets: the value of the nearest end was taken as zero{words}"
 
 
-def _slope_in_words(table: CompensationTable) -> str:
+def slope_in_words(table: CompensationTable) -> str:
+    """Return where a table is steepest."""
     units = table.kind.units
     slope, low, high = table.steepest_slope
     return (
@@ -178,91 +193,133 @@ def _reversal_in_words(result: MadeTable) -> str:
     )
 
 
-def _left(result: MadeTable) -> str:
+def _left(result: MadeTable) -> Iterator[Part]:
     unit, place = result.wanted.kind.units.deviation, result.wanted.kind.units.position
     residual = np.max(np.abs(result.residual), axis=1)
     i, j = int(np.argmax(result.bound)), int(np.argmax(residual))
     target = result.levels.target
     half = "; both with the half of the reversal that remains"
-    lines = [
-        (
-            f"interpolation: between its points the table can miss a level by"
-            f" {float(result.bound[i]):.{_DECIMALS}f} {unit} at most (target at"
-            f" {target[i]:.9g} {place}, by the slopes of the levels); the largest residual is"
-            f" {float(residual[j]):.{_DECIMALS}f} {unit} (target at {target[j]:.9g}"
-            f" {place}){'' if result.rule.per_direction else half}"
-        ),
-        (
-            f"rounding: {result.rounding:.3g} {unit} at most, between what was meant and the file"
-            " as the control reads it"
-        ),
-    ]
-    return "\n".join(filled(line, hanging=True) for line in lines) + "\n"
+    yield Section(
+        "bound",
+        [
+            (
+                "interpolation: between its points the table can miss a level by"
+                f" {float(result.bound[i]):.{_DECIMALS}f} {unit} at most (target at"
+                f" {target[i]:.9g} {place}, by the slopes of the levels); the largest residual is"
+                f" {float(residual[j]):.{_DECIMALS}f} {unit} (target at {target[j]:.9g}"
+                f" {place}){'' if result.rule.per_direction else half}"
+            ),
+            (
+                f"rounding: {result.rounding:.3g} {unit} at most, between what was meant and the"
+                " file as the control reads it"
+            ),
+            Value("interpolation", result.bound[i]),
+            Value("residual", residual[j]),
+            Value("rounding", result.rounding),
+            Value("steepest_slope", result.wanted.steepest_slope[0]),
+        ],
+    )
 
 
-def effect_table(
+def effects(
     test: PositioningTest, measured: CorrectionEffect, without_drift: CorrectionEffect | None
-) -> str:
+) -> Section:
     """Return the figures before and after, as measured and without drift."""
-    unit = test.kind.units.deviation
-    effects = [measured] if without_drift is None else [measured, without_drift]
-    columns = [
-        shown_figures(test, figures)
-        for effect in effects
-        for figures in (effect.figures_before, effect.figures_after)
-    ]
-    heads = ["", "figure", "before", "after"]
-    title = f"{edition_in_words()}, simulated with the table, {unit}"
-    if without_drift is not None:
-        heads += ["no drift: before", "after"]
-    table = text_table(title, heads, figure_rows(columns, _DECIMALS), words=2)
-    notes = [text for text in (absent_in_words(test),) if text]
-    if without_drift is not None:
-        notes.append("Figures without drift are no results of ISO 230-2.")
-    return "\n".join((table, *notes, "")) if notes else table
-
-
-def _older(result: MadeTable, older: OlderTable) -> str:
-    table, unit = result.wanted, result.wanted.kind.units
-    new = table.deviation
-    change = new - older.at_points
-    sides = (FORWARD, BACKWARD) if result.rule.per_direction else (FORWARD,)
-    heads = [unit.position]
-    for name in ("old", "new", "change"):
-        heads += [f"{name} {arrow}" for arrow, _ in zip("↑↓", sides, strict=False)]
-    if len(sides) == 1:
-        heads = [unit.position, "old", "new", "change"]
+    parts: list[Part] = []
+    columns: dict[str, dict[str, float | None]] = {}
+    for key, effect, head in (
+        ("figures", measured, "before"),
+        ("figures_without_drift", without_drift, "no drift: before"),
+    ):
+        if effect is None:
+            parts.append(Value(key, None))
+            continue
+        before, after = (
+            shown_figures(test, figures)
+            for figures in (effect.figures_before, effect.figures_after)
+        )
+        parts.append(Value(key, {"before": before, "after": after}))
+        columns |= {head: before, f"{head.replace('before', 'after')}": after}
+    names = FIGURE_NAMES[EDITION]
     rows = [
-        [f"{place:.3f}"]
-        + [
-            f"{float(values[k, a]):+.3f}"
-            for values in (older.at_points, new, change)
-            for a in sides
+        [
+            Value("", FIGURE_SYMBOLS[figure], ""),
+            Value("", names[figure], "figure"),
+            *(
+                Value("", column[figure], head, f".{_DECIMALS}f")
+                for head, column in columns.items()
+            ),
         ]
-        for k, place in enumerate(table.position.tolist())
+        for figure in FIGURE_KEYS
+        if columns["before"][figure] is not None
     ]
-    title = f"Deviations in {printable(older.name)} and in the new table, {unit.deviation}"
-    said = (
+    title = f"{edition_name(EDITION)}, simulated with the table, {test.kind.units.deviation}"
+    parts.append(Table(title, rows, words=2))
+    parts += [text for text in (absent_in_words(test),) if text]
+    if without_drift is not None:
+        parts.append("Figures without drift are no results of ISO 230-2.")
+    return Section("", parts)
+
+
+def table_of(table: CompensationTable) -> Section:
+    """Return a table as the control reads it, for the JSON."""
+    return Section(
+        "table",
+        [
+            Value("axis", table.axis),
+            Value("positions", table.position),
+            Value("deviation_forward", table.deviation[:, FORWARD]),
+            Value("deviation_backward", table.deviation[:, BACKWARD]),
+            Value("backlash", table.backlash),
+            Value("step", table.step),
+        ],
+    )
+
+
+def targets_of(test: PositioningTest, effect: CorrectionEffect, title: str) -> Table:
+    """Return what happens at the targets; without a title for the JSON alone."""
+    units = test.kind.units
+    columns = [Value("position", effect.target, units.position, ".3f")]
+    for name in ("before", "correction", "after"):
+        for a, (word, seen) in enumerate(zip(APPROACHES, test.measured_approaches, strict=True)):
+            values: FloatArray = getattr(effect, name)[:, a]
+            head = f"{name} {'↑↓'[a]}" if seen else None
+            columns.append(Value(f"{name}_{word}", values, head, f"+.{_DECIMALS}f"))
+    return Table(f"{title}, {units.deviation}" if title else "", rows_of(*columns), key="targets")
+
+
+def _older(result: MadeTable, older: OlderTable) -> Iterator[Part]:
+    table, unit, point = result.wanted, result.wanted.kind.units, result.reference
+    change = table.deviation - older.at_points
+    both = result.rule.per_direction
+    columns = [Value("", table.position, unit.position, ".3f")]
+    for name, values in (("old", older.at_points), ("new", table.deviation), ("change", change)):
+        for a in (FORWARD, BACKWARD) if both else (FORWARD,):
+            head = f"{name} {'↑↓'[a]}" if both else name
+            columns.append(Value("", values[:, a], head, "+.3f"))
+    title = f"Deviations in {older.name} and in the new table, {unit.deviation}"
+    yield Table(title, rows_of(*columns))
+    yield (
         "The run counts as measured with the old table in force: the new table is the old one plus"
         " what the run still shows, and takes its place. Load it instead of the old one, not in"
         " addition to it."
     )
-    reversal = ""
-    if table.backlash is not None and not result.rule.per_direction:
-        before, after = result.in_force.backlash or 0.0, table.backlash
-        reversal = (
-            f"\nReversal apart from the points: old {before:+.3f}, new {after:+.3f}"
-            f" {unit.deviation}"
+    nowhere = "not stated, and the table is nowhere zero"
+    stated = nowhere if point.older is None else f"{point.older:.9g} {unit.position}"
+    yield f"Reference point: old {stated}, new {point.position:.9g} {unit.position}"
+    if table.backlash is not None and not both:
+        yield (
+            f"Reversal apart from the points: old {result.in_force.backlash or 0.0:+.3f}, new"
+            f" {table.backlash:+.3f} {unit.deviation}"
         )
-    return f"{text_table(title, heads, rows)}\n{filled(said)}\n{_references(result)}{reversal}\n"
-
-
-def _references(result: MadeTable) -> str:
-    point, unit = result.reference, result.wanted.kind.units.position
-    older = "not stated, and the table is nowhere zero"
-    if point.older is not None:
-        older = f"{point.older:.9g} {unit}"
-    return filled(f"Reference point: old {older}, new {point.position:.9g} {unit}")
+    yield Value("name", older.name)
+    yield Value("findings", older.read.findings)
+    yield Value("lost", older.lost)
+    yield Value("reference_position", point.older)
+    yield Value("backlash", older.read.table.backlash)
+    for key, values in (("old", older.at_points), ("change", change)):
+        yield Value(f"{key}_forward", values[:, FORWARD])
+        yield Value(f"{key}_backward", values[:, BACKWARD])
 
 
 def warnings_of(result: MadeTable) -> list[str]:
@@ -393,102 +450,3 @@ def _points_outside(result: MadeTable, near: float) -> str:
         )
     rest = number.size - shown.size
     return "; ".join(said) + (f"; and {rest} more" if rest else "")
-
-
-# ---- JSON ---------------------------------------------------------------------------------------
-
-
-def as_json(result: MadeTable, kept: str | None) -> dict[str, object]:
-    """Return the result with the keys of the command's JSON."""
-    drift = result.run.drift
-    state = None
-    if result.drift_free and drift is not None:
-        state = finite_or_none(drift.reference_time_s)
-    return {
-        "version": __version__,
-        "input": {"name": result.run.name, "sha256": result.run.sha256},
-        "output": result.output,
-        "older_file": kept,
-        "control": result.control_name,
-        "options": dict(result.options),
-        "kind": str(result.run.test.kind),
-        "axis": result.run.axis,
-        "levels": "drift-free" if result.drift_free else "measured",
-        "reference_time_s": state,
-        "sign": result.control.sign,
-        "unit": result.control.unit,
-        "sentences": list(result.text.sentences),
-        "table": table_as_json(result.read.table),
-        "backlash_in_force": result.in_force.backlash,
-        "reference_position": result.wanted.reference_position,
-        "bound": {
-            "interpolation": float(np.max(result.bound)),
-            "residual": float(np.max(np.abs(result.residual))),
-            "rounding": result.rounding,
-            "steepest_slope": result.wanted.steepest_slope[0],
-        },
-        "targets": targets_as_json(result.measured),
-        "figures": figures_as_json(result.run.test, result.measured),
-        "figures_without_drift": None
-        if result.without_drift is None
-        else figures_as_json(result.run.test, result.without_drift),
-        "merge": None if result.older is None else _merge_as_json(result, result.older),
-        "findings": list(result.read.findings),
-        "warnings": warnings_of(result),
-    }
-
-
-def table_as_json(table: CompensationTable) -> dict[str, object]:
-    """Return a table as the control reads it."""
-    return {
-        "axis": table.axis,
-        "positions": table.position.tolist(),
-        "deviation_forward": table.deviation[:, FORWARD].tolist(),
-        "deviation_backward": table.deviation[:, BACKWARD].tolist(),
-        "backlash": table.backlash,
-        "step": table.step,
-    }
-
-
-def _column(values: FloatArray, approach: int) -> list[float | None]:
-    return [finite_or_none(value) for value in values[:, approach].tolist()]
-
-
-def targets_as_json(effect: CorrectionEffect) -> list[dict[str, float | None]]:
-    """Return what happens at the targets."""
-    columns: dict[str, list[float | None]] = {
-        "position": [finite_or_none(p) for p in effect.target.tolist()]
-    }
-    for name, values in (
-        ("before", effect.before),
-        ("correction", effect.correction),
-        ("after", effect.after),
-    ):
-        columns[f"{name}_forward"] = _column(values, FORWARD)
-        columns[f"{name}_backward"] = _column(values, BACKWARD)
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-
-
-def figures_as_json(
-    test: PositioningTest, effect: CorrectionEffect
-) -> dict[str, dict[str, float | None]]:
-    """Return figures before and after."""
-    return {
-        "before": shown_figures(test, effect.figures_before),
-        "after": shown_figures(test, effect.figures_after),
-    }
-
-
-def _merge_as_json(result: MadeTable, older: OlderTable) -> dict[str, object]:
-    change = result.wanted.deviation - older.at_points
-    return {
-        "name": older.name,
-        "findings": list(older.read.findings),
-        "lost": older.lost,
-        "reference_position": result.reference.older,
-        "backlash": older.read.table.backlash,
-        "old_forward": _column(older.at_points, FORWARD),
-        "old_backward": _column(older.at_points, BACKWARD),
-        "change_forward": _column(change, FORWARD),
-        "change_backward": _column(change, BACKWARD),
-    }

@@ -1,178 +1,111 @@
-"""The results of ``field`` as tables and as JSON."""
+"""The results of ``field``, described once for terminal and JSON."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.cli._text_table import text_table
 from thermaxis.cli.axis._field_drift import DriftAtImages
-from thermaxis.cli.axis._results import finite_or_none
-from thermaxis.errors import printable
-from thermaxis.thermal import RegionDrift, ThermalFieldsResult
+from thermaxis.report.tables import Part, Section, Table, Value, rows_of
+from thermaxis.thermal import FloatArray, RegionDrift, ThermalFieldsResult
 
 
-def fields_as_text(
-    result: ThermalFieldsResult, drift: DriftAtImages | None, warnings: Sequence[str]
-) -> str:
-    """Return the result as tables for a terminal."""
-    parts = [_image_table(result), _region_table(result)]
-    if drift is not None:
-        parts += [_drift_table(drift), *_correlation_tables(drift)]
-    parts += [f"warning: {printable(warning, 400)}" for warning in warnings]
-    return "\n".join(parts) + "\n"
-
-
-def _fixed(value: float, sign: str = "") -> str:
-    return "–" if math.isnan(value) else f"{value:{sign}.3f}"
-
-
-def _signed(value: float) -> str:
-    return "–" if math.isnan(value) else f"{value:+.2f}"
-
-
-def _image_table(result: ThermalFieldsResult) -> str:
-    rows: list[list[str]] = []
-    for k, field in enumerate(result.fields):
-        values = field.temperature_c
-        time = "" if result.time_s is None else f"{float(result.time_s[k]) / 3600.0:.2f}"
-        figures = [f"{float(f(values)):.2f}" for f in (np.nanmin, np.nanmean, np.nanmax)]
-        missing = str(int(np.count_nonzero(np.isnan(values))))
-        rows.append([f"{k + 1}", printable(field.name, 40), time, *figures, missing])
-    change = result.difference_k
-    figures = [f"{float(f(change)):+.2f}" for f in (np.nanmin, np.nanmean, np.nanmax)]
-    missing = str(int(np.count_nonzero(np.isnan(change))))
-    rows.append(["", "last minus first, K", "", *figures, missing])
-    across, down = result.fields[0].shape[1], result.fields[0].shape[0]
-    title = f"Thermal fields of {across} x {down} pixels, °C"
-    heads = ("", "image", "h", "lowest", "mean", "highest", "missing")
-    return text_table(title, heads, rows, words=2)
-
-
-def _region_table(result: ThermalFieldsResult) -> str:
-    shown = range(len(result.fields)) if len(result.fields) <= 8 else (0, len(result.fields) - 1)
-    heads = ("region", "pixels", *(f"image {k + 1}" for k in shown), "change, K")
-    rows = [
-        (
-            printable(region.name, 40),
-            str(int(result.region_pixels[r])),
-            *(_fixed(float(result.region_mean_c[k, r])) for k in shown),
-            _fixed(float(result.region_change_k[r]), "+"),
-        )
-        for r, region in enumerate(result.regions)
-    ]
-    return text_table("Mean temperature of regions, °C", heads, rows, words=1)
-
-
-def _drift_table(drift: DriftAtImages) -> str:
-    heads = ("", "at image", f"a(t), {drift.unit}", f"b(t), {drift.slope_unit}")
-    rows = [
-        ("", str(k + 1), *(_signed(value) for value in pair))
-        for k, pair in enumerate(zip(drift.common.tolist(), drift.slope.tolist(), strict=True))
-    ]
-    change = [float(drift.common[-1] - drift.common[0]), float(drift.slope[-1] - drift.slope[0])]
-    rows.append(("", "change", *(_signed(value) for value in change)))
-    title = f"Drift of {printable(drift.name, 60)} (model: {drift.model})"
-    return text_table(title, heads, rows, words=1)
-
-
-def _correlation_tables(drift: DriftAtImages) -> list[str]:
-    tables: list[str] = []
-    for symbol, unit, found in (
-        ("common drift a(t)", drift.unit, drift.relation.common),
-        ("growth of the axis b(t)", drift.slope_unit, drift.relation.slope),
-    ):
-        if not found:
-            continue
-        rows = [
-            (
-                printable(one.region, 40),
-                _fixed(one.correlation, "+"),
-                "–" if math.isnan(one.p_value) else f"{one.p_value:.2g}",
-                _signed(one.per_k),
-            )
-            for one in found
-        ]
-        title = f"Region and {symbol}, {drift.relation.images} images"
-        heads = ("region", "correlation", "p", f"{unit} per K")
-        tables.append(text_table(title, heads, rows, words=1))
-    return tables
-
-
-def fields_as_json(
+def described(
     result: ThermalFieldsResult,
     drift: DriftAtImages | None,
     warnings: Sequence[str],
     options: Mapping[str, object],
-) -> dict[str, object]:
-    """Return the result with the keys of the command's JSON."""
-    time = result.time_s
-    images: list[dict[str, object]] = []
-    for k, field in enumerate(result.fields):
-        values = field.temperature_c
-        images.append(
-            {
-                "name": field.name,
-                "time_s": None if time is None else float(time[k]),
-                "missing": int(np.count_nonzero(np.isnan(values))),
-                "min_c": float(np.nanmin(values)),
-                "mean_c": float(np.nanmean(values)),
-                "max_c": float(np.nanmax(values)),
-            }
-        )
-    change = result.difference_k
-    return {
-        "version": __version__,
-        "rows": result.fields[0].shape[0],
-        "columns": result.fields[0].shape[1],
-        **options,
-        "images": images,
-        "difference": {
-            "missing": int(np.count_nonzero(np.isnan(change))),
-            "min_k": float(np.nanmin(change)),
-            "mean_k": float(np.nanmean(change)),
-            "max_k": float(np.nanmax(change)),
-        },
-        "regions": _regions_as_json(result),
-        "drift": None if drift is None else _drift_as_json(drift),
-        "warnings": list(warnings),
-    }
-
-
-def _regions_as_json(result: ThermalFieldsResult) -> list[dict[str, object]]:
+) -> list[Part]:
+    """Return the comparison of images for terminal and JSON."""
+    down, across = result.fields[0].shape
     return [
-        {
-            "name": region.name,
-            "x_px": [region.left_px, region.right_px],
-            "y_px": [region.top_px, region.bottom_px],
-            "pixels": int(result.region_pixels[r]),
-            "mean_c": [finite_or_none(mean) for mean in result.region_mean_c[:, r].tolist()],
-            "change_k": finite_or_none(float(result.region_change_k[r])),
-        }
-        for r, region in enumerate(result.regions)
+        Value("version", __version__),
+        Value("rows", down),
+        Value("columns", across),
+        *(Value(key, value) for key, value in options.items()),
+        *_images(result, f"Thermal fields of {across} x {down} pixels, °C"),
+        _regions(result),
+        Value("drift", None) if drift is None else Section("drift", list(_drift(drift))),
+        Value("warnings", warnings, "warning"),
     ]
 
 
-def _drift_as_json(drift: DriftAtImages) -> dict[str, object]:
-    return {
-        "run": drift.name,
-        "model": drift.model,
-        "significant": drift.significant,
-        "unit": drift.unit,
-        "slope_unit": drift.slope_unit,
-        "common": [finite_or_none(value) for value in drift.common.tolist()],
-        "slope": [finite_or_none(value) for value in drift.slope.tolist()],
-        "images": drift.relation.images,
-        "correlation_common": [_correlation_as_json(one) for one in drift.relation.common],
-        "correlation_slope": [_correlation_as_json(one) for one in drift.relation.slope],
-    }
+def _spread(values: FloatArray, unit: str, sign: str = "") -> list[Value]:
+    return [
+        Value(f"min_{unit}", np.nanmin(values), "lowest", f"{sign}.2f"),
+        Value(f"mean_{unit}", np.nanmean(values), "mean", f"{sign}.2f"),
+        Value(f"max_{unit}", np.nanmax(values), "highest", f"{sign}.2f"),
+        Value("missing", int(np.count_nonzero(np.isnan(values))), "missing"),
+    ]
 
 
-def _correlation_as_json(one: RegionDrift) -> dict[str, object]:
-    return {
-        "region": one.region,
-        "correlation": finite_or_none(one.correlation),
-        "per_k": finite_or_none(one.per_k),
-        "p_value": finite_or_none(one.p_value),
-    }
+def _images(result: ThermalFieldsResult, title: str) -> Iterator[Part]:
+    rows: list[list[Value]] = []
+    for k, field in enumerate(result.fields):
+        time_s = None if result.time_s is None else float(result.time_s[k])
+        rows.append(
+            [
+                Value("", f"{k + 1}", ""),
+                Value("name", field.name, "image"),
+                Value("time_s", time_s),
+                Value("", "" if time_s is None else f"{time_s / 3600.0:.2f}", "h"),
+                *_spread(field.temperature_c, "c"),
+            ]
+        )
+    change = _spread(result.difference_k, "k", "+")
+    last = [Value("", "", ""), Value("", "last minus first, K", "image"), Value("", None)]
+    yield Table(title, [*rows, [*last, Value("", "", "h"), *change]], words=2)
+    yield Table("", [*rows], key="images")
+    yield Section("difference", [value._replace(head=None) for value in change])
+
+
+def _regions(result: ThermalFieldsResult) -> Table:
+    shown = range(len(result.fields)) if len(result.fields) <= 8 else (0, len(result.fields) - 1)
+    rows = [
+        [
+            Value("name", region.name, "region"),
+            Value("x_px", [region.left_px, region.right_px]),
+            Value("y_px", [region.top_px, region.bottom_px]),
+            Value("pixels", int(result.region_pixels[r]), "pixels"),
+            Value("mean_c", result.region_mean_c[:, r]),
+            *(Value("", result.region_mean_c[k, r], f"image {k + 1}", ".3f") for k in shown),
+            Value("change_k", result.region_change_k[r], "change, K", "+.3f"),
+        ]
+        for r, region in enumerate(result.regions)
+    ]
+    return Table("Mean temperature of regions, °C", rows, key="regions", words=1)
+
+
+def _drift(drift: DriftAtImages) -> Iterator[Part]:
+    common, slope = drift.common, drift.slope
+    places = [*(str(k + 1) for k in range(common.size)), "change"]
+    yield Table(
+        f"Drift of {drift.name[:60]} (model: {drift.model})",
+        rows_of(
+            Value("", places, "at image"),
+            Value("", [*common, common[-1] - common[0]], f"a(t), {drift.unit}", "+.2f"),
+            Value("", [*slope, slope[-1] - slope[0]], f"b(t), {drift.slope_unit}", "+.2f"),
+        ),
+        words=1,
+    )
+    yield Value("run", drift.name)
+    for key in ("model", "significant", "unit", "slope_unit", "common", "slope"):
+        yield Value(key, getattr(drift, key))
+    images = drift.relation.images
+    yield Value("images", images)
+    for key, what, unit, found in (
+        ("common", "common drift a(t)", drift.unit, drift.relation.common),
+        ("slope", "growth of the axis b(t)", drift.slope_unit, drift.relation.slope),
+    ):
+        rows = [_correlation(one, unit) for one in found]
+        title = f"Region and {what}, {images} images"
+        yield Table(title, rows, key=f"correlation_{key}", words=1)
+
+
+def _correlation(one: RegionDrift, unit: str) -> list[Value]:
+    return [
+        Value("region", one.region, "region"),
+        Value("correlation", one.correlation, "correlation", "+.3f"),
+        Value("p_value", one.p_value, "p", ".2g"),
+        Value("per_k", one.per_k, f"{unit} per K", "+.2f"),
+    ]

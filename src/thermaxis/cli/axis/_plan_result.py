@@ -1,14 +1,15 @@
 """The result of ``plan`` as text for a terminal and as JSON."""
 
-import textwrap
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+
 from thermaxis import __version__
-from thermaxis.cli._text_table import text_table
-from thermaxis.errors import printable
 from thermaxis.files import plan_as_json, plan_sha256
 from thermaxis.positioning import (
+    BACKWARD,
     FORWARD,
     LEVEL_KEY,
     Cycle,
@@ -19,6 +20,7 @@ from thermaxis.positioning import (
     SimulatedUncertainty,
     TestPlan,
 )
+from thermaxis.report.tables import Part, Section, Table, Value, rows_of
 
 _DISAGREEMENT = 1.5
 """Simulated and foretold uncertainty differ noteworthily beyond this factor. [1]"""
@@ -57,18 +59,29 @@ class PlanResult:
     """Of which figure, or of the levels."""
 
 
-# ---- text ---------------------------------------------------------------------------------------
-
-
-def as_text(result: PlanResult, output: str | None) -> str:
-    """Return the result in words and tables, for a terminal."""
-    parts = [_head(result, output), _targets(result.plan), _duration(result)]
-    parts.append(_uncertainty(result))
-    said = [f"remark: {printable(remark, 400)}" for remark in result.remarks]
-    said += [f"warning: {printable(warning, 400)}" for warning in _all_warnings(result)]
-    if said:
-        parts.append("\n".join(said) + "\n")
-    return "\n".join(parts)
+def described(result: PlanResult, output: str | None) -> list[Part]:
+    """Return a plan for terminal and JSON."""
+    plan = result.plan
+    return [
+        *_head(result, output),
+        Value("plan", plan_as_json(plan)),
+        Value("stops", plan.stops),
+        Value("lowest", plan.lowest),
+        Value("highest", plan.highest),
+        _targets(plan),
+        *_duration(result),
+        *_assumptions(result),
+        *_uncertainty(result),
+        _search(result),
+        Section(
+            "",
+            [
+                Value("remarks", result.remarks, "remark"),
+                Value("warnings", _all_warnings(result), "warning"),
+            ],
+        ),
+        Value("version", __version__),
+    ]
 
 
 def _all_warnings(result: PlanResult) -> tuple[str, ...]:
@@ -93,31 +106,25 @@ def _all_warnings(result: PlanResult) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _head(result: PlanResult, output: str | None) -> str:
-
+def _head(result: PlanResult, output: str | None) -> Iterator[str]:
     plan = result.plan
     unit = plan.kind.units.position
     side = "forward" if plan.approaches[0] == FORWARD else "backward"
     directions = "bidirectional" if len(plan.approaches) == 2 else f"unidirectional, {side}"
-    name = f"{printable(output)}: " if output is not None else ""
-    title = f", {printable(plan.title)}" if plan.title else ""
-    lines = [
-        f"{name}plan {plan_sha256(plan)}{title}",
-        (
-            f"{plan.kind} axis {plan.axis}, {plan.target.size} targets from {plan.target[0]:g} to"
-            f" {plan.target[-1]:g} {unit}, {plan.cycles} {plan.cycle} cycles, {directions},"
-            f" {plan.stops} stops"
-        ),
-        (
-            f"interval {plan.interval:.6g} {unit}, random part ±{plan.random_part:.4g} {unit},"
-            f" seed {plan.seed}; with the overrun the axis moves from {plan.lowest:.6g} to"
-            f" {plan.highest:.6g} {unit}"
-        ),
-    ]
-    search = result.search
-    if search is not None and result.target_uncertainty is not None:
-        lines.append(_found(result, search, result.target_uncertainty))
-    return "\n".join(lines) + "\n"
+    name = f"{output}: " if output is not None else ""
+    yield f"{name}plan {plan_sha256(plan)}{f', {plan.title}' if plan.title else ''}"
+    yield (
+        f"{plan.kind} axis {plan.axis}, {plan.target.size} targets from {plan.target[0]:g} to"
+        f" {plan.target[-1]:g} {unit}, {plan.cycles} {plan.cycle} cycles, {directions},"
+        f" {plan.stops} stops"
+    )
+    yield (
+        f"interval {plan.interval:.6g} {unit}, random part ±{plan.random_part:.4g} {unit}, seed"
+        f" {plan.seed}; with the overrun the axis moves from {plan.lowest:.6g} to"
+        f" {plan.highest:.6g} {unit}"
+    )
+    if result.search is not None and result.target_uncertainty is not None:
+        yield _found(result, result.search, result.target_uncertainty)
 
 
 def _found(result: PlanResult, search: ShortestPlan, wanted: float) -> str:
@@ -132,37 +139,56 @@ def _found(result: PlanResult, search: ShortestPlan, wanted: float) -> str:
     return text if fewer is None else f"{text} ({cycles - 1} cycles: {fewer:.4g} {unit})"
 
 
-def _filled(text: str) -> str:
-    return textwrap.fill(text, 100, break_on_hyphens=False) + "\n"
+def _search(result: PlanResult) -> Part:
+    search = result.search
+    if search is None:
+        return Value("search", None)
+    return Section(
+        "search",
+        [
+            Value("target_uncertainty", result.target_uncertainty),
+            Value("of", result.target_figure),
+            Value("cycles", search.plan.cycles),
+            Value("standard_uncertainty", search.standard_uncertainty),
+            Value("tried", search.tried),
+        ],
+    )
 
 
-def _targets(plan: TestPlan) -> str:
-    rows: list[tuple[str, str, str]] = []
-    for i, position in enumerate(plan.target.tolist()):
-        step = "" if i == 0 else f"{position - float(plan.target[i - 1]):.3f}"
-        rows.append((str(i + 1), f"{position:.3f}", step))
-    unit = plan.kind.units.position
-    return text_table(f"Targets by equation (1), {unit}", ("", "position", "from the last"), rows)
+def _targets(plan: TestPlan) -> Table:
+    steps = ["", *(f"{step:.3f}" for step in np.diff(plan.target))]
+    rows = rows_of(
+        Value("", [str(i + 1) for i in range(plan.target.size)], ""),
+        Value("", plan.target, "position", ".3f"),
+        Value("", steps, "from the last"),
+    )
+    return Table(f"Targets by equation (1), {plan.kind.units.position}", rows)
 
 
-def _duration(result: PlanResult) -> str:
+def _duration(result: PlanResult) -> Iterator[Part]:
     plan, duration = result.plan, result.duration
-    parts = (
-        ("moves between targets", duration.moves_s),
-        ("overrun", duration.overrun_s),
-        ("dwell", duration.dwell_s),
-        ("recording", duration.recording_s),
-        ("total", duration.total_s),
-    )
-    rows = [(name, f"{s / 3600.0:.2f}", f"{s / 60.0:.1f}") for name, s in parts]
-    table = text_table("Duration", ("part", "h", "min"), rows, words=1)
-    more = plan.stops / 3600.0
-    said = (
+    parts = {
+        "moves": ("moves between targets", duration.moves_s),
+        "overrun": ("overrun", duration.overrun_s),
+        "dwell": ("dwell", duration.dwell_s),
+        "recording": ("recording", duration.recording_s),
+        "total": ("total", duration.total_s),
+    }
+    rows = [
+        [
+            Value("", name, "part"),
+            Value("", seconds / 3600.0, "h", ".2f"),
+            Value("", seconds / 60.0, "min", ".1f"),
+        ]
+        for name, seconds in parts.values()
+    ]
+    yield Table("Duration", rows, words=1)
+    yield Value("duration_s", {key: seconds for key, (_, seconds) in parts.items()})
+    yield (
         "Motion at the feed, dwell and recording are counted; acceleration and the control's own"
-        f" pauses are not. Every further second at a stop adds {more:.2g} h ({plan.stops}"
-        " stops)."
+        f" pauses are not. Every further second at a stop adds {plan.stops / 3600.0:.2g} h"
+        f" ({plan.stops} stops).{_beside_the_paper(plan, duration)}"
     )
-    return f"{table}\n{_filled(said + _beside_the_paper(plan, duration))}"
 
 
 def _beside_the_paper(plan: TestPlan, duration: Duration) -> str:
@@ -200,112 +226,73 @@ def _assumption_words(result: PlanResult) -> str:
     )
 
 
-def _uncertainty(result: PlanResult) -> str:
-    expected = result.expected
+def _assumptions(result: PlanResult) -> list[Value]:
+    names = ("noise", "drift", "time_constant_s", "systematic", "reversal")
+    return [
+        *(Value(f"assumptions.{name}", getattr(result.assumptions, name)) for name in names),
+        Value("assumptions.not_stated", result.assumed),
+    ]
+
+
+def _uncertainty(result: PlanResult) -> Iterator[Part]:
+    expected, simulated = result.expected, result.simulated
     if expected is None:
-        return f"Expected uncertainty: none, {result.reason}\n"
+        yield Value("expected", None)
+        yield Section("", [f"Expected uncertainty: none, {result.reason}"])
+        return
     unit = result.plan.kind.units.deviation
-    largest = expected.largest_level_std
-    rows = [("level, largest", f"{largest:.3f}", f"{2.0 * largest:.3f}", "")]
+    rows = [_row("level, largest", expected.largest_level_std, "")]
     rows += [
-        (
-            key,
-            f"{figure.standard_uncertainty:.3f}",
-            f"{2.0 * figure.standard_uncertainty:.3f}",
-            f"{figure.bias:+.3f}",
-        )
+        _row(key, figure.standard_uncertainty, f"{figure.bias:+.3f}")
         for key, figure in expected.figures.items()
     ]
-    heads = ("without drift", "u", "U (k = 2)", "too large by")
-    table = text_table(f"Expected uncertainty, {unit}", heads, rows, words=1)
-    hours = expected.reference_time_s / 3600.0
+    sides = ((FORWARD, "levels_std_forward"), (BACKWARD, "levels_std_backward"))
+    parts: list[Part] = [
+        Table(f"Expected uncertainty, {unit}", rows, words=1),
+        Value("reference_time_s", expected.reference_time_s),
+        Value("largest_level_std", expected.largest_level_std),
+        *(
+            Value(key, expected.level_std[:, a] if a in result.plan.approaches else None)
+            for a, key in sides
+        ),
+        *(
+            Value(f"figures.{key}.{name}", getattr(figure, name))
+            for key, figure in expected.figures.items()
+            for name in ("standard_uncertainty", "bias")
+        ),
+        Value("level_std_without_drift", expected.mean_std),
+        Value("drift_left_in_means", expected.drift_in_means),
+        Value("simulated", None),
+    ]
     said = (
         f"For {_assumption_words(result)}; an axis with {result.assumptions.systematic:g} {unit} of"
         f" systematic error and {result.assumptions.reversal:g} {unit} of reversal. Instrument and"
-        f" environment come on top. Levels hold for the mean time of the readings, {hours:.2f} h."
-        f" Without any drift they would have {expected.mean_std:.3f} {unit}; in plain means the"
-        f" assumed drift would leave errors of up to {expected.drift_in_means:.3g} {unit}."
+        " environment come on top. Levels hold for the mean time of the readings,"
+        f" {expected.reference_time_s / 3600.0:.2f} h. Without any drift they would have"
+        f" {expected.mean_std:.3f} {unit}; in plain means the assumed drift would leave errors of"
+        f" up to {expected.drift_in_means:.3g} {unit}."
     )
-    simulated = result.simulated
     if simulated is not None:
         said += (
             f" {simulated.runs} simulated runs through the drift evaluation: error of the levels"
             f" {simulated.level_error:.3f} {unit}, stated {simulated.level_std:.3f} {unit}"
             " (root mean squares)."
         )
-    return f"{table}\n{_filled(said)}"
+        parts[-1] = Section(
+            "simulated",
+            [
+                Value("runs", simulated.runs),
+                Value("level_error", simulated.level_error),
+                Value("level_std", simulated.level_std),
+            ],
+        )
+    yield Section("expected", [*parts, said])
 
 
-# ---- JSON ---------------------------------------------------------------------------------------
-
-
-def as_json(result: PlanResult) -> dict[str, object]:
-    """Return the result with the keys of the command's JSON."""
-    duration = result.duration
-    search = result.search
-    found: dict[str, object] | None = None
-    if search is not None:
-        found = {
-            "target_uncertainty": result.target_uncertainty,
-            "of": result.target_figure,
-            "cycles": search.plan.cycles,
-            "standard_uncertainty": search.standard_uncertainty,
-            "tried": {str(cycles): value for cycles, value in search.tried.items()},
-        }
-    return {
-        "plan": plan_as_json(result.plan),
-        "stops": result.plan.stops,
-        "lowest": result.plan.lowest,
-        "highest": result.plan.highest,
-        "duration_s": {
-            "moves": duration.moves_s,
-            "overrun": duration.overrun_s,
-            "dwell": duration.dwell_s,
-            "recording": duration.recording_s,
-            "total": duration.total_s,
-        },
-        "assumptions": {
-            "noise": result.assumptions.noise,
-            "drift": result.assumptions.drift,
-            "time_constant_s": result.assumptions.time_constant_s,
-            "systematic": result.assumptions.systematic,
-            "reversal": result.assumptions.reversal,
-            "not_stated": list(result.assumed),
-        },
-        "expected": _expected_as_json(result),
-        "search": found,
-        "remarks": list(result.remarks),
-        "warnings": list(_all_warnings(result)),
-        "version": __version__,
-    }
-
-
-def _expected_as_json(result: PlanResult) -> dict[str, object] | None:
-    expected, simulated = result.expected, result.simulated
-    if expected is None:
-        return None
-    return {
-        "reference_time_s": expected.reference_time_s,
-        "largest_level_std": expected.largest_level_std,
-        "levels_std_forward": _column(result, 0),
-        "levels_std_backward": _column(result, 1),
-        "figures": {
-            key: {"standard_uncertainty": figure.standard_uncertainty, "bias": figure.bias}
-            for key, figure in expected.figures.items()
-        },
-        "level_std_without_drift": expected.mean_std,
-        "drift_left_in_means": expected.drift_in_means,
-        "simulated": None
-        if simulated is None
-        else {
-            "runs": simulated.runs,
-            "level_error": simulated.level_error,
-            "level_std": simulated.level_std,
-        },
-    }
-
-
-def _column(result: PlanResult, approach: int) -> list[float] | None:
-    if result.expected is None or approach not in result.plan.approaches:
-        return None
-    return result.expected.level_std[:, approach].tolist()
+def _row(name: str, u: float, bias: str) -> list[Value]:
+    return [
+        Value("", name, "without drift"),
+        Value("", u, "u", ".3f"),
+        Value("", 2.0 * u, "U (k = 2)", ".3f"),
+        Value("", bias, "too large by"),
+    ]

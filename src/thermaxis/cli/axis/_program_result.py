@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import final
 
-from thermaxis.cli._text_table import filled
 from thermaxis.controls import Control, ProgramRequest, comment_text
 from thermaxis.errors import printable
 from thermaxis.positioning import FORWARD, motion_duration_s
+from thermaxis.report.tables import filled
 
 
 @final

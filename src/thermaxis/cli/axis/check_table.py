@@ -1,12 +1,11 @@
 """``thermaxis check-table``: read a control's table back, and show what it leaves of a run."""
 
 import argparse
-import sys
 from pathlib import Path
 
-from thermaxis.cli._json import write_json
+from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.axis._check_result import as_json, as_text, check
+from thermaxis.cli.axis._check_result import check, described
 from thermaxis.cli.axis._control_names import listed_controls
 from thermaxis.cli.axis._table_files import check_output
 
@@ -55,8 +54,5 @@ def run(arguments: argparse.Namespace) -> int:
         step = "checking the table"
         progress(step if arguments.no_drift else f"{step}, with the drift of the run", 0, 0)
         result = check(arguments)
-    if arguments.json is not None:
-        write_json(as_json(result), arguments.json)
-    if arguments.json != "-":
-        sys.stdout.write(as_text(result))
+    show(described(result), arguments.json)
     return 0

@@ -6,13 +6,12 @@ control by itself, and none of them activates its table.
 """
 
 import argparse
-import sys
 from pathlib import Path
 
-from thermaxis.cli._json import write_json
+from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.axis._control_names import listed_controls
-from thermaxis.cli.axis._correction_result import as_json, as_text
+from thermaxis.cli.axis._correction_result import described
 from thermaxis.cli.axis._make_table import make_table
 from thermaxis.cli.axis._table_files import check_output, keep_older, write_ascii
 from thermaxis.errors import ConfigurationError
@@ -130,10 +129,7 @@ def run(arguments: argparse.Namespace) -> int:
         result = make_table(arguments)
     kept = keep_older(arguments.output, result.text.text)
     write_ascii(arguments.output, result.text.text)
-    if arguments.json is not None:
-        write_json(as_json(result, kept), arguments.json)
-    if arguments.json != "-":
-        sys.stdout.write(as_text(result, kept))
+    show(described(result, kept), arguments.json)
     return 0
 
 

@@ -7,10 +7,8 @@ from datetime import date
 from pathlib import Path
 
 from thermaxis import __version__, report
-from thermaxis.cli._json import write_json
+from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.axis._results import report_as_json
-from thermaxis.cli.axis._tables import print_report
 from thermaxis.errors import ConfigurationError, DataError, printable
 from thermaxis.files import read_plan, read_positioning_with_sha256
 from thermaxis.positioning import (
@@ -37,6 +35,7 @@ from thermaxis.positioning import (
     evaluate_vdi_dgq_3441,
 )
 from thermaxis.report import PositioningReport, read_budget
+from thermaxis.report.tables import describe_evaluation
 
 _LONGEST_SOURCE_NAME = 200
 
@@ -58,7 +57,6 @@ def _hours(text: str) -> float:
 
 
 def _date(text: str) -> str:
-
     try:
         return date.fromisoformat(text).isoformat()
     except ValueError:
@@ -126,7 +124,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _other_standard(
     edition: str, test: PositioningTest
 ) -> tuple[Iso230_2_1988Result | Vdi3441Result | None, tuple[str, ...]]:
-
     try:
         if edition == "1988":
             return evaluate_iso230_2_1988(test), ()
@@ -308,9 +305,7 @@ def run(arguments: argparse.Namespace) -> int:
         evaluated = evaluate(arguments)
         if not quiet:
             progress.hide()
-            print_report(evaluated)
-        if arguments.json is not None:
-            write_json(report_as_json(evaluated), arguments.json)
+        show(describe_evaluation(evaluated), arguments.json)
         written = _write_outputs(evaluated, arguments, progress)
     if not quiet:
         sys.stdout.write("".join(f"written: {path}\n" for path in written))
@@ -320,7 +315,6 @@ def run(arguments: argparse.Namespace) -> int:
 def _write_outputs(
     evaluated: PositioningReport, arguments: argparse.Namespace, progress: Progress
 ) -> list[Path]:
-
     written: list[Path] = []
     reports: list[Path] = arguments.report
     for path in reports:

@@ -1,15 +1,14 @@
 """``thermaxis field``: thermal fields of a surface before and after, compared in plan view."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from thermaxis import report
-from thermaxis.cli._json import write_json
+from thermaxis.cli._json import show
 from thermaxis.cli.axis._field_drift import drift_at_images
-from thermaxis.cli.axis._field_results import fields_as_json, fields_as_text
+from thermaxis.cli.axis._field_results import described
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_field_csv, read_flir
 from thermaxis.files.images import is_jpeg
@@ -74,22 +73,17 @@ def run(arguments: argparse.Namespace) -> int:
         warnings += drift.warnings
     if arguments.figures is not None:
         report.write_field_figures(result, arguments.figures, mm_per_pixel=arguments.scale)
-    if arguments.json is not None:
-        options: dict[str, object] = {
-            "mm_per_pixel": arguments.scale,
-            "emissivity": arguments.emissivity,
-            "reflected_temperature_c": arguments.reflected_temperature,
-        }
-        write_json(fields_as_json(result, drift, warnings, options), arguments.json)
-    if arguments.json != "-":
-        sys.stdout.write(fields_as_text(result, drift, warnings))
-        if arguments.figures is not None:
-            sys.stdout.write(f"written: {arguments.figures}\n")
+    options = {
+        "mm_per_pixel": arguments.scale,
+        "emissivity": arguments.emissivity,
+        "reflected_temperature_c": arguments.reflected_temperature,
+    }
+    written = [] if arguments.figures is None else [arguments.figures]
+    show(described(result, drift, warnings, options), arguments.json, written)
     return 0
 
 
 def _refused(what: str, where: str, remedy: str) -> ConfigurationError:
-
     return ConfigurationError(what, where=where, remedy=remedy)
 
 
@@ -143,7 +137,6 @@ def _times_s(words: Sequence[str] | None) -> list[float] | None:
 
 
 def _read(path: Path, arguments: argparse.Namespace) -> ThermalField:
-
     emissivity, reflected = arguments.emissivity, arguments.reflected_temperature
     if _starts_as_jpeg(path):
         return read_flir(path, emissivity=emissivity, reflected_c=reflected)
@@ -161,7 +154,6 @@ def _read(path: Path, arguments: argparse.Namespace) -> ThermalField:
 
 
 def _starts_as_jpeg(path: Path) -> bool:
-
     if not path.is_file():  # reading says what is wrong
         return False
     with path.open("rb") as stream:

@@ -61,7 +61,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _lathe_test(arguments: argparse.Namespace) -> int:
-
     output: Path = arguments.output
     if output.suffix.lower() != ".csv":
         raise ConfigurationError(

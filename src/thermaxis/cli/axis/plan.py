@@ -1,10 +1,9 @@
 """``thermaxis plan``: choose targets and cycles, and foretell duration and uncertainty."""
 
 import argparse
-import sys
 
-from thermaxis.cli._json import write_json
-from thermaxis.cli.axis._plan_result import PlanResult, as_json, as_text
+from thermaxis.cli._json import show
+from thermaxis.cli.axis._plan_result import PlanResult, described
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_plan
 from thermaxis.positioning import (
@@ -165,15 +164,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigurationError(error.what, where=where, remedy=error.remedy) from None
     if arguments.output is not None:
         write_plan(result.plan, arguments.output)
-    if arguments.json is not None:
-        write_json(as_json(result), arguments.json)
-    if arguments.json != "-":
-        sys.stdout.write(as_text(result, arguments.output))
+    show(described(result, arguments.output), arguments.json)
     return 0
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-
     searching = arguments.target_uncertainty is not None
     if searching and arguments.cycles is not None:
         raise ConfigurationError(
@@ -211,7 +206,6 @@ def _check_options(arguments: argparse.Namespace) -> None:
 
 
 def _make(arguments: argparse.Namespace) -> PlanResult:
-
     choice = choose_targets(
         start=arguments.start,
         length=arguments.length,
@@ -244,7 +238,6 @@ def _make(arguments: argparse.Namespace) -> PlanResult:
 
 
 def _test_plan(arguments: argparse.Namespace, choice: TargetChoice) -> TestPlan:
-
     mode: str = arguments.mode
     side: str | None = arguments.approach_side
     if side is None and mode == "unidirectional":
@@ -283,14 +276,12 @@ def _assumptions(arguments: argparse.Namespace) -> tuple[RunAssumptions, tuple[s
 
 
 def _target_figure(arguments: argparse.Namespace) -> str:
-
     return LEVEL_KEY if arguments.target_figure is None else arguments.target_figure
 
 
 def _search(
     arguments: argparse.Namespace, plan: TestPlan, assumptions: RunAssumptions
 ) -> ShortestPlan:
-
     wanted: float = arguments.target_uncertainty
     longest_s = LONGEST_RUN_S if arguments.longest is None else 3600.0 * arguments.longest
     found = shortest_plan(

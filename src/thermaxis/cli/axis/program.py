@@ -89,7 +89,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _make(arguments: argparse.Namespace) -> tuple[ProgramResult, str]:
-
     control = control_by_name(arguments.control)
     options = check_options(control, arguments.set, purpose="program")
     plan = read_plan(arguments.plan)

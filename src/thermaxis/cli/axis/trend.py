@@ -6,20 +6,26 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from thermaxis import __version__, report
-from thermaxis.cli._json import write_json
+from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
-from thermaxis.cli._text_table import text_table
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
 from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.report import (
     FIGURE_SYMBOLS,
     Trend,
+    TrendChange,
     TrendFigure,
     TrendRun,
     evaluate_trend,
     trend_table,
     write_bytes,
+)
+from thermaxis.report.tables import Part, Section, Table, Value, as_json
+
+_UNCERTAINTY = (
+    "±: expanded uncertainty (k = 2, GUM, Monte Carlo) from noise and drift alone, without"
+    " instrument and environment"
 )
 
 
@@ -51,14 +57,10 @@ def run(arguments: argparse.Namespace) -> int:
         trend = evaluate_trend(tests, drift=not arguments.no_drift, progress=progress)
     if arguments.figures is not None:
         report.write_trend_figures(trend, arguments.figures)
-    if arguments.json is not None:
-        write_json(trend_as_json(trend), arguments.json)
     if arguments.csv is not None:
         _write_csv(trend, arguments.csv)
-    if "-" not in (arguments.json, arguments.csv):
-        sys.stdout.write(trend_as_text(trend))
-        if arguments.figures is not None:
-            sys.stdout.write(f"written: {arguments.figures}\n")
+    written = [] if arguments.figures is None else [arguments.figures]
+    show(described(trend), arguments.json, written, quiet=arguments.csv == "-")
     return 0
 
 
@@ -89,7 +91,6 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def _write_csv(trend: Trend, destination: str) -> None:
-
     content = trend_table(trend).as_csv()
     if destination == "-":
         sys.stdout.write(content.decode())
@@ -97,24 +98,44 @@ def _write_csv(trend: Trend, destination: str) -> None:
         write_bytes(Path(destination), content)
 
 
-# ---- text ---------------------------------------------------------------------------------------
-
-
-def trend_as_text(trend: Trend) -> str:
-    """Return the trend as tables for a terminal."""
+def described(trend: Trend) -> list[Part]:
+    """Return the trend for terminal and JSON."""
     unit = trend.runs[0].test.kind.units.deviation
-    parts = [_figure_table(trend, f"Figures of ISO 230-2 as measured, {unit}", free=False)]
+    shown = [_figures(trend, f"Figures of ISO 230-2 as measured, {unit}", free=False)]
     if any(run.drift_free for run in trend.runs):
         title = f"Figures without drift, {unit} (not a result of ISO 230-2)"
-        parts.append(_figure_table(trend, title, free=True))
-    if any(f.expanded_uncertainty is not None for r in trend.runs for f in r.measured.values()):
-        parts.append(
-            "±: expanded uncertainty (k = 2, GUM, Monte Carlo) from noise and drift alone, without"
-            " instrument and environment\n"
+        shown.append(_figures(trend, title, free=True))
+    known = any(f.expanded_uncertainty is not None for r in trend.runs for f in r.measured.values())
+    return [
+        Value("version", __version__),
+        Value("kind", str(trend.runs[0].test.kind)),
+        Value("sorted_by", "order given" if trend.dates is None else "start"),
+        *shown,
+        *([_UNCERTAINTY] if known else []),
+        Value("runs", [as_json(_run(run)) for run in trend.runs]),
+        Section("", [_change(change, len(trend.runs), unit) for change in trend.changes]),
+        Value("changes", [as_json(_values_of(change)) for change in trend.changes]),
+        Section("", [Value("warnings", trend.warnings, "warning")]),
+    ]
+
+
+def _figures(trend: Trend, title: str, *, free: bool) -> Table:
+    rows: list[list[Value]] = []
+    for k, run in enumerate(trend.runs):
+        start = "–" if run.test.start is None else run.test.start.strftime("%Y-%m-%d")
+        rows.append(
+            [
+                Value("", f"{k + 1}", ""),
+                Value("", run.name[:40], "run"),
+                Value("", start, "start"),
+                Value("", run.test.cycles, "cycles"),
+            ]
         )
-    parts.append(_change_lines(trend))
-    parts += [f"warning: {printable(warning, 400)}" for warning in trend.warnings]
-    return "\n".join(part for part in parts if part) + "\n"
+        figures = run.drift_free if free else run.measured
+        rows[-1] += [
+            Value("", _cell(figures.get(key)), FIGURE_SYMBOLS[key]) for key in trend.figures
+        ]
+    return Table(title, rows, words=3)
 
 
 def _cell(figure: TrendFigure | None) -> str:
@@ -125,87 +146,46 @@ def _cell(figure: TrendFigure | None) -> str:
     return f"{figure.value:.2f} ± {figure.expanded_uncertainty:.2f}"
 
 
-def _figure_table(trend: Trend, title: str, *, free: bool) -> str:
-
-    heads = ["", "run", "start", "cycles", *(FIGURE_SYMBOLS[key] for key in trend.figures)]
-    rows: list[list[str]] = []
-    for k, run in enumerate(trend.runs):
-        figures = run.drift_free if free else run.measured
-        start = "–" if run.test.start is None else run.test.start.strftime("%Y-%m-%d")
-        cells = [_cell(figures.get(key)) for key in trend.figures]
-        rows.append([f"{k + 1}", printable(run.name, 40), start, f"{run.test.cycles}", *cells])
-    return text_table(title, heads, rows, words=3)
-
-
-def _change_lines(trend: Trend) -> str:
-
-    unit = trend.runs[0].test.kind.units.deviation
-    lines: list[str] = []
-    for change in trend.changes:
-        text = f"{FIGURE_SYMBOLS[change.key]} changed by {change.change:+.2f} {unit} from run 1 to"
-        text += f" run {len(trend.runs)} ({'without drift' if change.drift_free else 'measured'})"
-        if change.significant is not None:
-            verdict = "more than" if change.significant else "within"
-            text += f": {verdict} its expanded uncertainty of {change.expanded_uncertainty:.2f}"
-            text += f" {unit}"
-        lines.append(text + "\n")
-    return "".join(lines)
+def _change(change: TrendChange, runs: int, unit: str) -> str:
+    text = (
+        f"{FIGURE_SYMBOLS[change.key]} changed by {change.change:+.2f} {unit} from run 1 to run"
+        f" {runs} ({'without drift' if change.drift_free else 'measured'})"
+    )
+    if change.significant is None:
+        return text
+    verdict = "more than" if change.significant else "within"
+    return f"{text}: {verdict} its expanded uncertainty of {change.expanded_uncertainty:.2f} {unit}"
 
 
-# ---- JSON ---------------------------------------------------------------------------------------
+def _values_of(change: TrendChange) -> list[Value]:
+    return [
+        Value("figure", change.key),
+        Value("drift_free", change.drift_free),
+        Value("change", change.change),
+        Value("expanded_uncertainty", change.expanded_uncertainty),
+        Value("significant", change.significant),
+    ]
 
 
-def trend_as_json(trend: Trend) -> dict[str, object]:
-    """Return the trend with the keys of the command's JSON."""
-    return {
-        "version": __version__,
-        "kind": str(trend.runs[0].test.kind),
-        "sorted_by": "order given" if trend.dates is None else "start",
-        "runs": [_run_as_json(run) for run in trend.runs],
-        "changes": [
-            {
-                "figure": change.key,
-                "drift_free": change.drift_free,
-                "change": change.change,
-                "expanded_uncertainty": change.expanded_uncertainty,
-                "significant": change.significant,
-            }
-            for change in trend.changes
-        ],
-        "warnings": list(trend.warnings),
-    }
-
-
-def _run_as_json(run: TrendRun) -> dict[str, object]:
+def _run(run: TrendRun) -> list[Part]:
     test, drift = run.test, run.drift
-    return {
-        "name": run.name,
-        "start": None if test.start is None else test.start.isoformat(),
-        "targets": int(test.target.size),
-        "first_target": float(test.target[0]),
-        "last_target": float(test.target[-1]),
-        "cycles": test.cycles,
-        "iso230_2": _values(run.measured),
-        "uncertainty": _uncertainties(run.measured),
-        "drift": None
-        if drift is None
-        else {
-            "model": str(drift.model),
-            "total": drift.total,
-            "total_per_m": drift.total_per_m,
-            "iso230_2": _values(run.drift_free),
-            "uncertainty": _uncertainties(run.drift_free),
-        },
-    }
+    parts: list[Part] = [
+        Value("name", run.name),
+        Value("start", test.start),
+        Value("targets", test.target.size),
+        Value("first_target", test.target[0]),
+        Value("last_target", test.target[-1]),
+        Value("cycles", test.cycles),
+        *_by_figure(run.measured),
+    ]
+    if drift is None:
+        return [*parts, Value("drift", None)]
+    total = [Value("total", drift.total), Value("total_per_m", drift.total_per_m)]
+    model = Value("model", str(drift.model))
+    return [*parts, Section("drift", [model, *total, *_by_figure(run.drift_free)])]
 
 
-def _values(figures: Mapping[str, TrendFigure]) -> dict[str, float | None]:
-
-    return {key: figures[key].value if key in figures else None for key in FIGURE_KEYS}
-
-
-def _uncertainties(figures: Mapping[str, TrendFigure]) -> dict[str, float | None]:
-
-    return {
-        key: figures[key].expanded_uncertainty if key in figures else None for key in FIGURE_KEYS
-    }
+def _by_figure(figures: Mapping[str, TrendFigure]) -> list[Value]:
+    values = {key: getattr(figures.get(key), "value", None) for key in FIGURE_KEYS}
+    stated = {key: getattr(figures.get(key), "expanded_uncertainty", None) for key in FIGURE_KEYS}
+    return [Value("iso230_2", values), Value("uncertainty", stated)]

@@ -184,7 +184,6 @@ def _placed_outputs(
 
 
 def _common_reference(sources: tuple[ModelSource, ...]) -> dict[str, float]:
-
     reference_c: dict[str, float] = {}
     for source in sources:
         for channel, value_c in source.model.reference_c.items():
@@ -276,7 +275,6 @@ def _require_nothing_stated(arguments: argparse.Namespace) -> None:
 def _of_machine(
     path: Path, model: CompensationModel, origins: tuple[str, ...]
 ) -> tuple[Compensation, MachineConfiguration]:
-
     configuration = read_machine(path)
     rules = configuration.rules
     outputs = tuple(output.name for output in model.outputs)

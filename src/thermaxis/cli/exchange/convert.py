@@ -52,7 +52,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_output(file: str, output: str) -> None:
-
     if output == "-":
         return
     try:

@@ -115,7 +115,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _summary(export: Export, folder: Path) -> str:
-
     settings = export.settings
     model = settings.compensation.model
     layout = model.layout

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from thermaxis.cli._text_table import filled, text_table
+from thermaxis.report.tables import filled, text_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -93,12 +93,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _now() -> datetime:
-
     return datetime.now(UTC)
 
 
 def _new(arguments: argparse.Namespace) -> None:
-
     new = NewCertificate(
         application_uri=arguments.uri,
         hosts=tuple(arguments.host or (socket.gethostname(),)),
@@ -116,7 +114,6 @@ def _new(arguments: argparse.Namespace) -> None:
 
 
 def _show(arguments: argparse.Namespace) -> None:
-
     now = _now()
     files: Sequence[str] = arguments.files
     certificates = [certificate_of(Path(name)) for name in files]
@@ -125,7 +122,6 @@ def _show(arguments: argparse.Namespace) -> None:
 
 
 def _as_text(certificate: Certificate, now: datetime, name: str) -> str:
-
     begin, end = (
         moment.strftime("%Y-%m-%d") for moment in (certificate.not_before, certificate.not_after)
     )
@@ -145,7 +141,6 @@ def _as_text(certificate: Certificate, now: datetime, name: str) -> str:
 
 
 def _fetch(arguments: argparse.Namespace) -> None:
-
     library = logging.getLogger("asyncua")
     level = library.level
     library.setLevel(logging.CRITICAL)  # what fails is said in words
@@ -168,7 +163,6 @@ def _fetch(arguments: argparse.Namespace) -> None:
 
 
 def _chosen(offers: Sequence[ServerOffer], arguments: argparse.Namespace) -> ServerOffer:
-
     if not offers:
         raise ConfigurationError(
             "the server has no certificate",

@@ -88,7 +88,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-
     if arguments.write and arguments.offline:
         raise ConfigurationError(
             "nothing is written without a connection",
@@ -174,7 +173,6 @@ def _tell_problems(problems: Sequence[Problem], arguments: argparse.Namespace) -
 
 
 def _tell_configuration(configuration: MachineConfiguration, warnings: Sequence[Finding]) -> None:
-
     sys.stdout.write(machine_in_words(configuration))
     if warnings:
         sys.stdout.write("\n" + findings_in_words("What somebody should know", warnings))
@@ -187,7 +185,6 @@ def _tell_result(
     findings: Sequence[Finding],
     arguments: argparse.Namespace,
 ) -> int:
-
     if arguments.json is not None:
         result: dict[str, object] = {
             "machine": machine_as_json(configuration),

@@ -82,7 +82,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _intention(configuration: MachineConfiguration, plan: CommissioningPlan) -> str:
-
     output = configuration.outputs[plan.output]
     raw = plan.step_um * offset_factor(output.unit, output.sign)
     seconds = abs(plan.step_um) / plan.limits.largest_rate_um_per_s
@@ -107,7 +106,6 @@ async def _prove(
     plan: CommissioningPlan,
     arguments: argparse.Namespace,
 ) -> StepProof:
-
     clock = SystemClock()
     parts = build_parts(configuration, clock)
     await parts.historian.open(tuple(configuration.outputs), ())
@@ -138,7 +136,6 @@ async def _prove(
 
 
 async def _wait_for_machine(parts: MachineParts) -> None:
-
     for _ in range(100):
         await parts.source.read(0.2)
         if parts.sink.connected:

@@ -33,7 +33,6 @@ _APART = (
 
 
 def _moment(text: str) -> datetime:
-
     found = parse_moment(text)
     if found is None and len(text) == len("2026-11-20"):
         found = parse_moment(f"{text}T00:00")
@@ -154,7 +153,6 @@ def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
 def _span(
     arguments: argparse.Namespace, reader: HistoryReader
 ) -> tuple[datetime | None, datetime | None]:
-
     first: datetime | None = arguments.first
     last: datetime | None = arguments.last
     if arguments.length_s is not None:
@@ -173,7 +171,6 @@ def _span(
 
 
 def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
-
     output: Path = arguments.output
     if output.suffix.casefold() not in {".parquet", ".csv"}:
         raise ConfigurationError(
@@ -197,7 +194,6 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
 
 
 def _events(arguments: argparse.Namespace, url: str, password: str) -> None:
-
     with HistoryReader(url, password) as reader:
         first, last = _span(arguments, reader)
         found = reader.events(first, last, kinds=arguments.kind, newest=arguments.newest)
@@ -208,7 +204,6 @@ def _events(arguments: argparse.Namespace, url: str, password: str) -> None:
 
 
 def _event_as_json(event: EventRecord) -> dict[str, object]:
-
     details = {
         name: str(value) if isinstance(value, float) and not math.isfinite(value) else value
         for name, value in event.details.items()
@@ -223,14 +218,12 @@ def _event_as_json(event: EventRecord) -> dict[str, object]:
 
 
 def _event_line(event: EventRecord) -> str:
-
     when = event.utc.astimezone().isoformat(sep=" ", timespec="seconds")
     who = f" ({printable(event.who, 60)})" if event.who else ""
     return f"{when}  {printable(event.kind, 20):<10}  {printable(event.text, 400)}{who}\n"
 
 
 def _check(_: argparse.Namespace, url: str, password: str) -> None:
-
     with Progress() as progress:
         found = check_history(url, password, report=progress)
     sys.stdout.write(_condition_text(found))
@@ -258,6 +251,5 @@ def _condition_text(found: Condition) -> str:
 
 
 def _copy(arguments: argparse.Namespace, url: str, _: str) -> None:
-
     copy_history(url, arguments.output)
     sys.stdout.write(f"written: {printable(str(arguments.output))}\n")

@@ -47,7 +47,6 @@ _OF_SERVER = {
 
 
 def _time(text: str) -> float:
-
     seconds = parse_seconds(text)
     if seconds is None or seconds <= 0.0:
         raise argparse.ArgumentTypeError(f"'{text}' is no positive time; write 90s, 10min or 8h")
@@ -118,7 +117,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _listed() -> str:
-
     lines = ["Scenarios", ""]
     for scenario in SCENARIOS.values():
         length = f"{scenario.duration_s / 3600.0:g} h"
@@ -133,7 +131,6 @@ def _listed() -> str:
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-
     logging = arguments.log is not None
     foreign = _OF_SERVER if logging else _OF_LOG
     for name, option in foreign.items():
@@ -150,7 +147,6 @@ def _check_options(arguments: argparse.Namespace) -> None:
 
 
 def _settings(arguments: argparse.Namespace) -> LatheSettings:
-
     rules = OffsetRules()
     if arguments.clamp is not None:
         rules = replace(rules, largest_um=arguments.clamp)
@@ -162,7 +158,6 @@ def _settings(arguments: argparse.Namespace) -> LatheSettings:
 
 
 def _write_log(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:
-
     hours = (arguments.log or lathe.scenario.duration_s) / 3600.0
     every_s = arguments.every or _EVERY_S
     with Progress() as progress:
@@ -182,7 +177,6 @@ def _write_log(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:
 
 
 def _server_settings(arguments: argparse.Namespace) -> LatheServerSettings:
-
     names = ("address", "port", "speed", "certificate", "private_key", "user")
     given = {name: getattr(arguments, name) for name in names}
     stated = {name: value for name, value in given.items() if value is not None}
@@ -190,12 +184,10 @@ def _server_settings(arguments: argparse.Namespace) -> LatheServerSettings:
 
 
 def _password(path: Path | None) -> Secret:
-
     return Secret("") if path is None else read_secret(path, where="--password-file")
 
 
 def _serve(arguments: argparse.Namespace, lathe: VirtualLathe) -> int:
-
     logging.getLogger("asyncua").setLevel(logging.ERROR)  # its warnings are no errors of anybody
     asyncio.run(_live(lathe, _server_settings(arguments), arguments.stop_after))
     return 0

@@ -10,9 +10,9 @@ from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from thermaxis.cli._text_table import text_table
 from thermaxis.cli.thermal._thermal_logs import positive_seconds
 from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.report.tables import text_table
 from thermaxis.runtime import (
     OpcUaSession,
     Recorder,
@@ -33,7 +33,6 @@ full disk and restarts.
 
 
 def _duration(text: str) -> float:
-
     return positive_seconds(text)
 
 
@@ -73,7 +72,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _record(settings: RecordSettings, folder: Path, duration_s: float | None) -> int:
-
     with sole_writer(folder, settings.name):
         for line in _about(settings, folder, duration_s):
             _tell(line)
@@ -92,7 +90,6 @@ def _record(settings: RecordSettings, folder: Path, duration_s: float | None) ->
 async def _recorded(
     settings: RecordSettings, folder: Path, duration_s: float | None
 ) -> RecordSummary:
-
     clock = SystemClock()
     stop = asyncio.Event()
     sessions = {n: OpcUaSession(c, clock) for n, c in settings.connections.items()}

@@ -121,7 +121,6 @@ class _Rehearsal:
         self.reasons: dict[str, float] = {}
 
     async def play(self, hours: float) -> None:
-
         configuration, clock = self.configuration, VirtualClock()
         (output,) = configuration.outputs
         rules = replace(configuration.compensation, interlocks=tuple(INTERLOCKS))

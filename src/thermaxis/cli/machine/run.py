@@ -122,7 +122,6 @@ async def _run(
 def _self_test(
     configuration: MachineConfiguration, parts: MachineParts
 ) -> Callable[[], asyncio.Future[tuple[str, ...]]]:
-
     async def reasons() -> tuple[str, ...]:
         return reasons_against(await self_test(parts, configuration))
 
@@ -160,7 +159,6 @@ async def _machine_there(loop: CompensationLoop) -> None:
 
 
 def _end_by_signal(stop: asyncio.Event, running: asyncio.Future[Mapping[str, float]]) -> None:
-
     def end() -> None:
         if stop.is_set():
             running.cancel()
@@ -174,7 +172,6 @@ def _end_by_signal(stop: asyncio.Event, running: asyncio.Future[Mapping[str, flo
 
 
 def _say(text: str, *, quiet: bool) -> None:
-
     if not quiet:
         with suppress(OSError):  # nobody reads any more: no reason to leave a machine alone
             sys.stdout.write(f"{text}\n")

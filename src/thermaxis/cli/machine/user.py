@@ -75,7 +75,6 @@ def _add(path: Path, arguments: argparse.Namespace) -> bool:
 
 
 def _remove(path: Path, name: str) -> None:
-
     users = read_users(path)
     kept = [user for user in users if user.name != name]
     if len(kept) == len(users):

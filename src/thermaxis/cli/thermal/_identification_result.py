@@ -1,10 +1,9 @@
-"""An identification as text and as JSON."""
+"""An identification, described once for terminal and JSON."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from thermaxis import __version__
-from thermaxis.cli._text_table import text_table
-from thermaxis.errors import printable
+from thermaxis.report.tables import Part, Section, Table, Value, as_json
 from thermaxis.thermal import (
     Identification,
     IdentifiedOutput,
@@ -15,11 +14,16 @@ from thermaxis.thermal import (
 
 _T = 1.96
 _MOST_NAMED = 6
+_MOST_PARTS = 6
 
 
-def _with_interval(value: float, std: float | None, digits: int = 4) -> str:
-    text = f"{value:.{digits}g}"
+def _with_interval(value: float, std: float | None) -> str:
+    text = f"{value:.4g}"
     return text if std is None else f"{text} ± {_T * std:.2g}"
+
+
+def _with_intervals(values: Sequence[float], stds: Sequence[float | None]) -> str:
+    return "  ".join(map(_with_interval, values, stds)) or "–"
 
 
 def finding_sentences(findings: Mapping[str, Sequence[LogFinding]]) -> list[str]:
@@ -42,233 +46,207 @@ def finding_sentences(findings: Mapping[str, Sequence[LogFinding]]) -> list[str]
     return said
 
 
-def identification_as_text(
+def described(
     result: Identification,
     records: Records,
     findings: Mapping[str, Sequence[LogFinding]],
     remarks: Sequence[str] = (),
-) -> str:
-    """Return an identification as tables for a terminal."""
-    count = {len(e) for e in records.experiments.values()}
-    stable = "stable" if result.stable else "NOT STABLE"
-    head = f"method {result.method}, {max(count)} experiment(s) at {records.sample_time_s:g} s;"
-    parts = [f"{head} {stable}\n{result.rule}\n"]
-    said = [f"reading: {printable(remark, 400)}\n" for remark in remarks]
-    said += [f"sensor first: {printable(f, 400)}\n" for f in finding_sentences(findings)]
-    if said:
-        parts.append("".join(said))
-    if result.selection is not None:
-        parts.append(_selection_text(result))
-    parts += [_output_text(output) for output in result.outputs]
-    if result.joint is not None:
-        parts.append(_joint_text(result))
-    parts.append(_beside_text(result))
-    parts += [f"warning: {printable(w, 400)}\n" for w in result.warnings]
-    return "\n".join(parts)
-
-
-def _joint_text(result: Identification) -> str:
-    if result.joint is None:
-        return ""
-    rows = [[printable(c, 30), f"{g:.3f}"] for c, g in result.joint.gain_by_channel.items()]
-    title = f"Gain g of the part {printable(result.joint.part, 30)} by displacement"
-    return text_table(title, ["displacement", "g"], rows, words=1)
-
-
-def _beside_text(result: Identification) -> str:
-    """Return the errors on the training rows, model and baselines side by side."""
-    keys = ("model", "static", "averages", "one_step")
-    rows = [
-        [printable(o.name, 30), *(f"{o.training_rmse_um[key]:.2f}" for key in keys)]
-        for o in result.outputs
+) -> list[Part]:
+    """Return an identification for terminal and JSON."""
+    experiments = max(len(e) for e in records.experiments.values())
+    step_s = records.sample_time_s
+    sensors = finding_sentences(findings)
+    outputs = result.outputs
+    return [
+        (
+            f"method {result.method}, {experiments} experiment(s) at {step_s:g} s;"
+            f" {'stable' if result.stable else 'NOT STABLE'}"
+        ),
+        result.rule,
+        Value("version", __version__),
+        Value("method", str(result.method)),
+        Value("stable", result.stable),
+        Value("rule", result.rule),
+        Value("sample_time_s", step_s),
+        Section("", [Value("", remarks, "reading"), Value("", sensors, "sensor first")]),
+        _selection(result),
+        *(Section("", list(_output_text(output))) for output in outputs),
+        Table(
+            "",
+            [_output(output, step_s) for output in outputs],
+            key="outputs",
+            names=[output.name for output in outputs],
+        ),
+        _joint(result),
+        _beside(result),
+        Value("findings", list(_findings(findings))),
+        Value("", result.warnings, "warning"),
+        Value("warnings", [*remarks, *sensors, *result.warnings]),
     ]
-    heads = ["output", "model", "static", "fixed averages", "nothing changes (one step)"]
-    title = "RMSE on the training rows, um: free run, and what simple rules leave"
-    return text_table(title, heads, rows, words=1)
 
 
-def _selection_text(result: Identification) -> str:
-    rows: list[list[str]] = []
-    for output in result.outputs:
-        base = output.baseline_mae_um
-        held = output.validation_mae_um
-        rows.append(
-            [
-                printable(output.name, 30),
-                f"{output.fit_percent:.1f}",
-                "–" if held is None else f"{held:.2f}",
-                *(f"{base[k]:.2f}" if k in base else "–" for k in ("hold", "static", "averages")),
-            ]
-        )
-    heads = ["output", "fit %", "held out", "nothing changes", "static", "fixed averages"]
-    title = "Free run: fit on the training rows; mean absolute error on parts held out, um"
-    return text_table(title, heads, rows, words=1)
-
-
-def _output_text(output: IdentifiedOutput) -> str:
-    lines = ""
-    if output.model is not None and len(output.model.parts) <= 6:
-        rows: list[list[str]] = []
-        for part, std in zip(output.model.parts, output.std, strict=True):
-            rows.append(
-                [
-                    printable(part.input_name, 30),
-                    _with_interval(part.dc_gain, std.dc_gain),
-                    _with_interval(part.direct_gain, std.direct_gain),
-                    "  ".join(
-                        _with_interval(float(g), s)
-                        for g, s in zip(part.gains, std.gains, strict=True)
-                    )
-                    or "–",
-                    "  ".join(
-                        _with_interval(float(t), s)
-                        for t, s in zip(part.time_constants_s, std.time_constants_s, strict=True)
-                    )
-                    or "–",
-                ]
-            )
-        title = f"{printable(output.name, 30)}: fit {output.fit_percent:.1f} % on the training rows"
-        if abs(output.fit_percent - output.fit_from_rest_percent) >= 0.1:
-            title += f" ({output.fit_from_rest_percent:.1f} % from rest)"
-        if output.noise_std_um is not None:
-            title += f", noise {output.noise_std_um:.2g} um"
-        if output.slow_noise_std_um is not None:
-            title += f", slow drift that no input explains {output.slow_noise_std_um:.2g} um"
-        heads = ["input", "DC gain um/K", "direct um/K", "gains um/K", "time constants s"]
-        lines = text_table(title, heads, rows, words=1)
-        for part, std in zip(output.model.parts, output.std, strict=True):
-            lines += "".join(
-                f"  {printable(part.input_name, 30)}: {printable(flag, 400)}\n"
-                for flag in std.flags
-            )
-    if output.polynomials is not None:
-        lines += _polynomial_text(output.polynomials)
-    lines += "".join(
-        f"warning: {printable(output.name, 30)}: {printable(w, 400)}\n" for w in output.warnings
-    )
-    return lines
-
-
-def _polynomial_text(result: PolynomialResult) -> str:
-    lines = ""
-    shared = result.method == "arx"
-    for k, (name, a) in enumerate(zip(result.model.input_names, result.numerators, strict=True)):
-        listed = " ".join(f"{v:.8g}" for v in a)
-        lines += f"  numerator a of {printable(name, 30)}: {listed}\n"
-        if not shared or k == 0:
-            whose = "all inputs" if shared else printable(name, 30)
-            listed = " ".join(f"{v:.8g}" for v in result.denominators[k])
-            lines += f"  denominator b of {whose}: {listed}\n"
-    return lines
-
-
-# ---- JSON ---------------------------------------------------------------------------------------
-
-
-def identification_as_json(
-    result: Identification,
-    records: Records,
-    findings: Mapping[str, Sequence[LogFinding]],
-    remarks: Sequence[str] = (),
-) -> dict[str, object]:
-    """Return an identification with the keys of the command's JSON."""
-    content: dict[str, object] = {
-        "version": __version__,
-        "method": str(result.method),
-        "stable": result.stable,
-        "rule": result.rule,
-        "sample_time_s": records.sample_time_s,
-        "outputs": {o.name: _output_as_json(o, records.sample_time_s) for o in result.outputs},
-        "findings": [
-            {
+def _findings(findings: Mapping[str, Sequence[LogFinding]]) -> Iterator[dict[str, object]]:
+    for log, found in findings.items():
+        for finding in found:
+            yield {
                 "log": log,
                 "kind": str(finding.kind),
                 "channel": finding.channel,
                 "text": finding.words,
                 "remedy": finding.remedy,
-                "rows": None if finding.rows is None else list(finding.rows),
+                "rows": finding.rows,
             }
-            for log, found in findings.items()
-            for finding in found
+
+
+def _joint(result: Identification) -> Part:
+    joint = result.joint
+    if joint is None:
+        return Value("joint_gains", None)
+    rows = [
+        [Value("", channel, "displacement"), Value("", gain, "g", ".3f")]
+        for channel, gain in joint.gain_by_channel.items()
+    ]
+    return Section(
+        "joint_gains",
+        [
+            Table(f"Gain g of the part {joint.part[:30]} by displacement", rows, words=1),
+            Value("part", joint.part),
+            Value("reference", joint.reference),
+            Value("gains", joint.gain_by_channel),
         ],
-        "warnings": [*remarks, *finding_sentences(findings), *result.warnings],
+    )
+
+
+def _beside(result: Identification) -> Table:
+    """Return the errors on the training rows, model and baselines side by side."""
+    heads = {
+        "model": "model",
+        "static": "static",
+        "averages": "fixed averages",
+        "one_step": "nothing changes (one step)",
     }
-    content["joint_gains"] = None
-    if result.joint is not None:
-        content["joint_gains"] = {
-            "part": result.joint.part,
-            "reference": result.joint.reference,
-            "gains": dict(result.joint.gain_by_channel),
-        }
+    rows = [
+        [
+            Value("", output.name, "output"),
+            *(Value("", output.training_rmse_um[k], head, ".2f") for k, head in heads.items()),
+        ]
+        for output in result.outputs
+    ]
+    title = "RMSE on the training rows, um: free run, and what simple rules leave"
+    return Table(title, rows, words=1)
+
+
+def _selection(result: Identification) -> Part:
     selection = result.selection
-    content["selection"] = None
-    if selection is not None:
-        content["selection"] = {
-            "channels": list(selection.channels),
-            "time_constants_s": list(selection.time_constants_s),
-            "sensor_uncertainty_k": selection.sensor_uncertainty_k,
-            "curve": [
-                {
-                    "channels": list(entry.channels),
-                    "score": entry.score,
-                    "excess": entry.excess,
-                    "excess_se": entry.excess_se,
-                }
-                for entry in selection.curve
-            ],
-        }
-    return content
+    if selection is None:
+        return Value("selection", None)
+    heads = {"hold": "nothing changes", "static": "static", "averages": "fixed averages"}
+    rows = [
+        [
+            Value("", output.name, "output"),
+            Value("", output.fit_percent, "fit %", ".1f"),
+            Value("", output.validation_mae_um, "held out", ".2f"),
+            *(Value("", output.baseline_mae_um.get(k), h, ".2f") for k, h in heads.items()),
+        ]
+        for output in result.outputs
+    ]
+    title = "Free run: fit on the training rows; mean absolute error on parts held out, um"
+    curve = [
+        {key: getattr(entry, key) for key in ("channels", "score", "excess", "excess_se")}
+        for entry in selection.curve
+    ]
+    return Section(
+        "selection",
+        [
+            Table(title, rows, words=1),
+            Value("channels", selection.channels),
+            Value("time_constants_s", selection.time_constants_s),
+            Value("sensor_uncertainty_k", selection.sensor_uncertainty_k),
+            Value("curve", curve),
+        ],
+    )
 
 
-def _output_as_json(output: IdentifiedOutput, sample_time_s: float) -> dict[str, object]:
-    content: dict[str, object] = {
-        "fit_percent": output.fit_percent,
-        "fit_from_rest_percent": output.fit_from_rest_percent,
-        "noise_std_um": output.noise_std_um,
-        "slow_noise_std_um": output.slow_noise_std_um,
-        "validation_mae_um": output.validation_mae_um,
-        "baseline_mae_um": dict(output.baseline_mae_um),
-        "training_rmse_um": dict(output.training_rmse_um),
-        "parts": _parts_as_json(output),
-        "offset_um": None if output.model is None else float(output.model.offset_um),
-        "numerator": None,
-        "denominator": None,
-        "sample_time_s": sample_time_s,
-        "warnings": list(output.warnings),
-    }
+def _output_text(output: IdentifiedOutput) -> Iterator[Part]:
+    if output.model is not None and len(output.model.parts) <= _MOST_PARTS:
+        parts = list(zip(output.model.parts, output.std, strict=True))
+        rows = [
+            [
+                Value("", part.input_name, "input"),
+                Value("", _with_interval(part.dc_gain, std.dc_gain), "DC gain um/K"),
+                Value("", _with_interval(part.direct_gain, std.direct_gain), "direct um/K"),
+                Value("", _with_intervals(part.gains.tolist(), std.gains), "gains um/K"),
+                Value(
+                    "",
+                    _with_intervals(part.time_constants_s.tolist(), std.time_constants_s),
+                    "time constants s",
+                ),
+            ]
+            for part, std in parts
+        ]
+        yield Table(_title(output), rows, words=1)
+        for part, std in parts:
+            yield from (f"{part.input_name[:30]}: {flag}" for flag in std.flags)
     if output.polynomials is not None:
-        content |= _polynomials_as_json(output.polynomials)
-    return content
+        yield from _polynomials_in_words(output.polynomials)
+    yield Value("", [f"{output.name[:30]}: {text}" for text in output.warnings], "warning")
 
 
-def _parts_as_json(output: IdentifiedOutput) -> list[dict[str, object]]:
-    if output.model is None:
-        return []
+def _title(output: IdentifiedOutput) -> str:
+    title = f"{output.name[:30]}: fit {output.fit_percent:.1f} % on the training rows"
+    if abs(output.fit_percent - output.fit_from_rest_percent) >= 0.1:
+        title += f" ({output.fit_from_rest_percent:.1f} % from rest)"
+    if output.noise_std_um is not None:
+        title += f", noise {output.noise_std_um:.2g} um"
+    if output.slow_noise_std_um is not None:
+        title += f", slow drift that no input explains {output.slow_noise_std_um:.2g} um"
+    return title
+
+
+def _polynomials_in_words(result: PolynomialResult) -> Iterator[str]:
+    shared = result.method == "arx"
+    for k, (name, a) in enumerate(zip(result.model.input_names, result.numerators, strict=True)):
+        yield f"numerator a of {name[:30]}: {' '.join(f'{v:.8g}' for v in a)}"
+        if not shared or k == 0:
+            whose = "all inputs" if shared else name[:30]
+            listed = " ".join(f"{v:.8g}" for v in result.denominators[k])
+            yield f"denominator b of {whose}: {listed}"
+
+
+def _output(output: IdentifiedOutput, sample_time_s: float) -> list[Value]:
+    keys = ("fit_percent", "fit_from_rest_percent", "noise_std_um", "slow_noise_std_um")
+    keys += ("validation_mae_um", "baseline_mae_um", "training_rmse_um", "warnings")
     return [
-        {
-            "input": part.input_name,
-            "direct_gain": float(part.direct_gain),
-            "gains": part.gains.tolist(),
-            "time_constants_s": part.time_constants_s.tolist(),
-            "delay_s": float(part.delay_s),
-            "std": {
-                "direct_gain": std.direct_gain,
-                "gains": list(std.gains),
-                "time_constants_s": list(std.time_constants_s),
-            },
-            "dc_gain": part.dc_gain,
-            "dc_gain_std": std.dc_gain,
-            "flags": list(std.flags),
-        }
-        for part, std in zip(output.model.parts, output.std, strict=True)
+        *(Value(key, getattr(output, key)) for key in keys),
+        Value("parts", [as_json(part) for part in _parts(output)]),
+        Value("offset_um", None if output.model is None else output.model.offset_um),
+        *_polynomials(output.polynomials, sample_time_s),
     ]
 
 
-def _polynomials_as_json(result: PolynomialResult) -> dict[str, object]:
+def _parts(output: IdentifiedOutput) -> Iterator[list[Value]]:
+    if output.model is None:
+        return
+    for part, std in zip(output.model.parts, output.std, strict=True):
+        gains = ("direct_gain", "gains", "time_constants_s")
+        yield [
+            Value("input", part.input_name),
+            *(Value(key, getattr(part, key)) for key in (*gains, "delay_s", "dc_gain")),
+            *(Value(f"std.{key}", getattr(std, key)) for key in gains),
+            Value("dc_gain_std", std.dc_gain),
+            Value("flags", std.flags),
+        ]
+
+
+def _polynomials(result: PolynomialResult | None, sample_time_s: float) -> list[Value]:
+    if result is None:
+        empty = [Value("numerator", None), Value("denominator", None)]
+        return [*empty, Value("sample_time_s", sample_time_s)]
     names = result.model.input_names
-    denominators = {n: b.tolist() for n, b in zip(names, result.denominators, strict=True)}
-    return {
-        "numerator": {n: a.tolist() for n, a in zip(names, result.numerators, strict=True)},
-        "denominator": denominators[names[0]] if result.method == "arx" else denominators,
-        "sample_time_s": result.model.sample_time_s,
-    }
+    shared = result.method == "arx"
+    denominators = dict(zip(names, result.denominators, strict=True))
+    return [
+        Value("numerator", dict(zip(names, result.numerators, strict=True))),
+        Value("denominator", result.denominators[0] if shared else denominators),
+        Value("sample_time_s", result.model.sample_time_s),
+    ]

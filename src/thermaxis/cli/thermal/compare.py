@@ -1,13 +1,12 @@
 """``thermaxis compare``: several models on one log."""
 
 import argparse
-import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from thermaxis import __version__
-from thermaxis.cli._json import write_json
+from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
-from thermaxis.cli._text_table import text_table
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
     check_written,
@@ -15,10 +14,10 @@ from thermaxis.cli.thermal._thermal_logs import (
     read_logs,
     remarks_of,
 )
-from thermaxis.cli.thermal._verification_result import figures_as_json
-from thermaxis.errors import printable
+from thermaxis.cli.thermal._verification_result import figures_of
 from thermaxis.files import model_sha256, read_model
-from thermaxis.thermal import Verification, verify
+from thermaxis.report.tables import Part, Section, Table, Value, as_json
+from thermaxis.thermal import ThermalLog, Verification, verify
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,51 +51,52 @@ def run(arguments: argparse.Namespace) -> int:
             progress(f"simulating {path.name}", k, len(models))
             result = verify(model, [log], arguments.measured, reference_s=arguments.reference)
             results.append((path, model_sha256(model), result))
-    if arguments.json is not None:
-        write_json(
-            {
-                "version": __version__,
-                "log": log.name,
-                "models": [
-                    {
-                        "name": path.name,
-                        "model_sha256": digest,
-                        "outputs": {n: figures_as_json(f) for n, f in result.pooled.items()},
-                        "warnings": list(result.warnings),
-                    }
-                    for path, digest, result in results
-                ],
-                "warnings": remarks_of([log]),
-            },
-            arguments.json,
-        )
-    if arguments.json == "-":
-        return 0
-    for name in dict.fromkeys(n for _, _, result in results for n in result.pooled):
-        known = [(p, r.pooled[name]) for p, _, r in results if name in r.pooled]
-        known.sort(key=lambda entry: entry[1].rmse_um)
-        rows = [
-            [
-                printable(path.name, 40),
-                "–" if f.fit_percent is None else f"{f.fit_percent:.1f}",
-                *(f"{v:.2f}" for v in (f.residual_um, f.rmse_um, f.mae_um, f.max_um)),
-            ]
-            for path, f in known
-        ]
-        first = known[0][1]
-        statics = [f.static_rmse_um for _, f in known if f.static_rmse_um is not None]
-        title = f"{printable(name, 30)} of {printable(log.name, 40)}, best first; p-p without"
-        title += f" compensation {first.uncompensated_um:.2f} um"
-        heads = ["model", "fit %", "left um", "RMSE um", "MAE um", "max um"]
-        sys.stdout.write(text_table(title, heads, rows, words=1))
-        if statics:
-            sys.stdout.write(
-                f"  static regression on the same inputs: RMSE {min(statics):.2f} um\n"
-            )
-        sys.stdout.write("\n")
-    for remark in remarks_of([log]):
-        sys.stdout.write(f"reading: {printable(remark, 400)}\n")
-    for path, _, result in results:
-        for warning in result.warnings:
-            sys.stdout.write(f"warning: {printable(path.name, 40)}: {printable(warning, 400)}\n")
+    show(_described(log, results), arguments.json)
     return 0
+
+
+def _described(log: ThermalLog, results: Sequence[tuple[Path, str, Verification]]) -> list[Part]:
+    remarks = remarks_of([log])
+    models = [
+        {
+            "name": path.name,
+            "model_sha256": digest,
+            "outputs": {n: as_json(figures_of(f)) for n, f in result.pooled.items()},
+            "warnings": result.warnings,
+        }
+        for path, digest, result in results
+    ]
+    names = dict.fromkeys(name for _, _, result in results for name in result.pooled)
+    warnings = [f"{path.name[:40]}: {text}" for path, _, r in results for text in r.warnings]
+    return [
+        Value("version", __version__),
+        Value("log", log.name),
+        *(Section("", list(_table(name, log, results))) for name in names),
+        Value("models", models),
+        Value("warnings", remarks, "reading"),
+        Value("", warnings, "warning"),
+    ]
+
+
+def _table(
+    name: str, log: ThermalLog, results: Sequence[tuple[Path, str, Verification]]
+) -> Iterator[Part]:
+    known = [(p, r.pooled[name]) for p, _, r in results if name in r.pooled]
+    known.sort(key=lambda entry: entry[1].rmse_um)
+    uncompensated = known[0][1].uncompensated_um
+    rows = [
+        [
+            Value("", path.name[:40], "model"),
+            Value("", f.fit_percent, "fit %", ".1f"),
+            Value("", f.residual_um, "left um", ".2f"),
+            Value("", f.rmse_um, "RMSE um", ".2f"),
+            Value("", f.mae_um, "MAE um", ".2f"),
+            Value("", f.max_um, "max um", ".2f"),
+        ]
+        for path, f in known
+    ]
+    title = f"{name[:30]} of {log.name[:40]}, best first; p-p without"
+    yield Table(f"{title} compensation {uncompensated:.2f} um", rows, words=1)
+    statics = [f.static_rmse_um for _, f in known if f.static_rmse_um is not None]
+    if statics:
+        yield f"static regression on the same inputs: RMSE {min(statics):.2f} um"

@@ -1,7 +1,6 @@
 """``thermaxis identify``: from thermal logs to a compensation model."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
@@ -9,11 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from thermaxis import __version__, report
-from thermaxis.cli._json import write_json
+from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._identification_result import (
-    identification_as_json,
-    identification_as_text,
+    described,
 )
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
@@ -76,7 +74,6 @@ def _joint(text: str) -> tuple[str, dict[str, float | None]]:
 
 
 def _date(text: str) -> str:
-
     try:
         return date.fromisoformat(text).isoformat()
     except ValueError:
@@ -211,13 +208,8 @@ def run(arguments: argparse.Namespace) -> int:
                 report.write_identification_report(
                     result, records, logs, provenance, path, reference_s=arguments.reference
                 )
-    if arguments.json is not None:
-        write_json(identification_as_json(result, records, findings, remarks), arguments.json)
-    if arguments.json != "-":
-        sys.stdout.write(identification_as_text(result, records, findings, remarks))
-        for path in (arguments.model, *arguments.report):
-            if path is not None:
-                sys.stdout.write(f"written: {printable(str(path))}\n")
+    written = [path for path in (arguments.model, *arguments.report) if path is not None]
+    show(described(result, records, findings, remarks), arguments.json, written)
     return 0
 
 
@@ -242,7 +234,6 @@ def _identified(
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-
     if not arguments.input and not arguments.candidates:
         raise ConfigurationError(
             "no input is named",

@@ -1,11 +1,10 @@
 """``thermaxis verify``: a model in free run against what was measured."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from thermaxis import report
-from thermaxis.cli._json import write_json
+from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
@@ -17,7 +16,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     sensor_warnings,
     span,
 )
-from thermaxis.cli.thermal._verification_result import verification_as_json, verification_as_text
+from thermaxis.cli.thermal._verification_result import described
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.files import model_sha256, read_correction_limits, read_model
@@ -96,15 +95,10 @@ def run(arguments: argparse.Namespace) -> int:
             for path in arguments.report:
                 report.write_verification_report(model, logs, result, path)
     remarks = (*remarks_of(logs), *sensor_warnings(logs, model.channels))
-    if arguments.json is not None:
-        content = verification_as_json(result, model_sha256(model), remarks)
-        write_json(content, arguments.json)
-    if arguments.json != "-":
-        counted = "" if arguments.span is None else f", {arguments.span.text}"
-        title = f"Verification of {printable(arguments.model.name, 60)}{counted}"
-        sys.stdout.write(verification_as_text(result, title, remarks))
-        for path in arguments.report:
-            sys.stdout.write(f"written: {printable(str(path))}\n")
+    counted = "" if arguments.span is None else f", {arguments.span.text}"
+    title = f"Verification of {printable(arguments.model.name, 60)}{counted}"
+    shown = described(result, title, model_sha256(model), remarks)
+    show(shown, arguments.json, arguments.report)
     return 0
 
 

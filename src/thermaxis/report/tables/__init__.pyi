@@ -1,0 +1,17 @@
+from ._described import (
+    Part as Part,
+    Section as Section,
+    Table as Table,
+    Value as Value,
+    as_json as as_json,
+    as_text as as_text,
+    rows_of as rows_of,
+    without_text as without_text,
+)
+from ._evaluation import (
+    describe_evaluation as describe_evaluation,
+)
+from ._text_table import (
+    filled as filled,
+    text_table as text_table,
+)
