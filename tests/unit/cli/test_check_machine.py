@@ -241,7 +241,7 @@ def test_wrong_nodes_types_and_units_are_found_on_the_lathe(example: Path) -> No
     path = example / "lathe.toml"
     text = path.read_text(encoding="utf-8")
     for old, new in (
-        (';s=T_spindle_C"\nspare_node = "nsu=urn:thermaxis:lathe;s=T_spindle_2_C"', ';s=T_x"'),
+        (';s=T_spindle_C"\nredundant_node = "nsu=urn:thermaxis:lathe;s=T_spindle_2_C"', ';s=T_x"'),
         ("s=T_table_C", "s=coolant_on"),
         ('lathe;s=T_column_2_C"\nunit = "degC"', 'lathe;s=T_column_2_C"\nunit = "K"'),
         ("s=referenced", "s=T_hall_C"),
