@@ -3,6 +3,7 @@
 import io
 import random
 import re
+import tempfile
 import time
 import zipfile
 from collections.abc import Callable
@@ -115,6 +116,15 @@ def dat() -> bytes:
         for (i, j), value in np.ndenumerate(test.deviation[:, :, approach]):
             lines.append(f"REF_DATA_{name}[{i + 1},{j + 1}]={test.target[i] + value / 1000:.9f}")
     return "\n".join(lines).encode()
+
+
+def rtl() -> bytes:
+    path = Path(tempfile.mkdtemp()) / "run.rtl"
+    write_rtl(example(), path)
+    content = path.read_bytes()
+    path.unlink()
+    path.parent.rmdir()
+    return content
 
 
 def workbook(rows: list[list[object]], *, formula: bool = False) -> bytes:
@@ -323,6 +333,7 @@ TEXT_FORMATS: dict[str, tuple[Callable[[], bytes], Reader]] = {
     "foreign tidy": (foreign_tidy, read_tidy_csv),
     "wide": (wide, read_wide_csv),
     "dat": (dat, read_iso230_dat),
+    "rtl": (rtl, read_rtl),
 }
 
 
@@ -332,19 +343,9 @@ def test_a_damaged_text_file_gives_a_run_or_one_of_our_errors(tmp_path: Path, na
     path = tmp_path / "run.txt"
     path.write_bytes(make())
     assert isinstance(reader(path), PositioningTest)
-    read, refused = check_mutants(make(), reader, path, mutate_text, 1500)
-    assert read > 100
-    assert refused > 300
-
-
-def test_a_damaged_rtl_file_gives_a_run_or_one_of_our_errors(tmp_path: Path) -> None:
-    path = tmp_path / "run.rtl"
-    write_rtl(example(), path)
-    content = path.read_bytes()
-    assert isinstance(read_rtl(path), PositioningTest)
-    read, refused = check_mutants(content, read_rtl, path, mutate_text, 1500)
-    assert read > 100
-    assert refused > 300
+    read, refused = check_mutants(make(), reader, path, mutate_text, 500)
+    assert read > 30
+    assert refused > 100
 
 
 @pytest.mark.parametrize("make", [tidy_workbook, wide_workbook])
@@ -355,6 +356,6 @@ def test_a_damaged_workbook_gives_a_run_or_one_of_our_errors(
     content = make()
     path.write_bytes(content)
     assert isinstance(read_xlsx(path), PositioningTest)
-    read, refused = check_mutants(content, read_xlsx, path, mutate_archive, 600)
-    assert read > 50
-    assert refused > 200
+    read, refused = check_mutants(content, read_xlsx, path, mutate_archive, 250)
+    assert read > 20
+    assert refused > 80

@@ -1,4 +1,3 @@
-import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
@@ -9,8 +8,6 @@ from thermaxis.errors import MeasurementFileError, ThermaxisError
 from thermaxis.files import read_iso230_dat
 from thermaxis.positioning import PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
-
-REAL_DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data" / "positioning"
 
 Reading = tuple[str, int, int, float]
 
@@ -87,9 +84,14 @@ def remark(test: PositioningTest, part: str) -> str:
 
 
 def test_every_reading_comes_to_its_target_cycle_and_direction(tmp_path: Path):
-    test = read(tmp_path, dat())
-
+    text = dat()
+    assert "]=.00" in text  # the tool writes no zero before the point
+    assert "]=-.00" in text
+    test = read(tmp_path, text)
     assert test.kind is AxisKind.LINEAR
+    assert test.time_source is TimeSource.NONE
+    assert test.time_s is None
+    assert test.order is None
     assert test.target.tolist() == list(TARGETS)
     assert test.deviation.shape == (4, 3, 2)
     for k in range(4):
@@ -100,26 +102,15 @@ def test_every_reading_comes_to_its_target_cycle_and_direction(tmp_path: Path):
     assert test.remarks == ()
 
 
-def test_the_file_knows_neither_times_nor_order(tmp_path: Path):
-    test = read(tmp_path, dat())
-
-    assert test.time_source is TimeSource.NONE
-    assert test.time_s is None
-    assert test.order is None
-
-
 def test_readings_are_filled_in_by_index_and_not_by_row(tmp_path: Path):
     rows = all_readings()
     shuffled = [rows[k] for k in np.random.default_rng(3).permutation(len(rows))]
-
     first, second = read(tmp_path, dat()), read(tmp_path, dat(readings=shuffled))
-
     assert np.array_equal(first.deviation, second.deviation)
 
 
 def test_names_of_variables_become_the_header(tmp_path: Path):
     header = read(tmp_path, dat(settings=SETTINGS + "PLACE= hall <2>\x07 # by the door\n")).header
-
     assert dict(header) == {
         "ref_pv": "IOC:Laser",
         "tgt_set_pv": "IOC:X-PosCmd",
@@ -128,63 +119,36 @@ def test_names_of_variables_become_the_header(tmp_path: Path):
     }
 
 
-def test_a_number_may_lack_its_leading_zero(tmp_path: Path):
-    text = dat()
-    assert "]=.00" in text
-    assert "]=-.00" in text
-
-    assert read(tmp_path, text).deviation[2, 0, 0] == pytest.approx(3.1, abs=1e-9)
-
-
 def test_nanometres_survive_the_subtraction(tmp_path: Path):
     readings = [(d, k, c, v) for d, k, c, v in all_readings((10000.0, 10001.0))]
     readings[0] = ("FWD", 1, 1, 10000.000000123)
-
     test = read(
         tmp_path,
         dat((10000.0, 10001.0), readings, settings="CYCLES=3\nPOSITIONS=2\n"),
     )
-
     assert test.deviation[0, 0, 0] == pytest.approx(0.000123, abs=1e-8)
 
 
 @pytest.mark.parametrize(
-    ("unit", "per_mm"),
-    [("mm", 1.0), ("MM", 1.0), ("um", 1e3), ("µm", 1e3), ("nm", 1e6), ("m", 1e-3)],
+    ("unit", "per_mm", "scale"),
+    [
+        *(("mm", 1.0, 1.0), ("MM", 1.0, 1.0), ("um", 1e3, 1.0), ("µm", 1e3, 1.0)),
+        *(("nm", 1e6, 1.0), ("m", 1e-3, 1.0), ("deg", 1.0, 3.6)),
+    ],
 )
-def test_every_unit_of_length_gives_the_same_run(tmp_path: Path, unit: str, per_mm: float):
+def test_every_unit_gives_the_same_run(tmp_path: Path, unit: str, per_mm: float, scale: float):
     targets = [value * per_mm for value in TARGETS]
     readings = [(d, k, c, v * per_mm) for d, k, c, v in all_readings()]
     settings = SETTINGS.replace("UNIT=mm", f"UNIT={unit}")
-
     test = read(tmp_path, dat(targets, readings, settings=settings))
-
-    assert test.kind is AxisKind.LINEAR
+    assert test.kind is (AxisKind.ROTARY if unit == "deg" else AxisKind.LINEAR)
     assert test.target.tolist() == list(TARGETS)
-    assert test.deviation[3, 1, 1] == pytest.approx(-4.2, abs=1e-7)
-
-
-def test_degrees_make_a_rotary_axis_with_arcseconds(tmp_path: Path):
-    test = read(tmp_path, dat(settings=SETTINGS.replace("UNIT=mm", "UNIT=deg")))
-
-    assert test.kind is AxisKind.ROTARY
-    assert test.target.tolist() == list(TARGETS)
-    assert test.deviation[1, 2, 0] == pytest.approx(2.3e-3 * 3600, abs=1e-7)
-
-
-@pytest.mark.parametrize("unit", ["inch", "rad", "mm/s", "5"])
-def test_an_unknown_unit_is_refused(tmp_path: Path, unit: str):
-    error = refused(tmp_path, dat(settings=SETTINGS.replace("UNIT=mm", f"UNIT={unit}")))
-
-    assert f"'{unit}'" in error.what
-    assert "line 6" in error.where
+    assert test.deviation[3, 1, 1] == pytest.approx(-4.2 * scale, abs=1e-7)
 
 
 def test_a_file_without_settings_has_the_defaults_of_the_tool(tmp_path: Path):
     targets = [float(k) for k in range(8)]
-
     test = read(tmp_path, dat(targets, all_readings(targets, 5), settings=""))
-
     assert test.kind is AxisKind.LINEAR
     assert test.deviation.shape == (8, 5, 2)
 
@@ -192,7 +156,6 @@ def test_a_file_without_settings_has_the_defaults_of_the_tool(tmp_path: Path):
 @pytest.mark.parametrize(("direction", "measured"), [("FWD", 0), ("BWD", 1)])
 def test_a_file_with_one_direction_is_unidirectional(tmp_path: Path, direction: str, measured: int):
     test = read(tmp_path, dat(readings=all_readings(directions=[direction])))
-
     assert test.unidirectional
     assert test.measured_approaches[measured]
     assert remark(test, "readings only")
@@ -200,54 +163,58 @@ def test_a_file_with_one_direction_is_unidirectional(tmp_path: Path, direction: 
 
 def test_targets_from_the_largest_to_the_smallest_are_turned_round(tmp_path: Path):
     test = read(tmp_path, dat(TARGETS[::-1]))
-
     assert test.target.tolist() == list(TARGETS)
     assert test.deviation[0, 0, 0] == pytest.approx(deviation_um("FWD", 4, 1), abs=1e-9)
     assert remark(test, "largest to the smallest")
 
 
-def test_a_missing_reading_stays_missing(tmp_path: Path):
-    test = read(tmp_path, dat(readings=without(lambda r: r[:3] == ("FWD", 2, 3))))
-
-    assert math.isnan(test.deviation[1, 2, 0])
-    assert int(np.isnan(test.deviation).sum()) == 1
-    assert remark(test, "missing") == "1 of 24 readings are missing: target 2 cycle 3 forward"
+def lines_changed(old: str, new: str) -> str:
+    assert old in dat()
+    return dat().replace(old, new)
 
 
-def test_a_run_stopped_early_keeps_its_complete_cycles(tmp_path: Path):
-    stopped = without(lambda r: r[2] == 3 and (r[0] == "BWD" or r[1] > 2))
-
-    test = read(tmp_path, dat(readings=stopped))
-
-    assert test.deviation.shape == (4, 3, 2)
-    assert "6 of 24" in remark(test, "missing")
-
-
-@pytest.mark.parametrize("declared", ["7", "999999999"])
-def test_more_than_twice_as_many_cycles_declared_as_measured_are_refused(
-    tmp_path: Path, declared: str
-):
-    error = refused(tmp_path, dat(settings=SETTINGS.replace("CYCLES=3", f"CYCLES={declared}")))
-
-    assert f"CYCLES states {declared} cycles" in error.what
-    assert "3 cycles only" in error.what
-    assert "column CYCLES" in error.where
-    assert "set CYCLES" in (error.remedy or "")
-
-
-def test_twice_as_many_cycles_declared_as_measured_are_missing_readings(tmp_path: Path):
-    test = read(tmp_path, dat(settings=SETTINGS.replace("CYCLES=3", "CYCLES=6")))
-
-    assert "24 of 48" in remark(test, "missing")
+@pytest.mark.parametrize(
+    ("text", "missing", "part"),
+    [
+        (
+            dat(readings=without(lambda r: r[:3] == ("FWD", 2, 3))),
+            1,
+            "1 of 24 readings are missing: target 2 cycle 3 forward",
+        ),
+        (
+            dat(readings=without(lambda r: r[2] == 3 and (r[0] == "BWD" or r[1] > 2))),
+            6,
+            "6 of 24 readings are missing",
+        ),
+        (lines_changed("CYCLES=3\n", "CYCLES=6\n"), 0, "24 of 48"),
+        (dat() + "TEST_DATA_FWD[1,1]=4\n", 0, "TEST_DATA_FWD (line 39)"),
+    ],
+)
+def test_what_is_odd_is_read_with_a_remark(tmp_path: Path, text: str, missing: int, part: str):
+    test = read(tmp_path, text)
+    assert remark(test, part)
+    assert int(np.isnan(test.deviation).sum()) == missing
+    assert test.deviation[3, 1, 1] == pytest.approx(-4.2, abs=1e-9)
 
 
-def test_a_target_with_a_single_reading_in_a_direction_is_refused_by_name(tmp_path: Path):
-    lost = without(lambda r: r[0] == "BWD" and r[1] == 2 and r[2] > 1)
-
-    error = refused(tmp_path, dat(readings=lost))
-
-    assert "target 2" in error.what
-    assert "backward" in error.what
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        *((lines_changed("UNIT=mm", f"UNIT={u}"), "line 6") for u in ("inch", "rad", "mm/s", "5")),
+        (lines_changed("CYCLES=3", "CYCLES=7"), "column CYCLES: CYCLES states 7 cycles"),
+        (lines_changed("CYCLES=3", "CYCLES=999999999"), "are of 3 cycles only"),
+        (
+            dat(readings=without(lambda r: r[0] == "BWD" and r[1] == 2 and r[2] > 1)),
+            "target 2 (-7.5 mm) has 1 reading backward",
+        ),
+        (dat(readings=all_readings()[:-3]), "cut short: it ends after 21 of 24"),
+        (lines_changed("TGT_DATA[3]=0", "TGT_DATA[3]=zero"), "line 12, column TGT_DATA[3]"),
+        ("# only a comment\n", "no readings"),
+        ("UNIT=mm\nTGT_DATA[1]=2\n", "no readings"),
+    ],
+)
+def test_what_is_no_whole_run_is_refused(tmp_path: Path, text: str, part: str):
+    assert part in str(refused(tmp_path, text))
 
 
 def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
@@ -255,7 +222,6 @@ def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
     whole = read(tmp_path, text).deviation
     end_of_forward = text.index("REF_DATA_BWD")
     end_of_readings = text.rindex("\n  ")
-
     for length in range(1, end_of_readings):
         path = saved(tmp_path, text[:length])
         try:
@@ -266,13 +232,6 @@ def test_a_file_cut_short_is_never_read_as_the_whole(tmp_path: Path):
         assert end_of_forward - 1 <= length < end_of_forward + len("REF_DATA_BWD[1,1]=-2")
         assert remark(test, "forward readings only")
         assert np.array_equal(test.deviation[:, :, 0], whole[:, :, 0])
-
-
-def test_the_end_of_the_file_lost_is_called_cut_short(tmp_path: Path):
-    error = refused(tmp_path, dat(readings=all_readings()[:-3]))
-
-    assert "cut short" in error.what
-    assert "21 of 24" in error.what
 
 
 @pytest.mark.parametrize(
@@ -304,99 +263,60 @@ def test_the_end_of_the_file_lost_is_called_cut_short(tmp_path: Path):
 def test_a_contradiction_is_refused_with_its_place(tmp_path: Path, old: str, new: str, part: str):
     text = dat()
     assert old in text
-
     error = refused(tmp_path, text.replace(old, new, 1))
-
     assert part in str(error)
 
 
-def test_an_error_names_its_line(tmp_path: Path):
-    text = dat().replace("TGT_DATA[3]=0", "TGT_DATA[3]=zero")
-    line = text.split("\n").index("TGT_DATA[3]=zero") + 1
-
-    assert f"line {line}, column TGT_DATA[3]" in refused(tmp_path, text).where
-
-
-def test_lists_of_another_version_are_left_out_with_a_remark(tmp_path: Path):
-    test = read(tmp_path, dat() + "TEST_DATA_FWD[1,1]=4\n")
-
-    assert "TEST_DATA_FWD (line 39)" in remark(test, "not known")
-
-
-@pytest.mark.parametrize("text", ["# only a comment\n", "UNIT=mm\nTGT_DATA[1]=2\n"])
-def test_a_file_without_readings_is_refused(tmp_path: Path, text: str):
-    assert "no readings" in refused(tmp_path, text).what
-
-
 @pytest.mark.real_data
-@pytest.mark.skipif(not REAL_DATA.is_dir(), reason="the measurements are not beside the project")
 @pytest.mark.parametrize(
-    ("name", "targets", "first_forward_um", "last_backward_um", "header"),
+    ("name", "targets", "first_um", "last_um", "ref", "target_pv", "decimals"),
     [
         (
             "psi_ecmccfg/psi_fat_sat_2023/report.md_ISO230.dat",
             [-10.0, -4.88, 0.24, 5.36, 10.48],
-            -0.099019,
-            -0.097019,
-            {
-                "ref_pv": "sls-sioc-ecat01:m0s001-Enc01-PosAct",
-                "test_pv": "sls-sioc-ecat01:TestNumber",
-                "tgt_set_pv": "sls-sioc-ecat01:M1-PosSet",
-                "dec": "8",
-            },
+            *(-0.099019, -0.097019),
+            *("sls-sioc-ecat01:m0s001-Enc01-PosAct", "sls-sioc-ecat01:M1-PosSet", "8"),
         ),
         (
             "psi_ecmccfg/ess_mcu1025_2021/report.md_ISO230.dat",
             [15.0, 25.2, 35.4, 45.6, 55.8],
-            93.184296038332,
-            44.859497217004,
-            {
-                "ref_pv": "IOC_TEST:m0s012-Enc01-PosAct",
-                "test_pv": "IOC_TEST:TestNumber",
-                "tgt_set_pv": "IOC_TEST:Axis1-PosSet",
-                "dec": "5",
-            },
+            *(93.184296038332, 44.859497217004),
+            *("IOC_TEST:m0s012-Enc01-PosAct", "IOC_TEST:Axis1-PosSet", "5"),
         ),
         (
             "ess_target_b02_x/target_x_ISO230.dat",
             [-20.0, -15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0, 20.0],
-            -49.2258741434944,
-            40.5726224096368,
-            {
-                "ref_pv": "IOC_TEST:ILD_DownSample",
-                "test_pv": "IOC_TEST:TestNumber",
-                "tgt_set_pv": "TARGET_DU:X-PosCmd",
-                "dec": "5",
-            },
+            *(-49.2258741434944, 40.5726224096368),
+            *("IOC_TEST:ILD_DownSample", "TARGET_DU:X-PosCmd", "5"),
         ),
     ],
 )
 def test_the_real_files_are_read(
+    real_data: Path,
     name: str,
     targets: list[float],
-    first_forward_um: float,
-    last_backward_um: float,
-    header: dict[str, str],
+    first_um: float,
+    last_um: float,
+    ref: str,
+    target_pv: str,
+    decimals: str,
 ):
-    test = read_iso230_dat(REAL_DATA / name)
-
+    test = read_iso230_dat(real_data / "positioning" / name)
     assert test.target.tolist() == targets
     assert test.deviation.shape == (len(targets), 5, 2)
     assert not bool(np.isnan(test.deviation).any())
-    assert test.deviation[0, 0, 0] == pytest.approx(first_forward_um, abs=1e-9)
-    assert test.deviation[-1, -1, 1] == pytest.approx(last_backward_um, abs=1e-9)
-    assert dict(test.header) == header
-    assert test.time_source is TimeSource.NONE
+    assert test.deviation[0, 0, 0] == pytest.approx(first_um, abs=1e-9)
+    assert test.deviation[-1, -1, 1] == pytest.approx(last_um, abs=1e-9)
+    test_pv = f"{ref.partition(':')[0]}:TestNumber"
+    expected = {"ref_pv": ref, "test_pv": test_pv, "tgt_set_pv": target_pv, "dec": decimals}
+    assert dict(test.header) == expected
     assert test.remarks == ()
 
 
 @pytest.mark.real_data
-@pytest.mark.skipif(not REAL_DATA.is_dir(), reason="the measurements are not beside the project")
-def test_the_means_of_the_drift_set_come_out_to_every_digit_known():
-    test = read_iso230_dat(REAL_DATA / "ess_target_b02_x" / "target_x_ISO230.dat")
-
+def test_the_means_of_the_drift_set_come_out_to_every_digit_known(real_data: Path):
+    test = read_iso230_dat(real_data / "positioning/ess_target_b02_x/target_x_ISO230.dat")
     means = np.round(test.deviation.mean(axis=1), 4)
-
     forward = [-50.7818, 0.5598, 45.4320, 11.4422, -52.6019, -32.2155, -33.1209, -19.6133, 16.7421]
     backward = [-20.3999, 27.6661, 70.2452, 27.4111, -19.0262, -14.0354, -3.7217, 6.0188, 39.9994]
     assert means[:, 0].tolist() == forward

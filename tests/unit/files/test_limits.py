@@ -136,21 +136,21 @@ def hostile_files(folder: Path) -> dict[Path, str]:
     )
     far = b'<row r="1048576"><c r="XFD1048576"><v>1</v></c></row>'
     wide = (b'<row r="%d"><c r="XFD%d"/></row>' % (k, k) for k in range(1, 2000))
-    bomb = workbook(folder / "bomb.xlsx", [b" " * 10_000_000] * 50)
+    bomb = workbook(folder / "bomb.xlsx", [b" " * 10_000_000] * 9)
     return {
         sparse(folder / "large.csv", 100_000_001): "100 MB",
         sparse(folder / "large.xlsx", 60_000_000): "zero bytes",
         filled(folder / "lines.csv", b"1,forward,0,1\n"): "more than 2000000 lines",
         filled(folder / "endless.csv", b"1,forward,0,1 "): "longer than 4 MB",
         sparse(folder / "packed.xlsx", 60_000_000, start=b"PK"): "more than the limit of 50 MB",
-        bomb: "unpacks to 500 MB",
+        bomb: "unpacks to 90 MB",
         lying(folder / "lying.xlsx", bomb): "damaged",
         large_directory(folder / "directory.xlsx", bomb): "directory",
         workbook(folder / "far.xlsx", [far]): "spans more than 1000000 cells",
         workbook(folder / "row.xlsx", [far.replace(b"1048576", b"99999999999")]): "spans more than",
         workbook(folder / "wide.xlsx", wide): "spans more than",
         workbook(folder / "cells.xlsx", many): "more than 1000000 cells",
-        workbook(folder / "tags.xlsx", [b"<a/>" * 1_000_000] * 10): "far more than cells",
+        workbook(folder / "tags.xlsx", [b"<a/>" * 100_000] * 10): "far more than cells",
         workbook(folder / "lzma.xlsx", [], method=zipfile.ZIP_LZMA): "packed in a way",
         workbook(folder / "texts.xlsx", [], more=texts(3_000_000)): "more than 8 MB",
         workbook(folder / "styles.xlsx", [], more=styles(2_000_000)): "more than 4 MB",
@@ -208,9 +208,7 @@ def test_a_workbook_just_below_the_limit_of_cells_is_read(tmp_path: Path) -> Non
     assert test.deviation[3, 7, 1] == 1.0
 
 
-@pytest.mark.parametrize(
-    "lines", [b'"\n', b"\n", b"# a: b\n", b"1,+,1,1\n", b",\n", b"a\n", b'"a\n,"\n']
-)
+@pytest.mark.parametrize("lines", [b'"\n', b"\n", b"1,+,1,1\n", b'"a\n,"\n'])
 def test_too_many_lines_are_refused_before_they_are_read(tmp_path: Path, lines: bytes) -> None:
     path = tmp_path / "run.csv"
     path.write_bytes(b"cycle,direction,target_mm,deviation_um\n" + lines * 2_000_001)
@@ -218,19 +216,26 @@ def test_too_many_lines_are_refused_before_they_are_read(tmp_path: Path, lines: 
         read_positioning(path)
 
 
-@pytest.mark.parametrize("start", [b"", b"cycle,direction,target_mm,deviation_um\n"])
-def test_a_line_without_end_is_refused(tmp_path: Path, start: bytes) -> None:
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"1," * 1_000_000, "longer than 1000000 characters"),
+        (b"cycle,direction,target_mm,deviation_um\n" + b"1," * 1_000_000, "line 2: the line is"),
+        (b"target_mm," + b",".join(b"%d" % k for k in range(1, 5000)) + b"\n", "no column heading"),
+        *(
+            (b"cycle,direction,target_mm,deviation_um\n1,forward,0," + cell + b"\n", "line 2")
+            for cell in (b"9" * 200_000, b'"' + b"9" * 200_000 + b'"', b'"' + b"a" * 200_000)
+        ),
+    ],
+)
+def test_long_lines_cells_and_tables_are_errors_of_our_own(
+    tmp_path: Path, content: bytes, said: str
+) -> None:
     path = tmp_path / "run.csv"
-    path.write_bytes(start + b"1," * 1_000_000)
-    with pytest.raises(MeasurementFileError, match="longer than 1000000 characters"):
+    path.write_bytes(content)
+    with pytest.raises(MeasurementFileError, match=said) as caught:
         read_positioning(path)
-
-
-def test_too_many_columns_are_no_table(tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    path.write_text("target_mm," + ",".join(map(str, range(1, 5000))) + "\n", encoding="utf-8")
-    with pytest.raises(MeasurementFileError, match="no column headings"):
-        read_positioning(path)
+    assert len(str(caught.value)) < 1500
 
 
 @pytest.mark.parametrize(
@@ -256,16 +261,6 @@ def test_thousands_of_columns_of_the_same_name_take_no_time(tmp_path: Path) -> N
     assert time.process_time() - begin < 1.0
     assert len(test.channels) == 4000
     assert "t (4000)" in test.channels
-
-
-def test_a_very_long_cell_is_an_error_of_our_own(tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    for cell in ("9" * 200_000, '"' + "9" * 200_000 + '"', '"' + "a" * 200_000):
-        content = f"cycle,direction,target_mm,deviation_um\n1,forward,0,{cell}\n"
-        path.write_text(content, encoding="utf-8")
-        with pytest.raises(MeasurementFileError, match="line 2") as caught:
-            read_positioning(path)
-        assert len(str(caught.value)) < 1500
 
 
 def test_every_limit_stands_in_the_page_of_files(root: Path) -> None:

@@ -3,6 +3,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -113,7 +114,6 @@ def remark(test: PositioningTest, part: str) -> str:
 
 def test_every_reading_comes_to_its_run_and_target(tmp_path: Path):
     test = read(tmp_path, rtl(runs=6))
-
     assert test.kind is AxisKind.LINEAR
     assert test.target.tolist() == list(SIX)
     assert test.deviation.shape == (6, 3, 2)
@@ -126,87 +126,58 @@ def test_every_reading_comes_to_its_run_and_target(tmp_path: Path):
 
 def test_texts_of_the_file_become_the_header(tmp_path: Path):
     header = read(tmp_path, rtl()).header
-
-    assert header["machine"] == "MCV 750"
-    assert header["serial_number"] == "12-345"
-    assert header["inspector"] == "JN"
-    assert header["axis"] == "X"
-    assert header["location"] == "Hall 2"
-    assert header["date"] == "2016-12-12 10:46:00"
-    assert header["file_type"] == "rtl"
-    assert header["version_no"] == "V20.02.02"
-    assert header["flags"] == "0 0 2 0"
-
-
-def test_a_title_keeps_its_colons(tmp_path: Path):
-    assert read(tmp_path, rtl()).header["title"] == "Run 3: after warm-up, 12:30"
+    expected = {
+        "machine": "MCV 750",
+        "serial_number": "12-345",
+        "inspector": "JN",
+        "axis": "X",
+        "location": "Hall 2",
+        "title": "Run 3: after warm-up, 12:30",
+        "date": "2016-12-12 10:46:00",
+        "file_type": "rtl",
+        "version_no": "V20.02.02",
+        "flags": "0 0 2 0",
+    }
+    assert expected.items() <= header.items()
 
 
 def test_user_text_may_hold_what_looks_like_a_section_or_a_decimal_comma(tmp_path: Path):
-    text = "TITLE:all of it::\nNote:\nPRELOAD::\nFeed:1,5 m/min\nand more\n"
-
+    text = "TITLE:all of it::\nNote:\nPRELOAD::\nFeed:1,5 m/min\nand more\nx:<b> =cmd\x1b[2J\x07\n"
     header = read(tmp_path, rtl(user_text=text)).header
-
     assert header["title"] == "all of it::"
     assert header["preload"] == ":"
     assert header["feed"] == "1,5 m/min and more"
+    assert header["x"] == "<b> =cmd [2J"
     assert "note" not in header
-
-
-def test_hostile_user_text_is_kept_as_data_without_control_characters(tmp_path: Path):
-    text = "TITLE:<script>alert(1)</script> #read(\"x\") =cmd|'/C calc'!A0\x1b[2J\x07\n"
-
-    title = read(tmp_path, rtl(user_text=text)).header["title"]
-
-    assert title == "<script>alert(1)</script> #read(\"x\") =cmd|'/C calc'!A0 [2J"
 
 
 @pytest.mark.parametrize("end", ["\r\n", "\n"])
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1250"])
 def test_czech_text_is_read_in_every_encoding_met(tmp_path: Path, encoding: str, end: str):
     text = rtl(user_text="Machine:Soustruh č. 5\nBy:Dvořák\n")
-
     test = read_rtl(saved(tmp_path, text, encoding=encoding, end=end))
-
     assert test.header["machine"] == "Soustruh č. 5"
     assert test.header["inspector"] == "Dvořák"
     assert any("cp1250" in text for text in test.remarks) == (encoding == "cp1250")
 
 
-def test_chinese_text_never_harms_the_numbers(tmp_path: Path):
-    path = saved(tmp_path, rtl(user_text="Machine:加工中心\nAxis:X\n"), encoding="gbk")
-
-    named, unnamed = read_rtl(path, fallback_encoding="gbk"), read_rtl(path)
-
-    assert named.header["machine"] == "加工中心"
-    assert unnamed.header["axis"] == "X"
-    assert np.array_equal(named.deviation, unnamed.deviation)
-    assert np.array_equal(named.target, unnamed.target)
-
-
-@pytest.mark.parametrize("count", [2, 4, 5, 6, 10, 11, 25])
-def test_a_target_list_of_any_length_is_read_up_to_the_flags(tmp_path: Path, count: int):
-    targets = [12.5 * k for k in range(count)]
-
-    assert read(tmp_path, rtl(targets)).target.tolist() == targets
-
-
-@pytest.mark.parametrize("per_line", [1, 3, 6, 100])
-def test_a_target_list_with_lines_of_any_length_is_read(tmp_path: Path, per_line: int):
-    test = read(tmp_path, rtl(listed=target_lines(SIX, per_line)))
-
-    assert test.target.tolist() == list(SIX)
-
-
-def test_negative_and_uneven_targets_are_read(tmp_path: Path):
-    targets = (-500.25, -399.875, -300.0, -0.125, 99.5, 250.0)
-
-    assert read(tmp_path, rtl(targets)).target.tolist() == list(targets)
+@pytest.mark.parametrize(
+    ("targets", "per_line"),
+    [
+        *(([12.5 * k for k in range(count)], 5) for count in (2, 4, 5, 6, 10, 11, 25)),
+        *((SIX, per_line) for per_line in (1, 3, 6, 100)),
+        ((-500.25, -399.875, -300.0, -0.125, 99.5, 250.0), 5),
+    ],
+)
+def test_a_target_list_of_any_form_is_read_up_to_the_flags(
+    tmp_path: Path, targets: Sequence[float], per_line: int
+):
+    test = read(tmp_path, rtl(targets, listed=target_lines(targets, per_line)))
+    assert test.target.tolist() == list(targets)
 
 
 def test_a_target_list_from_the_largest_to_the_smallest_is_turned_round(tmp_path: Path):
     test = read(tmp_path, rtl(SIX[::-1]))
-
     assert test.target.tolist() == list(SIX)
     assert test.deviation[0, 0, 0] == pytest.approx(reading(1, 6))
     assert test.deviation[5, 1, 1] == pytest.approx(reading(4, 1))
@@ -217,9 +188,7 @@ def test_a_target_list_from_the_largest_to_the_smallest_is_turned_round(tmp_path
 
 def test_the_index_column_counts_and_not_the_place_of_the_row(tmp_path: Path):
     rows = [all_rows(4, 6)[k] for k in np.random.default_rng(7).permutation(24)]
-
     shuffled, sorted_rows = read(tmp_path, rtl(rows=rows)), read(tmp_path, rtl())
-
     assert np.array_equal(shuffled.deviation, sorted_rows.deviation)
     assert np.array_equal(shuffled.order, sorted_rows.order)
     assert "not in the order of travel" in remark(shuffled, "rows of runs")
@@ -227,9 +196,7 @@ def test_the_index_column_counts_and_not_the_place_of_the_row(tmp_path: Path):
 
 def test_an_even_run_listed_ascending_is_still_backward_travel(tmp_path: Path):
     rows = [row for run in range(1, 5) for row in sorted(run_rows(run, 6))]
-
     test = read(tmp_path, rtl(rows=rows))
-
     assert test.deviation[0, 0, 1] == pytest.approx(reading(2, 1))
     assert test.order is not None
     assert test.order[5, 0, 1] == 7.0
@@ -238,7 +205,6 @@ def test_an_even_run_listed_ascending_is_still_backward_travel(tmp_path: Path):
 
 def test_times_are_spread_from_start_to_end_in_acquisition_order(tmp_path: Path):
     test = read(tmp_path, rtl())
-
     assert test.time_source is TimeSource.INTERPOLATED
     assert test.order_deduced
     assert test.start == datetime(2016, 12, 12, 10, 46)  # noqa: DTZ001  no zone in the file
@@ -267,7 +233,6 @@ def test_times_are_spread_from_start_to_end_in_acquisition_order(tmp_path: Path)
 )
 def test_unusable_start_and_end_leave_the_order_only(tmp_path: Path, date_time: str, part: str):
     test = read(tmp_path, rtl(environment=f"Date Time  : {date_time}\n"))
-
     assert test.time_source is TimeSource.ORDER
     assert test.order_deduced
     assert test.time_s is None
@@ -277,7 +242,6 @@ def test_unusable_start_and_end_leave_the_order_only(tmp_path: Path, date_time: 
 
 def test_the_environment_is_read_and_absent_sensors_are_no_temperatures(tmp_path: Path):
     test = read(tmp_path, rtl())
-
     assert dict(test.environment) == {
         "air_temperature_c": StartEnd(20.337280, 20.384956),
         "air_pressure_kpa": StartEnd(99.039005, 99.049346),
@@ -287,40 +251,20 @@ def test_the_environment_is_read_and_absent_sensors_are_no_temperatures(tmp_path
         "expansion_coefficient_ppm_per_k": StartEnd(8.0, 8.0),
     }
     assert remark(test, "absent") == "material sensors 2, 3 marked absent"
-
-
-def test_a_sensor_lost_during_the_run_has_no_value_at_its_end(tmp_path: Path):
-    test = read(tmp_path, rtl(environment="Mat temp 2 : 20.5 -10.000000 0\n"))
-
-    assert test.environment["material_temperature_2_c"] == StartEnd(20.5, None)
-
-
-@pytest.mark.parametrize("environment", [None, ""])
-def test_a_file_without_environment_is_read(tmp_path: Path, environment: str | None):
-    test = read(tmp_path, rtl(environment=environment))
-
-    assert dict(test.environment) == {}
-    assert test.time_source is TimeSource.ORDER
-    assert test.start is None
+    lost = read(tmp_path, rtl(environment="Mat temp 2 : 20.5 -10.000000 0\n"))
+    assert lost.environment["material_temperature_2_c"] == StartEnd(20.5, None)
+    for environment in (None, ""):
+        without = read(tmp_path, rtl(environment=environment))
+        assert dict(without.environment) == {}
+        assert without.time_source is TimeSource.ORDER
 
 
 def test_an_equipment_section_does_not_touch_the_machine(tmp_path: Path):
     text = rtl().replace("ENVIRONMENT::", "EQUIPMENT::\nLaser:XL-80\nSerial No:9\n\nENVIRONMENT::")
-
     header = read(tmp_path, text).header
-
     assert header["serial_number"] == "12-345"
     assert header["equipment_laser"] == "XL-80"
     assert header["equipment_serial_number"] == "9"
-
-
-def test_an_unknown_section_is_left_out_with_a_remark(tmp_path: Path):
-    text = rtl().replace("ENVIRONMENT::", "STATISTICS::\nA B C\n1 2 3 4\n\nENVIRONMENT::")
-
-    test = read(tmp_path, text)
-
-    assert test.environment["air_temperature_c"].start == 20.337280
-    assert remark(test, "STATISTICS")
 
 
 @pytest.mark.parametrize(
@@ -334,7 +278,6 @@ def test_the_published_environment_factors_follow_from_air_and_material(
     state: tuple[float, float, float, float], predicted_um: float
 ):
     air_c, pressure_kpa, humidity_percent, material_c = state
-
     factor = environment_factor_um(
         air_c,
         pressure_kpa,
@@ -342,7 +285,6 @@ def test_the_published_environment_factors_follow_from_air_and_material(
         expansion_coefficient_ppm_per_k=8.0,
         material_temperature_c=material_c,
     )
-
     assert round(factor, 8) == predicted_um
 
 
@@ -358,15 +300,12 @@ def test_the_refractive_index_agrees_with_a_shop_floor_formula(
         + 7.86e-4 * pressure_kpa / (273.0 + air_c)
         - 1.5e-11 * humidity_percent * (air_c**2 + 160.0)
     )
-
     factor = environment_factor_um(air_c, pressure_kpa, humidity_percent)
-
     assert 0.632990577 / 2 / factor == pytest.approx(index, abs=1.5e-7)
 
 
 def test_the_published_factors_say_that_the_readings_are_reduced_to_20_c(tmp_path: Path):
     test = read(tmp_path, rtl())
-
     assert not any("ppm off" in text for text in test.remarks)
     assert test.header["normalised_to_20_c"] == "yes, with 8 ppm/K (environment factor)"
     assert "already reduced to 20 °C, with 8 ppm/K, and must not" in remark(test, "reduced")
@@ -387,9 +326,7 @@ def test_no_reduction_is_claimed_where_the_factor_does_not_show_it(
     tmp_path: Path, old: str, new: str
 ):
     assert old in PUBLISHED_ENVIRONMENT
-
     test = read(tmp_path, rtl(environment=PUBLISHED_ENVIRONMENT.replace(old, new)))
-
     assert "normalised_to_20_c" not in test.header
     assert not any("reduced to 20" in text for text in test.remarks)
 
@@ -404,88 +341,23 @@ def test_a_material_too_near_20_c_shows_nothing(tmp_path: Path, material_c: floa
         f"Mat temp 1 : {material_c} {material_c} 0\nEnv factor : {factor:.8f} {factor:.8f}\n"
         "Exp coeff : 8 8 0\n"
     )
-
     test = read(tmp_path, rtl(environment=environment))
-
     assert ("normalised_to_20_c" in test.header) is claimed
 
 
 def test_the_flags_of_the_environment_are_kept_as_text(tmp_path: Path):
     environment = PUBLISHED_ENVIRONMENT.replace("99.049346 1", "99.049346 7 8")
-
     test = read(tmp_path, rtl(environment=environment))
-
     assert test.header["environment_flags"] == (
         "air_temperature_c 0, air_pressure_kpa 7 8, material_temperature_1_c 0,"
         " material_temperature_2_c 0, material_temperature_3_c 0, expansion_coefficient_ppm_per_k 0"
     )
 
 
-def test_a_factor_that_does_not_fit_its_sensors_is_told(tmp_path: Path):
-    # a material sensor 0.1 K off changes the factor by 0.8 ppm at 8 ppm/K, beside 0.06 ppm before
-    environment = PUBLISHED_ENVIRONMENT.replace("20.203292", "20.303292")
-
-    test = read(tmp_path, rtl(environment=environment))
-
-    assert "start of the run is +0.86 ppm" in remark(test, "environment factor")
-
-
-def test_air_values_in_another_unit_are_told(tmp_path: Path):
-    environment = PUBLISHED_ENVIRONMENT.replace("99.039005 99.049346", "990.39005 990.49346")
-
-    test = read(tmp_path, rtl(environment=environment))
-
-    assert sum("air cannot have had" in text for text in test.remarks) == 2
-
-
-def one_way_rows(fill: float) -> list[Row]:
-    return [(run, index, value if run % 2 else fill) for run, index, value in all_rows(6, 6)]
-
-
-def test_the_zeros_of_a_unidirectional_test_are_not_readings(tmp_path: Path):
-    test = read(tmp_path, rtl(rows=one_way_rows(0.0), runs=6, flags="0 1 2 0"))
-
-    assert test.unidirectional
-    assert test.deviation.shape == (6, 3, 2)
-    assert bool(np.isnan(test.deviation[:, :, 1]).all())
-    assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
-    assert test.time_s is not None
-    assert test.time_s[5, 2, 0] == 900.0
-    assert not any("missing" in text for text in test.remarks)
-
-
-def test_a_unidirectional_test_may_leave_the_zeros_out(tmp_path: Path):
-    rows = [row for row in all_rows(6, 6) if row[0] % 2]
-
-    test = read(tmp_path, rtl(rows=rows, runs=6, flags="0 1 2 0"))
-
-    assert test.unidirectional
-    assert not any("missing" in text for text in test.remarks)
-
-
-def test_readings_in_the_return_runs_of_a_unidirectional_test_are_refused(tmp_path: Path):
-    rows = one_way_rows(0.0)
-    rows[8] = (2, rows[8][1], 0.5)
-
-    error = refused(tmp_path, rtl(rows=rows, runs=6, flags="0 1 2 0"))
-
-    assert "unidirectional, but run 2" in error.what
-    assert "line 3" in error.where
-
-
-def test_zeros_in_a_bidirectional_test_are_readings(tmp_path: Path):
-    test = read(tmp_path, rtl(rows=one_way_rows(0.0), runs=6))
-
-    assert not test.unidirectional
-    assert bool(np.all(test.deviation[:, :, 1] == 0.0))
-
-
 def test_a_missing_reading_stays_missing_and_the_others_keep_their_times(tmp_path: Path):
     whole = read(tmp_path, rtl(runs=6))
     rows = [row for row in all_rows(6, 6) if row[:2] != (3, 2)]
-
     test = read(tmp_path, rtl(rows=rows, runs=6))
-
     assert math.isnan(test.deviation[1, 1, 0])
     assert int(np.isnan(test.deviation).sum()) == 1
     assert remark(test, "missing") == "1 of 36 readings are missing: run 3 target 2"
@@ -499,62 +371,22 @@ def test_a_missing_reading_stays_missing_and_the_others_keep_their_times(tmp_pat
 
 def test_a_run_stopped_early_keeps_what_it_has(tmp_path: Path):
     rows = all_rows(10, 6)[:-1]
-
     test = read(tmp_path, rtl(rows=rows, runs=10))
-
     assert math.isnan(test.deviation[0, 4, 1])
     assert "run 10 target 1" in remark(test, "missing")
     assert test.time_s is not None
     assert test.time_s[1, 4, 1] == 900.0
 
 
-def test_whole_missing_runs_are_named_as_such(tmp_path: Path):
-    rows = [row for row in all_rows(10, 6) if row[0] not in {4, 9, 10}]
-
-    test = read(tmp_path, rtl(rows=rows, runs=10))
-
-    assert remark(test, "missing") == "18 of 60 readings are missing: run 4, run 9, run 10"
-    assert test.cycles == 4
-
-
-def test_an_absurd_run_count_takes_no_time(tmp_path: Path):
-    text = rtl().replace("Run-count:4", "Run-count:999999999")
-
-    assert "and others" in remark(read(tmp_path, text), "missing")
-
-
-def test_a_target_with_a_single_reading_in_a_direction_is_refused_by_name(tmp_path: Path):
-    rows = [row for row in all_rows(4, 6) if row[:2] != (3, 4)]
-
-    error = refused(tmp_path, rtl(rows=rows))
-
-    assert "target 4" in error.what
-    assert "forward" in error.what
-
-
-def test_a_complete_file_without_its_end_mark_is_read_with_a_remark(tmp_path: Path):
-    test = read(tmp_path, rtl(tail=""))
-
-    assert test.cycles == 2
-    assert remark(test, "no EOF::")
-
-
 def test_a_file_cut_short_is_refused_wherever_it_ends(tmp_path: Path):
     text = rtl(runs=6, environment=None)
     whole = read(tmp_path, text).deviation
     end_of_readings = text.index("\n\nEOF")
-
-    for length in range(1, end_of_readings):
+    lengths = {*range(1, end_of_readings, 5), *range(end_of_readings - 60, end_of_readings)}
+    for length in lengths:
         refused(tmp_path, text[:length])
     for length in range(end_of_readings, text.index("EOF")):
         assert np.array_equal(read(tmp_path, text[:length]).deviation, whole)
-
-
-def test_a_run_lost_with_the_end_mark_is_called_cut_short(tmp_path: Path):
-    error = refused(tmp_path, rtl(rows=all_rows(6, 6)[:-7], runs=6, environment=None, tail=""))
-
-    assert "cut short" in error.what
-    assert "29 of 36" in error.what
 
 
 @pytest.mark.parametrize(
@@ -582,6 +414,7 @@ def test_a_run_lost_with_the_end_mark_is_called_cut_short(tmp_path: Path):
         ("\n2   3      -2.030", "\n2   3      -2,030", "'-2,030' is not a number"),
         ("\n2   3      -2.030", "\n2   3      inf", "'inf' is not a number"),
         ("\n2   3      -2.030", "\n2   3      1e300", "too large"),
+        ("\n3   2      3.020", "\n3   2      3.O20", "line 41, column Data: '3.O20'"),
         ("20.337280", "warm", "'warm' is not a number"),
         ("EOF::\n", "EOF::\nHEADER::\n", "second time"),
         ("RUNS::\n", "RUNS::\nRUNS::\n", "second time"),
@@ -590,34 +423,8 @@ def test_a_run_lost_with_the_end_mark_is_called_cut_short(tmp_path: Path):
 def test_a_contradiction_is_refused_with_its_place(tmp_path: Path, old: str, new: str, part: str):
     text = rtl()
     assert old in text
-
     error = refused(tmp_path, text.replace(old, new, 1))
-
     assert part in str(error)
-
-
-def test_an_error_in_a_row_names_its_line(tmp_path: Path):
-    text = rtl().replace("\n3   2      3.020", "\n3   2      3.O20")
-    line = text.split("\n").index("3   2      3.O20") + 1
-
-    assert f"line {line}" in refused(tmp_path, text).where
-
-
-@pytest.mark.parametrize(
-    "head",
-    [
-        "File type  : rta\nOwner      : Angular\n",
-        "File type  : rta\nOwner      : Linear\n",
-        "File type  : rtl\nOwner      : Angular\n",
-        "Owner      : CARTO-Dynamic\n",
-        "Version no : V20.02.02\n",
-    ],
-)
-def test_an_angular_file_is_refused_because_its_unit_is_not_stated(tmp_path: Path, head: str):
-    error = refused(tmp_path, rtl(head=head))
-
-    assert "unit of its deviations" in error.what
-    assert "deviation_arcsec" in error.remedy
 
 
 def test_blanks_before_colons_and_small_letters_do_not_matter(tmp_path: Path):
@@ -629,17 +436,81 @@ def test_blanks_before_colons_and_small_letters_do_not_matter(tmp_path: Path):
         .replace("Targets :", "targets:")
         .replace("RUNS::", "Runs ::")
     )
-
     test = read(tmp_path, text)
-
     assert test.cycles == 2
     assert test.environment["air_temperature_c"].start == 20.337280
 
 
-def test_text_behind_the_end_mark_is_told(tmp_path: Path):
-    test = read(tmp_path, rtl(tail="EOF::\nsomething else\n"))
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"tail": ""}, "no EOF::"),
+        ({"tail": "EOF::\nsomething else\n"}, "what follows EOF::"),
+        ({"environment": "Exp coeff : 8 8\n\nSTATISTICS::\nA B\n1 2\n"}, "STATISTICS"),
+        (
+            # a material sensor 0.1 K off changes the factor by 0.8 ppm at 8 ppm/K
+            {"environment": PUBLISHED_ENVIRONMENT.replace("20.203292", "20.303292")},
+            "start of the run is +0.86 ppm",
+        ),
+        (
+            {"environment": PUBLISHED_ENVIRONMENT.replace("99.039005", "990.39005")},
+            "at the start of the run the air cannot have had",
+        ),
+        (
+            {"rows": [r for r in all_rows(10, 6) if r[0] not in {4, 9, 10}], "runs": 10},
+            "18 of 60 readings are missing: run 4, run 9, run 10",
+        ),
+        ({"rows": all_rows(4, 6), "runs": 999_999_999}, "and others"),
+    ],
+)
+def test_what_is_odd_is_read_with_a_remark(tmp_path: Path, changes: dict[str, Any], part: str):
+    test = read(tmp_path, rtl(**changes))
+    assert remark(test, part)
+    assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
 
-    assert remark(test, "what follows EOF::")
+
+ONE_WAY = [(run, index, value if run % 2 else 0.0) for run, index, value in all_rows(6, 6)]
+
+
+@pytest.mark.parametrize("rows", [ONE_WAY, [row for row in ONE_WAY if row[0] % 2]])
+def test_the_zeros_of_a_unidirectional_test_are_not_readings(tmp_path: Path, rows: list[Row]):
+    test = read(tmp_path, rtl(rows=rows, runs=6, flags="0 1 2 0"))
+    assert test.unidirectional
+    assert test.deviation.shape == (6, 3, 2)
+    assert bool(np.isnan(test.deviation[:, :, 1]).all())
+    assert test.deviation[2, 1, 0] == pytest.approx(reading(3, 3))
+    assert test.time_s is not None
+    assert test.time_s[5, 2, 0] == 900.0
+    assert not any("missing" in text for text in test.remarks)
+    if rows is ONE_WAY:
+        both = read(tmp_path, rtl(rows=rows, runs=6))
+        assert bool(np.all(both.deviation[:, :, 1] == 0.0))
+
+
+ANGULAR = "unit of its deviations"
+
+
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"rows": [r for r in all_rows(4, 6) if r[:2] != (3, 4)]}, "target 4 (300 mm) has 1"),
+        (
+            {"rows": all_rows(6, 6)[:-7], "runs": 6, "environment": None, "tail": ""},
+            "cut short: it has no EOF:: and only 29 of 36",
+        ),
+        (
+            {"rows": [*ONE_WAY[:8], (2, 4, 0.5)], "runs": 6, "flags": "0 1 2 0"},
+            "line 36: Flags call the run unidirectional, but run 2",
+        ),
+        ({"head": "File type  : rta\nOwner      : Angular\n"}, ANGULAR),
+        ({"head": "File type  : rta\nOwner      : Linear\n"}, ANGULAR),
+        ({"head": "File type  : rtl\nOwner      : Angular\n"}, ANGULAR),
+        ({"head": "Owner      : CARTO-Dynamic\n"}, ANGULAR),
+        ({"head": "Version no : V20.02.02\n"}, ANGULAR),
+    ],
+)
+def test_what_is_no_whole_linear_run_is_refused(tmp_path: Path, changes: dict[str, Any], part: str):
+    assert part in str(refused(tmp_path, rtl(**changes)))
 
 
 def made_test(targets: Sequence[float], deviation: np.ndarray, **fields: object) -> PositioningTest:
@@ -652,9 +523,7 @@ def made_test(targets: Sequence[float], deviation: np.ndarray, **fields: object)
 def test_what_is_written_has_the_documented_layout(tmp_path: Path):
     path = tmp_path / "written.rtl"
     original = read(tmp_path, rtl())
-
     write_rtl(original, path)
-
     written = path.read_bytes().decode()
     assert "\r\n" in written
     lines = written.split("\r\n")
@@ -672,10 +541,8 @@ def test_what_is_written_has_the_documented_layout(tmp_path: Path):
 def test_a_file_written_and_read_again_is_the_same_run(tmp_path: Path):
     original = read(tmp_path, rtl(runs=6))
     path = tmp_path / "written.rtl"
-
     write_rtl(original, path)
     again = read_rtl(path)
-
     assert np.array_equal(again.target, original.target)
     assert np.array_equal(again.deviation, original.deviation)
     assert np.array_equal(again.time_s, original.time_s)
@@ -710,7 +577,7 @@ def linear_tests(draw: st.DrawFn) -> tuple[PositioningTest, int]:
 
 @settings(
     derandomize=True,
-    max_examples=150,
+    max_examples=60,
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
@@ -720,10 +587,8 @@ def test_every_reading_survives_writing_and_reading(
 ):
     original, decimals = case
     path = tmp_path / "written.rtl"
-
     write_rtl(original, path, deviation_decimals=decimals)
     again = read_rtl(path)
-
     assert np.allclose(again.target, original.target, rtol=0.0, atol=5e-7)
     assert np.array_equal(np.isnan(again.deviation), np.isnan(original.deviation))
     assert np.allclose(again.deviation, original.deviation, rtol=0.0, atol=1e-9, equal_nan=True)
@@ -731,7 +596,7 @@ def test_every_reading_survives_writing_and_reading(
 
 @settings(
     derandomize=True,
-    max_examples=100,
+    max_examples=60,
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
@@ -739,41 +604,30 @@ def test_every_reading_survives_writing_and_reading(
 def test_no_header_text_can_break_the_file(tmp_path: Path, text: str, key: str):
     path = tmp_path / "written.rtl"
     original = made_test([0.0, 1.0], np.ones((2, 2, 2)), header={key: text, "axis": "X"})
-
     write_rtl(original, path)
     again = read_rtl(path)
-
     assert again.header["axis"] == "X"
     assert again.header.get(key, "") == clean_text(text)
     assert np.array_equal(again.deviation, original.deviation)
 
 
-def test_a_rotary_axis_is_not_written(tmp_path: Path):
-    rotary = PositioningTest(AxisKind.ROTARY, np.array([0.0, 90.0]), np.ones((2, 2, 2)))
-
-    with pytest.raises(DataError, match="linear"):
-        write_rtl(rotary, tmp_path / "written.rtl")
-
-
-def test_another_order_of_visits_is_not_written(tmp_path: Path):
-    pilgrim = made_test([0.0, 1.0], np.ones((2, 2, 2)), cycle=Cycle.PILGRIM)
-
-    with pytest.raises(DataError, match="pilgrim"):
-        write_rtl(pilgrim, tmp_path / "written.rtl")
-
-
-def test_targets_that_print_alike_are_not_written(tmp_path: Path):
-    close = made_test([0.0, 1e-7], np.ones((2, 2, 2)))
-
-    with pytest.raises(DataError, match="the same when printed"):
-        write_rtl(close, tmp_path / "written.rtl")
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"kind": AxisKind.ROTARY}, "linear"),
+        ({"cycle": Cycle.PILGRIM}, "pilgrim"),
+        ({"target": np.array([0.0, 1e-7])}, "the same when printed"),
+    ],
+)
+def test_what_the_format_cannot_state_is_not_written(
+    tmp_path: Path, fields: dict[str, Any], said: str
+):
+    with pytest.raises(DataError, match=said):
+        write_rtl(made_test([0.0, 1.0], np.ones((2, 2, 2)), **fields), tmp_path / "a.rtl")
 
 
-@pytest.mark.parametrize("encoding", ["cp1250", "utf-8"])
-def test_a_file_that_cannot_be_written_is_an_error_of_ours(tmp_path: Path, encoding: str):
+def test_a_file_that_cannot_be_written_is_an_error_of_ours(tmp_path: Path):
     test = made_test([0.0, 1.0], np.ones((2, 2, 2)))
-
-    with pytest.raises(ThermaxisError, match="cannot be written"):
-        write_rtl(test, tmp_path, encoding=encoding)
-    with pytest.raises(ThermaxisError, match="cannot be written"):
-        write_rtl(test, tmp_path / "a.rtl", encoding="no-such-encoding")
+    for path, encoding in ((tmp_path, "utf-8"), (tmp_path / "a.rtl", "no-such-encoding")):
+        with pytest.raises(ThermaxisError, match="cannot be written"):
+            write_rtl(test, path, encoding=encoding)
