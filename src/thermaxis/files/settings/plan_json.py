@@ -20,20 +20,14 @@ One object. The kind of the axis fixes the unit at the end of a key, mm or deg:
     SHA-256 of the content, see `plan_sha256` (may be left out; where it stands it must be right).
 """
 
-import hashlib
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
-from thermaxis.errors import ConfigurationError, printable
-from thermaxis.files.settings._settings_file import (
-    read_json_object,
-    unknown_key,
-    write_json_text,
-)
+from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings._document import Form, JsonObject, content_sha256, read_document
+from thermaxis.files.settings._settings_file import write_json_text
 from thermaxis.positioning import APPROACHES, Cycle, FloatArray, TestPlan
 from thermaxis.quantities import AxisKind
 
@@ -41,13 +35,17 @@ FORMAT = "thermaxis-plan"
 """What every plan says that it is."""
 VERSION = 1
 """Version of the format that is written, and the only one that is read. [1]"""
-LARGEST_PLAN_BYTES = 1_000_000
-"""Largest plan that is read; ten thousand targets take a fifth of it. [byte]"""
-
-_REMEDY = "Give a plan that thermaxis plan -o has written"
-_LONGEST_WORD = 200
-_FIRST_KEYS = ("format", "version", "kind")
-_OPTIONAL = ("title", "recording_s", "pitch", "interval", "random_part", "seed", "sha256")
+FORM = Form(
+    noun="plan",
+    format=FORMAT,
+    version=VERSION,
+    largest_bytes=1_000_000,  # ten thousand targets take a fifth of it
+    largest_number=1e9,
+    longest_text=200,
+    remedy="Give a plan that thermaxis plan -o has written",
+    again="make the plan again, or use a newer one",
+)
+_OPTIONAL = ("title", "recording_s", "pitch", "interval", "random_part", "seed")
 
 
 def _keys(kind: AxisKind) -> dict[str, str]:
@@ -85,7 +83,7 @@ def plan_as_json(plan: TestPlan) -> dict[str, object]:
         Texts, numbers, lists and None.
     """
     content = _content(plan)
-    return {**content, "sha256": _hash_of(content)}
+    return {**content, "sha256": content_sha256(content)}
 
 
 def _content(plan: TestPlan) -> dict[str, object]:
@@ -100,11 +98,6 @@ def _content(plan: TestPlan) -> dict[str, object]:
         value: float | None = getattr(plan, field)
         content[keys[field]] = None if value is None else float(value) + 0.0
     return content
-
-
-def _hash_of(content: Mapping[str, object]) -> str:
-    plain = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(plain.encode("ascii")).hexdigest()
 
 
 def plan_sha256(plan: TestPlan) -> str:
@@ -122,7 +115,7 @@ def plan_sha256(plan: TestPlan) -> str:
         key in alphabetical order, no blanks, ASCII, lengths and times as floating-point numbers
         in the shortest form that gives the same number back.
     """
-    return _hash_of(_content(plan))
+    return content_sha256(_content(plan))
 
 
 def format_plan(plan: TestPlan) -> str:
@@ -182,175 +175,52 @@ def read_plan(path: Path | str) -> TestPlan:
         If the file cannot be read, is too large, is not JSON or no plan, has another version, an
         unknown, missing or repeated key, a value that cannot be, or a hash that does not fit.
     """
-    name = str(path)
-    table = read_json_object(name, largest_bytes=LARGEST_PLAN_BYTES, remedy=_REMEDY)
-    _check_format(name, table)
-    kind_word = _text(name, "kind", table["kind"])
-    if kind_word not in {str(kind) for kind in AxisKind}:
-        raise _wrong(name, "kind", "neither linear nor rotary")
+    return read_document(path, FORM, _plan, plan_sha256)
+
+
+def _plan(of: JsonObject) -> TestPlan:
+    kind_word = of.word("kind")
+    if kind_word not in set(AxisKind):
+        raise of.wrong("kind", "neither linear nor rotary")
     kind = AxisKind(kind_word)
     keys = _keys(kind)
-    _check_keys(name, table, keys, kind)
-    values: dict[str, object] = {}
-    for field, key in keys.items():
-        if table.get(key) is not None:
-            values[field] = _READERS[field](name, key, table[key])
-        elif field not in _OPTIONAL:
-            raise _wrong(name, key, "null, which says nothing")
+    for field in _OPTIONAL:
+        if of.left.get(keys[field], "") is None:
+            del of.left[keys[field]]
+    cycle = of.word("cycle")
+    if cycle not in set(Cycle):
+        raise of.wrong("cycle", f"none of {', '.join(Cycle)}")
+    approaches = of.texts("approaches", needed=True)
+    if not 1 <= len(approaches) <= 2 or not set(approaches) <= set(APPROACHES):
+        raise of.wrong("approaches", "neither forward nor backward", 'Write ["forward"] or both')
     try:
-        plan = _plan_of(kind, values)
+        return TestPlan(
+            kind=kind,
+            axis=of.word("axis"),
+            target=_targets(of, keys["target"]),
+            cycles=of.whole("cycles", None),
+            feed=of.number(keys["feed"]),
+            dwell_s=of.number("dwell_s"),
+            overrun=of.number(keys["overrun"]),
+            cycle=Cycle(cycle),
+            approaches=tuple(APPROACHES.index(word) for word in approaches),
+            recording_s=of.number("recording_s", 0.0),
+            pitch=of.number_or_none(keys["pitch"]),
+            interval=of.number_or_none(keys["interval"]),
+            random_part=of.number_or_none(keys["random_part"]),
+            seed=of.whole("seed", None) if "seed" in of.left else None,
+            title=of.word("title", ""),
+        )
     except ConfigurationError as error:
+        if error.where.startswith(of.name):
+            raise
         key = keys.get(error.where, error.where)
-        raise ConfigurationError(
-            error.what, where=f"{name}, key {key}", remedy=error.remedy
-        ) from None
-    _check_hash(name, table.get("sha256"), plan)
-    return plan
+        raise ConfigurationError(error.what, where=f"key {key}", remedy=error.remedy) from None
 
 
-def _plan_of(kind: AxisKind, values: Mapping[str, object]) -> TestPlan:
-    """Return the plan; every value has passed the reader of its field."""
-    return TestPlan(
-        kind=kind,
-        axis=cast("str", values["axis"]),
-        target=cast("FloatArray", values["target"]),
-        cycles=cast("int", values["cycles"]),
-        feed=cast("float", values["feed"]),
-        dwell_s=cast("float", values["dwell_s"]),
-        overrun=cast("float", values["overrun"]),
-        cycle=cast("Cycle", values["cycle"]),
-        approaches=cast("tuple[int, ...]", values["approaches"]),
-        recording_s=cast("float", values.get("recording_s", 0.0)),
-        pitch=cast("float | None", values.get("pitch")),
-        interval=cast("float | None", values.get("interval")),
-        random_part=cast("float | None", values.get("random_part")),
-        seed=cast("int | None", values.get("seed")),
-        title=cast("str", values.get("title", "")),
-    )
-
-
-# ---- the file -----------------------------------------------------------------------------------
-
-
-def _wrong(name: str, key: str, what: str, remedy: str = "") -> ConfigurationError:
-    return ConfigurationError(f"the value is {what}", where=f"{name}, key {key}", remedy=remedy)
-
-
-def _no_plan(name: str, what: str) -> ConfigurationError:
-    return ConfigurationError(what, where=name, remedy=_REMEDY)
-
-
-def _check_format(name: str, table: Mapping[str, object]) -> None:
-    if table.get("format") != FORMAT:
-        stated = printable(str(table.get("format", "nothing")), 40)
-        raise _no_plan(name, f"the key format says {stated}, not {FORMAT}: this is no plan")
-    version = table.get("version")
-    if isinstance(version, bool) or version != VERSION:
-        raise ConfigurationError(
-            f"version {printable(str(version), 20)} of the plan's format is not known",
-            where=f"{name}, key version",
-            remedy=f"This program reads version {VERSION}; make the plan again, or use a newer one",
-        )
-    if "kind" not in table:
-        raise _missing(name, ["kind"])
-
-
-def _missing(name: str, keys: list[str]) -> ConfigurationError:
-    return ConfigurationError(
-        f"the plan lacks the key {keys[0]}",
-        where=name,
-        remedy=f"Add {', '.join(keys)}",
-    )
-
-
-def _check_keys(
-    name: str, table: Mapping[str, object], keys: Mapping[str, str], kind: AxisKind
-) -> None:
-    known = {*_FIRST_KEYS, *keys.values(), "sha256"}
-    unknown = next((key for key in table if key not in known), None)
-    if unknown is not None:
-        raise unknown_key(name, unknown, known, f" in the plan of a {kind} axis")
-    missing = [key for field, key in keys.items() if key not in table and field not in _OPTIONAL]
-    if missing:
-        raise _missing(name, missing)
-
-
-def _check_hash(name: str, stated: object, plan: TestPlan) -> None:
-    if stated is not None and stated != plan_sha256(plan):
-        raise ConfigurationError(
-            "the hash does not fit the content: the plan was changed after it was written",
-            where=f"{name}, key sha256",
-            remedy="Restore the plan; or leave the key out, and the changed plan has its own hash",
-        )
-
-
-# ---- values -------------------------------------------------------------------------------------
-
-
-def _text(name: str, key: str, value: object) -> str:
-    if not isinstance(value, str):
-        raise _wrong(name, key, "not a text", 'Write it in quotes, such as "X"')
-    if len(value) > _LONGEST_WORD:
-        raise _wrong(name, key, f"longer than {_LONGEST_WORD} characters")
-    return value
-
-
-def _whole(name: str, key: str, value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
-        raise _wrong(name, key, "not a whole number from 0 up", "Write digits only")
-    return value
-
-
-def _number(name: str, key: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, float | int):
-        raise _wrong(name, key, "not a number", "Write it without quotes")
-    if not abs(value) <= 1e9:
-        raise _wrong(name, key, "not a number of at most 1e9 in magnitude")
-    return float(value)
-
-
-def _positions(name: str, key: str, value: object) -> FloatArray:
-    if not isinstance(value, list):
-        raise _wrong(name, key, "not a list", "Write [0.0, 10.0, 20.0]")
-    listed = cast("list[object]", value)
-    numbers = [_number(name, f"{key}[{k + 1}]", entry) for k, entry in enumerate(listed)]
-    exact = np.array(numbers, dtype=np.float64)
+def _targets(of: JsonObject, key: str) -> FloatArray:
+    listed = of.items(key, needed=True)
+    exact = np.array([of.as_number(f"{key}[{k}]", v) for k, v in enumerate(listed, start=1)])
     if bool(np.any(np.abs(exact - np.round(exact, 3)) > 1e-9)):
-        raise _wrong(name, key, "stated to more than three decimals", "Round the targets")
+        raise of.wrong(key, "stated to more than three decimals", "Round the targets")
     return exact
-
-
-def _cycle(name: str, key: str, value: object) -> Cycle:
-    word = _text(name, key, value)
-    known = [str(cycle) for cycle in Cycle]
-    if word not in known:
-        raise _wrong(name, key, f"none of {', '.join(known)}")
-    return Cycle(word)
-
-
-def _approaches(name: str, key: str, value: object) -> tuple[int, ...]:
-    if not isinstance(value, list) or not 1 <= len(cast("list[object]", value)) <= 2:
-        raise _wrong(name, key, "not a list of approaches", 'Write ["forward", "backward"]')
-    words = [_text(name, key, word) for word in cast("list[object]", value)]
-    if any(word not in APPROACHES for word in words):
-        raise _wrong(name, key, "neither forward nor backward")
-    return tuple(APPROACHES.index(word) for word in words)
-
-
-_READERS = {
-    "axis": _text,
-    "title": _text,
-    "cycle": _cycle,
-    "approaches": _approaches,
-    "cycles": _whole,
-    "target": _positions,
-    "feed": _number,
-    "dwell_s": _number,
-    "recording_s": _number,
-    "overrun": _number,
-    "pitch": _number,
-    "interval": _number,
-    "random_part": _number,
-    "seed": _whole,
-}
-"""How the value of each field is read."""
