@@ -12,7 +12,13 @@ from typing import TextIO, final
 import numpy as np
 
 from thermaxis.errors import MeasurementFileError
-from thermaxis.files.table import is_comment_line, kind_of_content, parse_number, read_start
+from thermaxis.files.table import (
+    is_comment_line,
+    kind_of_content,
+    parse_number,
+    read_start,
+    write_content,
+)
 from thermaxis.thermal import MOST_PIXELS, FloatArray, ThermalField
 from thermaxis.thermal.images import ABSOLUTE_ZERO_C
 
@@ -148,14 +154,7 @@ def write_field_csv(
         If the file cannot be written.
     """
     text = format_field_csv(temperature_c, decimals=decimals, comments=comments)
-    try:
-        Path(path).write_bytes(text.encode())
-    except OSError as error:
-        raise MeasurementFileError(
-            f"the file cannot be written ({error.strerror or type(error).__name__})",
-            path=str(path),
-            remedy="Choose another place, or make room and permission there",
-        ) from error
+    write_content(path, text.encode())
 
 
 def _encoding(path: Path | str, form: _Form) -> tuple[str, int]:

@@ -1,12 +1,16 @@
 """Tell the format of a thermal log from what is in it."""
 
+from functools import partial
 from pathlib import Path
 
+from thermaxis.files.logs.csv_log import read_thermal_csv
+from thermaxis.files.logs.mat_log import read_thermal_mat
+from thermaxis.files.logs.parquet_log import read_thermal_parquet
+from thermaxis.files.logs.tdms_log import read_thermal_tdms
+from thermaxis.files.logs.xlsx_log import read_thermal_xlsx
 from thermaxis.files.settings import ThermalMapping, read_thermal_mapping
 from thermaxis.files.table import FALLBACK_ENCODING, read_start
 from thermaxis.thermal import ThermalLog
-
-# Each reader is imported where its format is recognised: their packages are large.
 
 _LARGEST_BYTES = 20_000_000_000  # of Parquet; each other format has a lower limit
 _MATLAB = b"MATLAB"
@@ -57,19 +61,15 @@ def read_thermal_log(
         mapping = read_thermal_mapping(mapping)
     start, _ = read_start(path, 520, limit_bytes=_LARGEST_BYTES)
     if start.startswith(b"PAR1"):
-        from thermaxis.files.logs.parquet_log import read_thermal_parquet as read  # noqa: PLC0415
+        read = read_thermal_parquet
     elif start.startswith(b"TDSm"):
-        from thermaxis.files.logs.tdms_log import read_thermal_tdms as read  # noqa: PLC0415
+        read = read_thermal_tdms
     elif start.startswith((b"PK\x03\x04", b"PK\x05\x06", _OLD_WORKBOOK)):
-        from thermaxis.files.logs.xlsx_log import read_thermal_xlsx as read  # noqa: PLC0415
+        read = read_thermal_xlsx
     elif _is_matlab(path, start):
-        from thermaxis.files.logs.mat_log import read_thermal_mat as read  # noqa: PLC0415
+        read = read_thermal_mat
     else:
-        from thermaxis.files.logs.csv_log import read_thermal_csv  # noqa: PLC0415
-
-        return read_thermal_csv(
-            path, mapping=mapping, sample_time_s=sample_time_s, fallback_encoding=fallback_encoding
-        )
+        read = partial(read_thermal_csv, fallback_encoding=fallback_encoding)
     return read(path, mapping=mapping, sample_time_s=sample_time_s)
 
 

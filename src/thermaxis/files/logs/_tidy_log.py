@@ -1,5 +1,6 @@
 """Write a thermal log as CSV that reads back the same."""
 
+from math import isnan
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +100,7 @@ def _numbers(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[
 
 
 def _number(value: float) -> str:
-    if value != value:  # noqa: PLR0124  not measured
+    if isnan(value):  # not measured
         return ""
     text = repr(value)
     return text.removesuffix(".0")

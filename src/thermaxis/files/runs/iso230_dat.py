@@ -14,14 +14,15 @@ from thermaxis.files.runs._assemble import assemble_readings, check_enough_readi
 from thermaxis.files.table import (
     FALLBACK_ENCODING,
     SourceText,
+    Unit,
     clean_text,
     first_few,
     parse_number,
     parse_whole_number,
     read_text,
+    unit_named,
 )
 from thermaxis.positioning import APPROACHES, BACKWARD, FORWARD, FloatArray, PositioningTest
-from thermaxis.quantities import AxisKind
 
 DEFAULT_UNIT = "mm"
 """Unit of a file without UNIT."""
@@ -30,14 +31,7 @@ DEFAULT_CYCLES = 5
 DEFAULT_POSITIONS = 8
 """Number of targets of a file without POSITIONS. [1]"""
 
-_UNITS: dict[str, tuple[AxisKind, float, float]] = {
-    # kind, positions per unit of the file [mm or deg], deviations per unit [µm or arcsec]
-    "m": (AxisKind.LINEAR, 1e3, 1e6),
-    "mm": (AxisKind.LINEAR, 1.0, 1e3),
-    "um": (AxisKind.LINEAR, 1e-3, 1.0),
-    "nm": (AxisKind.LINEAR, 1e-6, 1e-3),
-    "deg": (AxisKind.ROTARY, 1.0, 3600.0),
-}
+_UNITS = ("m", "mm", "um", "nm", "deg")
 _ARRAY_KEY = re.compile(r"(\w+) ?\[([^\]]*)\]", re.ASCII)
 _APPROACH_OF = {"REF_DATA_FWD": FORWARD, "REF_DATA_BWD": BACKWARD}
 _NOT_HEADER = frozenset({"UNIT", "CYCLES", "POSITIONS"})
@@ -108,7 +102,7 @@ def dat_test(source: SourceText) -> PositioningTest:
             "there are no readings (REF_DATA_FWD, REF_DATA_BWD) in the file",
             remedy="Name the file whose name ends in _ISO230.dat",
         )
-    kind, per_position, per_deviation = _read_unit(source, content)
+    unit = _read_unit(source, content)
     targets = _read_count(source, content, "POSITIONS", DEFAULT_POSITIONS)
     cycles = _read_count(source, content, "CYCLES", DEFAULT_CYCLES)
     _check_indices(source, content, targets, cycles)
@@ -116,11 +110,11 @@ def dat_test(source: SourceText) -> PositioningTest:
     listed = _read_targets(source, content, targets)
 
     index = np.array(content.target_index, dtype=np.int64)
-    deviation = (np.array(content.position) - listed[index]) * per_deviation
+    deviation = unit.deviations(np.array(content.position) - listed[index])
     descending = bool(listed[0] > listed[-1])
     target = listed[::-1] if descending else listed
-    if per_position != 1.0:
-        target = np.round(target * per_position, _TARGET_DECIMALS)  # 35400 um are 35.4 mm
+    if unit.position != (1, 1):
+        target = np.round(unit.positions(target), _TARGET_DECIMALS)  # 35400 um are 35.4 mm
     assembled = assemble_readings(
         path=source.path,
         target=target,
@@ -131,7 +125,7 @@ def dat_test(source: SourceText) -> PositioningTest:
         line=np.array(content.line, dtype=np.int64),
     )
     test = PositioningTest(
-        kind=kind,
+        kind=unit.kind,
         target=target,
         deviation=assembled.deviation,
         header=_read_header(content),
@@ -219,17 +213,17 @@ def _add_target(
     content.targets[index] = (position, number)
 
 
-def _read_unit(source: SourceText, content: _Content) -> tuple[AxisKind, float, float]:
+def _read_unit(source: SourceText, content: _Content) -> Unit:
     text, number = content.settings.get("UNIT", ("", None))
-    unit = (text or DEFAULT_UNIT).lower().replace("µ", "u").replace("μ", "u")
-    if unit not in _UNITS:
+    unit = unit_named(text or DEFAULT_UNIT)
+    if unit is None or unit not in map(unit_named, _UNITS):
         raise source.error(
             f"the unit '{text}' is not known",
             line=number,
             column="UNIT",
             remedy=f"Write one of {', '.join(_UNITS)}, with the positions in it",
         )
-    return _UNITS[unit]
+    return unit
 
 
 def _read_count(source: SourceText, content: _Content, key: str, default: int) -> int:

@@ -52,15 +52,6 @@ _SECTIONS = (
     "EOF",
 )
 _SECTION_NAME = re.compile(r"([A-Za-z][A-Za-z -]*?) ?::")
-_HEADER_NAMES = {
-    "machine": "machine",
-    "serial no": "serial_number",
-    "date": "date",
-    "by": "inspector",
-    "axis": "axis",
-    "location": "location",
-    "title": "title",
-}
 _HEADER_KEYS = {
     "machine": "Machine",
     "serial_number": "Serial No",
@@ -70,17 +61,8 @@ _HEADER_KEYS = {
     "location": "Location",
     "title": "TITLE",
 }
+_HEADER_NAMES = {label.lower(): key for key, label in _HEADER_KEYS.items()}
 _FILE_KEYS = frozenset({"file_type", "owner", "version_no", "target_filetype", "flags"})
-_ENVIRONMENT_NAMES = {
-    "air temp": "air_temperature_c",
-    "air press": "air_pressure_kpa",
-    "air humid": "air_humidity_percent",
-    "mat temp 1": "material_temperature_1_c",
-    "mat temp 2": "material_temperature_2_c",
-    "mat temp 3": "material_temperature_3_c",
-    "env factor": "environment_factor_um",
-    "exp coeff": "expansion_coefficient_ppm_per_k",
-}
 _ENVIRONMENT_LINES = (  # label, key, decimals, flag
     ("Air temp   : ", "air_temperature_c", 6, " 0"),
     ("Air press  : ", "air_pressure_kpa", 6, " 1"),
@@ -91,6 +73,7 @@ _ENVIRONMENT_LINES = (  # label, key, decimals, flag
     ("Env factor : ", "environment_factor_um", 8, ""),
     ("Exp coeff  : ", "expansion_coefficient_ppm_per_k", 6, " 0"),
 )
+_ENVIRONMENT_NAMES = {label.rstrip(" :").lower(): key for label, key, _, _ in _ENVIRONMENT_LINES}
 _MATERIAL_KEYS = tuple(f"material_temperature_{k}_c" for k in (1, 2, 3))
 _FLAGS = "environment_flags"
 _NORMALISED = "normalised_to_20_c"

@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.errors import DataError, MeasurementFileError
+from thermaxis.errors import DataError
 from thermaxis.files.runs._assemble import Assembled, assemble_readings, check_enough_readings
 from thermaxis.files.runs._travel import (
     FULL_TURN_DEG,
@@ -45,6 +45,7 @@ from thermaxis.files.table import (
     target_column_of,
     unique_names,
     unit_of_kind,
+    write_content,
 )
 from thermaxis.positioning import APPROACHES, FORWARD, FloatArray, PositioningTest, TimeSource
 from thermaxis.quantities import AxisKind
@@ -218,16 +219,7 @@ def write_tidy_csv(test: PositioningTest, path: Path | str) -> None:
     MeasurementFileError
         If the file cannot be written.
     """
-    content = format_tidy_csv(test).encode()
-    try:
-        Path(path).write_bytes(content)
-    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
-        reason = getattr(error, "strerror", None) or "this cannot be the name of a file"
-        raise MeasurementFileError(
-            f"the file cannot be written ({reason})",
-            path=str(path),
-            remedy="Check the folder, its permissions and the space that is left",
-        ) from error
+    write_content(path, format_tidy_csv(test).encode())
 
 
 def _deviations(

@@ -19,7 +19,6 @@ from ._damage import (
     damage_named as damage_named,
 )
 from ._metadata import (
-    Metadata as Metadata,
     metadata_lines as metadata_lines,
 )
 from ._quantities import (
@@ -50,21 +49,15 @@ from ._source import (
     read_content as read_content,
     read_start as read_start,
     read_text as read_text,
+    write_content as write_content,
 )
 from ._table import (
-    HEADER_ROWS as HEADER_ROWS,
     Layout as Layout,
     Row as Row,
     Table as Table,
     TableSource as TableSource,
-    build_table as build_table,
-    is_comment as is_comment,
     listed as listed,
-    no_table as no_table,
     numeric_cells as numeric_cells,
-    read_above as read_above,
-    read_comment_row as read_comment_row,
-    recognise as recognise,
     unique_names as unique_names,
 )
 from ._times import (

@@ -143,6 +143,19 @@ def _opened(path: Path | str, limit_bytes: int) -> Generator[tuple[io.BufferedRe
         ) from error
 
 
+def write_content(path: Path | str, content: bytes) -> None:
+    """Write a file; whatever the system says becomes one of our errors."""
+    try:
+        Path(path).write_bytes(content)
+    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
+        reason = getattr(error, "strerror", None) or "this cannot be the name of a file"
+        raise MeasurementFileError(
+            f"the file cannot be written ({reason})",
+            path=str(path),
+            remedy="Check the folder, its permissions and the space that is left",
+        ) from error
+
+
 def read_text(path: Path | str, *, fallback_encoding: str = FALLBACK_ENCODING) -> SourceText:
     """Read a text file whole: UTF-8, UTF-16 with byte order mark, or else the fallback.
 
