@@ -28,8 +28,7 @@ from thermaxis.positioning import (
     simulate_uncertainty,
     why_nothing_is_expected,
 )
-from thermaxis.positioning.plan._plan import DISTANCE_FROM_MULTIPLE
-from thermaxis.positioning.plan._uncertainty import assumed_levels
+from thermaxis.positioning.plan import DISTANCE_FROM_MULTIPLE, assumed_levels
 from thermaxis.quantities import AxisKind
 from thermaxis.virtual import RunPlan, VirtualAxis, generate_positioning_run
 

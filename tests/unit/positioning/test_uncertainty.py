@@ -20,6 +20,7 @@ from thermaxis.positioning import (
     evaluate_uncertainty,
 )
 from thermaxis.positioning.standard import arrays_by_key, figures_of
+from thermaxis.positioning.uncertainty import PROBABILITY
 from thermaxis.positioning.uncertainty._true_values import (
     Estimate,
     draw_levels,
@@ -28,7 +29,6 @@ from thermaxis.positioning.uncertainty._true_values import (
     scatter_of_levels,
     standing_out,
 )
-from thermaxis.positioning.uncertainty._uncertainty import PROBABILITY
 from thermaxis.quantities import AxisKind
 from thermaxis.virtual import paper_x_axis
 

@@ -16,7 +16,7 @@ from thermaxis.thermal import (
     simulate_modal,
     simulation_figures,
 )
-from thermaxis.thermal.verification._baselines import AVERAGE_LAGS_S
+from thermaxis.thermal.verification import AVERAGE_LAGS_S
 
 
 def walk(seed: int, n: int) -> np.ndarray:

@@ -15,9 +15,8 @@ from thermaxis.thermal import (
     modal,
     simulate_modal,
 )
-from thermaxis.thermal.modal import response_evidence
+from thermaxis.thermal.modal import DC_GAIN_FLAG, TIME_CONSTANT_FLAG, response_evidence
 from thermaxis.thermal.modal._evidence import Sizes
-from thermaxis.thermal.modal._modal import DC_GAIN_FLAG, TIME_CONSTANT_FLAG
 from thermaxis.virtual import ThermalTestPlan, generate_thermal_test
 
 NAMES = ("spindle", "table")

@@ -5,6 +5,7 @@ from ._moves import (
     moves_of_plan as moves_of_plan,
 )
 from ._plan import (
+    DISTANCE_FROM_MULTIPLE as DISTANCE_FROM_MULTIPLE,
     Duration as Duration,
     TargetChoice as TargetChoice,
     TestPlan as TestPlan,
@@ -27,6 +28,7 @@ from ._uncertainty import (
     RunAssumptions as RunAssumptions,
     ShortestPlan as ShortestPlan,
     SimulatedUncertainty as SimulatedUncertainty,
+    assumed_levels as assumed_levels,
     expected_uncertainty as expected_uncertainty,
     shortest_plan as shortest_plan,
     simulate_uncertainty as simulate_uncertainty,

@@ -1,4 +1,5 @@
 from ._uncertainty import (
+    PROBABILITY as PROBABILITY,
     FigureUncertainty as FigureUncertainty,
     UncertaintyBudget as UncertaintyBudget,
     UncertaintyResult as UncertaintyResult,

@@ -1,4 +1,5 @@
 from ._baselines import (
+    AVERAGE_LAGS_S as AVERAGE_LAGS_S,
     Baseline as Baseline,
     BaselineModel as BaselineModel,
     fit_baseline as fit_baseline,
