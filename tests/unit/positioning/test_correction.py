@@ -139,23 +139,8 @@ def test_a_spacing_through_the_reference_is_rounded_up_so_that_no_point_is_added
 
 
 def test_as_many_points_as_were_asked_for_are_enough_to_pass_through_the_reference() -> None:
-    for count in (
-        3,
-        4,
-        7,
-        64,
-        128,
-        1000,
-    ):
-        for through in (
-            -80.0,
-            0.0,
-            1.234,
-            300.0,
-            417.77,
-            498.715,
-            900.0,
-        ):
+    for count in (3, 4, 7, 64, 128, 1000):
+        for through in (-80.0, 0.0, 1.234, 300.0, 417.77, 498.715, 900.0):
             target = np.array([1.234, 24.0, 300.1, 498.715])
             points = table_points(target, points=count, through=through, decimals=3)
             step = float(points[1] - points[0])

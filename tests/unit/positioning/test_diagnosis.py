@@ -370,18 +370,7 @@ def test_only_the_stated_pitch_and_its_half_are_tried() -> None:
 
 
 def test_a_pitch_that_is_no_length_is_passed_over() -> None:
-    for word in (
-        "",
-        "nan",
-        "inf",
-        "-5",
-        "0",
-        "five",
-        "1e-300",
-        "1e300",
-        "=1+1",
-        " ",
-    ):
+    for word in ("", "nan", "inf", "-5", "0", "five", "1e-300", "1e300", "=1+1", " "):
         test = measured(COLD, 2)
         header = {"pitch_mm": word, "encoder_period_mm": word}
         assert without_drift_model(replace(test, header=header)) == without_drift_model(test)

@@ -107,12 +107,7 @@ def transcription(x: np.ndarray) -> dict[str, float]:
 
 
 def test_a_plain_transcription_of_the_clauses_agrees() -> None:
-    for shape in (
-        (5, 5),
-        (9, 5),
-        (16, 20),
-        (2, 2),
-    ):
+    for shape in ((5, 5), (9, 5), (16, 20), (2, 2)):
         for _ in range(20):
             x = RNG.normal(size=(*shape, 2)) * RNG.uniform(0.01, 10) + RNG.normal(
                 size=(shape[0], 1, 2)

@@ -538,11 +538,7 @@ def test_a_single_cycle_promises_nothing_and_says_why() -> None:
 
 
 def test_assumptions_that_cannot_be_are_refused() -> None:
-    for changes in (
-        {"noise": 0.0},
-        {"drift": -1.0},
-        {"time_constant_s": np.nan},
-    ):
+    for changes in ({"noise": 0.0}, {"drift": -1.0}, {"time_constant_s": np.nan}):
         with pytest.raises(ConfigurationError) as caught:
             RunAssumptions(**changes)
         assert caught.value.where in changes

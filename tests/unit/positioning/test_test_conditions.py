@@ -42,12 +42,7 @@ def test_over_two_metres_the_interval_counts_and_one_run_is_enough() -> None:
 
 
 def test_rotary_axes_have_their_own_numbers() -> None:
-    for span, needed in (
-        (80.0, 3),
-        (170.0, 5),
-        (355.0, 8),
-        (715.0, 16),
-    ):
+    for span, needed in ((80.0, 3), (170.0, 5), (355.0, 8), (715.0, 16)):
         for count in (needed - 1, needed):
             target = np.linspace(0.0, span, count) + RNG.uniform(0.0, 0.5, count)
             text = warnings_of(count, 5, target, kind=AxisKind.ROTARY)

@@ -1,5 +1,8 @@
 """Thermal fields are compared pixel by pixel; emissivity is corrected by fourth powers."""
 
+from collections.abc import Callable, Iterator
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -80,17 +83,6 @@ def test_a_pixel_belongs_to_a_region_if_its_centre_lies_inside(left, width, top,
     assert np.array_equal(found, inside)
 
 
-def test_a_region_beyond_the_image_is_an_error_that_names_it():
-    for edges in (
-        (-1, 3, 0, 2),
-        (0, 11, 0, 2),
-        (3, 1, 0, 2),
-        (0, 3, 0, 9),
-    ):
-        with pytest.raises(DataError, match="region motor"):
-            Region("motor", *edges).slices((8, 10))
-
-
 def test_a_region_without_a_common_pixel_has_no_mean_and_this_is_said():
     images = [field([[1, np.nan], [1, 1]]), field([[1, 2], [1, 1]])]
     result = evaluate_thermal_fields(images, regions=[Region("corner", 1, 2, 0, 1)])
@@ -102,50 +94,31 @@ def test_a_region_without_a_common_pixel_has_no_mean_and_this_is_said():
     assert np.isnan(relation.common[2].correlation)
 
 
-def test_images_without_a_common_pixel_are_an_error():
-    images = [field([[1, np.nan], [1, np.nan]]), field([[np.nan, 2], [np.nan, 1]])]
-    with pytest.raises(DataError, match="no pixel is present"):
-        evaluate_thermal_fields(images)
-
-
-@pytest.mark.parametrize(
-    ("images", "what"),
-    [
-        ([np.ones((3, 3))], "one image"),
-        ([np.ones((3, 3)), np.ones((3, 4))], "4 x 3 pixels, the first one 3 x 3"),
-    ],
-)
-def test_images_that_cannot_be_compared_are_an_error(images, what):
-    with pytest.raises(DataError, match=what):
-        evaluate_thermal_fields([field(image) for image in images])
-
-
-def test_times_that_do_not_fit_or_do_not_increase_are_an_error():
-    for times in (
-        [0.0],
-        [0.0, 0.0],
-        [2.0, 1.0],
-        [0.0, float("nan")],
-    ):
-        with pytest.raises(DataError, match="times"):
-            evaluate_thermal_fields(series(20, 21), time_s=times)
-
-
-def test_what_is_no_image_is_refused():
-    for values in (
-        np.ones(5),
-        np.ones((1, 5)),
-        np.full((3, 3), np.nan),
-        np.full((2, 2), -300.0),
-    ):
-        with pytest.raises(DataError):
-            ThermalField(values)
-
-
-def test_an_image_of_more_than_100_megapixel_is_refused_without_being_copied():
+def refused() -> Iterator[tuple[str, Callable[[], object]]]:
+    for edges in ((-1, 3, 0, 2), (0, 11, 0, 2), (3, 1, 0, 2), (0, 3, 0, 9)):
+        yield "region motor", partial(lambda e: Region("motor", *e).slices((8, 10)), edges)
+    apart = [field([[1, np.nan], [1, np.nan]]), field([[np.nan, 2], [np.nan, 1]])]
+    yield "no pixel is present", partial(evaluate_thermal_fields, apart)
+    yield "one image", partial(evaluate_thermal_fields, [field(np.ones((3, 3)))])
+    unlike = [field(np.ones((3, 3))), field(np.ones((3, 4)))]
+    yield "4 x 3 pixels, the first one 3 x 3", partial(evaluate_thermal_fields, unlike)
+    for times in ([0.0], [0.0, 0.0], [2.0, 1.0], [0.0, float("nan")]):
+        yield "times", partial(evaluate_thermal_fields, series(20, 21), time_s=times)
+    for values in (np.ones(5), np.ones((1, 5)), np.full((3, 3), np.nan), np.full((2, 2), -300.0)):
+        yield "thermal field", partial(ThermalField, values)
     large = np.broadcast_to(np.float64(20.0), (MOST_PIXELS // 1000 + 1, 1000))
-    with pytest.raises(DataError, match="more than 100 million"):
-        ThermalField(large)
+    yield "more than 100 million", partial(ThermalField, large)
+    corrected = partial(correct_emissivity, np.array([20.0]))
+    for emissivity in (0.0, -0.1, 1.01, float("nan")):
+        yield "no emissivity", partial(corrected, emissivity=emissivity, reflected_c=20.0)
+    yield "exceeds what the camera saw", partial(corrected, emissivity=0.1, reflected_c=200.0)
+    yield "no temperature", partial(corrected, emissivity=0.9, reflected_c=-300.0)
+
+
+def test_what_is_no_image_region_time_or_emissivity_is_refused():
+    for words, call in refused():
+        with pytest.raises(DataError, match=words):
+            call()
 
 
 def test_an_image_cannot_be_changed_afterwards():
@@ -209,24 +182,6 @@ def test_the_fourth_power_errs_as_little_as_documented_in_the_band_of_a_camera(e
     worst = np.abs(found - true).max()
     assert 0.8 * bound_k < worst <= 1.02 * bound_k
     assert np.abs(apparent - true).max() > 50 * worst
-
-
-def test_an_impossible_emissivity_is_an_error():
-    for emissivity in (
-        0.0,
-        -0.1,
-        1.01,
-        float("nan"),
-    ):
-        with pytest.raises(DataError, match="no emissivity"):
-            correct_emissivity(np.array([20.0]), emissivity=emissivity, reflected_c=20.0)
-
-
-def test_a_reflection_brighter_than_the_image_is_an_error():
-    with pytest.raises(DataError, match="exceeds what the camera saw"):
-        correct_emissivity(np.array([20.0]), emissivity=0.1, reflected_c=200.0)
-    with pytest.raises(DataError, match="no temperature"):
-        correct_emissivity(np.array([20.0]), emissivity=0.9, reflected_c=-300.0)
 
 
 # ---- beside the drift of a run ------------------------------------------------------------------

@@ -81,13 +81,7 @@ def test_faults_put_into_the_real_record_are_found(real_data: Path, kind: str) -
 
 
 def test_values_that_stand_for_a_fault_are_named_with_their_place() -> None:
-    for sentinel in (
-        -999.0,
-        850.0,
-        85.0,
-        0.0,
-        -127.0,
-    ):
+    for sentinel in (-999.0, 850.0, 85.0, 0.0, -127.0):
         changed = columns()
         changed["T2_C"][700:705] = sentinel
         changed["T2_C"][2000] = sentinel
@@ -319,13 +313,7 @@ def test_uneven_times_are_named() -> None:
 
 
 def test_short_logs_are_checked_without_a_word() -> None:
-    for rows in (
-        1,
-        2,
-        3,
-        5,
-        12,
-    ):
+    for rows in (1, 2, 3, 5, 12):
         short = {name: values[:rows] for name, values in columns().items()}
         kinds = {f.kind for f in found(short, np.arange(rows) * STEP_S)}
         assert kinds <= {FindingKind.CONSTANT}

@@ -266,27 +266,18 @@ def test_a_steady_start_may_be_asked_for():
     assert [p.dc_gain for p in result.model.parts] == pytest.approx([42.0, 27.0], rel=1e-5)
 
 
-def test_a_constant_displacement_has_no_model():
-    with pytest.raises(DataError, match="never changes"):
-        modal([Experiment(10.0, steps(200, 1), np.ones(200))], input_names=NAMES)
-
-
-def test_names_must_fit_the_inputs():
-    with pytest.raises(DataError, match="1 names for 2 inputs"):
-        modal([exact()], input_names=("spindle",))
-
-
-def test_options_that_cannot_be_are_refused():
-    for options, says in (
-        ({"lags": 0}, "1 to 5"),
-        ({"most_lags": 9}, "1 to 5"),
-        ({"delays_s": (-1.0, 0.0)}, "not a time"),
-        ({"block_s": 0.0}, "not a time"),
+def test_options_names_and_records_that_cannot_be_are_refused():
+    for says, options in (
+        ("1 to 5", {"lags": 0}),
+        ("1 to 5", {"most_lags": 9}),
+        ("not a time", {"delays_s": (-1.0, 0.0)}),
+        ("not a time", {"block_s": 0.0}),
     ):
         with pytest.raises(ConfigurationError, match=says):
             ModalOptions(**options)
-
-
-def test_delays_must_fit_the_inputs():
     with pytest.raises(ConfigurationError, match="1 delays for 2 inputs"):
         modal([exact()], input_names=NAMES, options=ModalOptions(delays_s=(90.0,)))
+    with pytest.raises(DataError, match="1 names for 2 inputs"):
+        modal([exact()], input_names=("spindle",))
+    with pytest.raises(DataError, match="never changes"):
+        modal([Experiment(10.0, steps(200, 1), np.ones(200))], input_names=NAMES)

@@ -170,13 +170,7 @@ def test_resampling_keeps_the_mean_and_removes_what_is_faster_than_half_the_new_
 
 
 def test_a_sample_time_that_cannot_be_is_refused() -> None:
-    for sample_time_s in (
-        0.0,
-        -1.0,
-        np.nan,
-        np.inf,
-        1e-9,
-    ):
+    for sample_time_s in (0.0, -1.0, np.nan, np.inf, 1e-9):
         with pytest.raises(DataError, match=r"sample time|blocks"):
             a_log().resample(sample_time_s)
 
@@ -208,16 +202,7 @@ def test_known_channels_say_where_a_minus_belongs_to_a_name() -> None:
 
 
 def test_what_defines_no_input_is_refused() -> None:
-    for text in (
-        "",
-        "=",
-        "x=",
-        "=T_c",
-        "x=a-",
-        "x=-a",
-        "x=a-a",
-        "x=a-b-c",
-    ):
+    for text in ("", "=", "x=", "=T_c", "x=a-", "x=-a", "x=a-a", "x=a-b-c"):
         with pytest.raises(ConfigurationError, match="Write name=channel"):
             parse_input(text)
 
