@@ -1,6 +1,5 @@
 from ._settings_file import (
     as_table as as_table,
-    parse_toml as parse_toml,
     read_toml as read_toml,
     unknown_key as unknown_key,
 )

@@ -21,19 +21,19 @@ class Form:
 
     noun: str
     """Its name in messages."""
-    format: str
-    """What every document says that it is."""
-    version: int
-    """Version of the format that is written, and the only one that is read. [1]"""
-    largest_bytes: int
-    """Largest file that is read. [byte]"""
-    largest_number: float
+    largest_number: float = 1e12
     """Largest magnitude of a number. [1]"""
-    longest_text: int
+    longest_text: int = 2000
     """Longest text. [character]"""
-    remedy: str
+    remedy: str = ""
     """What makes such a document."""
-    again: str
+    format: str = ""
+    """What every JSON document says that it is."""
+    version: int = 1
+    """Version of the format that is written, and the only one that is read. [1]"""
+    largest_bytes: int = 1_000_000
+    """Largest file that is read. [byte]"""
+    again: str = ""
     """What to do with one of another version."""
 
 
@@ -44,7 +44,7 @@ def content_sha256(content: Mapping[str, object]) -> str:
 
 
 def read_document(
-    path: Path | str, form: Form, read: "Callable[[JsonObject], _T]", sha256: Callable[[_T], str]
+    path: Path | str, form: Form, read: "Callable[[SettingsTable], _T]", sha256: Callable[[_T], str]
 ) -> _T:
     """Read a document; a hash that it states must be that of what was read."""
     name = str(path)
@@ -65,7 +65,7 @@ def read_document(
         )
     content = {key: v for key, v in table.items() if key not in {"format", "version", "sha256"}}
     try:
-        document = read_all(JsonObject(form, name, "", content), read)
+        document = read_all(SettingsTable(form, name, "", content), read)
     except ConfigurationError as error:
         if error.where.startswith(name):
             raise
@@ -83,19 +83,19 @@ def read_document(
     return document
 
 
-class JsonObject:
-    """A JSON object whose keys are taken one by one; what is left over is an error."""
+class SettingsTable:
+    """A table whose keys are taken one by one; what is left over is an error."""
 
     def __init__(self, form: Form, name: str, place: str, value: object) -> None:
         self.form, self.name, self.place = form, name, place
         if not isinstance(value, dict):
-            raise self.wrong("", "not an object")
+            raise self.wrong("", "not a table of keys", "Write keys with their values there")
         self.left = dict(cast("Mapping[str, object]", value))
         self.asked: set[str] = set()
 
-    def _below(self, key: str, value: object) -> "JsonObject":
+    def _below(self, key: str, value: object) -> "SettingsTable":
         place = f"{self.place}.{key}" if self.place else key
-        return JsonObject(self.form, self.name, place, value)
+        return SettingsTable(self.form, self.name, place, value)
 
     def wrong(self, key: str, what: str, remedy: str = "") -> ConfigurationError:
         """Return the error of a value."""
@@ -133,14 +133,14 @@ class JsonObject:
             raise self.wrong(key, "not a number", "Write it without quotes")
         largest = self.form.largest_number
         if not abs(value) <= largest:
-            raise self.wrong(key, f"not a number of at most {largest:g} in magnitude")
+            raise self.wrong(key, f"not a number of at most {largest:g}", "Check the digits")
         return float(value)
 
     def whole(self, key: str, default: int | None = 0) -> int:
         """Return a whole number from 0 up."""
         value = self._take(key, _NEEDED if default is None else default)
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
-            raise self.wrong(key, "not a whole number from 0 up")
+            raise self.wrong(key, "not a whole number from 0 up", "Write digits only")
         return value
 
     def word(self, key: str, default: str | None = None) -> str:
@@ -151,11 +151,25 @@ class JsonObject:
         if not isinstance(value, str):
             raise self.wrong(key, "not a text", "Write it in quotes")
         if len(value) > self.form.longest_text or not value.isprintable():
-            raise self.wrong(key, f"no line of at most {self.form.longest_text} characters")
+            raise self.wrong(
+                key, f"no line of at most {self.form.longest_text} characters", "Shorten it"
+            )
+        return value
+
+    def word_or_none(self, key: str) -> str | None:
+        """Return a text or None."""
+        value = self._take(key, None)
+        return None if value is None else self._as_word(key, value)
+
+    def flag(self, key: str) -> bool:
+        """Return true or false; false where it is not stated."""
+        value = self._take(key, default=False)
+        if not isinstance(value, bool):
+            raise self.wrong(key, "neither true nor false", "Write true or false")
         return value
 
     def entries(
-        self, key: str, read: "Callable[[JsonObject], _T]", *, needed: bool
+        self, key: str, read: "Callable[[SettingsTable], _T]", *, needed: bool
     ) -> tuple[_T, ...]:
         """Return a list of objects, each read by a function."""
         return tuple(
@@ -167,7 +181,7 @@ class JsonObject:
         """Return a list."""
         value = self._take(key, _NEEDED if needed else [])
         if not isinstance(value, list):
-            raise self.wrong(key, "not a list")
+            raise self.wrong(key, "not a list", "Write it in brackets")
         listed = cast("list[object]", value)
         if len(listed) > _MOST_ENTRIES:
             raise self.wrong(key, f"a list of more than {_MOST_ENTRIES} entries")
@@ -178,9 +192,21 @@ class JsonObject:
         inner = self._below(key, self._take(key, {}))
         return {name: inner.number(name) for name in list(inner.left)}
 
-    def inner(self, key: str, read: "Callable[[JsonObject], _T]") -> _T:
+    def inner(self, key: str, read: "Callable[[SettingsTable], _T]") -> _T:
         """Return what a function reads of an object that may be left out."""
         return read_all(self._below(key, self._take(key, {})), read)
+
+    def tables(
+        self, key: str, read: "Callable[[SettingsTable], _T]", *, short: str
+    ) -> dict[str, _T]:
+        """Return what a function reads of each table below a key; a text stands for one key."""
+        stated = self._below(key, self._take(key, {})).left
+        return {
+            name: read_all(
+                self._below(f"{key}.{name}", {short: v} if isinstance(v, str) else v), read
+            )
+            for name, v in stated.items()
+        }
 
     def texts(self, key: str, *, needed: bool = False) -> tuple[str, ...]:
         """Return a list of texts."""
@@ -196,7 +222,7 @@ class JsonObject:
 _NEEDED = object()
 
 
-def read_all(of: JsonObject, read: Callable[[JsonObject], _T]) -> _T:
+def read_all(of: SettingsTable, read: Callable[[SettingsTable], _T]) -> _T:
     """Return what a function reads of an object, and refuse keys that it did not ask for."""
     result = read(of)
     if of.left:

@@ -43,7 +43,7 @@ from thermaxis.compensation import (
     Section,
     TrainingLog,
 )
-from thermaxis.files.settings._document import Form, JsonObject, content_sha256, read_document
+from thermaxis.files.settings._document import Form, SettingsTable, content_sha256, read_document
 from thermaxis.files.settings._settings_file import write_json_text
 
 FORMAT = "thermaxis-compensation-model"
@@ -202,7 +202,7 @@ def read_model(path: Path | str) -> CompensationModel:
     return read_document(path, FORM, _model, model_sha256)
 
 
-def _model(of: JsonObject) -> CompensationModel:
+def _model(of: SettingsTable) -> CompensationModel:
     if of.word("sign", SIGN) != SIGN:
         raise of.wrong("sign", "another convention than this program's", f"It must be: {SIGN}")
     of.null("limits", "Limits are not part of this version's models: write null")
@@ -220,7 +220,7 @@ def _model(of: JsonObject) -> CompensationModel:
     )
 
 
-def _output(of: JsonObject) -> Output:
+def _output(of: SettingsTable) -> Output:
     return Output(
         name=of.word("name"),
         offset_um=of.number("offset_um", 0.0),
@@ -228,7 +228,7 @@ def _output(of: JsonObject) -> Output:
     )
 
 
-def _part(of: JsonObject) -> Part:
+def _part(of: SettingsTable) -> Part:
     return Part(
         name=of.word("name"),
         plus=of.word("plus"),
@@ -244,15 +244,15 @@ def _part(of: JsonObject) -> Part:
     )
 
 
-def _section(of: JsonObject) -> Section:
+def _section(of: SettingsTable) -> Section:
     return Section(of.number("gain_um_per_k"), of.number("time_constant_s"))
 
 
-def _gain_point(of: JsonObject) -> GainPoint:
+def _gain_point(of: SettingsTable) -> GainPoint:
     return GainPoint(of.number("diameter_mm"), of.number("gain"))
 
 
-def _provenance(of: JsonObject) -> Provenance:
+def _provenance(of: SettingsTable) -> Provenance:
     return Provenance(
         method=of.word("method", ""),
         program=of.word("program", ""),
@@ -262,7 +262,7 @@ def _provenance(of: JsonObject) -> Provenance:
     )
 
 
-def _log(of: JsonObject) -> TrainingLog:
+def _log(of: SettingsTable) -> TrainingLog:
     return TrainingLog(
         of.word("name"), of.word("sha256", ""), of.whole("rows"), of.whole("first_row")
     )

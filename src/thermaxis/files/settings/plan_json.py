@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from thermaxis.errors import ConfigurationError
-from thermaxis.files.settings._document import Form, JsonObject, content_sha256, read_document
+from thermaxis.files.settings._document import Form, SettingsTable, content_sha256, read_document
 from thermaxis.files.settings._settings_file import write_json_text
 from thermaxis.positioning import APPROACHES, Cycle, FloatArray, TestPlan
 from thermaxis.quantities import AxisKind
@@ -178,7 +178,7 @@ def read_plan(path: Path | str) -> TestPlan:
     return read_document(path, FORM, _plan, plan_sha256)
 
 
-def _plan(of: JsonObject) -> TestPlan:
+def _plan(of: SettingsTable) -> TestPlan:
     kind_word = of.word("kind")
     if kind_word not in set(AxisKind):
         raise of.wrong("kind", "neither linear nor rotary")
@@ -218,7 +218,7 @@ def _plan(of: JsonObject) -> TestPlan:
         raise ConfigurationError(error.what, where=f"key {key}", remedy=error.remedy) from None
 
 
-def _targets(of: JsonObject, key: str) -> FloatArray:
+def _targets(of: SettingsTable, key: str) -> FloatArray:
     listed = of.items(key, needed=True)
     exact = np.array([of.as_number(f"{key}[{k}]", v) for k, v in enumerate(listed, start=1)])
     if bool(np.any(np.abs(exact - np.round(exact, 3)) > 1e-9)):
