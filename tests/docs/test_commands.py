@@ -4,8 +4,6 @@ import argparse
 import re
 from pathlib import Path
 
-import pytest
-
 from thermaxis.cli import COMMANDS, build_parser
 
 
@@ -43,54 +41,45 @@ def options_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
     return [a for a in parser._actions if a.option_strings and "--help" not in a.option_strings]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_is_in_the_documentation_and_in_the_readme(
-    root: Path, documentation: str, section_of: dict[str, str], command: str
+    root: Path, documentation: str, section_of: dict[str, str]
 ) -> None:
-    words = f"thermaxis {command}"
-    assert words in documentation
-    assert words in (root / "README.md").read_text(encoding="utf-8")
-    assert words in section_of
+    readme = (root / "README.md").read_text(encoding="utf-8")
+    for words in (f"thermaxis {command}" for command in COMMANDS):
+        assert words in documentation
+        assert words in readme
+        assert words in section_of
 
 
-@pytest.mark.parametrize("words", PARSERS)
-def test_every_option_is_described_with_its_command(section_of: dict[str, str], words: str) -> None:
-    section = section_for(words, section_of)
-    rows = [line for line in section.splitlines() if line.startswith("| `-")]
-    for action in options_of(PARSERS[words]):
-        named = [re.compile(rf"`{name}[ `]") for name in action.option_strings]
-        mine = [row for row in rows if all(name.search(row) for name in named)]
-        assert len(mine) == 1, f"{action.option_strings} has {len(mine)} rows of its own"
-        for choice in action.choices or ():
-            assert f"`{choice}`" in mine[0]
-        if action.metavar is not None:
-            assert str(action.metavar).replace("|", r"\|") in mine[0]
+def test_every_option_is_described_with_its_command(section_of: dict[str, str]) -> None:
+    for words, parser in PARSERS.items():
+        section = section_for(words, section_of)
+        rows = [line for line in section.splitlines() if line.startswith("| `-")]
+        for action in options_of(parser):
+            named = [re.compile(rf"`{name}[ `]") for name in action.option_strings]
+            mine = [row for row in rows if all(name.search(row) for name in named)]
+            assert len(mine) == 1, f"{words} {action.option_strings} has {len(mine)} rows"
+            shown = [f"`{choice}`" for choice in action.choices or ()]
+            shown += [] if action.metavar is None else [str(action.metavar).replace("|", r"\|")]
+            assert [word for word in shown if word not in mine[0]] == [], words
 
 
-@pytest.mark.parametrize("words", PARSERS)
-def test_no_option_is_described_that_the_command_does_not_have(
-    section_of: dict[str, str], words: str
+def test_nothing_is_described_that_a_command_does_not_have(section_of: dict[str, str]) -> None:
+    for words, parser in PARSERS.items():
+        rows = [r for r in section_for(words, section_of).splitlines() if r.startswith("| `-")]
+        cells = [row.split("|")[1] for row in rows]
+        described = {name for cell in cells for name in re.findall(r"`(--?[a-z][a-z-]*)", cell)}
+        assert described == {n for a in options_of(parser) for n in a.option_strings}, words
+
+
+def test_every_option_has_a_help_text_and_every_action_stands_in_the_usage(
+    section_of: dict[str, str],
 ) -> None:
-    section = section_for(words, section_of)
-    known = {name for action in options_of(PARSERS[words]) for name in action.option_strings}
-    first_cells = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `-")]
-    described = {name for cell in first_cells for name in re.findall(r"`(--?[a-z][a-z-]*)", cell)}
-    assert described == known
-
-
-@pytest.mark.parametrize("words", PARSERS)
-def test_every_option_has_a_help_text(words: str) -> None:
-    for action in PARSERS[words]._actions:
-        assert action.help, f"{words} {action.option_strings or action.dest}"
-
-
-@pytest.mark.parametrize("words", [words for words in PARSERS if " " in words])
-def test_every_action_of_a_command_is_named_in_its_section(
-    section_of: dict[str, str], words: str
-) -> None:
-    command, _, action = words.partition(" ")
-    usage = section_of[f"thermaxis {command}"].split("```")[1]
-    assert re.search(rf"(?:thermaxis {command} |\|){action}\b", usage)
+    for words, parser in PARSERS.items():
+        assert [a.dest for a in parser._actions if not a.help] == [], words
+        command, _, action = words.partition(" ")
+        usage = section_of[f"thermaxis {command}"].split("```")[1]
+        assert not action or re.search(rf"(?:thermaxis {command} |\|){action}\b", usage), words
 
 
 def test_the_options_of_the_program_are_described(root: Path) -> None:

@@ -493,11 +493,11 @@ def test_rules_of_a_machine_and_stated_ones_exclude_each_other(
         run(other, *order[1:], "-o", tmp_path / "plc")
 
 
-@pytest.mark.parametrize("text", ["a=b", "5", "5:", "nan:3", "T=5:inf"])
-def test_a_range_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        words("m.json", "--dialect", "c", "--cycle-s", "1", "-o", "d", f"--plausible={text}")
-    assert "--plausible" in capsys.readouterr().err
+def test_a_range_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    for text in ["a=b", "5", "5:", "nan:3", "T=5:inf"]:
+        with pytest.raises(SystemExit):
+            words("m.json", "--dialect", "c", "--cycle-s", "1", "-o", "d", f"--plausible={text}")
+        assert "--plausible" in capsys.readouterr().err
 
 
 # ---- positions of an axis -----------------------------------------------------------------------

@@ -103,9 +103,8 @@ def test_regions_come_from_a_file_in_pixels_and_millimetres(examples, write, cap
     assert found[1]["x_px"] == [60.0, 80.0]
 
 
-@pytest.mark.parametrize(
-    ("text", "what"),
-    [
+def test_a_wrong_file_of_regions_is_one_error(examples, write):
+    for text, what in [
         ("", "0 regions"),
         ("[region.a]\nx_px = [0, 1]\n", "unknown key region"),
         ("regions = 3\n", "not a table"),
@@ -120,11 +119,9 @@ def test_regions_come_from_a_file_in_pixels_and_millimetres(examples, write, cap
         ("[regions.a]\nx_mm = [0, 2]\ny_px = [0, 2]\n", "needs the scale"),
         ("[regions.a]\nx_px = [0, 81]\ny_px = [0, 2]\n", "region a"),
         ("x", "not TOML"),
-    ],
-)
-def test_a_wrong_file_of_regions_is_one_error(examples, write, text, what):
-    with pytest.raises(ThermaxisError, match=what):
-        run(*examples, "--regions", write(text, "regions.toml"))
+    ]:
+        with pytest.raises(ThermaxisError, match=what):
+            run(*examples, "--regions", write(text, "regions.toml"))
 
 
 def test_the_emissivity_is_corrected_and_this_is_said(examples, capsys):
@@ -193,9 +190,8 @@ def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, cap
     assert "–" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("options", "what"),
-    [
+def test_an_option_that_is_not_possible_is_one_error(examples, capsys):
+    for options, what in [
         (("--emissivity", "0.9"), "belong together"),
         (("--reflected-temperature", "20"), "belong together"),
         (("--emissivity", "1.2", "--reflected-temperature", "20"), "no emissivity"),
@@ -207,12 +203,10 @@ def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, cap
         (("--times", "0", "inf"), "no time"),
         (("--regions", "nothing.toml"), "cannot be read"),
         (("--run", "nothing.csv"), "no such file"),
-    ],
-)
-def test_an_option_that_is_not_possible_is_one_error(examples, options, what, capsys):
-    with pytest.raises(ThermaxisError, match=what):
-        run(*examples, *options)
-    assert capsys.readouterr().out == ""
+    ]:
+        with pytest.raises(ThermaxisError, match=what):
+            run(*examples, *options)
+        assert capsys.readouterr().out == ""
 
 
 def test_more_than_two_images_beside_a_run_need_times(warming, root):

@@ -58,9 +58,8 @@ def test_the_noise_can_be_taken_away(tmp_path):
     assert np.array_equal(read_tidy_csv(tmp_path / "still.csv").deviation, still.test.deviation)
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_what_cannot_be_is_one_error_and_leaves_no_file(tmp_path, monkeypatch):
+    for words in [
         ("x-axis", "-o", "run.txt"),
         ("x-axis", "-o", "run"),
         ("x-axis", "--cycles", "0", "-o", "run.csv"),
@@ -68,10 +67,8 @@ def test_the_noise_can_be_taken_away(tmp_path):
         ("x-axis", "--seed", "-1", "-o", "run.csv"),
         ("y-axis", "--noise-um", "-1", "-o", "run.csv"),
         ("y-axis", "--noise-um", "nan", "-o", "run.csv"),
-    ],
-)
-def test_what_cannot_be_is_one_error_and_leaves_no_file(words, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(ConfigurationError):
-        run(*words)
-    assert list(tmp_path.iterdir()) == []
+    ]:
+        monkeypatch.chdir(tmp_path)
+        with pytest.raises(ConfigurationError):
+            run(*words)
+        assert list(tmp_path.iterdir()) == []

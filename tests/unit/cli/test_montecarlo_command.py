@@ -77,9 +77,8 @@ def test_the_same_arguments_print_the_same(capsys):
     assert capsys.readouterr().out == first
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
+def test_a_number_that_is_not_possible_is_one_error(capsys):
+    for words in [
         ("--samples", "2"),
         ("--repetitions", "1"),
         ("--sigma-a", "0"),
@@ -88,12 +87,10 @@ def test_the_same_arguments_print_the_same(capsys):
         ("--sigma-b", "inf"),
         ("--seed", "-1"),
         ("--samples", "1000000", "--repetitions", "1000000"),
-    ],
-)
-def test_a_number_that_is_not_possible_is_one_error(words, capsys):
-    with pytest.raises(ConfigurationError):
-        run(*words)
-    assert capsys.readouterr().out == ""
+    ]:
+        with pytest.raises(ConfigurationError):
+            run(*words)
+        assert capsys.readouterr().out == ""
 
 
 def test_the_distributions_are_drawn_when_asked_for(tmp_path, capsys):

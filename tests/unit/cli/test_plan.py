@@ -198,9 +198,8 @@ def test_one_cycle_promises_no_uncertainty(capsys: pytest.CaptureFixture[str]) -
     assert result(capsys, *SMALL, "--cycles", "1")["expected"] is None
 
 
-@pytest.mark.parametrize(
-    ("words", "option"),
-    [
+def test_what_cannot_be_is_refused_by_the_name_of_the_option() -> None:
+    for words, option in [
         (("--dwell", "-1"), "--dwell"),
         (("--recording", "nan"), "--recording"),
         (("--feed", "0"), "--feed"),
@@ -225,14 +224,10 @@ def test_one_cycle_promises_no_uncertainty(capsys: pytest.CaptureFixture[str]) -
         (("--standard",), "--standard"),
         (("--approach-side", "forward"), "--approach-side"),
         (("-o", "same.json", "--json", "same.json"), "same.json"),
-    ],
-)
-def test_what_cannot_be_is_refused_by_the_name_of_the_option(
-    words: tuple[str, ...], option: str
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        run(*SMALL, *words)
-    assert caught.value.where == option
+    ]:
+        with pytest.raises(ConfigurationError) as caught:
+            run(*SMALL, *words)
+        assert caught.value.where == option
 
 
 def test_the_page_about_planning_shows_what_the_command_prints(

@@ -95,10 +95,10 @@ def test_the_exact_travel_is_enough(plan: Path, tmp_path: Path) -> None:
     assert main(words(plan, tmp_path / "a.ngc", "--travel", travel)) == 0
 
 
-@pytest.mark.parametrize("travel", ["5", "5:", "10:-10", "1:1", "a:b", "nan:3", "0:inf", "1:2:3"])
-def test_a_travel_that_cannot_be_is_refused(plan: Path, tmp_path: Path, travel: str) -> None:
-    with pytest.raises(SystemExit):
-        main(words(plan, tmp_path / "a.ngc", f"--travel={travel}"))
+def test_a_travel_that_cannot_be_is_refused(plan: Path, tmp_path: Path) -> None:
+    for travel in ["5", "5:", "10:-10", "1:1", "a:b", "nan:3", "0:inf", "1:2:3"]:
+        with pytest.raises(SystemExit):
+            main(words(plan, tmp_path / "a.ngc", f"--travel={travel}"))
 
 
 def test_without_a_travel_screen_and_head_of_the_program_warn(

@@ -64,9 +64,8 @@ def test_a_rotary_axis_has_its_units_and_no_terms_of_expansion(tmp_path: Path) -
             budget_of(tmp_path, wrong, kind)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
+def test_a_wrong_budget_is_an_error_that_names_file_and_key(tmp_path: Path) -> None:
+    for text, words in [
         ("[devices]\n", ["unknown key devices", "The nearest known key is device"]),
         (
             "[device]\nexpanded_uncertainty_mm = 1\n",
@@ -85,16 +84,12 @@ def test_a_rotary_axis_has_its_units_and_no_terms_of_expansion(tmp_path: Path) -
             ["by its expanded uncertainty and by its range", "State one of them"],
         ),
         ("[device\n", ["not TOML"]),
-    ],
-)
-def test_a_wrong_budget_is_an_error_that_names_file_and_key(
-    tmp_path: Path, text: str, words: list[str]
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        budget_of(tmp_path, text)
-    assert "budget.toml" in str(caught.value)
-    for word in words:
-        assert word in str(caught.value)
+    ]:
+        with pytest.raises(ConfigurationError) as caught:
+            budget_of(tmp_path, text)
+        assert "budget.toml" in str(caught.value)
+        for word in words:
+            assert word in str(caught.value)
 
 
 def test_a_missing_file_is_an_error_and_no_traceback(tmp_path: Path) -> None:

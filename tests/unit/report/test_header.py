@@ -54,9 +54,8 @@ def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
     assert read_header(path) == {"axis": "X"}
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
+def test_a_wrong_header_is_an_error_that_names_file_and_key(tmp_path: Path) -> None:
+    for text, words in [
         ("[machine]\nnmae = 'x'\n", ["machine.nmae", "nearest known key is machine.name."]),
         ("[machin]\nname = 'x'\n", ["unknown key machin.", "nearest known key is machine"]),
         ("zzzzqqq = 1\n", ["zzzzqqq", "Known keys are"]),
@@ -77,32 +76,25 @@ def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
         ("[instrument]\ncalibration_date = 'May'\n", ["calibration_date is not a date"]),
         ("a = " + "9" * 5000, ["not TOML"]),
         ("a = " + "[" * 20000, ["not TOML"]),
-    ],
-)
-def test_a_wrong_header_is_an_error_that_names_file_and_key(
-    tmp_path: Path, text: str, words: list[str]
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        header_of(tmp_path, text)
-    assert "header.toml" in str(caught.value)
-    for word in words:
-        assert word in str(caught.value)
+    ]:
+        with pytest.raises(ConfigurationError) as caught:
+            header_of(tmp_path, text)
+        assert "header.toml" in str(caught.value)
+        for word in words:
+            assert word in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("start", "end"),
-    [
+def test_an_end_before_the_start_is_an_error(tmp_path: Path) -> None:
+    for start, end in [
         ("2026-03-02T14:00:00", "2026-03-02T13:59:59"),
         ("2026-03-02T14:00:00Z", "2026-03-02T14:30:00+01:00"),
         ("2026-03-02T14:00:00Z", "2026-03-02T13:30:00"),
         ("2026-03-02", "2026-03-01"),
         ("2026-03-02", "2026-03-01 23:00:00"),
-    ],
-)
-def test_an_end_before_the_start_is_an_error(tmp_path: Path, start: str, end: str) -> None:
-    with pytest.raises(ConfigurationError, match=r"time\.end lies before time\.start"):
-        header_of(tmp_path, f'[time]\nstart = "{start}"\nend = "{end}"\n')
-    assert header_of(tmp_path, f'[time]\nstart = "{end}"\nend = "{start}"\n')["end"] == start
+    ]:
+        with pytest.raises(ConfigurationError, match=r"time\.end lies before time\.start"):
+            header_of(tmp_path, f'[time]\nstart = "{start}"\nend = "{end}"\n')
+        assert header_of(tmp_path, f'[time]\nstart = "{end}"\nend = "{start}"\n')["end"] == start
 
 
 def test_what_may_lie_below_zero_is_taken(tmp_path: Path) -> None:
@@ -110,25 +102,22 @@ def test_what_may_lie_below_zero_is_taken(tmp_path: Path) -> None:
     assert header_of(tmp_path, text) == {"air_temperature_c": "-4.5", "dwell_s": "1 to 2"}
 
 
-@pytest.mark.parametrize(
-    ("kind", "wrong", "right"),
-    [
+def test_a_field_of_the_other_kind_of_axis_is_an_error_that_names_the_right_one(
+    tmp_path: Path,
+) -> None:
+    for kind, wrong, right in [
         (AxisKind.ROTARY, "feed_mm_per_min", "feed_deg_per_min in °/min"),
         (AxisKind.LINEAR, "feed_deg_per_min", "feed_mm_per_min in mm/min"),
         (AxisKind.ROTARY, "overrun_mm", "overrun_deg in °"),
         (AxisKind.LINEAR, "overrun_deg", "overrun_mm in mm"),
-    ],
-)
-def test_a_field_of_the_other_kind_of_axis_is_an_error_that_names_the_right_one(
-    tmp_path: Path, kind: AxisKind, wrong: str, right: str
-) -> None:
-    path = tmp_path / "header.toml"
-    path.write_text(f"[procedure]\n{wrong} = 5\n", encoding="utf-8")
-    with pytest.raises(ConfigurationError, match=f"procedure.{wrong} belongs to a") as caught:
-        read_header(path, kind=kind)
-    assert f"Write {right}" in str(caught.value)
-    other = AxisKind.LINEAR if kind is AxisKind.ROTARY else AxisKind.ROTARY
-    assert read_header(path, kind=other) == read_header(path) == {wrong: "5"}
+    ]:
+        path = tmp_path / "header.toml"
+        path.write_text(f"[procedure]\n{wrong} = 5\n", encoding="utf-8")
+        with pytest.raises(ConfigurationError, match=f"procedure.{wrong} belongs to a") as caught:
+            read_header(path, kind=kind)
+        assert f"Write {right}" in str(caught.value)
+        other = AxisKind.LINEAR if kind is AxisKind.ROTARY else AxisKind.ROTARY
+        assert read_header(path, kind=other) == read_header(path) == {wrong: "5"}
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
@@ -156,22 +145,18 @@ def test_a_comment_may_be_longer_than_other_texts(tmp_path: Path) -> None:
         header_of(tmp_path, f'[people]\ncomments = "{"y" * 2001}"\n')
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
+def test_a_file_that_is_no_header_is_an_error(tmp_path: Path) -> None:
+    for content, words in [
         (b"\xff\xfe\x00", "not UTF-8"),
         (b"#" * 1_000_001, "larger than 1 MB"),
         (None, "cannot be read"),
-    ],
-)
-def test_a_file_that_is_no_header_is_an_error(
-    tmp_path: Path, content: bytes | None, words: str
-) -> None:
-    path = tmp_path / "header.toml"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(ConfigurationError, match=words):
-        read_header(path)
+    ]:
+        path = tmp_path / "header.toml"
+        path.unlink(missing_ok=True)
+        if content is not None:
+            path.write_bytes(content)
+        with pytest.raises(ConfigurationError, match=words):
+            read_header(path)
 
 
 def test_a_folder_in_place_of_a_header_is_an_error(tmp_path: Path) -> None:

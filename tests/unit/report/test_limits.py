@@ -46,9 +46,8 @@ def test_a_rotary_axis_has_limits_in_arcsec(tmp_path: Path) -> None:
         limits_of(tmp_path, "[limits]\nA_um = 8\n", AxisKind.ROTARY)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
+def test_wrong_limits_are_an_error_that_names_file_and_key(tmp_path: Path) -> None:
+    for text, words in [
         ("[limits]\nA_mm = 1\n", ["limits.A_mm", "limits.A_um"]),
         ("[limits]\nA_um = 0\n", ["limits.A_um is not a positive number", "µm"]),
         ("[limits]\nA_um = -1.0\n", ["not a positive number"]),
@@ -71,34 +70,28 @@ def test_a_rotary_axis_has_limits_in_arcsec(tmp_path: Path) -> None:
             ["needs the expanded uncertainty of B", "B_um"],
         ),
         ("[limits]\nA_um = 1\n[expanded_uncertainty]\nQ = 0.1\n", ["expanded_uncertainty.Q"]),
-    ],
-)
-def test_wrong_limits_are_an_error_that_names_file_and_key(
-    tmp_path: Path, text: str, words: list[str]
-) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        limits_of(tmp_path, text)
-    assert "limits.toml" in str(caught.value)
-    for word in words:
-        assert word in str(caught.value)
+    ]:
+        with pytest.raises(ConfigurationError) as caught:
+            limits_of(tmp_path, text)
+        assert "limits.toml" in str(caught.value)
+        for word in words:
+            assert word in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("value", "verdict"),
-    [(12.0, Verdict.PASS), (12.0000001, Verdict.FAIL), (None, Verdict.NOT_DECIDED)],
-)
-def test_simple_acceptance_passes_up_to_the_limit(
-    result: Iso230_2Result, value: float | None, verdict: Verdict
-) -> None:
-    limits = Limits({"A": 12.0}, DecisionRule.SIMPLE, {"A": 5.0}, "limits.toml")
-    check = check_limits(limits, with_figure(result, A=value))
-    assert check.verdict is verdict
-    assert check.figures[0].expanded_uncertainty == 5.0
+def test_simple_acceptance_passes_up_to_the_limit(result: Iso230_2Result) -> None:
+    for value, verdict in [
+        (12.0, Verdict.PASS),
+        (12.0000001, Verdict.FAIL),
+        (None, Verdict.NOT_DECIDED),
+    ]:
+        limits = Limits({"A": 12.0}, DecisionRule.SIMPLE, {"A": 5.0}, "limits.toml")
+        check = check_limits(limits, with_figure(result, A=value))
+        assert check.verdict is verdict
+        assert check.figures[0].expanded_uncertainty == 5.0
 
 
-@pytest.mark.parametrize(
-    ("value", "verdict"),
-    [
+def test_the_uncertainty_counts_on_both_sides_of_the_limit(result: Iso230_2Result) -> None:
+    for value, verdict in [
         (11.0, Verdict.PASS),
         (11.25, Verdict.PASS),
         (11.26, Verdict.NOT_DECIDED),
@@ -106,13 +99,9 @@ def test_simple_acceptance_passes_up_to_the_limit(
         (12.75, Verdict.NOT_DECIDED),
         (12.76, Verdict.FAIL),
         (None, Verdict.NOT_DECIDED),
-    ],
-)
-def test_the_uncertainty_counts_on_both_sides_of_the_limit(
-    result: Iso230_2Result, value: float | None, verdict: Verdict
-) -> None:
-    limits = Limits({"A": 12.0}, DecisionRule.ISO14253_1, {"A": 0.75}, "limits.toml")
-    assert check_limits(limits, with_figure(result, A=value)).verdict is verdict
+    ]:
+        limits = Limits({"A": 12.0}, DecisionRule.ISO14253_1, {"A": 0.75}, "limits.toml")
+        assert check_limits(limits, with_figure(result, A=value)).verdict is verdict
 
 
 def test_the_mean_reversal_value_is_compared_by_its_magnitude(result: Iso230_2Result) -> None:
@@ -121,23 +110,18 @@ def test_the_mean_reversal_value_is_compared_by_its_magnitude(result: Iso230_2Re
     assert check_limits(limits, with_figure(result, B_mean=-2.5)).verdict is Verdict.PASS
 
 
-@pytest.mark.parametrize(
-    ("b", "e", "overall"),
-    [
+def test_one_failure_fails_the_run_and_one_gap_leaves_it_open(result: Iso230_2Result) -> None:
+    for b, e, overall in [
         (1.0, 1.0, Verdict.PASS),
         (9.0, None, Verdict.FAIL),
         (None, 9.0, Verdict.FAIL),
         (1.0, None, Verdict.NOT_DECIDED),
-    ],
-)
-def test_one_failure_fails_the_run_and_one_gap_leaves_it_open(
-    result: Iso230_2Result, b: float | None, e: float | None, overall: Verdict
-) -> None:
-    limits = Limits({"B": 2.0, "E": 2.0}, DecisionRule.SIMPLE, {}, "limits.toml")
-    check = check_limits(limits, with_figure(result, B=b, E=e))
-    assert check.verdict is overall
-    assert check.of("B") is check.figures[0]
-    assert check.of("A") is None
+    ]:
+        limits = Limits({"B": 2.0, "E": 2.0}, DecisionRule.SIMPLE, {}, "limits.toml")
+        check = check_limits(limits, with_figure(result, B=b, E=e))
+        assert check.verdict is overall
+        assert check.of("B") is check.figures[0]
+        assert check.of("A") is None
 
 
 def test_the_limits_of_the_how_to_and_of_the_example_read(root: Path, tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
 import unicodedata
 
 import numpy as np
-import pytest
 from hypothesis import given, settings, strategies as st
 
 from thermaxis.report import fixed
@@ -39,57 +38,48 @@ def test_a_text_that_is_too_long_ends_in_an_ellipsis() -> None:
     assert plain_text("x" * 5000, 20) == "x" * 19 + "…"
 
 
-@pytest.mark.parametrize(
-    ("values", "decimals"),
-    [
+def test_decimals_are_those_with_which_numbers_were_written() -> None:
+    for values, decimals in [
         ([1.0, -3.0], 0),
         ([0.5, 2.25], 2),
         ([0.1, 0.2, 0.1 + 0.2], 1),
         ([(5.00123 - 5.0) * 1000.0], 2),
         ([1.0 / 3.0], 6),
         ([float("nan"), 0.125], 3),
-    ],
-)
-def test_decimals_are_those_with_which_numbers_were_written(
-    values: list[float], decimals: int
-) -> None:
-    assert decimals_of(np.array(values)) == decimals
+    ]:
+        assert decimals_of(np.array(values)) == decimals
 
 
-@pytest.mark.parametrize(
-    ("readings", "largest", "decimals"),
-    [
+def test_figures_have_the_decimals_of_the_readings_and_at_most_five_digits() -> None:
+    for readings, largest, decimals in [
         ([0.01], 13.43, 2),
         ([0.001], 135.2711, 2),
         ([0.000001], 0.088807, 6),
         ([1.0], 8.4, 1),
         ([0.01], 0.0, 2),
-    ],
-)
-def test_figures_have_the_decimals_of_the_readings_and_at_most_five_digits(
-    readings: list[float], largest: float, decimals: int
-) -> None:
-    assert decimals_of_figures(np.array(readings), largest) == decimals
+    ]:
+        assert decimals_of_figures(np.array(readings), largest) == decimals
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(1.005, "1.00"), (-0.001, "0.00"), (-1.5, "-1.50"), (None, "absent"), (np.nan, "absent")],
-)
-def test_a_number_has_fixed_decimals_and_zero_has_no_sign(value: float | None, text: str) -> None:
-    assert fixed(value, 2) == text
+def test_a_number_has_fixed_decimals_and_zero_has_no_sign() -> None:
+    for value, text in [
+        (1.005, "1.00"),
+        (-0.001, "0.00"),
+        (-1.5, "-1.50"),
+        (None, "absent"),
+        (np.nan, "absent"),
+    ]:
+        assert fixed(value, 2) == text
 
 
-@pytest.mark.parametrize(
-    ("value", "text"), [(0.8, "0.80"), (0.0123, "0.012"), (1.0, "1.0"), (12.34, "12"), (0.0, "0")]
-)
-def test_an_uncertainty_has_two_significant_digits(value: float, text: str) -> None:
-    assert two_digits(value) == text
+def test_an_uncertainty_has_two_significant_digits() -> None:
+    for value, text in [(0.8, "0.80"), (0.0123, "0.012"), (1.0, "1.0"), (12.34, "12"), (0.0, "0")]:
+        assert two_digits(value) == text
 
 
-@pytest.mark.parametrize(("value", "text"), [(12.0, "12"), (0.25, "0.25"), (1e-13, "1e-13")])
-def test_a_stated_number_keeps_its_digits(value: float, text: str) -> None:
-    assert as_given(value) == text
+def test_a_stated_number_keeps_its_digits() -> None:
+    for value, text in [(12.0, "12"), (0.25, "0.25"), (1e-13, "1e-13")]:
+        assert as_given(value) == text
 
 
 def test_positions_share_the_decimals_that_they_need() -> None:

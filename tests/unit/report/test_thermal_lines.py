@@ -1,7 +1,6 @@
 """Long records are drawn with their extremes, and gaps stay gaps."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as st_numpy
 
@@ -153,10 +152,10 @@ def test_no_two_lines_of_a_panel_differ_by_colour_alone() -> None:
     assert max(greys) < 3 * 160, "too pale for paper"
 
 
-@pytest.mark.parametrize("rows", [1, 2, 3])
-def test_the_shortest_series_are_drawn(rows: int) -> None:
-    line = drawn_line(np.arange(float(rows)), np.ones(rows))
-    assert line.x.size + line.alone_x.size >= 1
+def test_the_shortest_series_are_drawn() -> None:
+    for rows in [1, 2, 3]:
+        line = drawn_line(np.arange(float(rows)), np.ones(rows))
+        assert line.x.size + line.alone_x.size >= 1
 
 
 def test_long_names_that_differ_at_their_ends_stay_different() -> None:

@@ -636,9 +636,8 @@ def test_a_long_log_gives_a_small_chart() -> None:
 # ---- words --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
+def test_numbers_have_four_significant_digits_without_an_exponent() -> None:
+    for value, words in [
         (0.0, "0"),
         (39.8149, "39.81"),
         (-0.6665880889, "-0.6666"),
@@ -648,12 +647,8 @@ def test_a_long_log_gives_a_small_chart() -> None:
         (1e12, "1.000e+12"),
         (float("nan"), "–"),
         (None, "–"),
-    ],
-)
-def test_numbers_have_four_significant_digits_without_an_exponent(
-    value: float | None, words: str
-) -> None:
-    assert significant(value) == words
+    ]:
+        assert significant(value) == words
 
 
 def test_a_number_has_no_more_digits_than_its_interval() -> None:
