@@ -48,8 +48,8 @@ from thermaxis.plc import (
     export_settings,
     scenario_steps,
 )
+from thermaxis.plc.build import head_of
 from thermaxis.plc.build._draft import NO, YES, both, either, equals, no
-from thermaxis.plc.build._head import head_of
 from thermaxis.plc.build._model import BAD, GOOD, HELD, outcome_bit
 from thermaxis.plc.build._sensor import quality_number
 from thermaxis.plc.build._supervisor import reason_bit, state_number
@@ -63,9 +63,9 @@ from thermaxis.plc.tree import (
     Statement,
     Two,
     executable,
+    is_legal,
+    unused,
 )
-from thermaxis.plc.tree._check import unused
-from thermaxis.plc.tree._names import is_legal
 from thermaxis.plc.vectors import by_variable
 
 ODD = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e7, 0.0, -40.0)

@@ -10,6 +10,8 @@ from tests.unit.plc.small_programs import LENGTH, count, let, number, small, tru
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc import Block, Program, ProgramError, check_program, print_c, print_scl, print_st
 from thermaxis.plc.tree import (
+    LONGEST_ARRAY,
+    LONGEST_NAME,
     Assign,
     Call,
     Count,
@@ -27,9 +29,8 @@ from thermaxis.plc.tree import (
     Truth,
     Two,
     Variable,
+    unused,
 )
-from thermaxis.plc.tree._check import LONGEST_ARRAY, unused
-from thermaxis.plc.tree._tree import LONGEST_NAME
 
 
 def inner() -> Block:

@@ -7,9 +7,15 @@ from hypothesis import given, strategies as st
 
 from thermaxis.compensation import CompensationModel, Output, Part
 from thermaxis.errors import ConfigurationError
-from thermaxis.plc.tree import names_of, remark_text
-from thermaxis.plc.tree._names import RESERVED, is_legal, legal_stem, unique
-from thermaxis.plc.tree._tree import LONGEST_NAME
+from thermaxis.plc.tree import (
+    LONGEST_NAME,
+    RESERVED,
+    is_legal,
+    legal_stem,
+    names_of,
+    remark_text,
+    unique,
+)
 
 PREFIXES = ("correction_", "model_", "wanted_", "weight_", "limit_", "added_", "trim_", "read_")
 

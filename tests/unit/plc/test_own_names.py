@@ -14,8 +14,7 @@ from thermaxis.plc import (
     print_st,
     with_own_names,
 )
-from thermaxis.plc.tree._names import is_legal
-from thermaxis.plc.tree._tree import LONGEST_NAME
+from thermaxis.plc.tree import LONGEST_NAME, is_legal
 
 
 def inner(settings: PlcSettings) -> set[str]:

@@ -45,10 +45,8 @@ from thermaxis.plc import (
     vectors_of,
 )
 from thermaxis.plc.build import at_position, bound_texts
-from thermaxis.plc.tree import executable, stored
-from thermaxis.plc.tree._check import unused
-from thermaxis.plc.vectors import by_variable
-from thermaxis.plc.vectors._vectors import LINE_LIMITED
+from thermaxis.plc.tree import executable, stored, unused
+from thermaxis.plc.vectors import LINE_LIMITED, by_variable
 
 TOTAL_UM = 40.0
 

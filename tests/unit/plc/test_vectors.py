@@ -21,8 +21,7 @@ from thermaxis.plc import (
     vectors_of,
 )
 from thermaxis.plc.tree import Kind, rounding
-from thermaxis.plc.vectors import by_variable
-from thermaxis.plc.vectors._course import MOST_ROWS
+from thermaxis.plc.vectors import MOST_ROWS, by_variable
 from thermaxis.runtime import read_machine
 
 

@@ -1,42 +1,12 @@
-"""What both courses live through stands once, and both lead every channel and output through it."""
+"""The world around a block: every channel reads what is odd, whoever answers."""
 
 import math
-from collections.abc import Callable, Iterator
 
 import pytest
 
 from tests.unit.plc.plc_scenarios import CycleBlock, random_settings
-from thermaxis.plc import BlockInstance, PlcSettings, PlcStep, course_steps, scenario_steps
-from thermaxis.plc.vectors import _course, _scenario, _world
-from thermaxis.plc.vectors._world import (
-    ODD,
-    World,
-    changed_in_off,
-    odd_start,
-    odd_values,
-    other_offsets,
-    second_compensation,
-    trims_and_hold,
-    wrong_cycle_times,
-)
-
-SHARED = (
-    changed_in_off,
-    odd_start,
-    odd_values,
-    other_offsets,
-    second_compensation,
-    trims_and_hold,
-    wrong_cycle_times,
-)
-
-
-def course_of(settings: PlcSettings) -> Iterator[PlcStep]:
-    return course_steps(settings, seed=1)
-
-
-def scenario_of(settings: PlcSettings) -> Iterator[PlcStep]:
-    return scenario_steps(settings, hours=1.5, seed=1)
+from thermaxis.plc import BlockInstance, scenario_steps
+from thermaxis.plc.vectors import ODD, World, odd_values
 
 
 def test_every_channel_reads_every_odd_value_alone_and_then_jumps() -> None:
@@ -54,33 +24,6 @@ def test_every_channel_reads_every_odd_value_alone_and_then_jumps() -> None:
         believed = rules.step_k + rules.largest_rate_k_per_s * settings.cycle_s
         jumps = [t for t in read if rules.lowest_c < t < rules.highest_c]
         assert any(abs(t - base_c[k]) > believed for t in jumps)
-
-
-@pytest.mark.parametrize("phase", SHARED)
-@pytest.mark.parametrize(("module", "steps"), [(_course, course_of), (_scenario, scenario_of)])
-def test_both_courses_lead_through_what_stands_once(
-    module: object,
-    steps: Callable[[PlcSettings], Iterator[PlcStep]],
-    phase: Callable[[World], Iterator[PlcStep]],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    assert getattr(module, phase.__name__) is getattr(_world, phase.__name__)
-    through: list[int] = []
-
-    def watched(world: World) -> Iterator[PlcStep]:
-        begun = len(through)
-        for step in phase(world):
-            through.append(begun)
-            yield step
-
-    # The scenario keeps its phases in a list that is made when it runs, the course names them.
-    monkeypatch.setattr(module, phase.__name__, watched)
-    settings = random_settings(3)
-    for step in steps(settings):
-        if len(through) >= 6:
-            break
-        assert isinstance(step, PlcStep)
-    assert len(through) >= 6
 
 
 def test_a_scenario_led_by_cycle_is_that_of_the_tree_and_executes_no_tree(

@@ -20,9 +20,7 @@ from thermaxis.thermal import (
     simulate_log,
 )
 from thermaxis.virtual import Fault, FaultKind, VirtualLathe, log_lathe, write_lathe_log
-from thermaxis.virtual.lathe import UNCORRECTED
-from thermaxis.virtual.lathe._log import LOG_COLUMNS
-from thermaxis.virtual.lathe._signals import PROBES
+from thermaxis.virtual.lathe import LOG_COLUMNS, PROBES, UNCORRECTED
 
 DIAMETERS = (None, 0.0, 1500.0, 3000.0)
 

@@ -15,9 +15,10 @@ from thermaxis.virtual import (
     Stage,
     VirtualLathe,
 )
+from thermaxis.virtual.lathe import PROBES
 from thermaxis.virtual.lathe._physics import Node
 from thermaxis.virtual.lathe._scenarios import scenario_named, seen_at
-from thermaxis.virtual.lathe._signals import PROBES, counted
+from thermaxis.virtual.lathe._signals import counted
 
 HOUR = 3600.0
 

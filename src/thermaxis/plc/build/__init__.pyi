@@ -4,6 +4,7 @@ from ._build import (
 from ._head import (
     NEVER_OUTCOMES as NEVER_OUTCOMES,
     NEVER_QUALITIES as NEVER_QUALITIES,
+    head_of as head_of,
     restart_warning as restart_warning,
     wrapped as wrapped,
 )

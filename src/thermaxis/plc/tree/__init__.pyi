@@ -1,6 +1,8 @@
 from ._check import (
     BLOCK_PREFIX as BLOCK_PREFIX,
+    LONGEST_ARRAY as LONGEST_ARRAY,
     check_program as check_program,
+    unused as unused,
 )
 from ._execute import (
     Executed as Executed,
@@ -10,9 +12,13 @@ from ._execute import (
 )
 from ._names import (
     REMARK as REMARK,
+    RESERVED as RESERVED,
     PlcNames as PlcNames,
+    is_legal as is_legal,
+    legal_stem as legal_stem,
     names_of as names_of,
     remark_text as remark_text,
+    unique as unique,
 )
 from ._numbers import (
     figure as figure,
@@ -25,6 +31,7 @@ from ._own_names import (
     with_own_names as with_own_names,
 )
 from ._tree import (
+    LONGEST_NAME as LONGEST_NAME,
     Assign as Assign,
     Block as Block,
     Call as Call,

@@ -1,4 +1,5 @@
 from ._course import (
+    MOST_ROWS as MOST_ROWS,
     Course as Course,
     course_steps as course_steps,
 )
@@ -14,11 +15,15 @@ from ._scenario import (
     scenario_steps as scenario_steps,
 )
 from ._vectors import (
+    LINE_LIMITED as LINE_LIMITED,
     Vectors as Vectors,
     line_vectors_csv as line_vectors_csv,
     vectors_csv as vectors_csv,
     vectors_of as vectors_of,
 )
 from ._world import (
+    ODD as ODD,
     PlcStep as PlcStep,
+    World as World,
+    odd_values as odd_values,
 )

@@ -11,6 +11,7 @@ from ._hall import (
     HallSettings as HallSettings,
 )
 from ._log import (
+    LOG_COLUMNS as LOG_COLUMNS,
     check_log_name as check_log_name,
     log_lathe as log_lathe,
     write_lathe_log as write_lathe_log,
@@ -41,6 +42,7 @@ from ._server import (
 )
 from ._signals import (
     FAULTY as FAULTY,
+    PROBES as PROBES,
     SENSORS as SENSORS,
     SIGNALS as SIGNALS,
     TRUE as TRUE,
