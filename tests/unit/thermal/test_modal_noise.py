@@ -6,6 +6,8 @@ from scipy.signal import lfilter
 
 from thermaxis.thermal import Experiment, SlowNoise
 from thermaxis.thermal.modal import segments_of
+from thermaxis.thermal.modal._evidence import Design, Hyperprior, Sizes, posterior_of
+from thermaxis.thermal.modal._lags import compared
 from thermaxis.thermal.modal._slow_noise import weighted_products
 
 TAUS_S = np.array([30.0, 700.0, 20000.0])
@@ -91,3 +93,32 @@ def test_products_equal_those_of_the_full_covariance(noise):
     found = weighted_products(columns, white, times, noise)
     assert found.gram == pytest.approx(columns.T @ np.linalg.solve(covariance, columns), rel=1e-9)
     assert found.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-9)
+
+
+def test_the_evidence_is_the_density_of_the_record_with_all_gains_integrated_out() -> None:
+    """By dense algebra: y is normal with v (K + F L^-1 F') about a free offset (REML)."""
+    rng = np.random.default_rng(7)
+    n, y = 40, np.cumsum(rng.normal(size=40))
+    f = rng.normal(size=(n, 3))
+    times_s = np.arange(n) * 200.0
+    rows = np.column_stack((f, np.ones(n), y))
+    design = Design((rows,), (np.ones(n),), (times_s,), inputs=1, lags=2, transients=0, offsets=1)
+    distance = np.abs(times_s[:, None] - times_s)
+    found, expected = [], []
+    for log_gain, ratio in ((-1.0, 0.5), (0.5, 8.0), (2.0, 30.0)):
+        sizes = Sizes(log_gain, (), np.log(ratio), np.log(3000.0), np.log(1e-9), 900.0)
+        w = np.eye(n) + ratio * np.exp(-distance / 3000.0) + np.exp(2.0 * log_gain) * f @ f.T
+        free = np.ones((n, 1))
+        inverse = np.linalg.inv(w)
+        inner = free.T @ inverse @ free
+        left = y - free[:, 0] * float((free.T @ inverse @ y / inner).item())
+        square = float(left @ inverse @ left)
+        log_w, log_inner = np.linalg.slogdet(w)[1], np.linalg.slogdet(inner)[1]
+        expected.append(-0.5 * ((n - 1) * np.log(square / (n - 1)) + log_w + log_inner))
+        products, wide = design.products(sizes.noise), Hyperprior(3000.0, 900.0)
+        posterior = posterior_of(design, products, sizes, wide)
+        found.append(posterior.log_evidence - wide.log_density(sizes))
+        (both,) = compared(design, products, sizes, np.array([[0, 1]])).log_evidence
+        assert both == pytest.approx(found[-1], rel=1e-9)
+        assert posterior.variance == pytest.approx(square / (n - 1), rel=1e-6)
+    assert found == pytest.approx(expected, rel=1e-6)
