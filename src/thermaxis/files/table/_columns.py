@@ -127,6 +127,7 @@ _UNITS: tuple[tuple[Unit, tuple[str, ...]], ...] = (
 )
 _UNIT_WORDS = {word: unit for unit, words in _UNITS for word in words}
 _TIME_UNIT_WORDS = {
+    1e-6: "us",
     1e-3: "ms",
     1.0: "s sec seconds sek sekunden sekundy",
     60.0: "min minutes minuten minuty",
