@@ -1,7 +1,8 @@
 """What is said as data: a code, typed values and a place; sentences are made at the edge."""
 
+import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias, final
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias, cast, final
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -50,3 +51,78 @@ class Message:
 
 Value: TypeAlias = str | float | Message | tuple[str | Message, ...] | None
 """What may stand in a sentence; a code or several, where the catalogue says so."""
+
+
+def message_as_json(message: Message) -> dict[str, object]:
+    """Return a message as JSON has it.
+
+    Parameters
+    ----------
+    message : Message
+        The message.
+
+    Returns
+    -------
+    dict
+        ``code``, ``values`` and ``place``, which has what is known of it.
+    """
+    place = {name: value for name, value in message.place._asdict().items() if value}
+    return {"code": message.code, "values": values_as_json(message.values), "place": place}
+
+
+def value_as_json(value: Value) -> object:
+    """Return a value as JSON has it.
+
+    Parameters
+    ----------
+    value : Value
+        The value.
+
+    Returns
+    -------
+    object
+        A message as a table of ``code`` and ``values``, several as a list; None for a number that
+        is not finite.
+    """
+    if isinstance(value, Message):
+        return {"code": value.code, "values": values_as_json(value.values)}
+    if isinstance(value, tuple):
+        return [value_as_json(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def values_as_json(values: "Mapping[str, Value]") -> dict[str, object]:
+    """Return values by name as JSON has them: see `value_as_json`."""
+    return {name: value_as_json(value) for name, value in values.items()}
+
+
+def value_of_json(found: object) -> Value:
+    """Return the value that `value_as_json` wrote; what is none of these as its text.
+
+    Parameters
+    ----------
+    found : object
+        A value from JSON.
+
+    Returns
+    -------
+    Value
+        The value.
+    """
+    if found is None or isinstance(found, str | int | float):
+        return found
+    if isinstance(found, list):
+        parts = (value_of_json(one) for one in cast("list[object]", found))
+        return tuple(one if isinstance(one, str | Message) else str(one) for one in parts)
+    table = cast("dict[str, object]", found) if isinstance(found, dict) else {}
+    if "code" in table:
+        return Message(str(table["code"]), values_of_json(table.get("values")))
+    return str(cast("object", found))
+
+
+def values_of_json(found: object) -> "dict[str, Value]":
+    """Return the values by name that `values_as_json` wrote; none where there is no table."""
+    if not isinstance(found, dict):
+        return {}
+    table = cast("dict[object, object]", found)
+    return {str(name): value_of_json(value) for name, value in table.items()}

@@ -98,7 +98,7 @@ def compensated(model: CompensationModel, diameter_mm: float | None) -> np.ndarr
             Request(RequestKind.ENABLE, "test"),
         ):
             answer = await loop.submit(request)
-            assert answer.accepted, answer.reason
+            assert answer.accepted, answer.code
         await running
 
     run_in_virtual_time(play())

@@ -26,7 +26,7 @@ from tests.unit.runtime.history_records import (
     event_record,
 )
 from thermaxis.cli import main
-from thermaxis.compensation import Answer, Request, RequestKind
+from thermaxis.compensation import Answer, AnswerCode, Request, RequestKind
 from thermaxis.errors import DataError
 from thermaxis.runtime import CycleRecord, Secret
 from thermaxis.runtime.historian import (
@@ -185,7 +185,7 @@ def records_in(server: Server) -> list[CycleRecord]:
 def test_cycles_events_and_trends_are_those_of_sqlite(server: Server, tmp_path: Path) -> None:
     records = [cycle_record(k, good=k % 50 != 49) for k in range(1000)]
     request = Request(RequestKind.TRIM, who="Anna", output="Z_um", value=2.5, duration_s=60.0)
-    answers = (Answer(request, True, "µ \0 \ud800 '"),)
+    answers = (Answer(request, True, AnswerCode.TRIM_REPLACED, {"who": "µ \0 \ud800 '"}),)
     first = records[0]
     records[0] = CycleRecord(
         0, first.utc, 1000.0, first.samples, first.output._replace(answers=answers), {}, 0.0

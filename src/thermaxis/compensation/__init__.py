@@ -26,7 +26,14 @@ from thermaxis.compensation._model import (
     Section,
     TrainingLog,
 )
-from thermaxis.compensation._requests import LARGEST_DIAMETER_MM, Answer, Request, RequestKind, Trim
+from thermaxis.compensation._requests import (
+    LARGEST_DIAMETER_MM,
+    Answer,
+    AnswerCode,
+    Request,
+    RequestKind,
+    Trim,
+)
 from thermaxis.compensation._sensors import (
     LARGEST_RULE,
     Sample,
@@ -62,6 +69,7 @@ __all__ = [
     "START",
     "STATED",
     "Answer",
+    "AnswerCode",
     "Compensation",
     "CompensationModel",
     "CycleOutput",

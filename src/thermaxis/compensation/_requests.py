@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from types import MappingProxyType
 from typing import NamedTuple, final
 
 from thermaxis.compensation._compensation import Compensation
@@ -58,6 +59,60 @@ class Request:
     """Number by which the answer is found. [1]"""
 
 
+class AnswerCode(StrEnum):
+    """How a request was answered: why it was refused, or what follows from it."""
+
+    NOT_SUPPORTED = "not_supported"
+    """No such request is known."""
+    ACKNOWLEDGE_FIRST = "acknowledge_first"
+    """It is in the state Fault: the cause must be removed and acknowledged first."""
+    IN_FAULT = "in_fault"
+    """It is in the state Fault."""
+    OTHER_COMPENSATION_UNREAD = "other_compensation_unread"
+    """Whether another compensation is active cannot be read."""
+    DOUBLE_COMPENSATION = "double_compensation"
+    """Another compensation is active on the axis."""
+    OFFSET_OUTSIDE = "offset_outside"
+    """The offset found in the machine lies outside the limits."""
+    ALREADY_ENABLED = "already_enabled"
+    ENABLED = "enabled"
+    """It is active as soon as everything is there."""
+    DISABLED = "disabled"
+    """The correction fades at the allowed rate."""
+    NOTHING_TO_HOLD = "nothing_to_hold"
+    """It is not enabled, or in the state Fault."""
+    HELD = "held"
+    """It is held, for at most ``longest_s``."""
+    RESUMED = "resumed"
+    """The hold is ended."""
+    UNKNOWN_OUTPUT = "unknown_output"
+    """Outputs are ``names``."""
+    TRIM_RANGE = "trim_range"
+    """A trim is a number from ``lowest_um`` to ``largest_um``."""
+    TRIM_CLEARED = "trim_cleared"
+    """The trim is taken back."""
+    TRIM_DURATION = "trim_duration"
+    """A trim expires within ``longest_s``."""
+    TRIM_SET = "trim_set"
+    """The trim is added."""
+    TRIM_REPLACED = "trim_replaced"
+    """The trim of ``who`` is replaced."""
+    DIAMETER_RANGE = "diameter_range"
+    """A diameter is a number from 0 to ``largest_mm``."""
+    DIAMETER_SET = "diameter_set"
+    """The gain follows at the allowed rate."""
+    NO_FAULT = "no_fault"
+    """There is no fault; the present values of the sensors are accepted."""
+    ACKNOWLEDGED = "acknowledged"
+    """The fault is acknowledged; it is off until it is enabled."""
+    DOUBLE_COMPENSATION_STILL = "double_compensation_still"
+    """The fault's cause is still there: another compensation is active."""
+    OFFSET_OUTSIDE_STILL = "offset_outside_still"
+    """The fault's cause is still there: the offset lies outside the limits, and comes back."""
+    READ_BACK_DIFFERS_STILL = "read_back_differs_still"
+    """The fault's cause is still there: the machine does not report what was written."""
+
+
 class Answer(NamedTuple):
     """How a request was answered."""
 
@@ -65,8 +120,10 @@ class Answer(NamedTuple):
     """The request."""
     accepted: bool
     """Whether it takes effect."""
-    reason: str
-    """Why it was refused, or what follows from it, as a sentence without its full stop."""
+    code: AnswerCode
+    """Why it was refused, or what follows from it."""
+    values: Mapping[str, float | str | tuple[str, ...]] = MappingProxyType({})
+    """Values that belong to the code, each with its unit in its name."""
 
 
 class Trim(NamedTuple):
@@ -104,7 +161,8 @@ class Machine(NamedTuple):
     other_compensation: bool | None
 
 
-_Answered = tuple[Asked, bool, str]
+_Values = Mapping[str, float | str | tuple[str, ...]]
+_Answered = tuple[Asked, bool, AnswerCode] | tuple[Asked, bool, AnswerCode, _Values]
 
 
 def answer_request(
@@ -115,94 +173,95 @@ def answer_request(
     if isinstance(request, Request) and isinstance(request.kind, str):  # pyright: ignore[reportUnnecessaryIsInstance] - whatever is sent
         respond = _ANSWERS.get(request.kind)
     if respond is None:
-        return asked, Answer(request, accepted=False, reason="nobody here can do that")
-    asked, accepted, reason = respond(compensation, asked, machine, request)
-    return asked, Answer(request, accepted, reason)
+        return asked, Answer(request, accepted=False, code=AnswerCode.NOT_SUPPORTED)
+    asked, accepted, code, *values = respond(compensation, asked, machine, request)
+    return asked, Answer(request, accepted, code, *values)
 
 
 def _enable(_: Compensation, asked: Asked, machine: Machine, __: Request) -> _Answered:
     memory = asked.memory
     if memory.state is FAULT:
-        return asked, False, "it is in the state Fault: remove the cause and acknowledge first"
+        return asked, False, AnswerCode.ACKNOWLEDGE_FIRST
     if machine.other_compensation is None:
-        return asked, False, "whether another compensation is active cannot be read"
+        return asked, False, AnswerCode.OTHER_COMPENSATION_UNREAD
     if machine.other_compensation is not False:
-        return asked, False, f"{Reason.DOUBLE_COMPENSATION}: switch one off"
+        return asked, False, AnswerCode.DOUBLE_COMPENSATION
     if machine.offset_outside:
-        return asked, False, f"{Reason.OFFSET_OUTSIDE}: bring it back within them first"
+        return asked, False, AnswerCode.OFFSET_OUTSIDE
     if memory.enabled:
-        return asked, True, "it was enabled already"
+        return asked, True, AnswerCode.ALREADY_ENABLED
     memory = memory._replace(enabled=True, held=False, ready_s=0.0)
-    return asked._replace(memory=memory), True, "it is active as soon as everything is there"
+    return asked._replace(memory=memory), True, AnswerCode.ENABLED
 
 
 def _disable(_: Compensation, asked: Asked, __: Machine, ___: Request) -> _Answered:
     memory = asked.memory._replace(enabled=False, held=False)
-    return asked._replace(memory=memory), True, "the correction fades at the allowed rate"
+    return asked._replace(memory=memory), True, AnswerCode.DISABLED
 
 
 def _hold(compensation: Compensation, asked: Asked, _: Machine, __: Request) -> _Answered:
     memory = asked.memory
     if not memory.enabled or memory.state is FAULT:
-        return asked, False, "there is nothing to hold: it is not enabled, or in the state Fault"
+        return asked, False, AnswerCode.NOTHING_TO_HOLD
     if not memory.held:
         asked = asked._replace(memory=memory._replace(held=True, held_s=0.0))
     longest_s = compensation.supervisor.hold_operator_s
-    return asked, True, f"it is held, for at most {longest_s:g} s"
+    return asked, True, AnswerCode.HELD, {"longest_s": longest_s}
 
 
 def _resume(_: Compensation, asked: Asked, __: Machine, ___: Request) -> _Answered:
-    return asked._replace(memory=asked.memory._replace(held=False)), True, "the hold is ended"
+    return asked._replace(memory=asked.memory._replace(held=False)), True, AnswerCode.RESUMED
 
 
 def _trim(compensation: Compensation, asked: Asked, _: Machine, request: Request) -> _Answered:
     names = [output.name for output in compensation.model.outputs]
     if request.output not in names:
-        return asked, False, f"outputs are {', '.join(names)}"
+        return asked, False, AnswerCode.UNKNOWN_OUTPUT, {"names": tuple(names)}
     k = names.index(request.output)
     value, duration_s = number(request.value, LARGEST_RULE), number(request.duration_s)
     largest_um = compensation.bounds[k].largest_trim_um
     longest_s = compensation.supervisor.longest_trim_s
     replaced = asked.trims[k]
     if value == 0.0:  # to take back is always allowed
-        trim, said = Trim(), "the trim is taken back"
+        trim, code, values = Trim(), AnswerCode.TRIM_CLEARED, {}
     elif asked.memory.state is FAULT:
-        return asked, False, "it is in the state Fault"
+        return asked, False, AnswerCode.IN_FAULT
     elif value is None or abs(value) > largest_um:
-        return asked, False, f"a trim is a number from {-largest_um:g} to {largest_um:g} um"
+        bounds_um = {"lowest_um": -largest_um, "largest_um": largest_um}
+        return asked, False, AnswerCode.TRIM_RANGE, bounds_um
     elif duration_s is None or not 0.0 < duration_s <= longest_s:
-        return asked, False, f"a trim expires within {longest_s:g} s: state when"
+        return asked, False, AnswerCode.TRIM_DURATION, {"longest_s": longest_s}
     else:
-        trim, said = Trim(value, str(request.who), duration_s), "the trim is added"
-        if replaced.value_um:
-            said = f"the trim of {replaced.who or 'nobody'} is replaced"
-    return asked._replace(trims=(*asked.trims[:k], trim, *asked.trims[k + 1 :])), True, said
+        trim = Trim(value, str(request.who), duration_s)
+        code, values = AnswerCode.TRIM_SET, {}
+        if replaced.value_um and replaced.who:
+            code, values = AnswerCode.TRIM_REPLACED, {"who": replaced.who}
+    asked = asked._replace(trims=(*asked.trims[:k], trim, *asked.trims[k + 1 :]))
+    return asked, True, code, values
 
 
 def _diameter(_: Compensation, asked: Asked, __: Machine, request: Request) -> _Answered:
     value = number(request.value, LARGEST_DIAMETER_MM)
     if request.value is not None and (value is None or value < 0.0):
-        return asked, False, f"a diameter is a number from 0 to {LARGEST_DIAMETER_MM:g} mm"
-    return asked._replace(diameter_mm=value), True, "the gain follows at the allowed rate"
+        return asked, False, AnswerCode.DIAMETER_RANGE, {"largest_mm": LARGEST_DIAMETER_MM}
+    return asked._replace(diameter_mm=value), True, AnswerCode.DIAMETER_SET
 
 
 def _acknowledge(_: Compensation, asked: Asked, machine: Machine, __: Request) -> _Answered:
     memory, fault = asked.memory, asked.memory.fault
     if memory.state is not FAULT:
-        said = "there is no fault; the present values of the sensors are accepted"
-        return asked._replace(accepts_sensors=True), True, said
+        return asked._replace(accepts_sensors=True), True, AnswerCode.NO_FAULT
     if fault is Reason.DOUBLE_COMPENSATION and machine.other_compensation is not False:
-        return asked, False, f"{fault} still: switch one off"
+        return asked, False, AnswerCode.DOUBLE_COMPENSATION_STILL
     if fault is Reason.OFFSET_OUTSIDE and machine.offset_outside:
-        return asked, False, f"{fault} still; it comes back at the allowed rate"
+        return asked, False, AnswerCode.OFFSET_OUTSIDE_STILL
     follows = machine.read_back_agrees and machine.connected
     if fault is Reason.READ_BACK_DIFFERS and not follows:
-        return asked, False, f"{fault} still: check the connection and the axis"
+        return asked, False, AnswerCode.READ_BACK_DIFFERS_STILL
     memory = memory._replace(
         state=FADING, since_s=math.nan, enabled=False, held=False, fault=None, differs_s=0.0
     )
-    said = "the fault is acknowledged; it is off until it is enabled"
-    return asked._replace(memory=memory, accepts_sensors=True), True, said
+    return asked._replace(memory=memory, accepts_sensors=True), True, AnswerCode.ACKNOWLEDGED
 
 
 _ANSWERS: Mapping[str, Callable[[Compensation, Asked, Machine, Request], _Answered]] = {

@@ -12,18 +12,27 @@ LARGEST_RULE = 1e6
 
 
 class SampleQuality(StrEnum):
-    """What is wrong with what was read of one channel; the value is its sentence."""
+    """What is wrong with what was read of one channel."""
 
     GOOD = "good"
-    SPARE = "the spare sensor stands in"
-    MISSING = "there is no value"
-    STATUS_BAD = "the status is not good"
-    OLD = "the value is too old"
-    NO_TIME_STAMP = "the value has no time stamp"
-    OUT_OF_RANGE = "the value is not plausible"
-    TOO_FAST = "the value jumped"
-    FROZEN = "the value does not change at all"
-    DISAGREES = "the two sensors disagree"
+    SPARE = "spare"
+    """The spare sensor stands in."""
+    MISSING = "missing"
+    """There is no value."""
+    STATUS_BAD = "status_bad"
+    """The status is not good."""
+    OLD = "old"
+    """The value is too old."""
+    NO_TIME_STAMP = "no_time_stamp"
+    """The value has no time stamp."""
+    OUT_OF_RANGE = "out_of_range"
+    """The value is not plausible."""
+    TOO_FAST = "too_fast"
+    """The value jumped."""
+    FROZEN = "frozen"
+    """The value does not change at all."""
+    DISAGREES = "disagrees"
+    """The two sensors disagree."""
 
 
 class Sample(NamedTuple):

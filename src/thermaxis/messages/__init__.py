@@ -8,6 +8,7 @@ from thermaxis.messages._catalogue import (
     place_text,
     sentence,
     sentence_of,
+    text_of,
 )
 from thermaxis.messages._formats import ABSENT, duration_text, number_text, short_names
 
@@ -23,4 +24,5 @@ __all__ = [
     "sentence",
     "sentence_of",
     "short_names",
+    "text_of",
 ]

@@ -77,6 +77,26 @@ def sentence_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
     return sentence(message.code, message.values, language=language)
 
 
+def text_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
+    """Return place and sentence of a message.
+
+    Parameters
+    ----------
+    message : Message
+        Code, values and place.
+    language : str
+        One of `LANGUAGES`.
+
+    Returns
+    -------
+    str
+        Such as ``run.csv, line 7: no number``.
+    """
+    place = place_text(message.place, language=language)
+    text = sentence_of(message, language=language)
+    return f"{place}: {text}" if place else text
+
+
 def alarm_sentences(
     code: str, values: Mapping[str, Value], *, language: str = LANGUAGES[0]
 ) -> AlarmSentences:

@@ -50,8 +50,8 @@ from .plan import (
     planned_test as planned_test,
     shortest_plan as shortest_plan,
     simulate_uncertainty as simulate_uncertainty,
-    why_nothing_is_expected as why_nothing_is_expected,
     visits_of as visits_of,
+    why_nothing_is_expected as why_nothing_is_expected,
 )
 from .run import (
     APPROACHES as APPROACHES,

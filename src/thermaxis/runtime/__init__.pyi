@@ -22,6 +22,7 @@ from ._ports import (
     EventRecord as EventRecord,
     Historian as Historian,
     HistorianStatus as HistorianStatus,
+    LoopAnswer as LoopAnswer,
     RequestBox as RequestBox,
     RequestOutcome as RequestOutcome,
     Sink as Sink,
@@ -112,6 +113,7 @@ from .record import (
 from .status import (
     PRIORITIES as PRIORITIES,
     Alarm as Alarm,
+    AlarmCode as AlarmCode,
     MetricsServer as MetricsServer,
     RuntimeStatus as RuntimeStatus,
     StatusServer as StatusServer,

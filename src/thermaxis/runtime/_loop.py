@@ -8,8 +8,9 @@ from contextlib import AsyncExitStack
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from enum import StrEnum
-from typing import Protocol, final
+from typing import Final, Protocol, final
 
+from thermaxis.codes import Message, Value
 from thermaxis.compensation import (
     Answer,
     Compensation,
@@ -39,6 +40,7 @@ from thermaxis.runtime._ports import (
     CycleRecord,
     EventRecord,
     Historian,
+    LoopAnswer,
     RequestOutcome,
     Sink,
     Source,
@@ -46,14 +48,16 @@ from thermaxis.runtime._ports import (
     interlock_name,
     spare_name,
 )
-from thermaxis.runtime._saved_state import SavedState, StateFile
+from thermaxis.runtime._saved_state import OTHER_VERSION, SavedState, StateFile
 from thermaxis.runtime.status import (
-    FOUND_ELSEWHERE,
     Alarm,
+    AlarmCode,
     RuntimeStatus,
     alarms_of,
     alarms_of_found,
+    message_of,
     sensor_key,
+    state_message,
 )
 
 SELF_TEST = "self-test passed"
@@ -85,8 +89,10 @@ UNREAD_AFTER_S = 5.0
 LARGEST_FOUND_UM = 1e5
 """A found offset of a hundred millimetres and more is a wrong unit: nothing is written. [µm]"""
 _UNKNOWN = Applied(None, None)
-_ENDING = "the loop is being ended"
-_UNSEEN = "an alarm of a sensor came meanwhile: look at it, then acknowledge"
+_ENDING = RequestOutcome(accepted=False, code=LoopAnswer.ENDING)
+_UNSEEN = RequestOutcome(accepted=False, code=LoopAnswer.SENSOR_ALARM_MEANWHILE)
+_DECIDES: Final = frozenset({RequestKind.ENABLE, RequestKind.DISABLE, RequestKind.ACKNOWLEDGE})
+"""What a person asks to go on after a saved state that was not used."""
 _ACCEPTED_ANEW = frozenset(
     {
         SampleQuality.SPARE,
@@ -233,7 +239,8 @@ class CompensationLoop:
         self._overruns = 0
         self._saved_s = float("-inf")
         self._saving: asyncio.Future[bool] | None = None
-        self._unsaved = ""
+        self._unsaved: Message | None = None
+        self._other_state: Message | None = None
         self._alarms: tuple[Alarm, ...] = ()
         self._alarms_s = float("-inf")
         self._identity = 0
@@ -264,37 +271,39 @@ class CompensationLoop:
             Whether it takes effect, and why not or what follows.
         """
         if self._stopping or self._ended:
-            return RequestOutcome(accepted=False, reason=_ENDING)
+            return _ENDING
         self._identity += 1
         alarms = () if self.status is None else self.status.alarms
         shown = frozenset(alarm.key for alarm in alarms)
         waiting = _Waiting(replace(request, identity=self._identity), shown)
         if request.kind is RequestKind.MODEL:
             refused = await self._load(waiting)
-            if refused:
-                self._tell(waiting.request, accepted=False, reason=refused)
-                return RequestOutcome(accepted=False, reason=refused)
+            if refused is not None:
+                self._tell(waiting.request, refused)
+                return refused
             if self._stopping or self._ended:  # while the model was read
-                return RequestOutcome(accepted=False, reason=_ENDING)
+                return _ENDING
         self._waiting.append(waiting)
         return await waiting.answer
 
-    async def _load(self, waiting: _Waiting) -> str:
-        """Read another model beside the cycles; return why it is refused, or nothing."""
+    async def _load(self, waiting: _Waiting) -> RequestOutcome | None:
+        """Read another model beside the cycles; return how it is refused, or None."""
         if self._models is None:
-            return "no folder of models is configured"
+            return RequestOutcome(accepted=False, code=LoopAnswer.NO_MODEL_FOLDER)
         try:
             change = await asyncio.to_thread(self._models, waiting.request.text)
         except ThermaxisError as error:
-            return str(error)
+            values = {"why": str(error)}
+            return RequestOutcome(accepted=False, code=LoopAnswer.MODEL_UNUSABLE, values=values)
         compensation, sha256 = change
         names = tuple(output.name for output in compensation.model.outputs)
         if names != self._names:
-            return f"the model gives {', '.join(names)}; the machine needs {', '.join(self._names)}"
+            values = {"names": names, "needed": self._names}
+            return RequestOutcome(accepted=False, code=LoopAnswer.MODEL_OUTPUTS, values=values)
         if self._self_test:
             compensation = _with_self_test(compensation)
         waiting.change = compensation, sha256
-        return ""
+        return None
 
     # ---- life -----------------------------------------------------------------------------------
 
@@ -318,7 +327,7 @@ class CompensationLoop:
             await self.historian.open(self._names, self._channels())
             closing.push_async_callback(self.historian.close, 5.0)
             self._restore()
-            self._event("start", "", f"the loop of {self.settings.machine} started")
+            self._event("start", "event-loop_started", {"machine": self.settings.machine})
             closing.push_async_callback(self.sink.close)
             closing.push_async_callback(self.source.close)
             await self.source.open()
@@ -331,18 +340,23 @@ class CompensationLoop:
                     self._test_task.cancel()
                 self._refuse_waiting()
                 await self._save_last()
-                self._event("stop", "", self._last_words())
+                self._tell_end()
         return dict(zip(self._names, self._state.correction_um, strict=True))
 
-    def _last_words(self) -> str:
-        """Return what stands in the machine when the loop ends."""
+    def _tell_end(self) -> None:
+        """Tell what stands in the machine when the loop ends."""
         standing = [
             f"{name} {value:+.2f} um"
             for name, value in zip(self._names, self._state.correction_um, strict=True)
             if value
         ]
-        left = f"; left in the machine: {', '.join(standing)}" if standing else ""
-        return f"the loop of {self.settings.machine} ended{left}"
+        values: dict[str, Value] = {"machine": self.settings.machine}
+        if standing:
+            self._event(
+                "stop", "event-loop_ended_standing", {**values, "standing": ", ".join(standing)}
+            )
+        else:
+            self._event("stop", "event-loop_ended", values)
 
     async def _cycles(self, stop: asyncio.Event, cycles: int | None) -> None:
         cycle_s = self.compensation.cycle_s
@@ -462,9 +476,7 @@ class CompensationLoop:
         if found is not None:
             self._found_known = all(_is_offset(found.get(name)) for name in self._names)
             if not self._found_known and not self._doubtful:
-                self._event(
-                    "alarm", "", "what stands in the machine is no offset: nothing is written"
-                )
+                self._event("alarm", "event-offset_unusable")
             self._doubtful = not self._found_known
             self._touched = before
             self._compare(found)
@@ -480,7 +492,7 @@ class CompensationLoop:
             tolerance_um = self.compensation.supervisor.read_back_tolerance_um
             new = self._left.compare(found_um, tolerance_um, number=self._number)
             for alarm in alarms_of_found(new, self.clock.utc()):
-                self._event("alarm", "", f"{alarm.priority}: {alarm.text}")
+                self._tell_alarm(alarm)
 
     def _snapped(self, name: str, found_um: float | None) -> float | None:
         """Return an offset that is beyond its total by a rounding of the machine as the total."""
@@ -622,9 +634,9 @@ class CompensationLoop:
         }
         refused = [one for one in asked if not doubted <= one.shown]
         for one in refused:
-            self._tell(one.request, accepted=False, reason=_UNSEEN)
+            self._tell(one.request, _UNSEEN)
             if not one.answer.done():
-                one.answer.set_result(RequestOutcome(accepted=False, reason=_UNSEEN))
+                one.answer.set_result(_UNSEEN)
         identities = {one.request.identity for one in refused}
         left = tuple(r for r in reading.requests if r.identity not in identities)
         return reading._replace(requests=left), [one for one in waiting if one not in refused]
@@ -633,25 +645,24 @@ class CompensationLoop:
         by_identity = {answer.request.identity: answer for answer in answers}
         shown = {one.request.identity: one.shown for one in waiting}
         for answer in answers:
-            self._tell(answer.request, accepted=answer.accepted, reason=answer.reason)
+            self._tell(answer.request, _outcome_of(answer))
+            if answer.accepted and answer.request.kind in _DECIDES:
+                self._other_state = None
             if answer.accepted and answer.request.kind is RequestKind.ACKNOWLEDGE:
                 self._left.acknowledge(shown.get(answer.request.identity, frozenset()))
         for one in waiting:
             if one.change is not None:
-                outcome = RequestOutcome(
-                    accepted=True, reason="the new model takes over once it has settled"
-                )
-                self._tell(one.request, accepted=True, reason=outcome.reason)
+                outcome = RequestOutcome(accepted=True, code=LoopAnswer.MODEL_SETTLES)
+                self._tell(one.request, outcome)
             else:
-                answer = by_identity[one.request.identity]
-                outcome = RequestOutcome(answer.accepted, answer.reason)
+                outcome = _outcome_of(by_identity[one.request.identity])
             if not one.answer.done():
                 one.answer.set_result(outcome)
 
     def _refuse_waiting(self) -> None:
         for one in self._waiting:
             if not one.answer.done():
-                one.answer.set_result(RequestOutcome(accepted=False, reason="the loop has ended"))
+                one.answer.set_result(RequestOutcome(accepted=False, code=LoopAnswer.ENDED))
         self._waiting = []
 
     # ---- self-test ------------------------------------------------------------------------------
@@ -674,9 +685,9 @@ class CompensationLoop:
     def _take_findings(self, findings: tuple[str, ...]) -> None:
         if findings != self._forbidden:
             for finding in findings:
-                self._event("alarm", "", f"self-test: {finding}")
+                self._event("alarm", "event-self_test", {"finding": finding})
             if not findings:
-                self._event("start", "", "the self-test passed")
+                self._event("start", "event-self_test_passed")
         self._forbidden = findings
 
     # ---- telling --------------------------------------------------------------------------------
@@ -693,8 +704,8 @@ class CompensationLoop:
         memory = self._state.memory
         if memory.state is not before.state or self._number == 1:
             self._state_since = utc
-            why = "; ".join(output.reasons)
-            self._event("state", "", f"{output.state}: {why}" if why else str(output.state))
+            told = state_message(output)
+            self._event("state", told.code, told.values)
         compensation, settings, last = self.compensation, self.settings, self.status
         status = RuntimeStatus(
             machine=settings.machine,
@@ -732,7 +743,12 @@ class CompensationLoop:
             elsewhere = self._left.elsewhere()
             unread = now_s - self._known_s >= UNREAD_AFTER_S
             self._alarms = alarms_of(
-                status, compensation, self._forbidden or (), elsewhere, unread=unread
+                status,
+                compensation,
+                self._forbidden or (),
+                elsewhere,
+                unread=unread,
+                other_state=self._other_state,
             )
             self._tell_alarms(status.alarms)
             status = replace(status, alarms=self._alarms)
@@ -742,30 +758,38 @@ class CompensationLoop:
 
     def _tell_connections(self, last: RuntimeStatus, now: RuntimeStatus) -> None:
         for what, before, after in (
-            ("the values' machine", last.source_connected, now.source_connected),
-            ("the offsets' machine", last.sink_connected, now.sink_connected),
+            ("source", last.source_connected, now.source_connected),
+            ("sink", last.sink_connected, now.sink_connected),
         ):
             if before is not after:
-                said = "is there" if after else "is lost"
-                self._event("connection", "", f"the connection to {what} {said}")
+                self._event("connection", f"event-{what}_{'connected' if after else 'lost'}")
 
     def _tell_alarms(self, before: Sequence[Alarm]) -> None:
         known = {alarm.key for alarm in before}
         for alarm in self._alarms:
-            if alarm.key not in known and alarm.code != FOUND_ELSEWHERE:  # told when it was found
-                self._event("alarm", "", f"{alarm.priority}: {alarm.text}")
+            if (
+                alarm.key not in known and alarm.code != AlarmCode.FOUND_ELSEWHERE
+            ):  # told when it was found
+                self._tell_alarm(alarm)
         standing = {alarm.key for alarm in self._alarms}
         for alarm in before:
             if alarm.key not in standing:
-                self._event("alarm", "", f"gone: {alarm.text}")
+                self._event("alarm", "event-alarm_gone", {"alarm": message_of(alarm)})
 
-    def _tell(self, request: Request, *, accepted: bool, reason: str) -> None:
+    def _tell_alarm(self, alarm: Alarm) -> None:
+        values = {"priority": alarm.priority, "alarm": message_of(alarm)}
+        self._event("alarm", "event-alarm", values)
+
+    def _tell(self, request: Request, outcome: RequestOutcome) -> None:
+        accepted = outcome.accepted
+        code = "event-request_accepted" if accepted else "event-request_refused"
+        values = {"request": str(request.kind), "answer": outcome.message}
         self.historian.event(
-            EventRecord(
+            EventRecord.of(
                 self.clock.utc(),
                 "request",
                 request.who,
-                f"{request.kind}: {'accepted' if accepted else 'refused'}, {reason}",
+                Message(code, values),
                 {
                     "kind": str(request.kind),
                     "output": request.output,
@@ -777,8 +801,9 @@ class CompensationLoop:
             )
         )
 
-    def _event(self, kind: str, who: str, text: str) -> None:
-        self.historian.event(EventRecord(self.clock.utc(), kind, who, text))
+    def _event(self, kind: str, code: str, values: Mapping[str, Value] | None = None) -> None:
+        message = Message(code, values or {})
+        self.historian.event(EventRecord.of(self.clock.utc(), kind, "", message))
 
     def _gains(self) -> tuple[tuple[float, ...], ...]:
         """Return the gain of every part at the workpiece's diameter, computed when it changes."""
@@ -828,9 +853,12 @@ class CompensationLoop:
         await asyncio.wait({self._saving}, timeout=LAST_SAVE_S)
         self._tell_unsaved(self._state_file.failure)
 
-    def _tell_unsaved(self, failure: str) -> None:
+    def _tell_unsaved(self, failure: Message | None) -> None:
         if failure != self._unsaved:
-            self._event("alarm", "", failure or "gone: the state can be saved again")
+            if failure is None:
+                self._event("alarm", "event-state_saved_again")
+            else:
+                self._event("alarm", failure.code, failure.values)
         self._unsaved = failure
 
     def _restore(self) -> None:
@@ -839,27 +867,29 @@ class CompensationLoop:
             return
         saved, why = self._state_file.load(self.compensation)
         if saved is None:
-            self._event("start", "", f"no saved state: {why}")
+            if why is not None and why.code == OTHER_VERSION:
+                self._other_state = why
+            self._event("start", "event-no_saved_state", {"why": why})
             return
         now, now_s = self.clock.utc(), self.clock.monotonic_s()
         age_s = (now - saved.utc) / timedelta(seconds=1)
         if age_s < -CLOCK_STEP_S:
-            said = "the saved state is newer than now: it is not used"
             old = saved.state.memory
             if old.state is SupervisorState.FAULT:
                 self._state = self._state._replace(memory=_latched(old))
-                said = f"{said}, but for the fault, which stands: {old.fault}"
-            self._event("start", "", said)
+                self._event("start", "event-saved_state_newer_fault", {"reason": old.fault})
+            else:
+                self._event("start", "event-saved_state_newer")
             return
         age_s = max(0.0, age_s)
-        self._state, said = resumed(
+        self._state, taken = resumed(
             saved, self.compensation, self.settings, now_s=now_s, age_s=age_s
         )
         self._diameter = self._state.diameter_mm
         if self._state.memory.held:  # the hold goes on, and should hold what it held
             held_um = dict(zip(self._names, self._state.correction_um, strict=True))
             self._left.leave(held_um, {})
-        self._event("start", "", f"a state saved {age_s:.0f} s ago: {said}")
+        self._event("start", "event-saved_state", {"age_s": age_s, "resumed": taken})
 
 
 def resumed(
@@ -869,19 +899,16 @@ def resumed(
     *,
     now_s: float,
     age_s: float,
-) -> tuple[CycleState, str]:
-    """Return the state with which a loop goes on after a restart, and what it is, in words."""
+) -> tuple[CycleState, Message]:
+    """Return the state with which a loop goes on after a restart, and what it is."""
     state = shifted(saved.state, now_s - age_s - saved.monotonic_s)
     old = state.memory
-    kept = "sections and references are taken up"
+    kept = Message("kept-sections")
     if saved.model_sha256 != settings.model_sha256:
         state = with_compensation(compensation, compensation, state)
-        kept = (
-            f"it is of another model, {saved.model_file}; the references are taken up, and somebody"
-            " must enable it"
-        )
+        kept = Message("kept-other_model", {"file": saved.model_file})
     elif age_s > compensation.model.longest_gap_s:
-        kept = "the model starts at the steady state, with the saved references"
+        kept = Message("kept-steady_state")
     same = saved.model_sha256 == settings.model_sha256
     soon = age_s <= settings.resume_within_s
     enabled = saved.enabled and settings.resume_enabled and soon and same
@@ -892,15 +919,19 @@ def resumed(
         held_s=old.held_s + age_s if old.held else 0.0,
         running_s=state.memory.running_s,
     )
-    said = f"{kept}; it is {'enabled as before' if enabled else 'off'}"
+    taken = Message("resumed-enabled" if enabled else "resumed-off", {"kept": kept})
     if old.state is SupervisorState.FAULT:
         memory = _latched(old)
-        said = f"{kept}; the fault stands: {old.fault}"
+        taken = Message("resumed-fault", {"kept": kept, "reason": old.fault})
     trims = tuple(
         trim._replace(left_s=trim.left_s - age_s) if trim.left_s > age_s else type(trim)()
         for trim in state.trims
     )
-    return state._replace(memory=memory, trims=trims), said
+    return state._replace(memory=memory, trims=trims), taken
+
+
+def _outcome_of(answer: Answer) -> RequestOutcome:
+    return RequestOutcome(answer.accepted, answer.code, answer.values)
 
 
 def _begun(old: Memory, *, enabled: bool) -> SupervisorState:

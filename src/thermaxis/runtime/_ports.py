@@ -10,9 +10,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from enum import StrEnum
+from types import MappingProxyType
 from typing import NamedTuple, Protocol, final
 
-from thermaxis.compensation import CycleOutput, Request
+from thermaxis.codes import Message, Value
+from thermaxis.compensation import AnswerCode, CycleOutput, Request
+from thermaxis.messages import sentence_of
 
 
 class Clock(Protocol):
@@ -177,11 +181,28 @@ class EventRecord:
     who: str
     """Who caused it; empty for the machine itself."""
     text: str
-    """What happened, as a sentence."""
+    """What happened, as an English sentence."""
     details: Mapping[str, str | float | bool | None] = field(
         default_factory=dict[str, str | float | bool | None]
     )
     """Numbers and words that belong to it."""
+    code: str = ""
+    """Key of the sentence in every catalogue; empty where it has none."""
+    values: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    """What the sentence says, by name."""
+
+    @classmethod
+    def of(
+        cls,
+        utc: datetime,
+        kind: str,
+        who: str,
+        message: Message,
+        details: Mapping[str, str | float | bool | None] | None = None,
+    ) -> "EventRecord":
+        """Return the event of a message, with its English sentence."""
+        text = sentence_of(message)
+        return cls(utc, kind, who, text, details or {}, message.code, message.values)
 
 
 class Historian(ABC):
@@ -245,13 +266,51 @@ class SystemClock:
         await asyncio.sleep(max(0.0, monotonic_s - time.monotonic()))
 
 
+class LoopAnswer(StrEnum):
+    """How the loop or its status server answers a request, beside what `AnswerCode` says."""
+
+    SENSOR_ALARM_MEANWHILE = "sensor_alarm_meanwhile"
+    """A sensor's alarm came that the person cannot have seen."""
+    ENDING = "ending"
+    """The loop is being ended."""
+    ENDED = "ended"
+    """The loop has ended."""
+    NO_MODEL_FOLDER = "no_model_folder"
+    """No folder of models is configured."""
+    MODEL_UNUSABLE = "model_unusable"
+    """The model cannot be used; ``why`` says why."""
+    MODEL_OUTPUTS = "model_outputs"
+    """The model gives ``names``; the machine needs ``needed``."""
+    MODEL_SETTLES = "model_settles"
+    """The new model takes over once it has settled."""
+    NAME_MISSING = "name_missing"
+    """A name is missing."""
+    NAME_UNUSABLE = "name_unusable"
+    """A name has signs that cannot be shown, or is too long."""
+    FILE_NOT_PLAIN = "file_not_plain"
+    """``file`` is no plain name."""
+    NUMBER_NOT_FINITE = "number_not_finite"
+    """A number is not finite."""
+    TOO_MANY_WAITING = "too_many_waiting"
+    """Too many requests wait for their answer."""
+    NO_ANSWER = "no_answer"
+    """The loop has not answered in time; the request may still take effect."""
+
+
 class RequestOutcome(NamedTuple):
     """How a request of the status server was answered."""
 
     accepted: bool
     """Whether it takes effect."""
-    reason: str
+    code: AnswerCode | LoopAnswer
     """Why not, or what follows."""
+    values: Mapping[str, Value] = MappingProxyType({})
+    """Values that belong to the code, each with its unit in its name."""
+
+    @property
+    def message(self) -> Message:
+        """The answer as a message."""
+        return Message(f"answer-{self.code}", self.values)
 
 
 class RequestBox(Protocol):

@@ -10,8 +10,9 @@ import os
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Final, final
 
+from thermaxis.codes import Message
 from thermaxis.compensation import (
     Compensation,
     CycleState,
@@ -31,8 +32,20 @@ LARGEST_STATE_BYTES = 64 * 1024 * 1024
 _DAMAGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 
 
-class _OtherVersionError(ValueError):
-    """The file is of another version: its numbers are not guessed at."""
+NO_FILE: Final = "why-no_file"
+"""Nothing was saved."""
+DAMAGED: Final = "why-damaged"
+"""What was saved cannot be read."""
+OTHER_VERSION: Final = "why-other_version"
+"""What was saved is of another version of the program."""
+
+
+class _OtherVersionError(Exception):
+    """A whole state of another version."""
+
+    def __init__(self, version: str) -> None:
+        self.version = version
+        super().__init__(version)
 
 
 @final
@@ -74,8 +87,8 @@ class StateFile:
         self._places = (path, path.with_name(f"{path.name}.other"))
         self._turn = 0
         self._saves = 0
-        self.failure = ""
-        """Why the last save failed, as a sentence; empty if it did not."""
+        self.failure: Message | None = None
+        """Why the last save failed; None if it did not."""
 
     def save(self, saved: SavedState, compensation: Compensation) -> bool:
         """Save the state; a full disk is said in `failure` and stops nothing.
@@ -104,14 +117,15 @@ class StateFile:
                 os.fsync(file.fileno())  # else the new name may reach the disk before its content
             os.replace(draft, place)  # noqa: PTH105 - the one atomic step
         except OSError as error:
-            self.failure = f"the state cannot be saved in {place.name}: {error.strerror}"
+            detail = error.strerror or type(error).__name__
+            self.failure = Message("event-state_unsaved", {"file": place.name, "detail": detail})
             return False
-        self.failure = ""
+        self.failure = None
         self._turn = 1 - self._turn
         self._saves += 1
         return True
 
-    def load(self, compensation: Compensation) -> tuple[SavedState | None, str]:
+    def load(self, compensation: Compensation) -> tuple[SavedState | None, Message | None]:
         """Return the whole state that was saved last, in the shape of a compensation.
 
         Parameters
@@ -123,27 +137,29 @@ class StateFile:
         -------
         saved : SavedState or None
             The state.
-        why : str
-            Why there is none, as a sentence.
+        why : Message or None
+            Why there is none: `NO_FILE`, `DAMAGED`, or `OTHER_VERSION`, which is not guessed at.
         """
         found: list[tuple[int, datetime, int, SavedState]] = []
-        why = "there is no file"
+        why = Message(NO_FILE)
         for turn, place in enumerate(self._places):
             if not place.exists():
                 continue
             try:
                 saves, saved = _read(place, compensation)
+            except _OtherVersionError as error:
+                why = Message(OTHER_VERSION, {"file": place.name, "version": error.version})
             except (OSError, *_DAMAGE) as error:
-                why = f"{place.name} is damaged ({type(error).__name__})"
-                if isinstance(error, _OtherVersionError):
-                    why = f"{place.name} was written by another version of the program"
+                if why.code != OTHER_VERSION:
+                    values = {"file": place.name, "detail": type(error).__name__}
+                    why = Message(DAMAGED, values)
             else:
                 found.append((saves, saved.utc, turn, saved))
         if not found:
             return None, why
         self._saves, _, turn, saved = max(found, key=lambda one: one[:2])
         self._turn = 1 - turn
-        return saved, ""
+        return saved, None
 
 
 def _to_json(saved: SavedState, compensation: Compensation) -> dict[str, Any]:
@@ -174,7 +190,7 @@ def _read(place: Path, compensation: Compensation) -> tuple[int, SavedState]:
     if saved["format"] != STATE_FORMAT:
         raise ValueError(place.name)
     if saved["version"] != STATE_VERSION:
-        raise _OtherVersionError(place.name)
+        raise _OtherVersionError(str(saved["version"]))
     utc = datetime.fromisoformat(saved["utc"]).astimezone(UTC)
     return int(saved.get("saves", 0)), SavedState(
         utc,

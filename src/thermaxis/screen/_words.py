@@ -14,28 +14,27 @@ from importlib import resources
 from string import Formatter
 from typing import Final, NamedTuple, cast, final
 
+from thermaxis.codes import Message, Value
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import LANGUAGES, keys, sentence
 
-LANGUAGES: Final = ("en", "de", "cs")
-"""Languages of the screen; the first is the one that the loop speaks."""
 FREE_TEXT: Final = frozenset({"detail", "failure", "finding", "problem", "said", "why"})
 """Gaps that hold sentences of free text, in English where no phrase translates them."""
 UNKNOWN: Final = "–"
 """What is shown for a number that is not known."""
 _PHRASES: Final = "phrases"
-_ALARM_TEXT: Final = re.compile(r"alarms\.\w+\.text")
+_CODES: Final = {
+    **{group: group for group in ("state", "reason", "quality", "sensor_cause", "outcome")},
+    **{group: group for group in ("model_quality", "role", "priority", "request")},
+    "event": "event_kind",
+}
+"""Groups of codes, and their kind in the catalogues."""
 _LONGEST_PHRASE = 2000
 _LONGEST_HEADER = 400
 _NUMBER_ENDS = ("_um", "_mm", "_s", "_c", "_k")
 _UNIT_OF_NAME = re.compile(r"_(?:um|C)$")
 _NAMES: Final = frozenset({"acts_on", "names", "needed", "output"})
 """Gaps that hold names of outputs or inputs; of an alarm its ``name`` as well."""
-_SECONDS = re.compile(r"\{(\w+_s)\} s\b")
-_LONG_S = 60.0
-"""Times from here on are not told in seconds alone. [s]"""
-_LONGEST_S = 1e12
-_SPACE = "\N{NO-BREAK SPACE}"
-_ALARM_GROUP: Final = "alarm_text"
 
 
 class SaidAlarm(NamedTuple):
@@ -86,8 +85,7 @@ class Words:
     sentences: Mapping[str, Mapping[str, str]]
     """By key (``AREA.key``) and language."""
     said: Mapping[str, Mapping[str, Mapping[str, str]]]
-    """What the loop says, by group, English phrase and language, as the files have it."""
-    _groups: Mapping[str, Mapping[str, Mapping[str, str]]] = field(repr=False)
+    """Words of codes, by group, code and language; of phrases by what they are in English."""
     _patterns: Mapping[str, tuple[_Pattern, ...]] = field(repr=False)
 
     @classmethod
@@ -121,11 +119,8 @@ class Words:
             else:
                 sentences.update(_sentences_of(tables, area))
         patterns = {group: tuple(_patterns_of(phrases)) for group, phrases in said.items()}
-        texts = (one for key, one in sentences.items() if _ALARM_TEXT.fullmatch(key))
-        alarms = {one["en"]: one for one in texts}
-        exact = {english: one for english, one in alarms.items() if "{" not in english}
-        patterns[_ALARM_GROUP] = tuple(one for one in _patterns_of(alarms) if any(one.texts))
-        return cls(sentences, said, {**said, _ALARM_GROUP: exact}, patterns)
+        said |= {group: _codes_of(key) for group, key in _CODES.items()}
+        return cls(sentences, said, patterns)
 
     def say(self, language: str, key: str, /, **values: str) -> str:
         """Return the words of a key.
@@ -203,10 +198,10 @@ class Words:
         str
             The translation; the English where there is none.
         """
-        if group not in self._groups and group[:-1] in self._groups:
+        if group not in self.said and group[:-1] in self.said:
             parts = english.split("; ")
             return "; ".join(self.phrase(language, group[:-1], part) for part in parts)
-        exact = self._groups.get(group, {}).get(english)
+        exact = self.said.get(group, {}).get(english)
         if exact is not None:
             return exact[language]
         if len(english) > _LONGEST_PHRASE:
@@ -214,69 +209,8 @@ class Words:
         for pattern in self._patterns.get(group, ()):
             values = pattern.found_in(english)
             if values is not None:
-                template, filling = _with_times(pattern.said[language], values)
-                of_alarm = group == _ALARM_GROUP
-                return self._filled(language, template, filling, of_alarm=of_alarm)
+                return self._filled(language, pattern.said[language], values)
         return english
-
-    def left_in_english(self, language: str, group: str, english: str) -> tuple[str, ...]:
-        """Return what of a phrase stays English in its translation.
-
-        Parameters
-        ----------
-        language : str
-            One of `LANGUAGES`.
-        group : str
-            Group of phrases, as for `phrase`.
-        english : str
-            What the loop said.
-
-        Returns
-        -------
-        tuple of str
-            The phrase itself where it has no translation, else those of its gaps that hold free
-            text without one; none in English. Names and numbers belong to no language.
-        """
-        if language == LANGUAGES[0]:
-            return ()
-        return tuple(dict.fromkeys(self._left(group, english)))
-
-    def _left(self, group: str, english: str) -> Iterator[str]:
-        if group not in self._groups and group[:-1] in self._groups:
-            for part in english.split("; "):
-                yield from self._left(group[:-1], part)
-            return
-        if not english or english in self._groups.get(group, {}):
-            return
-        patterns = self._patterns.get(group, ()) if len(english) <= _LONGEST_PHRASE else ()
-        found = next((one for p in patterns if (one := p.found_in(english)) is not None), None)
-        if found is None:
-            yield english
-            return
-        for name, value in found.items():
-            if name in self._groups or name[:-1] in self._groups:
-                yield from self._left(name, value)
-            elif name in FREE_TEXT:
-                yield value
-
-    def event(self, language: str, kind: str, english: str) -> str:
-        """Return what the history says of an event in a language.
-
-        Parameters
-        ----------
-        language : str
-            One of `LANGUAGES`.
-        kind : str
-            Kind of the event, such as ``alarm``.
-        english : str
-            Its text.
-
-        Returns
-        -------
-        str
-            The translation; the English where there is none.
-        """
-        return self.phrase(language, f"event_{kind}", english)
 
     def alarm(self, language: str, code: str, values: Mapping[str, object]) -> SaidAlarm | None:
         """Return an alarm in a language.
@@ -323,7 +257,7 @@ class Words:
 
     def _value(self, language: str, name: str, value: str) -> str:
         """Return a text that stands in a gap: a phrase of its own, a number, or as it is."""
-        if name in self._groups or name[:-1] in self._groups:
+        if name in self.said or name[:-1] in self.said:
             return self.phrase(language, name, value)
         return local_number(value, language) if name.endswith(_NUMBER_ENDS) else value
 
@@ -331,39 +265,6 @@ class Words:
 def short_names(names: str) -> str:
     """Return outputs and inputs as pages name them: the unit stands beside the value."""
     return ", ".join(_UNIT_OF_NAME.sub("", name) for name in names.split(", "))
-
-
-def time_text(time_s: float) -> str:
-    """Return a time in the two largest units that it has, as the scripts of the pages do."""
-    whole = max(0, math.floor(time_s + 0.5))
-    if whole < 60:
-        return f"{whole}{_SPACE}s"
-    if whole < 3600:
-        return _two_units(whole, 60, "min", "s", rough=whole >= 600)
-    if whole < 86_400:
-        return _two_units(whole // 60, 60, "h", "min")
-    return _two_units(whole // 3600, 24, "d", "h")
-
-
-def _two_units(count: int, base: int, large: str, small: str, *, rough: bool = False) -> str:
-    first, rest = divmod(count, base)
-    said = f"{first}{_SPACE}{large}"
-    return said if rough or rest == 0 else f"{said} {rest}{_SPACE}{small}"
-
-
-def _with_times(template: str, values: Mapping[str, str]) -> tuple[str, Mapping[str, str]]:
-    """Return a template and values with times of a minute and more in larger units."""
-    filling = dict(values)
-    for found in tuple(_SECONDS.finditer(template)):
-        name = found[1]
-        try:
-            time_s = float(values[name])
-        except ValueError:
-            continue
-        if _LONG_S <= time_s < _LONGEST_S:
-            template = template.replace(found[0], f"{{{name}}}")
-            filling[name] = time_text(time_s)
-    return template, filling
 
 
 def number_text(value: object, spec: str, language: str) -> str:
@@ -417,6 +318,26 @@ def _weight(parameters: list[str]) -> float:
                 return 0.0
             return weight if 0.0 <= weight <= 1.0 else 0.0
     return 1.0
+
+
+def _codes_of(kind: str) -> dict[str, Mapping[str, str]]:
+    begin = f"{kind}-"
+    return {
+        key.removeprefix(begin): {one: sentence(key, language=one) for one in LANGUAGES}
+        for key in keys(LANGUAGES[0])
+        if key.startswith(begin)
+    }
+
+
+def free_text(language: str, values: Mapping[str, Value]) -> list[str]:
+    """Return what of a sentence's values is free text, and so English in every language."""
+    if language == LANGUAGES[0]:
+        return []
+    found = [text for name, text in values.items() if name in FREE_TEXT and isinstance(text, str)]
+    for inner in values.values():
+        if isinstance(inner, Message):
+            found += free_text(language, inner.values)
+    return list(dict.fromkeys(filter(None, found)))
 
 
 # ---- files --------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from typing import Any
 
 from thermaxis.compensation import (
+    AnswerCode,
     Compensation,
     CompensationModel,
     CycleOutput,
@@ -94,9 +95,9 @@ class Bench:
             self.step(**changes)
         return self
 
-    def answer(self, *requests: RequestKind | Request, **changes: Any) -> tuple[bool, str]:
+    def answer(self, *requests: RequestKind | Request, **changes: Any) -> tuple[bool, AnswerCode]:
         answer = self.step(*requests, **changes).answers[-1]
-        return answer.accepted, answer.reason
+        return answer.accepted, answer.code
 
     def to(self, state: SupervisorState) -> "Bench":
         """Bring it to a state with 5 um in force (0 in Warming), by ordinary events."""

@@ -10,6 +10,7 @@ import random
 from typing import Any
 
 from thermaxis.compensation import (
+    AnswerCode,
     Compensation,
     CompensationModel,
     CycleOutput,
@@ -314,8 +315,7 @@ class Laws:
         for request, answer in zip(reading.requests, output.answers, strict=True):
             assert answer.request is request
             assert type(answer.accepted) is bool
-            assert answer.reason
-            assert answer.reason[-1] != "."
+            assert isinstance(answer.code, AnswerCode)
             kind = getattr(request, "kind", None)
             if answer.accepted and kind == RequestKind.ENABLE:
                 if not self.enabled:
@@ -323,7 +323,7 @@ class Laws:
                 self.enabled = True
             if answer.accepted and kind == RequestKind.DISABLE:
                 self.enabled = False
-            if "acknowledged" in answer.reason and answer.accepted:
+            if answer.code is AnswerCode.ACKNOWLEDGED:
                 assert self.state is SupervisorState.FAULT
                 self.enabled = False
                 self.state = SupervisorState.FADING

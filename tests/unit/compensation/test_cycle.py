@@ -9,6 +9,7 @@ import pytest
 from tests.unit.compensation.bench import LARGEST, RATE, Bench, lathe
 from tests.unit.compensation.hostile import quick_lathe
 from thermaxis.compensation import (
+    AnswerCode,
     CompensationModel,
     CycleReading,
     GainPoint,
@@ -132,13 +133,11 @@ def test_a_correction_that_was_found_outside_stays_while_off_and_else_comes_back
     bench = Bench().steps(3)
     assert bench.step(found_um=(-30.0,)).correction_um == (-30.0,)
     assert bench.step().correction_um == (-30.0,)
-    accepted, reason = bench.answer(ENABLE)
-    assert not accepted
-    assert "outside the limits" in reason
+    assert bench.answer(ENABLE) == (False, AnswerCode.OFFSET_OUTSIDE)
     bench = Bench().to(ACTIVE)
     assert bench.step(found_um=(-30.0,)).state is FAULT
     assert bench.um == -29.0
-    accepted, reason = bench.answer(ACKNOWLEDGE)
+    accepted, _ = bench.answer(ACKNOWLEDGE)
     assert (accepted, bench.um) == (False, -28.0)
     assert bench.steps(8).um == -20.0
     assert bench.answer(ACKNOWLEDGE)[0]
@@ -336,73 +335,72 @@ def test_a_model_that_has_nothing_to_say_moves_nothing() -> None:
 # ---- requests ------------------------------------------------------------------------------------
 
 
-def test_every_answer_in_words() -> None:
+def test_every_answer_of_an_ordinary_state() -> None:
     bench = Bench()
     assert bench.answer(HOLD) == (
         False,
-        "there is nothing to hold: it is not enabled, or in the state Fault",
+        AnswerCode.NOTHING_TO_HOLD,
     )
-    assert bench.answer(ENABLE) == (True, "it is active as soon as everything is there")
-    assert bench.answer(ENABLE) == (True, "it was enabled already")
-    assert bench.answer(HOLD) == (True, "it is held, for at most 6 s")
-    assert bench.answer(RequestKind.RESUME) == (True, "the hold is ended")
-    assert bench.answer(DISABLE) == (True, "the correction fades at the allowed rate")
-    assert bench.answer(RequestKind.MODEL) == (False, "nobody here can do that")
+    assert bench.answer(ENABLE) == (True, AnswerCode.ENABLED)
+    assert bench.answer(ENABLE) == (True, AnswerCode.ALREADY_ENABLED)
+    assert bench.answer(HOLD) == (True, AnswerCode.HELD)
+    assert bench.answer(RequestKind.RESUME) == (True, AnswerCode.RESUMED)
+    assert bench.answer(DISABLE) == (True, AnswerCode.DISABLED)
+    assert bench.answer(RequestKind.MODEL) == (False, AnswerCode.NOT_SUPPORTED)
     assert bench.answer(ACKNOWLEDGE) == (
         True,
-        "there is no fault; the present values of the sensors are accepted",
+        AnswerCode.NO_FAULT,
     )
     assert bench.answer(ENABLE, other_compensation=None) == (
         False,
-        "whether another compensation is active cannot be read",
+        AnswerCode.OTHER_COMPENSATION_UNREAD,
     )
     assert bench.answer(ENABLE, other_compensation=True) == (
         False,
-        "another compensation is active on the axis: switch one off",
+        AnswerCode.DOUBLE_COMPENSATION,
     )
-    assert bench.answer(trim(1.0, output="W_um")) == (False, "outputs are Z_um")
-    assert bench.answer(trim(5.01)) == (False, "a trim is a number from -5 to 5 um")
+    assert bench.answer(trim(1.0, output="W_um")) == (False, AnswerCode.UNKNOWN_OUTPUT)
+    assert bench.answer(trim(5.01)) == (False, AnswerCode.TRIM_RANGE)
     assert bench.answer(trim(1.0, None)) == (
         False,
-        "a trim expires within 28800 s: state when",
+        AnswerCode.TRIM_DURATION,
     )
-    assert bench.answer(trim(0.0, None)) == (True, "the trim is taken back")
-    assert bench.answer(trim(-5.0, 28_800.0)) == (True, "the trim is added")
-    assert bench.answer(trim(2.0, 28_800.0)) == (True, "the trim of Jana is replaced")
+    assert bench.answer(trim(0.0, None)) == (True, AnswerCode.TRIM_CLEARED)
+    assert bench.answer(trim(-5.0, 28_800.0)) == (True, AnswerCode.TRIM_SET)
+    assert bench.answer(trim(2.0, 28_800.0)) == (True, AnswerCode.TRIM_REPLACED)
     assert bench.answer(Request(DIAMETER, value=-1.0)) == (
         False,
-        "a diameter is a number from 0 to 100000 mm",
+        AnswerCode.DIAMETER_RANGE,
     )
     assert bench.answer(Request(DIAMETER, value=None)) == (
         True,
-        "the gain follows at the allowed rate",
+        AnswerCode.DIAMETER_SET,
     )
 
 
 def test_every_answer_in_the_state_fault() -> None:
     bench = Bench().to(FAULT)
     other = {"other_compensation": True}
-    refused = "it is in the state Fault: remove the cause and acknowledge first"
+    refused = AnswerCode.ACKNOWLEDGE_FIRST
     assert bench.answer(ENABLE, **other) == (False, refused)
     assert not bench.answer(HOLD, **other)[0]
-    assert bench.answer(trim(1.0), **other) == (False, "it is in the state Fault")
+    assert bench.answer(trim(1.0), **other) == (False, AnswerCode.IN_FAULT)
     assert bench.answer(ACKNOWLEDGE, **other) == (
         False,
-        "another compensation is active on the axis still: switch one off",
+        AnswerCode.DOUBLE_COMPENSATION_STILL,
     )
     assert not bench.answer(ACKNOWLEDGE, other_compensation=None)[0]
     assert bench.answer(DISABLE, **other)[0]
     assert bench.now is FAULT
     assert bench.answer(ACKNOWLEDGE) == (
         True,
-        "the fault is acknowledged; it is off until it is enabled",
+        AnswerCode.ACKNOWLEDGED,
     )
     assert bench.now in {FADING, OFF}
     bench = Bench().to(ACTIVE).steps(4, read_back_um=None)
-    said = "the machine does not report the offset that was written still: check the connection"
     for loss in ({"read_back_um": None}, {"connected": False}):
         accepted, reason = bench.answer(ACKNOWLEDGE, **loss)
-        assert (accepted, reason) == (False, f"{said} and the axis")
+        assert (accepted, reason) == (False, AnswerCode.READ_BACK_DIFFERS_STILL)
     assert bench.answer(ACKNOWLEDGE)[0]
 
 
@@ -494,7 +492,7 @@ def test_a_trim_is_taken_back_in_every_state_and_given_in_every_one_but_fault(
     assert bench.answer(trim(2.0), **calm)[0] is accepted
     assert bench.output is not None
     assert bench.output.trim_um == ((2.0,) if accepted else (3.0,))
-    assert bench.answer(trim(0.0, None), **calm) == (True, "the trim is taken back")
+    assert bench.answer(trim(0.0, None), **calm) == (True, AnswerCode.TRIM_CLEARED)
     assert bench.output.trim_um == (0.0,)
     assert bench.state.trims == (Trim(),)
 

@@ -8,6 +8,7 @@ import pytest
 
 from tests.unit.compensation.bench import RATE, RULES, Bench, away, lathe
 from thermaxis.compensation import (
+    AnswerCode,
     Memory,
     Reason,
     Request,
@@ -28,6 +29,7 @@ from thermaxis.compensation._supervisor import (
     blockers,
 )
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import sentence
 
 PAGE = Path(__file__).parents[3] / "docs" / "theory" / "supervisor.md"
 OFF, WARMING, ACTIVE = SupervisorState.OFF, SupervisorState.WARMING, SupervisorState.ACTIVE
@@ -284,7 +286,7 @@ def test_the_reasons_in_the_docs_are_those_of_the_program() -> None:
     text = PAGE.read_text(encoding="utf-8")
     rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| `")]
     said = {row[0].strip("`"): row[1] for row in rows if row[0].strip("`").isupper()}
-    reasons = {reason.name: reason.value for reason in Reason}
+    reasons = {reason.name: sentence(f"reason-{reason}") for reason in Reason}
     assert {name: said[name] for name in reasons} == reasons
 
 
@@ -361,7 +363,7 @@ def test_a_hold_lasts_as_long_as_it_may_however_often_it_is_asked_for() -> None:
     states = [bench.step(HOLD).state for _ in range(8)]
     assert states == [HOLDING] * 6 + [FADING] * 2
     assert bench.output.reasons == (Reason.HOLD_EXPIRED,)
-    assert bench.answer(RESUME) == (True, "the hold is ended")
+    assert bench.answer(RESUME) == (True, AnswerCode.RESUMED)
     assert bench.now is ACTIVE
 
 

@@ -1,17 +1,15 @@
 """The catalogues: whole, alike in every language, and a sentence for every code."""
 
 from collections import Counter
-from collections.abc import Iterable
 from importlib import resources
 
 import pytest
 from fluent.runtime import FluentResource
 from fluent.syntax import ast
 from fluent.syntax.visitor import Visitor
-from thermaxis.runtime.status._alarm_words import ALARM_WORDS
-from thermaxis.runtime import PRIORITIES
 
 from thermaxis.compensation import (
+    AnswerCode,
     Outcome,
     Quality,
     Reason,
@@ -20,26 +18,23 @@ from thermaxis.compensation import (
     SupervisorState,
 )
 from thermaxis.messages import LANGUAGES, keys
-from thermaxis.runtime._users import Role
+from thermaxis.runtime import PRIORITIES, AlarmCode, LoopAnswer, Role
 
 FOLDER = resources.files("thermaxis.messages")
 
 
-def by_name(members: Iterable[object]) -> set[str]:
-    return {str(getattr(member, "name", member)).lower() for member in members}
-
-
-CODES = {
-    "state": {str(state) for state in SupervisorState},
-    "reason": by_name(Reason),
-    "outcome": by_name(Outcome),
-    "quality": by_name(SampleQuality),
-    "sensor_cause": by_name(SampleQuality) - {"good", "spare"},
-    "model_quality": by_name(Quality),
-    "request": by_name(RequestKind),
-    "role": {str(role) for role in Role},
+CODES: dict[str, set[str]] = {
+    "state": set(SupervisorState),
+    "reason": set(Reason),
+    "outcome": set(Outcome),
+    "quality": set(SampleQuality),
+    "sensor_cause": set(SampleQuality) - {"good", "spare"},
+    "model_quality": set(Quality),
+    "request": set(RequestKind),
+    "answer": {*AnswerCode, *LoopAnswer},
+    "role": set(Role),
     "priority": set(PRIORITIES),
-    "alarm": set(ALARM_WORDS),
+    "alarm": set(AlarmCode),
 }
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from thermaxis.compensation import (
     Answer,
+    AnswerCode,
     CycleOutput,
     Outcome,
     Quality,
@@ -127,7 +128,13 @@ requests = st.builds(
     text=names,
     identity=st.integers(),
 )
-answers = st.builds(Answer, requests, st.booleans(), names)
+answers = st.builds(
+    Answer,
+    requests,
+    st.booleans(),
+    enumeration(AnswerCode),
+    st.dictionaries(names, st.floats(allow_nan=False) | names | some(names), max_size=2),
+)
 outputs = st.builds(
     CycleOutput,
     time_s=floats,

@@ -17,6 +17,7 @@ from cryptography.hazmat.primitives.asymmetric import rsa
 from cryptography.x509.oid import NameOID
 
 from thermaxis.compensation import (
+    AnswerCode,
     Compensation,
     CompensationModel,
     CycleOutput,
@@ -90,7 +91,9 @@ class Box:
 
     def __init__(self) -> None:
         self.requests: list[Request] = []
-        self.outcome = RequestOutcome(accepted=True, reason="as you wish")
+        self.outcome = RequestOutcome(
+            accepted=True, code=AnswerCode.HELD, values={"longest_s": 60.0}
+        )
         self.gate: asyncio.Event | None = None
 
     async def submit(self, request: Request) -> RequestOutcome:

@@ -113,7 +113,7 @@ def test_everything_has_bad_values_status_and_state_as_well(tmp_path: Path, name
     assert frame["T_spindle_C"].null_count() == 0
     assert frame["T_spindle_C status"].to_list() == ["BadSensorFailure", "Good"] * 5
     assert frame["state"].to_list() == ["Holding", "Active"] * 5
-    assert (frame["reasons"][0], frame["reasons"][1]) == ("INPUT_BAD|HEALING", "")
+    assert (frame["reasons"][0], frame["reasons"][1]) == ("input_bad|healing", "")
     shown = "'=cmd()" if name.endswith("csv") else "=cmd()"  # no formula in a spreadsheet
     assert frame["T_table_C status"][3] == shown
     assert len(read_thermal_log(tmp_path / name).time_s) == 10

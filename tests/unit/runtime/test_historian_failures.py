@@ -489,34 +489,6 @@ def test_a_history_of_a_newer_program_is_refused_by_writer_and_reader(tmp_path: 
         HistoryReader(url_of(path))
 
 
-def test_an_older_history_is_brought_up_to_date_step_by_step(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "h.db"
-    recorder = Recorder(path)
-    recorder.record(range(3))
-    recorder.writer.attempt()
-    recorder.writer.close()
-
-    def remark(connection: sa.Connection) -> None:
-        connection.execute(sa.text("CREATE TABLE thermaxis_remark (text TEXT)"))
-
-    def keep(connection: sa.Connection) -> None:
-        connection.execute(sa.text("INSERT INTO thermaxis_remark VALUES ('of version 2')"))
-
-    monkeypatch.setattr(_tables, "SCHEMA", 3)
-    monkeypatch.setattr(_tables, "MIGRATIONS", {1: remark, 2: keep})
-    later = Recorder(path)
-    later.record(range(3, 6))
-    assert later.writer.attempt()
-    later.writer.close()
-    assert numbers_in(path) == list(range(6))
-    with sqlite3.connect(path) as other:
-        assert other.execute("SELECT value FROM thermaxis_version").fetchall() == [(3,)]
-        assert other.execute("SELECT * FROM thermaxis_remark").fetchall() == [("of version 2",)]
-    other.close()
-
-
 def test_another_database_is_no_history(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     with sqlite3.connect(path) as other:

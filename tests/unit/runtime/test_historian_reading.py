@@ -17,7 +17,7 @@ from tests.unit.runtime.history_records import (
     event_record,
     url_of,
 )
-from thermaxis.compensation import Answer, Request, RequestKind, SupervisorState
+from thermaxis.compensation import Answer, AnswerCode, Request, RequestKind, SupervisorState
 from thermaxis.errors import DataError
 from thermaxis.runtime import CycleRecord
 from thermaxis.runtime.historian import (
@@ -174,8 +174,9 @@ def test_a_series_that_is_not_there_is_named_with_the_nearest_one(tmp_path: Path
 def test_answers_stay_with_the_cycle_that_gave_them(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     request = Request(RequestKind.TRIM, who="Anna", output="Z_um", value=2.5, duration_s=60.0)
+    answer = Answer(request, True, AnswerCode.TRIM_REPLACED, {"who": "Jana"})
     records = [cycle_record(k) for k in range(300)]
-    answered = records[9].output._replace(answers=(Answer(request, True, "for a minute"),))
+    answered = records[9].output._replace(answers=(answer,))
     records[9] = CycleRecord(
         9, records[9].utc, 1009.0, records[9].samples, answered, {}, 0.0, (), (), None
     )

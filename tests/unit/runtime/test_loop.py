@@ -104,7 +104,7 @@ class Bench:
 
 async def enable(loop: CompensationLoop) -> None:
     answer = await loop.submit(Request(RequestKind.ENABLE, "Jana"))
-    assert answer.accepted, answer.reason
+    assert answer.accepted, answer.code
 
 
 def test_the_offset_goes_to_minus_the_model_at_the_allowed_rate_and_back_at_the_end() -> None:

@@ -16,6 +16,7 @@ import pytest
 
 from tests.unit.runtime.linuxcnc_hal import freeze
 from tests.unit.runtime.simulated import SimulatedHistorian
+from thermaxis.codes import Message
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -40,6 +41,7 @@ from thermaxis.runtime import (
     Borders,
     CompensationLoop,
     EventRecord,
+    LoopAnswer,
     LoopSettings,
     SavedState,
     Sink,
@@ -197,14 +199,14 @@ class Memory:
 
     def __init__(self) -> None:
         self.saved: SavedState | None = None
-        self.failure = ""
+        self.failure: Message | None = None
 
     def save(self, saved: SavedState, _: Compensation) -> bool:
         self.saved = saved
         return True
 
-    def load(self, _: Compensation) -> tuple[SavedState | None, str]:
-        return self.saved, "there is no file"
+    def load(self, _: Compensation) -> tuple[SavedState | None, Message | None]:
+        return self.saved, Message("why-no_file")
 
 
 class Bench:
@@ -653,7 +655,7 @@ def test_another_model_takes_over_without_a_bump_and_a_wrong_one_is_refused() ->
         ("Jana", "other-output.json", False),
         ("Jana", "new.json", True),
     ]
-    assert "the model gives X_um; the machine needs Z_um" in bench.said("request")[2].text
+    assert "the model gives X; the machine needs Z" in bench.said("request")[2].text
 
 
 def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
@@ -681,7 +683,7 @@ def test_a_trim_is_added_at_the_rate_and_expires_by_itself() -> None:
 
 def test_nothing_is_taken_while_the_loop_ends_and_nobody_waits_for_ever() -> None:
     bench = Bench()
-    answers: list[str] = []
+    answers: list[object] = []
 
     async def life() -> None:
         loop, stop = bench.loop(), asyncio.Event()
@@ -694,14 +696,14 @@ def test_nothing_is_taken_while_the_loop_ends_and_nobody_waits_for_ever() -> Non
         for kind in RequestKind:
             answer = await loop.submit(Request(kind, "Jana", text="new.json"))
             assert not answer.accepted
-            answers.append(answer.reason)
+            answers.append(answer.code)
         await running
         answer = await loop.submit(Request(RequestKind.ENABLE, "Jana"))
         assert not answer.accepted
-        answers.append(answer.reason)
+        answers.append(answer.code)
 
     run_in_virtual_time(life())
-    assert set(answers) == {"the loop is being ended"}
+    assert set(answers) == {LoopAnswer.ENDING}
     assert bench.machine.acting_um == 0.0
     bench.assert_law(late_cycles=1.0)
 
@@ -782,24 +784,25 @@ def test_everything_that_happens_is_recorded_with_who_and_when() -> None:
 
     bench.play(script)
     events = bench.historian.events
-    assert [event.text for event in bench.said("state")] == [
-        f"Warming: {Reason.SETTLING}",
-        "Active",
-        f"Holding: {Reason.OPERATOR_HOLD}",
-        "Active",
-        f"Holding: {Reason.CONNECTION_LOST}",
-        "Active",
-        f"Fading: {Reason.INTERLOCK_OPEN}",
-        "Active",
-        f"Fault: {Reason.DOUBLE_COMPENSATION}",
-        f"Fading: {Reason.DISABLED}",
-        f"Off: {Reason.DISABLED}",
+    states = [(e.values["state"], e.values.get("reasons", ())) for e in bench.said("state")]
+    assert states == [
+        ("Warming", (Reason.SETTLING,)),
+        ("Active", ()),
+        ("Holding", (Reason.OPERATOR_HOLD,)),
+        ("Active", ()),
+        ("Holding", (Reason.CONNECTION_LOST,)),
+        ("Active", ()),
+        ("Fading", (Reason.INTERLOCK_OPEN,)),
+        ("Active", ()),
+        ("Fault", (Reason.DOUBLE_COMPENSATION,)),
+        ("Fading", (Reason.DISABLED,)),
+        ("Off", (Reason.DISABLED,)),
     ]
-    assert [e.text for e in bench.said("connection")] == [
-        "the connection to the values' machine is lost",
-        "the connection to the offsets' machine is lost",
-        "the connection to the values' machine is there",
-        "the connection to the offsets' machine is there",
+    assert [e.code for e in bench.said("connection")] == [
+        "event-source_lost",
+        "event-sink_lost",
+        "event-source_connected",
+        "event-sink_connected",
     ]
     asked = [(e.who, e.details["kind"]) for e in bench.said("request")]
     assert asked[:4] == [

@@ -17,6 +17,7 @@ from tests.unit.runtime.simulated import (
     SimulatedSink,
     SimulatedSource,
 )
+from thermaxis.codes import Message
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -109,7 +110,7 @@ def reloaded(folder: Path, one: SavedState) -> SavedState:
     file = StateFile(folder / "state.json")
     assert file.save(one, MACHINE)
     found, why = StateFile(folder / "state.json").load(MACHINE)
-    assert why == ""
+    assert why is None
     assert found is not None
     return found
 
@@ -243,7 +244,8 @@ def test_two_damaged_files_are_said_and_no_state(tmp_path: Path) -> None:
     younger.write_bytes(b"\xff\xfe" * 100)
     found, why = StateFile(older).load(MACHINE)
     assert found is None
-    assert why == "state.json.other is damaged (UnicodeDecodeError)"
+    values = {"file": "state.json.other", "detail": "UnicodeDecodeError"}
+    assert why == Message("why-damaged", values)
 
 
 @pytest.mark.parametrize(
@@ -266,15 +268,31 @@ def test_a_file_with_a_right_checksum_and_wrong_content_is_damaged(
     path.write_text(f"{sha256(body.encode()).hexdigest()}\n{body}\n", encoding="utf-8")
     found, why = StateFile(path).load(MACHINE)
     assert found is None
-    assert "damaged" in why
+    assert why is not None
+    assert why.code == "why-damaged"
 
 
 def test_a_file_of_another_version_is_not_guessed_at(tmp_path: Path) -> None:
     path = tmp_path / "state.json"
     body = '{"format": "thermaxis-loop-state", "version": 1}'
     path.write_text(f"{sha256(body.encode()).hexdigest()}\n{body}\n", encoding="utf-8")
-    said = "state.json was written by another version of the program"
-    assert StateFile(path).load(MACHINE) == (None, said)
+    other = Message("why-other_version", {"file": "state.json", "version": "1"})
+    assert StateFile(path).load(MACHINE) == (None, other)
+
+
+def test_a_state_of_another_version_leaves_it_off_with_an_alarm_until_a_person_decides(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "state.json"
+    body = '{"format": "thermaxis-loop-state", "version": 1}'
+    path.write_text(f"{sha256(body.encode()).hexdigest()}\n{body}\n", encoding="utf-8")
+    _, loop = started(path, after_s=0.0)
+    assert loop.status is not None
+    assert (loop.status.output.state, loop.status.enabled) == (SupervisorState.OFF, False)
+    assert "state_version" in [alarm.code for alarm in loop.status.alarms]
+    _, again = started(path, after_s=0.0)
+    assert again.status is not None
+    assert "state_version" not in [alarm.code for alarm in again.status.alarms]
 
 
 def test_a_field_that_is_missing_is_damage_or_a_beginning_anew(tmp_path: Path) -> None:
@@ -325,11 +343,13 @@ def test_a_full_disk_is_said_and_leaves_what_was_saved(tmp_path: Path) -> None:
     for place in (older, younger):
         place.with_name(f"{place.name}.new").symlink_to("/dev/full")
     assert not file.save(saved(lived(MACHINE, 3)), MACHINE)
-    assert file.failure == "the state cannot be saved in state.json: No space left on device"
+    assert file.failure == Message(
+        "event-state_unsaved", {"file": "state.json", "detail": "No space left on device"}
+    )
     assert name_found(tmp_path) == "younger"
     older.with_name(f"{older.name}.new").unlink()
     assert file.save(saved(lived(MACHINE, 3), model_file="third"), MACHINE)
-    assert file.failure == ""
+    assert file.failure is None
     assert name_found(tmp_path) == "third"
 
 
@@ -345,7 +365,7 @@ def test_a_state_of_before_a_restart_of_the_computer_is_put_on_the_new_clock(
 ) -> None:
     found = reloaded(tmp_path, saved(lived(MACHINE, 300), monotonic_s=349.0))
     state, said = resumed(found, MACHINE, SETTINGS, now_s=12.0, age_s=4.0)
-    assert said == "sections and references are taken up; it is enabled as before"
+    assert said == Message("resumed-enabled", {"kept": Message("kept-sections")})
     assert state.time_s == pytest.approx(8.0)
     assert state.thermal.time_s == pytest.approx(8.0)
     assert state.thermal.sections == found.state.thermal.sections
@@ -364,7 +384,7 @@ def test_a_state_older_than_the_model_s_gap_starts_at_the_steady_state_with_its_
 ) -> None:
     found = reloaded(tmp_path, saved(lived(MACHINE, 300), monotonic_s=349.0))
     state, said = resumed(found, MACHINE, SETTINGS, now_s=5000.0, age_s=700.0)
-    assert said.startswith("the model starts at the steady state, with the saved references")
+    assert said.values["kept"] == Message("kept-steady_state")
     _, output = cycle(MACHINE, state, CycleReading(5000.0, (Sample(22.0), Sample(20.0))))
     assert output.model_um == pytest.approx((2.0 * (2.0 + 10.0 - 1.0),) * 2)  # reference 20, 20
 
@@ -374,8 +394,8 @@ def test_a_state_of_another_model_gives_its_references_only(tmp_path: Path) -> N
     machine = compensation(gain=5.0)
     other = LoopSettings(machine="lathe", model_file="new.json", model_sha256="cd" * 32)
     state, said = resumed(found, machine, other, now_s=350.0, age_s=1.0)
-    assert said.startswith("it is of another model, lathe.json; the references are taken up")
-    assert said.endswith("it is off")
+    kept = Message("kept-other_model", {"file": "lathe.json"})
+    assert said == Message("resumed-off", {"kept": kept})
     assert state.correction_um == found.state.correction_um
     _, output = cycle(machine, state, CycleReading(350.0, (Sample(22.0), Sample(20.0))))
     assert output.model_um == pytest.approx((2.0 * (5.0 + 10.0 - 1.0),) * 2)
@@ -411,7 +431,7 @@ def test_it_is_enabled_again_only_as_configured(changes: dict[str, float], enabl
     assert state.memory.enabled is enabled
     wanted = SupervisorState.WARMING if enabled else SupervisorState.OFF
     assert state.memory.state is wanted
-    assert ("enabled as before" in said) is enabled
+    assert said.code == ("resumed-enabled" if enabled else "resumed-off")
 
 
 def test_a_fault_stands_after_a_restart_until_it_is_acknowledged() -> None:
@@ -423,7 +443,7 @@ def test_a_fault_stands_after_a_restart_until_it_is_acknowledged() -> None:
         saved(state._replace(memory=memory)), MACHINE, SETTINGS, now_s=360.0, age_s=4.0
     )
     assert state.memory.state is SupervisorState.FAULT
-    assert "the machine does not report the offset that was written" in said
+    assert (said.code, said.values["reason"]) == ("resumed-fault", "read_back_differs")
 
 
 def test_a_hold_and_a_trim_grow_older_while_nothing_runs() -> None:
@@ -464,10 +484,22 @@ def started(path: Path, *, after_s: float) -> tuple[SimulatedHistorian, Compensa
 @pytest.mark.parametrize(
     ("after_s", "said", "enabled"),
     [
-        (30.0, "a state saved 30 s ago: sections and references are taken up", True),
-        (-5.0, "a state saved 0 s ago: sections and references are taken up", True),
+        (
+            30.0,
+            "a state saved 30\xa0s ago: sections and references are taken up",
+            True,
+        ),
+        (
+            -5.0,
+            "a state saved 0\xa0s ago: sections and references are taken up",
+            True,
+        ),
         (-60.0, "the saved state is newer than now: it is not used", False),
-        (86_400.0, "a state saved 86400 s ago: the model starts at the steady state", False),
+        (
+            86_400.0,
+            "a state saved 1\xa0d ago: the model starts at the steady state",
+            False,
+        ),
     ],
 )
 def test_the_age_of_the_state_decides_and_is_said(

@@ -36,7 +36,7 @@ from tests.unit.runtime.status_server_parts import (
     users_file,
     viewers,
 )
-from thermaxis.compensation import Request, RequestKind, SupervisorState
+from thermaxis.compensation import AnswerCode, Request, RequestKind, SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
     Applied,
@@ -58,6 +58,10 @@ from thermaxis.runtime.status._server import FAILURES_WITHIN_S, MOST_FAILURES, c
 @pytest.fixture(scope="module")
 def pairs(tmp_path_factory: pytest.TempPathFactory) -> Pairs:
     return Pairs(tmp_path_factory.mktemp("pairs"))
+
+
+HELD = [True, "it is held, for at most 1\N{NO-BREAK SPACE}min", "held", '{"longest_s": 60.0}']
+"""What `Box` answers, as it comes back."""
 
 
 def number(value: float) -> ua.Variant:
@@ -159,7 +163,7 @@ def test_a_bad_input_has_a_bad_status_and_no_value_and_a_spare_is_uncertain() ->
             assert spare.Value.Value == 22.0
             assert spare.StatusCode.name == "UncertainSubNormal"
             quality = await read(one, "Inputs/T_spindle_C/Quality")
-            assert quality.Value.Value == "the status is not good"
+            assert quality.Value.Value == "status_bad"
             reasons = (await read(one, "Status/Reasons")).Value.Value
             assert reasons == [r.value for r in FAULTY["output"].reasons]
 
@@ -537,19 +541,19 @@ def test_every_request_of_an_operator_reaches_the_loop_with_the_operators_name(
         box = Box()
         async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
             for method, arguments, _ in ASKED:
-                assert await call(one, method, *arguments) == [True, "as you wish"]
+                assert await call(one, method, *arguments) == HELD
         assert box.requests == [request for _, _, request in ASKED]
 
     run(scene)
 
 
-def test_the_loops_refusal_comes_back_with_its_reason(pairs: Pairs) -> None:
+def test_the_loops_refusal_comes_back_with_its_reason_and_code(pairs: Pairs) -> None:
     async def scene() -> None:
         box = Box()
-        box.outcome = RequestOutcome(accepted=False, reason="the trim is larger than 5 µm")
+        box.outcome = RequestOutcome(accepted=False, code=AnswerCode.IN_FAULT)
         async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
             answer = await call(one, "Trim", text("Z_um"), number(7.0), number(60.0))
-            assert answer == [False, "the trim is larger than 5 µm"]
+            assert answer == [False, "it is in the state Fault", "in_fault", "{}"]
 
     run(scene)
 
@@ -628,7 +632,7 @@ def test_arguments_that_do_not_fit_or_cannot_be_meant_do_not_reach_the_loop(
                     await call(one, method, *arguments)
                 assert ua.StatusCode(caught.value.code).name == code
             for method, arguments, said in NOT_MEANT:
-                accepted, reason = await call(one, method, *arguments)
+                accepted, reason, _, _ = await call(one, method, *arguments)
                 assert accepted is False
                 assert said in str(reason)
         assert box.requests == []
@@ -670,8 +674,8 @@ def test_a_loop_that_does_not_answer_is_said_and_does_not_hold_the_caller_for_ev
         box = Box()
         box.gate = asyncio.Event()
         async with served(pairs.settings(), box) as server, pairs.user(server, "operator") as one:
-            accepted, reason = await call(one, "Hold")
-            assert accepted is False
+            accepted, reason, code, _ = await call(one, "Hold")
+            assert (accepted, code) == (False, "no_answer")
             assert "may still take effect" in str(reason)
 
     run(scene)

@@ -19,7 +19,7 @@ from thermaxis.runtime.status._nodes import (
     as_json,
     facts_of,
     leaves_of,
-    sentence_of,
+    state_text,
 )
 from thermaxis.runtime.status._sessions import (
     MOST_CALLS,
@@ -92,5 +92,5 @@ def test_every_figure_that_the_page_names_exists_and_its_examples_are_toml() -> 
 
 def test_the_state_has_a_number_and_a_sentence() -> None:
     assert sorted(STATE_NUMBERS.values()) == list(range(len(STATE_NUMBERS)))
-    assert sentence_of(status()) == "It follows the model."
-    assert sentence_of(status(text="")) == "Active."
+    assert state_text(status()) == "It follows the model."
+    assert state_text(status(text="")) == "Active."

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import math
-from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
@@ -13,9 +12,10 @@ from hypothesis import given, strategies as st
 
 from tests.unit.screen.operator_parts import Somebody, sent
 from tests.unit.screen.people import TOKEN
+from thermaxis.messages import sentence
 from thermaxis.runtime import Role
 from thermaxis.runtime.opcua import MethodAnswer
-from thermaxis.runtime.status import ASKS, Kind, _server as _status_server
+from thermaxis.runtime.status import ASKS, Kind
 from thermaxis.screen import Words
 from thermaxis.screen.access import LOOP_GONE, LOST, NO_ANSWER, Outcome, Person
 from thermaxis.screen.access._answers import (
@@ -30,7 +30,6 @@ from thermaxis.screen.access._answers import (
 from thermaxis.screen.pages.operator_page import Question, Refused, question_of
 
 HOLD: dict[str, object] = {"method": "Hold", "arguments": []}
-SILENT_LOOP = "the loop has not answered; the request may still take effect"
 TRIM: dict[str, object] = {"method": "Trim", "arguments": ["Z_um", 2.0, 3600]}
 
 
@@ -40,22 +39,31 @@ def ask(somebody: Somebody, question: object, **options: object) -> httpx.Respon
 
 
 def test_a_question_reaches_the_loop_under_the_name_of_who_has_logged_in() -> None:
-    somebody = Somebody(answer=Outcome(accepted=True, reason="the trim is added"))
+    somebody = Somebody(answer=Outcome(accepted=True, reason="the trim is added", code="trim_set"))
     answer = ask(somebody, TRIM)
     assert answer.status_code == 200
     reason = "the trim is added"
-    said = {"accepted": True, "answer": "accepted", "reason": reason, "reason_en": reason}
+    said = {
+        "accepted": True,
+        "answer": "accepted",
+        "reason": reason,
+        "code": "trim_set",
+        "values": {},
+        "reason_en": reason,
+    }
     assert answer.json() == said
     assert somebody.asked == [("Trim", ("Z_um", 2.0, 3600.0))]
 
 
 def test_a_refusal_of_the_loop_is_told_in_the_language_of_who_asks() -> None:
     reason = "it is in the state Fault: remove the cause and acknowledge first"
-    somebody = Somebody(answer=Outcome(accepted=False, reason=reason))
+    refused = Outcome(accepted=False, reason=reason, code="acknowledge_first")
+    somebody = Somebody(answer=refused)
     answer = ask(somebody, HOLD, headers={"Accept-Language": "cs"}).json()
     assert answer["accepted"] is False
     assert answer["reason_en"] == reason
-    assert answer["reason"] == Words.read().phrase("cs", "answer", reason) != reason
+    assert answer["code"] == "acknowledge_first"
+    assert answer["reason"] == sentence("answer-acknowledge_first", language="cs") != reason
 
 
 def test_what_the_loop_itself_has_not_answered_is_told_in_words_too() -> None:
@@ -75,9 +83,18 @@ def test_a_request_without_an_answer_is_neither_accepted_nor_refused(key: str) -
 @pytest.mark.parametrize(
     ("answer", "expected"),
     [
-        (MethodAnswer("Good", (True, "the hold is ended")), Answer.ACCEPTED),
-        (MethodAnswer("Good", (False, "there is nothing to hold")), Answer.REFUSED),
-        (MethodAnswer("Good", (False, SILENT_LOOP)), Answer.UNKNOWN),
+        (MethodAnswer("Good", (True, "the hold is ended", "resumed", "{}")), Answer.ACCEPTED),
+        (
+            MethodAnswer("Good", (False, "there is nothing to hold", "nothing_to_hold", "{}")),
+            Answer.REFUSED,
+        ),
+        (MethodAnswer("Good", (False, "nothing came", "no_answer", "{}")), Answer.UNKNOWN),
+        (
+            MethodAnswer("Good", (False, "it may still take effect", "in_fault", "{}")),
+            Answer.REFUSED,
+        ),
+        (MethodAnswer("Good", (False, "no values", "in_fault", "no JSON")), Answer.UNKNOWN),
+        (MethodAnswer("Good", (True, "of another program")), Answer.UNKNOWN),
         (MethodAnswer("Good", ()), Answer.UNKNOWN),
         (MethodAnswer("BadInternalError", ()), Answer.UNKNOWN),
         (MethodAnswer("BadTimeout", ()), Answer.UNKNOWN),
@@ -91,10 +108,6 @@ def test_an_answer_after_which_the_request_may_have_run_is_no_refusal(
 ) -> None:
     person = cast("Person", SimpleNamespace(role=Role.OPERATOR))
     assert outcome_of(answer, "Hold", person).answer is expected
-
-
-def test_the_loops_server_says_so_in_the_words_that_are_looked_for() -> None:
-    assert SILENT_LOOP in Path(_status_server.__file__).read_text("utf-8")
 
 
 def test_what_was_kept_back_is_refused_for_certain() -> None:

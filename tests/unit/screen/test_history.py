@@ -21,6 +21,7 @@ from tests.unit.runtime.history_records import (
     url_of,
 )
 from tests.unit.screen.history_parts import write_history
+from thermaxis.codes import Message
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import ConfigurationError, DataError, ThermaxisError
 from thermaxis.runtime import EventRecord, VirtualClock, run_in_virtual_time
@@ -515,14 +516,21 @@ def test_a_time_is_the_same_in_every_zone() -> None:
 # ---- events -------------------------------------------------------------------------------------
 
 
+def state_event(utc: datetime, *reasons: str) -> EventRecord:
+    values = {"state": "Holding", "reasons": reasons}
+    return EventRecord.of(utc, "state", "", Message("event-state_reasons", values))
+
+
 def test_events_carry_what_another_language_needs() -> None:
-    state = event_json(EventRecord(BEGIN, "state", "", "Holding: input bad; waits until steady"))
-    assert (state["state"], state["reasons"]) == ("Holding", ["input bad", "waits until steady"])
-    assert event_json(EventRecord(BEGIN, "state", "", "Active"))["reasons"] == []
-    came = event_json(EventRecord(BEGIN, "alarm", "", "high: Sensor T: broken."))
-    gone = event_json(EventRecord(BEGIN, "alarm", "", "gone: Sensor T: broken."))
-    assert (came["priority"], came["alarm"]) == ("high", "Sensor T: broken.")
-    assert (gone["priority"], gone["alarm"]) == ("", "Sensor T: broken.")
+    state = event_json(state_event(BEGIN, "input_bad", "settling"))
+    assert (state["state"], state["reasons"]) == ("Holding", ["input_bad", "settling"])
+    assert (state["code"], state["values"]["state"]) == ("event-state_reasons", "Holding")
+    late = Message("alarm-late", {"lateness_s": 1.5})
+    values = {"priority": "high", "alarm": late}
+    came = event_json(EventRecord.of(BEGIN, "alarm", "", Message("event-alarm", values)))
+    gone = event_json(EventRecord.of(BEGIN, "alarm", "", Message("event-alarm_gone", values)))
+    assert (came["priority"], came["alarm"]) == ("high", "A cycle came 1.5 s late.")
+    assert (gone["priority"], gone["alarm"]) == ("", "A cycle came 1.5 s late.")
     details: dict[str, str | float | bool | None] = {
         "kind": "trim",
         "output": "Z_um",
@@ -531,11 +539,11 @@ def test_events_carry_what_another_language_needs() -> None:
         "text": "",
         "accepted": False,
     }
-    asked = event_json(
-        EventRecord(BEGIN, "request", "Novak", "trim: refused, beyond, the bound", details)
-    )
+    refused = {"request": "trim", "answer": Message("answer-in_fault")}
+    message = Message("event-request_refused", refused)
+    asked = event_json(EventRecord.of(BEGIN, "request", "Novak", message, details))
     assert (asked["request"], asked["output"], asked["value"]) == ("trim", "Z_um", 2.0)
-    assert (asked["accepted"], asked["reason"]) == (False, "beyond, the bound")
+    assert (asked["accepted"], asked["reason"]) == (False, "it is in the state Fault")
     assert asked["duration_s"] is None
     assert (asked["who"], asked["t"]) == ("Novak", to_ms(BEGIN))
 
@@ -544,9 +552,7 @@ def test_only_the_newest_events_are_given_and_it_is_said_that_there_are_more(
     tmp_path: Path,
 ) -> None:
     path = tmp_path / "h.db"
-    events = [
-        EventRecord(BEGIN + timedelta(seconds=k), "state", "", f"Active: {k}") for k in range(12)
-    ]
+    events = [state_event(BEGIN + timedelta(seconds=k), str(k)) for k in range(12)]
     write_history(path, [cycle_record(0)], events)
     span = BEGIN, BEGIN + HOUR
     with HistoryReader(url_of(path)) as reader:

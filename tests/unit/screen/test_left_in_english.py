@@ -1,93 +1,78 @@
 """What of the loop's words stays English in German and Czech: it is known, to be marked as such."""
 
 import asyncio
+from datetime import UTC, datetime
 
 import pytest
-from hypothesis import given, strategies as st
 
 from tests.unit.screen.operator_parts import Somebody, sent
-from thermaxis.screen import LANGUAGES, Words
-from thermaxis.screen._words import gaps_of
+from thermaxis.codes import Message, Value
+from thermaxis.messages import sentence
+from thermaxis.runtime import EventRecord
+from thermaxis.screen import LANGUAGES
+from thermaxis.screen._words import free_text
 from thermaxis.screen.access import LOST, Outcome
-from thermaxis.screen.pages.history._events import said_in
+from thermaxis.screen.pages.history._events import event_json, said_in
 
-WORDS = Words.read()
-FOREIGN = ("de", "cs")
+NOW = datetime(2026, 11, 20, tzinfo=UTC)
 FINDING = "[input.T_spindle_C]: the server does not know the node. Look at the address."
-PLAIN = [
-    (group, english)
-    for group, phrases in WORDS.said.items()
-    for english in phrases
-    if not gaps_of(english)
-]
 
 
-@pytest.mark.parametrize("language", FOREIGN)
 @pytest.mark.parametrize(
-    ("group", "english", "left"),
+    ("code", "values", "left"),
     [
-        ("event_alarm", f"self-test: {FINDING}", (FINDING,)),
-        ("answer", "no outputs are given by lathe.json", ("no outputs are given by lathe.json",)),
-        ("answer", "it is held, for at most 60 s", ()),
-        ("answer", "outputs are X_um, Z_um", ()),
-        ("event_start", "no saved state: there is no file", ()),
-        ("event_start", "no saved state: a.json is damaged (no JSON)", ("no JSON",)),
-        ("event_start", "no saved state: the disk is full", ("the disk is full",)),
-        ("event_state", "Holding: an operator holds it", ()),
-        ("answer", "", ()),
+        ("event-self_test", {"finding": FINDING}, [FINDING]),
+        ("event-no_saved_state", {"why": Message("why-no_file")}, []),
+        (
+            "event-no_saved_state",
+            {"why": Message("why-damaged", {"file": "a.json", "detail": "no JSON"})},
+            ["no JSON"],
+        ),
+        ("answer-unknown_output", {"names": ("X_um", "Z_um")}, []),
     ],
 )
-def test_free_text_stays_english_and_names_numbers_and_phrases_do_not(
-    language: str, group: str, english: str, left: tuple[str, ...]
+def test_free_text_stays_english_and_names_numbers_and_codes_do_not(
+    code: str, values: dict[str, Value], left: list[str]
 ) -> None:
-    assert WORDS.left_in_english(language, group, english) == left
-
-
-@pytest.mark.parametrize("language", FOREIGN)
-def test_nothing_is_left_of_what_has_no_gaps(language: str) -> None:
-    assert len(PLAIN) > 50
-    assert [one for one in PLAIN if WORDS.left_in_english(language, *one)] == []
-
-
-def test_in_english_nothing_is_marked() -> None:
-    assert WORDS.left_in_english("en", "answer", "a sentence that nobody knows") == ()
-
-
-@given(
-    st.sampled_from(sorted(WORDS.said)),
-    st.sampled_from([english for _, english in PLAIN]) | st.text(max_size=40),
-    st.sampled_from(FOREIGN),
-)
-def test_what_is_left_stands_as_it_is_in_the_translation(
-    group: str, english: str, language: str
-) -> None:
-    for part in WORDS.left_in_english(language, group, english):
-        assert part in english
-        assert part in WORDS.phrase(language, group, english)
+    assert free_text("de", values) == left
+    assert free_text("en", values) == []
+    said = sentence(code, values, language="de")
+    assert all(part in said for part in left)
 
 
 def test_an_event_says_which_of_its_words_are_english() -> None:
+    found = Message("event-self_test", {"finding": FINDING})
+    refused = Message("answer-model_unusable", {"why": "x is no model"})
     events = [
-        {"kind": "alarm", "text": f"self-test: {FINDING}"},
-        {"kind": "request", "text": "model: refused, x", "reason": "x is no model"},
-        {"kind": "state", "text": "Off"},
+        event_json(EventRecord.of(NOW, "alarm", "", found)),
+        event_json(
+            EventRecord.of(
+                NOW,
+                "request",
+                "",
+                Message("event-request_refused", {"request": "model", "answer": refused}),
+            )
+        ),
+        event_json(EventRecord.of(NOW, "state", "", Message("event-state", {"state": "Off"}))),
     ]
-    alarm, request, state = said_in("de", WORDS, events)
+    alarm, request, state = said_in("de", events)
     assert alarm["said"] == f"Selbsttest: {FINDING}"
-    assert alarm["english"] == (FINDING,)
-    assert (request["said_reason"], request["english"]) == ("x is no model", ("x is no model",))
+    assert alarm["english"] == [FINDING]
+    assert request["said_reason"] == "das Modell kann nicht verwendet werden: x is no model"
+    assert request["english"] == ["x is no model"]
     assert "english" not in state
-    assert not any("english" in one for one in said_in("en", WORDS, events))
+    assert not any("english" in one for one in said_in("en", events))
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_an_answer_of_the_loop_that_has_no_translation_is_marked(language: str) -> None:
+def test_what_of_an_answer_is_free_text_is_marked(language: str) -> None:
     reason = "the model is no JSON, in models/lathe.json. Write it again."
-    somebody = Somebody(answer=Outcome(accepted=False, reason=reason))
+    refused = Outcome(False, reason, "", "model_unusable", {"why": reason})
+    somebody = Somebody(answer=refused)
     headers = {"Accept-Language": language}
     question = {"method": "Hold", "arguments": []}
     answer = asyncio.run(sent(somebody, "POST", "/ask", json=question, headers=headers)).json()
-    assert answer["reason"] == answer["reason_en"] == reason
+    assert reason in answer["reason"]
     assert answer.get("english") == (None if language == "en" else [reason])
 
 

@@ -11,10 +11,11 @@ from starlette.testclient import TestClient
 from tests.unit.screen.engineer_bench import KnownFeed, application, lathe, parts_with
 from tests.unit.screen.page_script import said_by
 from thermaxis.errors import ThermaxisError
+from thermaxis.messages import duration_text
 from thermaxis.runtime.historian import printable_cause
 from thermaxis.runtime.status._alarms import _sentence
 from thermaxis.screen import LANGUAGES, Words, _words
-from thermaxis.screen._words import short_names, time_text
+from thermaxis.screen._words import short_names
 from thermaxis.screen.pages import probe_page as _probe_page
 
 STATIC = Path(_words.__file__).parent / "static"
@@ -31,13 +32,10 @@ SENTENCES = {
     "": "",
 }
 ENGLISH = (
-    ("answer", "it is held, for at most 3600 s"),
-    ("answer", "it is held, for at most 45 s"),
-    ("answer", "a trim expires within 28800 s: state when"),
-    ("answer", "outputs are Z_um, X_um"),
-    ("answer", "the model gives X_um; the machine needs Z_um, X_um"),
-    ("answer", "it is held, for at most many s"),
-    ("answer", "it is held, for at most 1e+300 s"),
+    ("reason", "input_bad"),
+    ("quality", "too_fast"),
+    ("request", "hold"),
+    ("left_out", "expansion coefficient: not stated in the budget"),
 )
 SCRIPT = """
 import { readFileSync } from "node:fs";
@@ -87,7 +85,7 @@ def by_script(language: str) -> list[list[str]]:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_pages_and_program_say_times_and_names_alike(language: str) -> None:
     times, names, sentences, phrases, labels = by_script(language)
-    assert times == [time_text(time_s) for time_s in SECONDS]
+    assert times == [duration_text(time_s) for time_s in SECONDS]
     assert names == [short_names(name) for name in NAMES]
     assert sentences == list(SENTENCES.values())
     assert phrases == [WORDS.phrase(language, group, text) for group, text in ENGLISH]
@@ -96,43 +94,11 @@ def test_pages_and_program_say_times_and_names_alike(language: str) -> None:
 
 
 def test_a_time_is_told_in_the_units_that_people_read() -> None:
-    said = [time_text(time_s).replace("\N{NO-BREAK SPACE}", " ") for time_s in SECONDS]
+    said = [duration_text(time_s).replace("\N{NO-BREAK SPACE}", " ") for time_s in SECONDS]
     assert said == [
         *("0 s", "0 s", "45 s", "59 s", "1 min", "1 min 1 s", "9 min 59 s", "10 min"),
         *("59 min", "1 h", "1 h 30 min", "8 h", "10 d 10 h"),
     ]
-
-
-@pytest.mark.parametrize(
-    ("language", "said"),
-    [
-        ("en", "it is held, for at most 1 h"),
-        ("de", "sie wird gehalten, höchstens 1 h"),
-        ("cs", "je podržena, nejvýše 1 h"),
-    ],
-)
-def test_an_answer_says_an_hour_where_the_confirmation_said_an_hour(
-    language: str, said: str
-) -> None:
-    found = WORDS.phrase(language, "answer", "it is held, for at most 3600 s")
-    assert found.replace("\N{NO-BREAK SPACE}", " ") == said
-    short = WORDS.phrase(language, "answer", "it is held, for at most 45 s")
-    assert short.endswith("45 s")
-
-
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_an_output_has_one_name_in_alarms_answers_and_events(language: str) -> None:
-    texts = [WORDS.phrase(language, "answer", "outputs are Z_um, X_um")]
-    alarm = WORDS.alarm(language, "standing_offset", {"name": "Z_um", "correction_um": 3.0})
-    assert alarm is not None
-    event = "medium: An offset of +3.0 µm stands in Z_um, and the compensation is off."
-    texts += [alarm.text, WORDS.event(language, "alarm", event)]
-    texts.append(WORDS.event(language, "alarm", f"gone: {event.partition(': ')[2]}"))
-    for text in texts:
-        assert "Z" in text
-        assert "_um" not in text
-    person = WORDS.event(language, "connection", "jan_um logged in to the status server")
-    assert "jan_um" in person, "a person's name is no output's"
 
 
 def test_the_probes_of_a_page_are_named_as_everywhere_and_asked_for_by_their_own_name() -> None:

@@ -134,7 +134,8 @@ def test_a_log_outside_the_range_of_the_training_is_named() -> None:
     part = Part("spindle", "T_spindle_C", "", 3.0, (), lowest_k=-0.1, highest_k=0.1)
     narrow = CompensationModel(outputs=(Output("Z_um", (part,)),))
     result = verify(narrow, [log(seed=9)])
-    assert any("spindle lies outside the range" in w for w in result.warnings)
+    codes = [(w.code, w.values.get("name")) for w in result.warnings]
+    assert ("remark-outside_training", "spindle") in codes
     assert "spindle" in result.logs[0].outside
 
 
@@ -238,7 +239,7 @@ def test_the_magnitude_and_not_the_total_bounds_what_the_model_may_take_away() -
     assert result.pooled["Z_um"].rmse_um == pytest.approx(0.0, abs=1e-9)
     # after 600 s at the limit, and again
     (warning,) = result.warnings
-    assert "goes to the state Fault 2 times" in warning
+    assert (warning.code, warning.values) == ("remark-limits_too_narrow", {"count": 2})
 
 
 def test_a_model_outside_its_training_loses_its_weight_with_limits_and_not_without() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from thermaxis.cli.machine._machine_parts import loop_settings
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import (
     AtStop,
     Borders,
@@ -151,7 +152,8 @@ class _Rehearsal:
             answer = await loop.submit(request)
             if not answer.accepted:
                 running.cancel()
-                raise DataError(f"{request.kind} was refused: {answer.reason}", where="the loop")
+                why = sentence_of(answer.message)
+                raise DataError(f"{request.kind} was refused: {why}", where="the loop")
         await running
 
     def _historian(self, clock: Clock) -> Historian:
@@ -189,7 +191,9 @@ class _Rehearsal:
         cycle_s = self.configuration.compensation.cycle_s
         shares = ", ".join(f"{s} {_length(n * cycle_s)}" for s, n in counts.items())
         lines.append(f"states: {shares}")
-        lines.extend(f"  {reason}: {_length(s)}" for reason, s in self.reasons.items())
+        lines.extend(
+            f"  {sentence(f'reason-{reason}')}: {_length(s)}" for reason, s in self.reasons.items()
+        )
         return "\n".join(lines) + "\n"
 
     def write(self, path: Path) -> None:

@@ -18,6 +18,7 @@ from thermaxis.cli.machine._machine_parts import (
 )
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import (
     Borders,
     CompensationLoop,
@@ -140,7 +141,8 @@ async def _ask_first(loop: CompensationLoop, arguments: argparse.Namespace) -> N
             await _machine_there(loop)
         answer = await loop.submit(request)
         if not answer.accepted:
-            sys.stderr.write(f"thermaxis: {request.kind} was refused: {answer.reason}\n")
+            why = sentence_of(answer.message)
+            sys.stderr.write(f"thermaxis: {request.kind} was refused: {why}\n")
 
 
 async def _machine_there(loop: CompensationLoop) -> None:
@@ -193,6 +195,7 @@ class _Teller:
                 f"{name} {value:+.1f}"
                 for name, value in zip(status.outputs, output.correction_um, strict=True)
             )
-            why = f" ({'; '.join(output.reasons)})" if output.reasons else ""
+            reasons = [sentence(f"reason-{reason}") for reason in output.reasons]
+            why = f" ({'; '.join(reasons)})" if reasons else ""
             at = f"{status.utc:%Y-%m-%dT%H:%M:%SZ}"
             _say(f"{at} {output.state}{why}; correction: {corrections}", quiet=False)

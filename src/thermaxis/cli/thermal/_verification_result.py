@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 
 from thermaxis import __version__
+from thermaxis.codes import message_as_json
+from thermaxis.messages import text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json, without_text
 from thermaxis.thermal import Verification, VerificationFigures, VerifiedLog, VerifiedOutput
 
@@ -69,8 +71,9 @@ def described(
         Section("", [_EXPLAINED]),
         Value("logs", [as_json(_log(log)) for log in logs]),
         Value("", remarks, "reading"),
-        Value("", result.warnings, "warning"),
-        Value("warnings", [*remarks, *result.warnings]),
+        Value("", [*map(text_of, result.warnings)], "warning"),
+        Value("warnings", [*remarks, *map(text_of, result.warnings)]),
+        Value("warning_codes", [*map(message_as_json, result.warnings)]),
     ]
 
 
@@ -106,7 +109,8 @@ def _log(log: VerifiedLog) -> list[Part]:
                 for name, (share, beyond) in log.outside.items()
             },
         ),
-        Value("warnings", log.warnings),
+        Value("warnings", [*map(text_of, log.warnings)]),
+        Value("warning_codes", [*map(message_as_json, log.warnings)]),
     ]
 
 

@@ -15,7 +15,9 @@ from thermaxis.cli.thermal._thermal_logs import (
     remarks_of,
 )
 from thermaxis.cli.thermal._verification_result import figures_of
+from thermaxis.codes import message_as_json
 from thermaxis.files import model_sha256, read_model
+from thermaxis.messages import text_of
 from thermaxis.report.tables import Part, Section, Table, Value, as_json
 from thermaxis.thermal import ThermalLog, Verification, verify
 
@@ -62,12 +64,13 @@ def _described(log: ThermalLog, results: Sequence[tuple[Path, str, Verification]
             "name": path.name,
             "model_sha256": digest,
             "outputs": {n: as_json(figures_of(f)) for n, f in result.pooled.items()},
-            "warnings": result.warnings,
+            "warnings": [*map(text_of, result.warnings)],
+            "warning_codes": [*map(message_as_json, result.warnings)],
         }
         for path, digest, result in results
     ]
     names = dict.fromkeys(name for _, _, result in results for name in result.pooled)
-    warnings = [f"{path.name[:40]}: {text}" for path, _, r in results for text in r.warnings]
+    warnings = [f"{path.name[:40]}: {text_of(w)}" for path, _, r in results for w in r.warnings]
     return [
         Value("version", __version__),
         Value("log", log.name),

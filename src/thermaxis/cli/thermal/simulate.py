@@ -16,6 +16,7 @@ from thermaxis.cli.thermal._thermal_logs import (
 from thermaxis.compensation import Outcome
 from thermaxis.errors import printable
 from thermaxis.files import read_model, write_thermal_log
+from thermaxis.messages import sentence
 from thermaxis.thermal import ThermalLog, simulate_log
 
 _LEAST_BEYOND = 0.01  # of the width of the training range: less is noise of the start
@@ -75,5 +76,5 @@ def run(arguments: argparse.Namespace) -> int:
         )
     for outcome in (Outcome.DIAMETER_HELD, Outcome.GAP, Outcome.CLOCK_BACKWARD):
         if outcome in run_along.outcomes:
-            sys.stdout.write(f"warning: {outcome}\n")
+            sys.stdout.write(f"warning: {sentence(f'outcome-{outcome}')}\n")
     return 0

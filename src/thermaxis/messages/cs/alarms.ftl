@@ -83,3 +83,6 @@ alarm-late = Cyklus přišel o { FIXED($lateness_s, decimals: 1) } s později.
 alarm-model_old = Stáří modelu v měsících: { FIXED($age_months, decimals: 0) }.
     .cause = Stroje se mění opotřebením a opravami.
     .remedy = Ověřte jej novým záznamem, a pokud se zhoršil, znovu jej identifikujte.
+alarm-state_version = Stav uložený v { $file } je od jiné verze programu a nepoužije se.
+    .cause = Program byl od posledního běhu změněn.
+    .remedy = Kompenzace je vypnuta a posun zůstává, jak byl nalezen. Zkontrolujte jej, potom kompenzaci zapněte a pokračujte od něj, nebo ji zapněte a vypněte, aby doběhl k nule.

@@ -16,7 +16,7 @@ event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
 event-state = { CODE($state, "state") }
 event-request_accepted = { CODE($request, "request") }: přijato, { $answer }
 event-request_refused = { CODE($request, "request") }: odmítnuto, { $answer }
-event-role_refused = { CODE($request, "request") } odmítnuto: { CODE($role, "role") } nesmí, nutná role je { CODE($needed, "role") }
+event-role_refused = { $method } odmítnuto: { CODE($role, "role") } nesmí, nutná role je { CODE($needed, "role") }
 event-loop_started = kompenzace stroje { $machine } byla spuštěna
 event-self_test_passed = vlastní test proběhl v pořádku
 event-no_saved_state = žádný uložený stav: { $why }
@@ -30,11 +30,15 @@ event-sink_lost = spojení se strojem posunů je přerušeno
 event-logged_in = { $name }: přihlášení ke stavovému serveru
 event-log_in_refused = { $name }: stavový server přihlášení odmítl
 event-not_stored = Historii nebylo možné zapisovat po dobu { DURATION($lasted_s) }: { $why }
+event-history_damaged = Historie { $file } je poškozena ({ $detail }): byla odložena jako { $aside } a začala nová
+event-history_unchecked = Historie { $file }: { $detail }
+event-rows_unpacked = cykly zůstávají jako jednotlivé řádky, protože jeden nelze přečíst ({ $detail })
 event-self_test = vlastní test: { $finding }
 event-alarm_gone = pominulo: { $alarm }
 event-alarm = { CODE($priority, "priority") }: { $alarm }
 event-offset_unusable = ve stroji není platný posun: nic se nezapisuje
 event-state_saved_again = pominulo: stav lze opět ukládat
+event-state_unsaved = stav nelze uložit do { $file }: { $detail }
 event-users_unreadable = nikdo není znám: { $problem }
 event-users_readable = soubor uživatelů se opět čte
 failure-history_unwritable = historii nelze uložit (podrobnost: { $detail })
@@ -61,6 +65,7 @@ kept-other_model = je od jiného modelu, { $file }; vztažné teploty se přebí
 
 why-no_file = soubor neexistuje
 why-damaged = { $file } je poškozen ({ $detail })
+why-other_version = { $file } je od jiné verze programu ({ $version }): nepoužije se
 
 
 rest-waiting = { $waiting ->

@@ -36,6 +36,7 @@ answer-sensor_alarm_meanwhile = mezitím přišel alarm snímače: podívejte se
 answer-ending = kompenzace se právě ukončuje
 answer-ended = kompenzace skončila
 answer-no_model_folder = není nastavena složka modelů
+answer-model_unusable = model nelze použít: { $why }
 answer-model_outputs = model dává { NAME($names) }; stroj potřebuje { NAME($needed) }
 answer-model_settles = nový model převezme řízení, jakmile se ustálí
 answer-name_missing = chybí jméno

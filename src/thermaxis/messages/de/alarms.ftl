@@ -82,3 +82,6 @@ alarm-late = Ein Zyklus kam { FIXED($lateness_s, decimals: 1) } s zu spät.
 alarm-model_old = Das Modell ist { FIXED($age_months, decimals: 0) } Monate alt.
     .cause = Maschinen ändern sich durch Verschleiß und Reparatur.
     .remedy = Mit einer neuen Aufzeichnung prüfen und neu identifizieren, wenn es schlechter geworden ist.
+alarm-state_version = Der in { $file } gespeicherte Zustand stammt von einer anderen Version des Programms und wird nicht verwendet.
+    .cause = Das Programm wurde seit dem letzten Lauf gewechselt.
+    .remedy = Die Kompensation ist aus, und der Versatz bleibt, wie er vorgefunden wurde. Ihn ansehen, dann einschalten, um von ihm aus weiterzumachen, oder ein- und ausschalten, um ihn auslaufen zu lassen.

@@ -16,7 +16,7 @@ event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
 event-state = { CODE($state, "state") }
 event-request_accepted = { CODE($request, "request") }: angenommen, { $answer }
 event-request_refused = { CODE($request, "request") }: abgelehnt, { $answer }
-event-role_refused = { CODE($request, "request") } abgelehnt: als { CODE($role, "role") } nicht erlaubt, nötig ist { CODE($needed, "role") }
+event-role_refused = { $method } abgelehnt: als { CODE($role, "role") } nicht erlaubt, nötig ist { CODE($needed, "role") }
 event-loop_started = die Kompensation von { $machine } wurde gestartet
 event-self_test_passed = der Selbsttest ist bestanden
 event-no_saved_state = kein gespeicherter Zustand: { $why }
@@ -30,11 +30,15 @@ event-sink_lost = die Verbindung zur Maschine der Versätze ist unterbrochen
 event-logged_in = { $name } hat sich am Statusserver angemeldet
 event-log_in_refused = { $name } wurde vom Statusserver abgewiesen
 event-not_stored = Der Verlauf konnte { DURATION($lasted_s) } lang nicht geschrieben werden: { $why }
+event-history_damaged = Der Verlauf { $file } ist beschädigt ({ $detail }): er wurde als { $aside } beiseitegelegt und ein neuer begonnen
+event-history_unchecked = Der Verlauf { $file }: { $detail }
+event-rows_unpacked = Zyklen bleiben einzelne Zeilen, denn eine kann nicht gelesen werden ({ $detail })
 event-self_test = Selbsttest: { $finding }
 event-alarm_gone = gegangen: { $alarm }
 event-alarm = { CODE($priority, "priority") }: { $alarm }
 event-offset_unusable = was in der Maschine steht, ist kein Versatz: es wird nichts geschrieben
 event-state_saved_again = gegangen: der Zustand kann wieder gespeichert werden
+event-state_unsaved = der Zustand kann in { $file } nicht gespeichert werden: { $detail }
 event-users_unreadable = niemand ist bekannt: { $problem }
 event-users_readable = die Benutzerdatei wird wieder gelesen
 failure-history_unwritable = der Verlauf kann nicht gespeichert werden (Einzelheit: { $detail })
@@ -59,6 +63,7 @@ kept-other_model = er ist von einem anderen Modell, { $file }; die Bezugstempera
 
 why-no_file = es gibt keine Datei
 why-damaged = { $file } ist beschädigt ({ $detail })
+why-other_version = { $file } stammt von einer anderen Version des Programms ({ $version }): er wird nicht verwendet
 
 
 rest-waiting = im Speicher { $waiting ->

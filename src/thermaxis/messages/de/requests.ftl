@@ -36,6 +36,7 @@ answer-sensor_alarm_meanwhile = inzwischen kam ein Alarm eines Sensors: ansehen,
 answer-ending = die Kompensation wird gerade beendet
 answer-ended = die Kompensation ist beendet
 answer-no_model_folder = es ist kein Ordner für Modelle eingerichtet
+answer-model_unusable = das Modell kann nicht verwendet werden: { $why }
 answer-model_outputs = das Modell liefert { NAME($names) }; die Maschine braucht { NAME($needed) }
 answer-model_settles = das neue Modell übernimmt, sobald es eingeschwungen ist
 answer-name_missing = ein Name fehlt

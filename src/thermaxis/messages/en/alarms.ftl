@@ -84,3 +84,6 @@ alarm-late = A cycle came { FIXED($lateness_s, decimals: 1) } s late.
 alarm-model_old = The model is { FIXED($age_months, decimals: 0) } months old.
     .cause = Machines change with wear and repair.
     .remedy = Verify it with a new log, and identify it again if it has become worse.
+alarm-state_version = The saved state in { $file } is of another version of the program and is not used.
+    .cause = The program was changed since it ran last.
+    .remedy = The compensation is off and the offset stays as it was found. Look at it, then enable to go on from it, or enable and disable to fade it out.

@@ -22,7 +22,7 @@ event-state_reasons = { CODE($state, "state") }: { CODE($reasons, "reason") }
 event-state = { CODE($state, "state") }
 event-request_accepted = { CODE($request, "request") }: accepted, { $answer }
 event-request_refused = { CODE($request, "request") }: refused, { $answer }
-event-role_refused = { CODE($request, "request") } refused: { CODE($role, "role") } may not, it needs { CODE($needed, "role") }
+event-role_refused = { $method } refused: { CODE($role, "role") } may not, it needs { CODE($needed, "role") }
 event-loop_started = the loop of { $machine } started
 event-self_test_passed = the self-test passed
 event-no_saved_state = no saved state: { $why }
@@ -36,11 +36,15 @@ event-sink_lost = the connection to the offsets' machine is lost
 event-logged_in = { $name } logged in to the status server
 event-log_in_refused = { $name } was refused by the status server
 event-not_stored = The history could not be written for { DURATION($lasted_s) }: { $why }
+event-history_damaged = The history { $file } is damaged ({ $detail }): it was put aside as { $aside } and a new one begun
+event-history_unchecked = The history { $file }: { $detail }
+event-rows_unpacked = cycles stay single rows, for one cannot be read ({ $detail })
 event-self_test = self-test: { $finding }
 event-alarm_gone = gone: { $alarm }
 event-alarm = { CODE($priority, "priority") }: { $alarm }
 event-offset_unusable = what stands in the machine is no offset: nothing is written
 event-state_saved_again = gone: the state can be saved again
+event-state_unsaved = the state cannot be saved in { $file }: { $detail }
 event-users_unreadable = nobody is known: { $problem }
 event-users_readable = the file of users is read again
 failure-history_unwritable = the history cannot be written ({ $detail })
@@ -69,6 +73,7 @@ kept-other_model = it is of another model, { $file }; the references are taken u
 
 why-no_file = there is no file
 why-damaged = { $file } is damaged ({ $detail })
+why-other_version = { $file } is of another version of the program ({ $version }): it is not used
 
 
 ## What has become of records

@@ -40,6 +40,7 @@ answer-sensor_alarm_meanwhile = an alarm of a sensor came meanwhile: look at it,
 answer-ending = the loop is being ended
 answer-ended = the loop has ended
 answer-no_model_folder = no folder of models is configured
+answer-model_unusable = the model cannot be used: { $why }
 answer-model_outputs = the model gives { NAME($names) }; the machine needs { NAME($needed) }
 answer-model_settles = the new model takes over once it has settled
 answer-name_missing = a name is missing

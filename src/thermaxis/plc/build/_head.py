@@ -15,6 +15,7 @@ from thermaxis.compensation import (
     SampleQuality,
     SupervisorState,
 )
+from thermaxis.messages import sentence
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
 from thermaxis.plc.build._draft import numbered
 from thermaxis.plc.build._warnings import never_corrects, setting_warnings
@@ -253,13 +254,15 @@ def _numbers() -> Iterator[str]:
     yield "enabled: whether somebody has enabled it"
     yield "fault_word: sum of"
     for k, reason in enumerate(Reason):
-        yield f"  {2**k} {_plain(reason)}"
+        yield f"  {2**k} {_plain(sentence(f'reason-{reason}'))}"
     yield "outcome_word: sum of"
     for k, outcome in enumerate(Outcome):
-        yield f"  {2**k} {_plain(outcome)}{_NEVER if outcome in NEVER_OUTCOMES else ''}"
+        said = _plain(sentence(f"outcome-{outcome}"))
+        yield f"  {2**k} {said}{_NEVER if outcome in NEVER_OUTCOMES else ''}"
     yield "quality of a temperature:"
     for k, quality in enumerate(SampleQuality):
-        yield f"  {k} {quality}{_NEVER if quality in NEVER_QUALITIES else ''}"
+        said = sentence(f"quality-{quality}")
+        yield f"  {k} {said}{_NEVER if quality in NEVER_QUALITIES else ''}"
     yield f"model_quality: {numbered(Quality, ', ')}"
 
 

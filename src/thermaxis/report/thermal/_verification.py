@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from thermaxis import __version__
 from thermaxis.compensation import CompensationModel
 from thermaxis.files import model_sha256
+from thermaxis.messages import text_of
 from thermaxis.report._document import (
     Block,
     Column,
@@ -102,7 +103,9 @@ def verification_document(
         footer=f"Model SHA-256 {sha256[:12]}… · {names}",
         author=f"thermaxis {__version__}",
         opening=(
-            *warning_blocks(result.warnings, [f"of the model: {w}" for w in model.warnings]),
+            *warning_blocks(
+                [*map(text_of, result.warnings)], [f"of the model: {w}" for w in model.warnings]
+            ),
             _summary(model, result, sha256),
         ),
         sections=tuple(sections),

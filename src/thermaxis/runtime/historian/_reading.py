@@ -19,6 +19,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
+from thermaxis.codes import values_of_json
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import DataError, printable
 from thermaxis.runtime._ports import CycleRecord, EventRecord
@@ -388,10 +389,7 @@ class HistoryReader:
             query = query.where(event.kind.in_(list(kinds)))
         with self._asked() as connection:
             found = connection.execute(query.order_by(event.id.desc()).limit(newest)).all()
-        return [
-            EventRecord(from_us(row.utc_us), row.kind, row.who, row.text, json.loads(row.details))
-            for row in reversed(found)
-        ]
+        return [_event_of(row) for row in reversed(found)]
 
     # ---- trends ---------------------------------------------------------------------------------
 
@@ -581,6 +579,12 @@ def _trend_of(
         tuple(found.total / found.entries for found in tallies),
         tuple(found.highest for found in tallies),
     )
+
+
+def _event_of(row: Any) -> EventRecord:
+    details = json.loads(row.details)
+    code, values = details.pop("code", ""), values_of_json(details.pop("values", None))
+    return EventRecord(from_us(row.utc_us), row.kind, row.who, row.text, details, code, values)
 
 
 def _texts_of(text: str | None) -> dict[int, str]:

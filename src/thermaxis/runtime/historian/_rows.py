@@ -18,8 +18,10 @@ from itertools import chain, starmap
 from operator import attrgetter
 from typing import Any, Final, Generic, NamedTuple, TypeVar, cast, final
 
+from thermaxis.codes import values_of_json
 from thermaxis.compensation import (
     Answer,
+    AnswerCode,
     CycleOutput,
     Outcome,
     Quality,
@@ -179,9 +181,9 @@ class RowPacker:
             *times,
             word(output.state.value),
             word(output.quality.value),
-            word(_SEPARATOR.join([r.name for r in output.reasons])),
-            word(_SEPARATOR.join([o.name for o in output.outcomes])),
-            *[word(q.name) for q in output.qualities],
+            word(_SEPARATOR.join(output.reasons)),
+            word(_SEPARATOR.join(output.outcomes)),
+            *[word(q.value) for q in output.qualities],
             *[word(s.status) for s in samples],
             *[bool(s.good) for s in samples],
             *map(bool, chain.from_iterable(flags)),
@@ -293,14 +295,14 @@ def _record_of(
     fields |= {
         "state": SupervisorState(state),
         "quality": Quality(quality),
-        "reasons": tuple(Reason[name] for name in _split(reasons)),
-        "outcomes": tuple(Outcome[name] for name in _split(outcomes)),
+        "reasons": tuple(Reason(name) for name in _split(reasons)),
+        "outcomes": tuple(Outcome(name) for name in _split(outcomes)),
         "contribution_um": tuple(numbers(count) for count in layout.contribution),
         "answers": () if text is None else answers_of_text(text),
     }
     gain = tuple(cast("tuple[float, ...]", numbers(count)) for count in layout.gain)
     fields["values"] = numbers(layout.values)
-    fields["qualities"] = tuple(SampleQuality[name] for name in named(layout.qualities))
+    fields["qualities"] = tuple(SampleQuality(name) for name in named(layout.qualities))
     samples = _samples_of(layout, numbers, named, flags, ints[2:])
     for name, length in zip(layout.flags, layout.flag_lengths, strict=True):
         fields[name] = flags(length)
@@ -378,7 +380,8 @@ def answers_as_text(answers: Sequence[Answer]) -> str:
                 "text": a.request.text,
                 "identity": a.request.identity,
                 "accepted": a.accepted,
-                "reason": a.reason,
+                "code": a.code.value,
+                "values": a.values,
             }
             for a in answers
         ]
@@ -389,9 +392,10 @@ def answers_of_text(text: str) -> tuple[Answer, ...]:
     """Return the answers that `answers_as_text` wrote."""
     found: list[Answer] = []
     for entry in json.loads(text):
-        accepted, reason = entry.pop("accepted"), entry.pop("reason")
+        accepted, code = entry.pop("accepted"), AnswerCode(entry.pop("code"))
+        values = cast("dict[str, float | str]", values_of_json(entry.pop("values")))
         kind = RequestKind(entry.pop("kind"))
-        found.append(Answer(Request(kind=kind, **entry), accepted, reason))
+        found.append(Answer(Request(kind=kind, **entry), accepted, code, values))
     return tuple(found)
 
 

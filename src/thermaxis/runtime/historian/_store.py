@@ -17,6 +17,7 @@ from sqlalchemy.engine import URL
 from sqlalchemy.exc import SQLAlchemyError
 
 from thermaxis import __version__
+from thermaxis.codes import Message
 from thermaxis.compensation import SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.historian import _tables as t
@@ -65,7 +66,7 @@ class FileWatch:
     """Whether it was looked through since the program began, or since it was replaced."""
     damage: str = ""
     """What the database has said about a damage that it met; empty where it met none."""
-    remarks: list[str] = field(default_factory=list[str])
+    remarks: list[Message] = field(default_factory=list[Message])
     """Sentences about damage and checks that were not finished, until somebody takes them."""
 
 
@@ -130,12 +131,11 @@ def _look_through(path: Path, check_s: float, utc: datetime, watch: FileWatch) -
         found = check_file(path, check_s)
     if not found.sound:
         target = put_aside(path, utc)
-        watch.remarks.append(
-            f"The history {path.name} is damaged ({found.text}): it was put aside as"
-            f" {target.name} and a new one begun"
-        )
+        values = {"file": path.name, "detail": found.text, "aside": target.name}
+        watch.remarks.append(Message("event-history_damaged", values))
     elif not found.complete:
-        watch.remarks.append(f"The history {path.name}: {found.text}")
+        values = {"file": path.name, "detail": found.text}
+        watch.remarks.append(Message("event-history_unchecked", values))
     watch.checked, watch.damage = True, ""
 
 
@@ -180,7 +180,7 @@ class Store:
                         where=self._where,
                         remedy="Give each machine a database of its own, or end the other program",
                     )
-        t.bring_up_to_date(connection, self._where)
+        t.make_tables(connection, self._where)
         with connection.begin():
             self._run = self._found_run(run_key, utc)
             self._words_stored = self._count_of(t.word)

@@ -16,20 +16,14 @@ Times are microseconds since 1970 in UTC; ``id`` of cycles counts in the order o
 what history is ordered by, whatever a clock did.
 """
 
-from collections.abc import Callable, Mapping
 from typing import Final
 
 import sqlalchemy as sa
 
 from thermaxis.errors import ConfigurationError
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 """Version of the schema that is written. [1]"""
-
-Migration = Callable[[sa.Connection], None]
-MIGRATIONS: Final[Mapping[int, Migration]] = {}
-"""What brings a database from a version to the next one, each in one transaction. A change of the
-tables adds 1 to `SCHEMA` and an entry here; none is needed so far."""
 
 metadata = sa.MetaData()
 _INTEGER = sa.BigInteger().with_variant(sa.Integer(), "sqlite")  # SQLite: INTEGER is the row's id
@@ -134,17 +128,17 @@ def stored_schema(connection: sa.Connection) -> int | None:
 
 
 def require_known_schema(found: int, where: str) -> None:
-    """Refuse a database that a newer program has written."""
-    if found > SCHEMA:
+    """Refuse a database that another version of the program has written."""
+    if found != SCHEMA:
         raise ConfigurationError(
-            f"the history has version {found} of its tables, this program knows up to {SCHEMA}",
+            f"the history has version {found} of its tables, this program has {SCHEMA}",
             where=where,
-            remedy="Use the newer program, or name another database",
+            remedy="Use the program that wrote it, or name another database",
         )
 
 
-def bring_up_to_date(connection: sa.Connection, where: str) -> None:
-    """Make the tables where there are none, or bring older ones to the present version."""
+def make_tables(connection: sa.Connection, where: str) -> None:
+    """Make the tables where there are none."""
     with connection.begin():
         found = stored_schema(connection)
         if found is None:
@@ -152,9 +146,3 @@ def bring_up_to_date(connection: sa.Connection, where: str) -> None:
             connection.execute(sa.insert(version).values(name="schema", value=SCHEMA))
             return
     require_known_schema(found, where)
-    for number in range(found, SCHEMA):
-        with connection.begin():
-            MIGRATIONS[number](connection)
-            connection.execute(
-                sa.update(version).where(version.c.name == "schema").values(value=number + 1)
-            )

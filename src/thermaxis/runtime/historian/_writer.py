@@ -11,6 +11,7 @@ from typing import Final, final
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, SQLAlchemyError
 
+from thermaxis.codes import Message, values_as_json
 from thermaxis.errors import ThermaxisError
 from thermaxis.runtime._ports import Clock, EventRecord
 from thermaxis.runtime.historian._backlog import NO_LOSS, Backlog, Loss, PackedEvent
@@ -53,7 +54,9 @@ def pack_event(event: EventRecord) -> PackedEvent:
     TypeError, ValueError, AttributeError, OverflowError, RecursionError
         If a value is not what its field promises.
     """
-    details = json.dumps(dict(event.details))
+    details = json.dumps(
+        {**event.details, "code": event.code, "values": values_as_json(event.values)}
+    )
     if len(details) > _LONGEST_DETAILS:
         details = json.dumps({"cut": details[:1000]})
     return PackedEvent(
@@ -213,7 +216,7 @@ class Writer:
         except _UNREADABLE as error:
             self._blocks_made = False
             cause = printable_cause(error)
-            self._state("alarm", f"Cycles stay single rows, for one cannot be read ({cause})")
+            self._state("alarm", Message("event-rows_unpacked", {"detail": cause}))
         self._busy = None
 
     def _drop_store(self, error: BaseException) -> None:
@@ -243,14 +246,14 @@ class Writer:
             lasted_s = time.monotonic() - self._failed_since_s
             self._state(
                 "connection",
-                f"The history could not be written for {lasted_s:.1f} s: {self._failure}",
+                Message("event-not_stored", {"lasted_s": lasted_s, "why": self._failure}),
                 {"duration_s": round(lasted_s, 1)},
             )
             self._failure = ""
         if loss:
             self._state(
                 "loss",
-                f"{loss.cycles} cycles and {loss.events} events are not in the history",
+                Message("event-records_lost", {"cycles": loss.cycles, "events": loss.events}),
                 {
                     "cycles": loss.cycles,
                     "events": loss.events,
@@ -265,9 +268,9 @@ class Writer:
     def _state(
         self,
         kind: str,
-        text: str,
+        message: Message,
         details: Mapping[str, str | float | bool | None] | None = None,
         states: Loss = NO_LOSS,
     ) -> None:
-        record = EventRecord(self._clock.utc(), kind, "", text, details or {})
+        record = EventRecord.of(self._clock.utc(), kind, "", message, details)
         self._backlog.add_event(pack_event(record), states)

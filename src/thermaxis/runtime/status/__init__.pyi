@@ -1,12 +1,9 @@
-from ._alarm_words import (
-    ALARM_WORDS as ALARM_WORDS,
-    SENSOR_CAUSES as SENSOR_CAUSES,
-)
 from ._alarms import (
-    FOUND_ELSEWHERE as FOUND_ELSEWHERE,
     PRIORITIES as PRIORITIES,
+    AlarmCode as AlarmCode,
     alarms_of as alarms_of,
     alarms_of_found as alarms_of_found,
+    message_of as message_of,
     sensor_key as sensor_key,
 )
 from ._metrics import (
@@ -18,6 +15,7 @@ from ._nodes import (
     Snapshot as Snapshot,
     as_json as as_json,
     facts_of as facts_of,
+    state_message as state_message,
 )
 from ._requests import (
     ASKS as ASKS,

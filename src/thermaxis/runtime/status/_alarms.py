@@ -3,13 +3,15 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, date, datetime
+from enum import StrEnum
 from typing import Final, NamedTuple
 
+from thermaxis.codes import Message, Value
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import printable
+from thermaxis.messages import alarm_sentences
 from thermaxis.runtime._left_offsets import FoundElsewhere
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._alarm_words import ALARM_WORDS, FAULT_CODES, SENSOR_CAUSES
 from thermaxis.runtime.status._status import Alarm, RuntimeStatus
 
 PRIORITIES = ("critical", "high", "medium", "low")
@@ -22,8 +24,6 @@ TRIM_ENDS_S = 300.0
 MODEL_AGE_DAYS = 365.0
 """A model older than this should be measured again. Default: the year after which instruments are
 calibrated. [d]"""
-FOUND_ELSEWHERE: Final = "found_elsewhere"
-"""Code of the alarm for an offset that was not where the loop had left it."""
 _LONGEST_TEXT = 300
 _LONGEST_STATUS = 200
 
@@ -37,17 +37,63 @@ _NAMED: Final = re.compile(r"[._/\\]\S|\d")
 """What makes a word the name of a file, a node or a value."""
 
 
+class AlarmCode(StrEnum):
+    """What an alarm says; its sentences stand in the catalogues."""
+
+    FAULT_READ_BACK_DIFFERS = "fault_read_back_differs"
+    FAULT_LONG_AT_LIMIT = "fault_long_at_limit"
+    FAULT_OFFSET_OUTSIDE = "fault_offset_outside"
+    FAULT_DOUBLE_COMPENSATION = "fault_double_compensation"
+    HOLD_EXPIRED = "hold_expired"
+    SINK_LOST = "sink_lost"
+    OFFSET_UNREAD = "offset_unread"
+    SOURCE_LOST = "source_lost"
+    SELF_TEST = "self_test"
+    SENSOR_SPARE = "sensor_spare"
+    SENSOR_BAD = "sensor_bad"
+    SENSOR_UNREAD = "sensor_unread"
+    STANDING_OFFSET = "standing_offset"
+    FOUND_ELSEWHERE = "found_elsewhere"
+    NO_EFFECT = "no_effect"
+    LIMIT = "limit"
+    SOFT_LIMIT = "soft_limit"
+    VALIDITY = "validity"
+    BEHIND = "behind"
+    TRIM_ENDS = "trim_ends"
+    DIAMETER_HELD = "diameter_held"
+    DIAMETER_UNKNOWN = "diameter_unknown"
+    HISTORIAN = "historian"
+    HISTORIAN_UNSTATED = "historian_unstated"
+    HISTORY_LOST = "history_lost"
+    LATE = "late"
+    MODEL_OLD = "model_old"
+    STATE_VERSION = "state_version"
+
+
+_FAULTS: Final = {
+    Reason.READ_BACK_DIFFERS: AlarmCode.FAULT_READ_BACK_DIFFERS,
+    Reason.LONG_AT_LIMIT: AlarmCode.FAULT_LONG_AT_LIMIT,
+    Reason.OFFSET_OUTSIDE: AlarmCode.FAULT_OFFSET_OUTSIDE,
+    Reason.DOUBLE_COMPENSATION: AlarmCode.FAULT_DOUBLE_COMPENSATION,
+}
+
+
+def message_of(alarm: Alarm) -> Message:
+    """Return what is wrong as a message."""
+    return Message(f"alarm-{alarm.code}", alarm.values)
+
+
 class _Found(NamedTuple):
     """An alarm before its words and its time are known."""
 
     key: str
     priority: str
-    code: str
-    values: Mapping[str, float | str] = {}
+    code: AlarmCode
+    values: Mapping[str, Value] = {}
 
     def at(self, since: datetime) -> Alarm:
         """Return the alarm with its words."""
-        said = ALARM_WORDS[self.code].filled(self.values)
+        said = alarm_sentences(self.code, self.values)
         text, cause, remedy = (printable(sentence, _LONGEST_TEXT) for sentence in said)
         return Alarm(self.key, self.priority, text, cause, remedy, since, self.code, self.values)
 
@@ -62,6 +108,7 @@ def alarms_of(
     elsewhere: Sequence[FoundElsewhere] = (),
     *,
     unread: bool = False,
+    other_state: Message | None = None,
 ) -> tuple[Alarm, ...]:
     """Return what a person should know of a status.
 
@@ -77,6 +124,8 @@ def alarms_of(
         Offsets that were not where the loop had left them, as long as they are to be told.
     unread : bool
         Whether a machine that is there has not told its offsets for too long.
+    other_state : Message, optional
+        Why a saved state of another version was not used, until a person has decided.
 
     Returns
     -------
@@ -87,6 +136,7 @@ def alarms_of(
     every = (
         *_all(status, compensation, forbidden, unread=unread),
         *_of_found(elsewhere),
+        *_of_saved_state(other_state),
     )
     found = sorted(_unique(every), key=lambda f: PRIORITIES.index(f.priority))
     return tuple(one.at(came.get(one.key, status.utc)) for one in found)
@@ -137,7 +187,7 @@ def _all(
     yield from _of_connections(status, compensation, unread=unread)
     for i, sentence in enumerate(forbidden):
         finding = printable(_sentence(sentence), _LONGEST_TEXT)
-        yield _Found(f"self-test {i + 1}", "high", "self_test", {"finding": finding})
+        yield _Found(f"self-test {i + 1}", "high", AlarmCode.SELF_TEST, {"finding": finding})
     if status.source_connected:
         for i, name in enumerate(status.channels):
             yield from _of_sensor(status, compensation, i, name)
@@ -151,7 +201,12 @@ def _all(
 def _of_found(elsewhere: Sequence[FoundElsewhere]) -> Iterator[_Found]:
     for one in elsewhere:
         values = {"name": one.output, "found_um": one.found_um, "left_um": one.left_um}
-        yield _Found(one.key, "high", FOUND_ELSEWHERE, values)
+        yield _Found(one.key, "high", AlarmCode.FOUND_ELSEWHERE, values)
+
+
+def _of_saved_state(other: Message | None) -> Iterator[_Found]:
+    if other is not None:
+        yield _Found("saved state", "high", AlarmCode.STATE_VERSION, other.values)
 
 
 def _sentence(text: str) -> str:
@@ -162,7 +217,7 @@ def _sentence(text: str) -> str:
     return begin + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
-def _duration(name: str, time_s: float) -> dict[str, float | str]:
+def _duration(name: str, time_s: float) -> dict[str, Value]:
     """Return a time as number and unit, as it is told."""
     number, unit = (time_s / 60.0, "min") if time_s >= 120.0 else (time_s, "s")
     return {name: number, f"{name}_unit": unit}
@@ -171,11 +226,11 @@ def _duration(name: str, time_s: float) -> dict[str, float | str]:
 def _of_state(status: RuntimeStatus) -> Iterator[_Found]:
     output = status.output
     for reason in output.reasons:
-        if output.state is SupervisorState.FAULT and reason in FAULT_CODES:
+        if output.state is SupervisorState.FAULT and reason in _FAULTS:
             priority = _FAULT_PRIORITIES.get(reason, "critical")
-            yield _Found(f"fault {reason.name}", priority, FAULT_CODES[reason])
+            yield _Found(f"fault {reason.name}", priority, _FAULTS[reason])
         elif reason is Reason.HOLD_EXPIRED:
-            yield _Found("hold expired", "medium", "hold_expired")
+            yield _Found("hold expired", "medium", AlarmCode.HOLD_EXPIRED)
 
 
 def _of_connections(
@@ -184,11 +239,13 @@ def _of_connections(
     hold = _duration("hold", compensation.supervisor.hold_connection_s)
     gravest = "critical" if status.enabled else "low"
     if not status.sink_connected:
-        yield _Found("sink lost", gravest, "sink_lost", hold)
+        yield _Found("sink lost", gravest, AlarmCode.SINK_LOST, hold)
     elif unread:
-        yield _Found("offset unread", gravest, "offset_unread", hold)
+        yield _Found("offset unread", gravest, AlarmCode.OFFSET_UNREAD, hold)
     if not status.source_connected:
-        yield _Found("source lost", "high" if status.enabled else "low", "source_lost", hold)
+        yield _Found(
+            "source lost", "high" if status.enabled else "low", AlarmCode.SOURCE_LOST, hold
+        )
 
 
 def _of_sensor(
@@ -202,16 +259,16 @@ def _of_sensor(
         for output in compensation.model.outputs
         if any(name in {part.plus, part.minus} for part in output.parts)
     )
-    values: dict[str, float | str] = {"name": name, "acts_on": acts_on}
+    values: dict[str, Value] = {"name": name, "acts_on": acts_on}
     if quality is SampleQuality.SPARE:
-        yield _Found(sensor_key(name), "medium", "sensor_spare", values)
+        yield _Found(sensor_key(name), "medium", AlarmCode.SENSOR_SPARE, values)
         return
     sample = status.samples.get(name, NOT_READ)
-    values |= {"quality": quality.value, "sensor_cause": SENSOR_CAUSES[quality]}
+    values |= {"quality": quality.value, "sensor_cause": quality.value}
     values |= _duration("hold", compensation.supervisor.hold_input_s)
-    code = "sensor_unread"
+    code = AlarmCode.SENSOR_UNREAD
     if sample.value is not None:
-        code = "sensor_bad"
+        code = AlarmCode.SENSOR_BAD
         values |= {"read_c": sample.value, "status": printable(sample.status, _LONGEST_STATUS)}
     yield _Found(sensor_key(name), "high", code, values)
 
@@ -224,28 +281,28 @@ def _of_output(
     tolerance_um = compensation.supervisor.read_back_tolerance_um
     if output.state is SupervisorState.OFF and abs(correction_um) > tolerance_um:
         values = {"name": name, "correction_um": correction_um}
-        yield _Found(f"standing offset {name}", "medium", "standing_offset", values)
+        yield _Found(f"standing offset {name}", "medium", AlarmCode.STANDING_OFFSET, values)
     yield from _of_effect(status, name, tolerance_um, limits.largest_rate_um_per_s)
     if status.enabled and output.at_limit[index]:
         values = {"name": name, "largest_um": limits.largest_um}
-        yield _Found(f"limit {name}", "critical", "limit", values)
+        yield _Found(f"limit {name}", "critical", AlarmCode.LIMIT, values)
     elif abs(correction_um) > limits.soft_um:
         values = {"name": name, "correction_um": correction_um, "soft_um": limits.soft_um}
-        yield _Found(f"soft limit {name}", "medium", "soft_limit", values)
+        yield _Found(f"soft limit {name}", "medium", AlarmCode.SOFT_LIMIT, values)
     if status.enabled and output.weight[index] < 1.0:
         values = {"name": name, "weight_percent": 100.0 * output.weight[index]}
-        yield _Found(f"validity {name}", "medium", "validity", values)
+        yield _Found(f"validity {name}", "medium", AlarmCode.VALIDITY, values)
     behind_um = abs(output.wanted_um[index] - correction_um) - limits.deadband_um
     if (
         output.state is SupervisorState.ACTIVE
         and behind_um > BEHIND_S * limits.largest_rate_um_per_s
     ):
         values = {"name": name, "behind_um": behind_um}
-        yield _Found(f"behind {name}", "medium", "behind", values)
+        yield _Found(f"behind {name}", "medium", AlarmCode.BEHIND, values)
     left_s = status.trim_left_s.get(name, 0.0)
     if output.trim_um[index] and left_s < TRIM_ENDS_S:
         values = {"name": name, "trim_um": output.trim_um[index], **_duration("left", left_s)}
-        yield _Found(f"trim {name}", "low", "trim_ends", values)
+        yield _Found(f"trim {name}", "low", AlarmCode.TRIM_ENDS, values)
 
 
 def _of_effect(
@@ -256,18 +313,18 @@ def _of_effect(
         return
     behind_um = abs(applied.effective_um - applied.accepted_um)
     if behind_um > tolerance_um + FOLLOWS_S * rate_um_per_s:
-        values: dict[str, float | str] = {
+        values: dict[str, Value] = {
             "name": name,
             "accepted_um": applied.accepted_um,
             "effective_um": applied.effective_um,
         }
-        yield _Found(f"no effect {name}", "high", "no_effect", values)
+        yield _Found(f"no effect {name}", "high", AlarmCode.NO_EFFECT, values)
 
 
 def _of_workpiece(status: RuntimeStatus) -> Iterator[_Found]:
     for outcome, code in (
-        (Outcome.DIAMETER_HELD, "diameter_held"),
-        (Outcome.DIAMETER_UNKNOWN, "diameter_unknown"),
+        (Outcome.DIAMETER_HELD, AlarmCode.DIAMETER_HELD),
+        (Outcome.DIAMETER_UNKNOWN, AlarmCode.DIAMETER_UNKNOWN),
     ):
         if status.enabled and outcome in status.output.outcomes:
             yield _Found("diameter", "low", code)
@@ -276,15 +333,15 @@ def _of_workpiece(status: RuntimeStatus) -> Iterator[_Found]:
 def _of_the_loop(status: RuntimeStatus) -> Iterator[_Found]:
     historian = status.historian
     if not historian.storing:
-        values: dict[str, float | str] = {"waiting": historian.waiting}
+        values: dict[str, Value] = {"waiting": historian.waiting}
         if historian.text:
             values["failure"] = printable(historian.text, _LONGEST_TEXT)
-        code = "historian" if historian.text else "historian_unstated"
+        code = AlarmCode.HISTORIAN if historian.text else AlarmCode.HISTORIAN_UNSTATED
         yield _Found("historian", "medium", code, values)
     if historian.lost:
-        yield _Found("history lost", "medium", "history_lost", {"lost": historian.lost})
+        yield _Found("history lost", "medium", AlarmCode.HISTORY_LOST, {"lost": historian.lost})
     if status.lateness_s > status.cycle_s:
-        yield _Found("late", "low", "late", {"lateness_s": status.lateness_s})
+        yield _Found("late", "low", AlarmCode.LATE, {"lateness_s": status.lateness_s})
 
 
 def _of_model(status: RuntimeStatus, compensation: Compensation) -> Iterator[_Found]:
@@ -293,7 +350,7 @@ def _of_model(status: RuntimeStatus, compensation: Compensation) -> Iterator[_Fo
         return
     age_days = (status.utc - made).total_seconds() / 86_400.0
     if age_days > MODEL_AGE_DAYS:
-        yield _Found("model old", "low", "model_old", {"age_months": age_days / 30.44})
+        yield _Found("model old", "low", AlarmCode.MODEL_OLD, {"age_months": age_days / 30.44})
 
 
 def _date_of(text: str) -> datetime | None:

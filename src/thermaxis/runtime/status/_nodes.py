@@ -14,7 +14,9 @@ from enum import Enum
 from typing import NamedTuple, final
 
 from thermaxis import __version__
+from thermaxis.codes import Message, values_as_json
 from thermaxis.compensation import Compensation, CycleOutput, Limits, SampleQuality, SupervisorState
+from thermaxis.messages import sentence_of
 from thermaxis.runtime._ports import NOT_READ, Applied, SourceSample
 from thermaxis.runtime.status._status import Alarm, RuntimeStatus
 
@@ -179,12 +181,19 @@ def _plain(read: Callable[[RuntimeStatus], Value]) -> Callable[[Snapshot], Told]
     return lambda now: Told(read(now.status))
 
 
-def sentence_of(status: RuntimeStatus) -> str:
-    """Return the state and its reasons as a sentence, unless the loop has one."""
+def state_text(status: RuntimeStatus) -> str:
+    """Return the state and its reasons as an English sentence, unless the loop has one."""
     if status.text:
         return status.text
-    why = "; ".join(reason.value for reason in status.output.reasons)
-    return f"{status.output.state.value}: {why}." if why else f"{status.output.state.value}."
+    return f"{sentence_of(state_message(status.output))}."
+
+
+def state_message(output: CycleOutput) -> Message:
+    """Return the state with its reasons."""
+    state, reasons = output.state.value, tuple(reason.value for reason in output.reasons)
+    if not reasons:
+        return Message("event-state", {"state": state})
+    return Message("event-state_reasons", {"state": state, "reasons": reasons})
 
 
 def _alarm_line(alarm: Alarm) -> str:
@@ -219,11 +228,17 @@ _OF_THE_LOOP = (
         _plain(lambda s: s.state_since),
         prompt=True,
     ),
-    Leaf("Status/Text", Kind.TEXT, "The state in a sentence.", _plain(sentence_of), prompt=True),
+    Leaf(
+        "Status/Text",
+        Kind.TEXT,
+        "The state in an English sentence.",
+        _plain(state_text),
+        prompt=True,
+    ),
     Leaf(
         "Status/Reasons",
         Kind.TEXTS,
-        "Why it is not active, the gravest first.",
+        "Why it is not active, the gravest first: codes.",
         _plain(lambda s: tuple(r.value for r in s.output.reasons)),
         prompt=True,
     ),
@@ -244,7 +259,7 @@ _OF_THE_LOOP = (
     Leaf(
         "Status/Outcomes",
         Kind.TEXTS,
-        "What was out of the ordinary in the model.",
+        "What was out of the ordinary in the model: codes.",
         _plain(lambda s: tuple(o.value for o in s.output.outcomes)),
     ),
     Leaf(
@@ -307,8 +322,15 @@ _OF_THE_LOOP = (
     Leaf(
         "Alarms/Texts",
         Kind.TEXTS,
-        "Each alarm in a line: priority, what, cause, what to do; the gravest first.",
+        "Each alarm in a line of English: priority, what, cause, what to do; the gravest first.",
         _plain(lambda s: tuple(_alarm_line(a) for a in s.alarms)),
+        prompt=True,
+    ),
+    Leaf(
+        "Alarms/Codes",
+        Kind.TEXTS,
+        "Their codes, in the same order.",
+        _plain(lambda s: tuple(a.code for a in s.alarms)),
         prompt=True,
     ),
     Leaf("Model/File", Kind.TEXT, "File name of the model.", _plain(lambda s: s.model_file)),
@@ -491,7 +513,7 @@ def _of_input(index: int, name: str) -> list[Leaf]:
         Leaf(
             f"{prefix}/Quality",
             Kind.TEXT,
-            "What is wrong with it, in words; good if nothing is.",
+            "What is wrong with it, a code; good if nothing is.",
             lambda now: Told(now.status.output.qualities[index].value),
             prompt=True,
         ),
@@ -550,7 +572,7 @@ def as_json(now: Snapshot) -> str:
     return json.dumps(
         {
             "format": "thermaxis-status",
-            "version": 1,
+            "version": 2,
             "program_version": __version__,
             "machine": s.machine,
             "started": _iso(s.started),
@@ -564,7 +586,7 @@ def as_json(now: Snapshot) -> str:
             "in_state_s": _finite(o.in_state_s),
             "enabled": s.enabled,
             "reasons": [r.value for r in o.reasons],
-            "text": sentence_of(s),
+            "text": state_text(s),
             "quality": o.quality.value,
             "outcomes": [x.value for x in o.outcomes],
             "source_connected": s.source_connected,
@@ -597,10 +619,7 @@ def as_json(now: Snapshot) -> str:
                     "remedy": a.remedy,
                     "since": _iso(a.since),
                     "code": a.code,
-                    "values": {
-                        name: value if isinstance(value, str) else _finite(value)
-                        for name, value in a.values.items()
-                    },
+                    "values": values_as_json(a.values),
                 }
                 for a in s.alarms
             ],

@@ -7,6 +7,7 @@ from typing import final
 
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import printable
+from thermaxis.runtime._ports import LoopAnswer, RequestOutcome
 from thermaxis.runtime._users import Role
 from thermaxis.runtime.status._nodes import Kind
 
@@ -124,8 +125,8 @@ ASKS = (
 """Every method that asks for something, in the order in which they are shown."""
 
 
-def refusal_of(values: Sequence[float | str]) -> str:
-    """Return why arguments cannot be handed to the loop, as a sentence, or nothing.
+def refusal_of(values: Sequence[float | str]) -> RequestOutcome | None:
+    """Return why arguments cannot be handed to the loop.
 
     Parameters
     ----------
@@ -134,17 +135,19 @@ def refusal_of(values: Sequence[float | str]) -> str:
 
     Returns
     -------
-    str
-        The reason without its full stop; empty where they can be.
+    RequestOutcome or None
+        The refusal; None where they can be.
     """
     for value in values:
         if isinstance(value, str):
             if not value:
-                return "a name is missing"
+                return RequestOutcome(accepted=False, code=LoopAnswer.NAME_MISSING)
             if len(value) > LONGEST_TEXT or printable(value, LONGEST_TEXT) != value:
-                return "a name has signs that cannot be shown, or is too long"
+                return RequestOutcome(accepted=False, code=LoopAnswer.NAME_UNUSABLE)
             if "/" in value or "\\" in value or value in {".", ".."}:
-                return f"{value} is no plain name: no folder is taken here"
+                return RequestOutcome(
+                    accepted=False, code=LoopAnswer.FILE_NOT_PLAIN, values={"file": value}
+                )
         elif not math.isfinite(value):
-            return "a number is not finite"
-    return ""
+            return RequestOutcome(accepted=False, code=LoopAnswer.NUMBER_NOT_FINITE)
+    return None

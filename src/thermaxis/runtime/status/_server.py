@@ -1,6 +1,7 @@
 """The status server: the loop's status and its operators' requests, as an OPC UA server."""
 
 import asyncio
+import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -9,9 +10,11 @@ from typing import final
 from asyncua import ua
 
 from thermaxis import __version__
+from thermaxis.codes import Message, Value, values_as_json
 from thermaxis.compensation import Compensation, Request
 from thermaxis.errors import ConfigurationError, printable
-from thermaxis.runtime._ports import Clock, EventRecord, RequestBox, RequestOutcome
+from thermaxis.messages import sentence_of
+from thermaxis.runtime._ports import Clock, EventRecord, LoopAnswer, RequestBox, RequestOutcome
 from thermaxis.runtime._users import ANONYMOUS, Identity, Role, Users
 from thermaxis.runtime.config import ServerSettings
 from thermaxis.runtime.host import is_loopback
@@ -431,13 +434,17 @@ class StatusServer:
         values, wrong = values_of(ask.arguments, arguments)
         if wrong:
             return status_code(wrong)
-        reason = refusal_of(values)
-        if not reason and self._waiting >= _MOST_WAITING:
-            reason = "too many requests are waiting for their answer"
-        outcome = RequestOutcome(accepted=False, reason=reason)
-        if not reason:
+        outcome = refusal_of(values)
+        if outcome is None and self._waiting >= _MOST_WAITING:
+            outcome = RequestOutcome(accepted=False, code=LoopAnswer.TOO_MANY_WAITING)
+        if outcome is None:
             outcome = await self._submit(ask.request(identity.name, values))
-        return [flag_variant(flag=outcome.accepted), text_variant(outcome.reason)]
+        return [
+            flag_variant(flag=outcome.accepted),
+            text_variant(sentence_of(outcome.message)),
+            text_variant(outcome.code),
+            text_variant(json.dumps(values_as_json(outcome.values))),
+        ]
 
     async def _submit(self, request: Request) -> RequestOutcome:
         """Hand a request to the loop and wait for its answer within a bound."""
@@ -448,22 +455,20 @@ class StatusServer:
             async with asyncio.timeout(max(_ANSWER_S, _ANSWER_CYCLES * cycle_s)):
                 return await self._box.submit(request)
         except TimeoutError:
-            reason = "the loop has not answered; the request may still take effect"
-            return RequestOutcome(accepted=False, reason=reason)
+            return RequestOutcome(accepted=False, code=LoopAnswer.NO_ANSWER)
         finally:
             self._waiting -= 1
 
     # ---- audit ----------------------------------------------------------------------------------
 
     def _refused(self, identity: Identity, ask: Ask, role: Role) -> None:
-        text = f"{ask.name} refused: {role.value} may not, it needs {ask.role.value}"
-        self._audit(EventRecord(self._clock.utc(), "request", identity.name, text))
+        values = {"method": ask.name, "role": role.value, "needed": ask.role.value}
+        self._tell_event("request", identity.name, "event-role_refused", values)
 
     def _logged_in(self, name: str, right: bool) -> None:  # noqa: FBT001 - as Users tells it
-        said = "logged in to" if right else "was refused by"
         shown = printable(name, 70)
-        text = f"{shown} {said} the status server"
-        self._audit(EventRecord(self._clock.utc(), "connection", shown, text))
+        code = "event-logged_in" if right else "event-log_in_refused"
+        self._tell_event("connection", shown, code, {"name": shown})
         if self._users is not None:
             self._tell_problem(self._users)
 
@@ -472,13 +477,20 @@ class StatusServer:
         problem = users.problem
         if problem != self._problem:
             self._problem = problem
-            text = f"nobody is known: {problem}" if problem else "the file of users is read again"
-            self._audit(EventRecord(self._clock.utc(), "alarm", "", text))
+            if problem:
+                self._tell_event("alarm", "", "event-users_unreadable", {"problem": problem})
+            else:
+                self._tell_event("alarm", "", "event-users_readable", {})
+
+    def _tell_event(self, kind: str, who: str, code: str, values: Mapping[str, Value]) -> None:
+        self._audit(EventRecord.of(self._clock.utc(), kind, who, Message(code, values)))
 
 
 _ANSWER = (
     Argument("accepted", Kind.FLAG, "Whether it takes effect."),
-    Argument("reason", Kind.TEXT, "Why not, or what follows."),
+    Argument("reason", Kind.TEXT, "Why not, or what follows, in English."),
+    Argument("code", Kind.TEXT, "The same as a code."),
+    Argument("values", Kind.TEXT, "Values that belong to the code, JSON."),
 )
 _WHO = (
     Argument("name", Kind.TEXT, "Name that was given at log-in; empty without one."),

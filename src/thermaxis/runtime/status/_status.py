@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import final
 
+from thermaxis.codes import Value
 from thermaxis.compensation import CycleOutput
 from thermaxis.runtime._ports import Applied, HistorianStatus, SourceSample
 
@@ -19,7 +20,7 @@ class Alarm:
     priority: str
     """``critical``, ``high``, ``medium`` or ``low``."""
     text: str
-    """What is wrong, as a sentence."""
+    """What is wrong, as an English sentence."""
     cause: str
     """Why, as far as is known."""
     remedy: str
@@ -27,9 +28,8 @@ class Alarm:
     since: datetime
     """When it came, aware, in UTC."""
     code: str = ""
-    """Which sentences these are, for a screen of another language; empty where they are none of
-    `ALARM_WORDS`."""
-    values: Mapping[str, float | str] = field(default_factory=dict[str, float | str], hash=False)
+    """Code of the alarm."""
+    values: Mapping[str, Value] = field(default_factory=dict[str, Value], hash=False)
     """Numbers and texts that stand in them, each with its unit in its name."""
 
 

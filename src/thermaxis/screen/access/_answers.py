@@ -1,13 +1,18 @@
 """A request to the loop as its server takes it, and what is known of how it was answered."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from asyncua import ua
 
+from thermaxis.codes import Value, values_of_json
 from thermaxis.errors import printable
+from thermaxis.messages import sentence_of
+from thermaxis.runtime import LoopAnswer
 from thermaxis.runtime.opcua import MethodAnswer
 from thermaxis.runtime.status import ASKS, Ask, Kind, refusal_of
 
@@ -60,6 +65,10 @@ class Outcome(NamedTuple):
     """Why not, or what follows, in English: the loop's own words, where it has answered."""
     key: str = ""
     """Key of the words where the loop itself has not answered; empty where it has."""
+    code: str = ""
+    """The loop's answer as a code; empty where it has not answered."""
+    values: Mapping[str, Value] = MappingProxyType({})
+    """Values that belong to the code."""
 
     @property
     def answer(self) -> Answer:
@@ -86,8 +95,11 @@ def variants_of(method: str, arguments: Sequence[float | str]) -> list[ua.Varian
         kind = ua.VariantType.String if isinstance(value, str) else ua.VariantType.Double
         values.append(value)
         variants.append(ua.Variant(value, kind))
-    reason = refusal_of(values)
-    return Outcome(accepted=False, reason=reason, key=ARGUMENTS) if reason else variants
+    refused = refusal_of(values)
+    if refused is None:
+        return variants
+    reason = sentence_of(refused.message)
+    return Outcome(accepted=False, reason=reason, key=ARGUMENTS, code=refused.code)
 
 
 def _as_kind(kind: Kind, given: object) -> float | str | None:
@@ -103,6 +115,22 @@ def _as_kind(kind: Kind, given: object) -> float | str | None:
     return number if math.isfinite(number) else None
 
 
+def _told(values: Sequence[object]) -> Outcome | None:
+    """Return what the loop itself answered; None where that is not understood."""
+    if len(values) != 4 or not isinstance(values[0], bool):
+        return None
+    texts = [one for one in values[1:] if isinstance(one, str)]
+    if len(texts) != 3:
+        return None
+    reason, code, given = texts
+    try:
+        said = values_of_json(json.loads(given))
+    except (ValueError, RecursionError):
+        return None
+    key = NO_ANSWER if code == LoopAnswer.NO_ANSWER else ""
+    return Outcome(values[0], printable(reason, 400), key, printable(code, 80), said)
+
+
 def outcome_of(answer: MethodAnswer, method: str, person: "Person") -> Outcome:
     """Return what is known of a request after the server's answer."""
     values = answer.values
@@ -111,10 +139,9 @@ def outcome_of(answer: MethodAnswer, method: str, person: "Person") -> Outcome:
         return Outcome(accepted=False, reason=reason, key=NOT_ALLOWED)
     if answer.status in _WRONG_ARGUMENTS:
         return Outcome(accepted=False, reason=f"{method} takes other arguments", key=ARGUMENTS)
-    if len(values) == 2 and isinstance(values[0], bool) and isinstance(values[1], str):
-        unknown = not values[0] and values[1].endswith(MAY_STILL)
-        key = NO_ANSWER if unknown else ""
-        return Outcome(accepted=values[0], reason=printable(values[1], 400), key=key)
+    told = _told(values)
+    if told is not None:
+        return told
     shown = printable(answer.status, 80)
     reason = f"the loop's server answers {shown}, which is not understood"
     if answer.status in _MAY_HAVE_RUN:

@@ -12,9 +12,12 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from thermaxis.codes import Message, values_as_json
 from thermaxis.compensation import CompensationModel
+from thermaxis.messages import sentence, sentence_of
 from thermaxis.runtime import MachineConfiguration, Role
 from thermaxis.runtime.status import ASKS, Ask, Kind, refusal_of
+from thermaxis.screen._words import free_text
 from thermaxis.screen.access import (
     ScreenParts,
     answer_json,
@@ -42,13 +45,17 @@ class Question(NamedTuple):
     """Its arguments, of the right types and count."""
 
 
+_VALUE: Final = "operator.ask_value"
+"""Key of the words for a value that no request takes."""
+
+
 class Refused(NamedTuple):
     """Why a question cannot be handed to the loop."""
 
     key: str
     """Key of the words."""
-    reason: str = ""
-    """The reason in English, without its full stop; may be empty."""
+    reason: Message | None = None
+    """What the loop would say of it."""
 
 
 def routes(parts: ScreenParts) -> list[BaseRoute]:
@@ -77,8 +84,8 @@ def question_of(found: object) -> Question | Refused:
         if fitting is None:
             return Refused("operator.ask_arguments")
         values.append(fitting)
-    reason = refusal_of(values)
-    return Refused("operator.ask_value", reason) if reason else Question(ask, tuple(values))
+    wrong = refusal_of(values)
+    return Question(ask, tuple(values)) if wrong is None else Refused(_VALUE, wrong.message)
 
 
 def _fitting(kind: Kind, value: object) -> float | str | None:
@@ -146,7 +153,8 @@ async def _ask(request: Request) -> Response:
     visitor = visitor_of(request)
     question = question_of(await json_of(request))
     if isinstance(question, Refused):
-        reason = parts.words.phrase(visitor.language, "answer", question.reason)
+        why = question.reason
+        reason = "" if why is None else sentence_of(why, language=visitor.language)
         return refuse(request, HTTPStatus.BAD_REQUEST, question.key, reason=reason)
     if not visitor.role.at_least(question.ask.role):
         needed = parts.words.say(visitor.language, f"common.role_{question.ask.role.value}")
@@ -162,8 +170,12 @@ async def _ask(request: Request) -> Response:
     if outcome.key:
         said["reason"] = words.say(language, outcome.key)
     else:
-        said["reason"] = words.phrase(language, "answer", outcome.reason)
-        english = words.left_in_english(language, "answer", outcome.reason)
+        code, reason = outcome.code, outcome.reason
+        said["reason"] = (
+            sentence(f"answer-{code}", outcome.values, language=language) if code else reason
+        )
+        english = free_text(language, outcome.values)
         if english:
             said["english"] = english
+    said |= {"code": outcome.code, "values": values_as_json(outcome.values)}
     return answer_json({**said, "reason_en": outcome.reason})

@@ -15,8 +15,8 @@ import { word } from "./words.js";
  * @property {string} model file and hash of the model in force when it was asked
  */
 
-const HELD = ["an operator holds it", "it was held for as long as it may be"];
-const SETTLING = "the model has not run for long enough";
+const HELD = ["operator_hold", "hold_expired"];
+const SETTLING = "settling";
 const NEAR_ZERO_UM = 0.05;
 const HALF_A_STEP_UM = 0.5; // of a control that keeps its offset in whole micrometres
 const SAME = 1e-6;
@@ -24,7 +24,7 @@ const OVERRUN = 0.1; // by such a part cycles may last longer than they should
 const ROUNDED_S = 2; // of the status that the page saw as it was asked, and of the time that is left
 
 /** What a sensor's quality is called whose value waits for a person's word. */
-export const JUMPED = "the value jumped";
+export const JUMPED = "too_fast";
 
 /**
  * Alarms of offsets that were not where the compensation had left them: they wait for a person.

@@ -11,7 +11,7 @@ import { duration, number, phrase, word } from "./words.js";
 
 const FEW = 6;
 const GOOD = "good";
-const SPARE = "the spare sensor stands in";
+const SPARE = "spare";
 
 /** @param {Status} status */
 export function showInputs(status) {

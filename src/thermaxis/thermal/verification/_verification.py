@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
 from thermaxis.errors import ConfigurationError, DataError, printable
 from thermaxis.thermal._arrays import FloatArray
@@ -132,8 +133,8 @@ class VerifiedLog:
     """Whether no spindle or table turned: then the ranges are ETVE (ISO 230-3)."""
     outside: Mapping[str, tuple[float, float]]
     """As of `SimulatedLog`."""
-    warnings: tuple[str, ...]
-    """What the reader must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader must know."""
     reference_s: float
     """Everything is relative to the mean over this first time. [s]"""
 
@@ -147,8 +148,8 @@ class Verification:
     """Figures over all logs, by measured channel."""
     logs: tuple[VerifiedLog, ...]
     """Every log."""
-    warnings: tuple[str, ...]
-    """What the reader must know, in words."""
+    warnings: tuple[Message, ...]
+    """What the reader must know."""
 
     @property
     def mean_fit_percent(self) -> float | None:
@@ -227,8 +228,11 @@ def verify(
         name: _pooled([o for log in verified for o in log.outputs if o.measured.name == name])
         for name in names
     }
-    warnings = [f"{log.name}: {w}" if log.name else w for log in verified for w in log.warnings]
-    return Verification(pooled, verified, tuple(dict.fromkeys(warnings)))
+    warnings = [
+        Message(w.code, w.values, Place(file=log.name)) for log in verified for w in log.warnings
+    ]
+    alike = {(w.code, w.place, tuple(w.values.items())): w for w in warnings}
+    return Verification(pooled, verified, tuple(alike.values()))
 
 
 def _measured_in(
@@ -300,35 +304,34 @@ def _standstill(log: ThermalLog) -> bool:
     )
 
 
-def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[str, ...]:
-    said: list[str] = []
+def _warnings(runs: Mapping[float | None, SimulatedLog]) -> tuple[Message, ...]:
+    said: list[Message] = []
     run = next(iter(runs.values()))
     for name, (share, beyond) in run.outside.items():
         if (share >= OUTSIDE_SHARE and beyond >= OUTSIDE_WIDTH) or beyond >= OUTSIDE_SHARE:
-            said.append(
-                f"input {name} lies outside the range of the training in {share:.0%} of the rows,"
-                f" by up to {beyond:.0%} of its width: the model is extrapolated there"
-            )
+            values = {
+                "name": name,
+                "share_percent": 100.0 * share,
+                "beyond_percent": 100.0 * beyond,
+            }
+            said.append(Message("remark-outside_training", values))
     if run.bad_share > 0:
-        said.append(f"an input had failed for too long in {run.bad_share:.1%} of the rows")
+        said.append(Message("remark-input_failed", {"share_percent": 100.0 * run.bad_share}))
     for outcome in (Outcome.GAP, Outcome.CLOCK_BACKWARD):
         count = run.outcomes.get(outcome, 0)
         if count:
-            said.append(f"{outcome} ({count} times)")
+            said.append(Message(f"remark-{outcome}", {"count": count}))
     said += [
-        str(outcome)
+        Message(f"outcome-{outcome}")
         for outcome in (Outcome.DIAMETER_HELD, Outcome.DIAMETER_UNKNOWN)
         if any(outcome in r.outcomes for r in runs.values())
     ]
     return tuple(said)
 
 
-def _stopped(runs: Iterable[LimitedRun]) -> tuple[str, ...]:
+def _stopped(runs: Iterable[LimitedRun]) -> tuple[Message, ...]:
     faults = max((run.faults for run in runs), default=0)
-    if not faults:
-        return ()
-    said = f"the limits are too narrow: the compensation goes to the state Fault {faults} times"
-    return (f"{said}; here each is acknowledged at once",)
+    return (Message("remark-limits_too_narrow", {"count": faults}),) if faults else ()
 
 
 def _verify_output(

@@ -4,12 +4,14 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from thermaxis.codes import Message, Value, values_as_json, values_of_json
+from thermaxis.messages import LANGUAGES, sentence, sentence_of
 from thermaxis.runtime import EventRecord
+from thermaxis.screen._words import free_text
 from thermaxis.screen.pages.history._series import Json, lines_of, shortened, to_ms
 
 if TYPE_CHECKING:
     from thermaxis.runtime.historian import HistoryReader
-    from thermaxis.screen._words import Words
 
 EVENT_KINDS: Final = (
     "start",
@@ -36,17 +38,21 @@ MOST_EVENTS: Final = 500
 
 def event_json(event: EventRecord) -> Json:
     """Return an event for a page."""
+    values = event.values
     found: Json = {
         "t": to_ms(event.utc),
         "kind": event.kind,
         "who": event.who,
         "text": event.text,
+        "code": event.code,
+        "values": values_as_json(values),
     }
-    head, _, tail = event.text.partition(": ")
+    alarm, answer = values.get("alarm"), values.get("answer")
     if event.kind == "state":
-        found |= {"state": head, "reasons": tail.split("; ") if tail else []}
-    elif event.kind == "alarm" and head in {"critical", "high", "medium", "low", "gone"}:
-        found |= {"priority": "" if head == "gone" else head, "alarm": tail}
+        found |= {"state": values.get("state", ""), "reasons": list(_several(values, "reasons"))}
+    elif isinstance(alarm, Message):
+        priority = "" if event.code == "event-alarm_gone" else str(values.get("priority", ""))
+        found |= {"priority": priority, "alarm": sentence_of(alarm)}
     elif event.kind == "request" and "accepted" in event.details:
         details = event.details
         found |= {
@@ -56,24 +62,32 @@ def event_json(event: EventRecord) -> Json:
             "duration_s": _number(details.get("duration_s")),
             "file": str(details.get("text") or ""),
             "accepted": details["accepted"] is True,
-            "reason": tail.partition(", ")[2],
+            "reason": sentence_of(answer) if isinstance(answer, Message) else "",
         }
     return found
 
 
-def said_in(language: str, words: "Words", events: Sequence[Json]) -> list[Json]:
+def said_in(language: str, events: Sequence[Json]) -> list[Json]:
     """Return events with what happened in a language as well."""
     found: list[Json] = []
     for event in events:
-        said = words.phrase(language, f"event_{event['kind']}", event["text"])
+        code, values = str(event["code"]), values_of_json(event["values"])
+        said = sentence(code, values, language=language) if code else event["text"]
         found.append({**event, "said": said})
-        english = words.left_in_english(language, f"event_{event['kind']}", event["text"])
-        if "reason" in event:
-            found[-1]["said_reason"] = words.phrase(language, "answer", event["reason"])
-            english = words.left_in_english(language, "answer", event["reason"])
+        foreign = language != LANGUAGES[0]
+        english = free_text(language, values) if code else [event["text"]] * foreign
+        answer = values.get("answer")
+        if isinstance(answer, Message):
+            found[-1]["said_reason"] = sentence_of(answer, language=language)
+            english = free_text(language, answer.values)
         if english:
             found[-1]["english"] = english
     return found
+
+
+def _several(values: Mapping[str, Value], name: str) -> tuple[str, ...]:
+    found = values.get(name, ())
+    return tuple(map(str, found)) if isinstance(found, tuple) else ()
 
 
 def _number(value: object) -> float | None:

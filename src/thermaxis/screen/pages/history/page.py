@@ -160,7 +160,7 @@ async def _events(request: Request) -> Response:
     except NoHistoryError as error:
         return away(request, error)
     language = visitor_of(request).language
-    told = said_in(language, parts_of(request).words, events)
+    told = said_in(language, events)
     return answer_json({"events": told, "more": more})
 
 
@@ -171,7 +171,7 @@ async def _trend8(request: Request) -> Response:
     if isinstance(found, NoHistoryError):
         text = words.say(language, found.key, **found.values)
         return answer_json({"series": {}, "events": [], "error": text})
-    return answer_json({**found, "events": said_in(language, words, found["events"])})
+    return answer_json({**found, "events": said_in(language, found["events"])})
 
 
 def _kept_trend(connection: HTTPConnection) -> "Kept[Json | NoHistoryError]":

@@ -10,6 +10,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.messages import LANGUAGES
 from thermaxis.runtime import Clock, MachineConfiguration, ModelFile, Role
 from thermaxis.runtime.config import read_model_file
 from thermaxis.screen._aside import Aside
@@ -136,14 +137,12 @@ async def _values(request: Request) -> Response:
 def _told(parts: "ScreenParts", language: str, choice: Choice) -> Json:
     """Return a file of the folder with why it cannot be chosen, in the language of who asks."""
     words = parts.words
-    reason = words.phrase(language, "answer", choice.reason)
-    if choice.key:
-        reason = words.say(language, choice.key)
+    foreign = language != LANGUAGES[0]
     return {
         "name": choice.name,
         "model": not choice.reason,
-        "reason": reason,
-        "english": words.left_in_english(language, "answer", choice.reason),
+        "reason": words.say(language, choice.key) if choice.key else choice.reason,
+        "english": [choice.reason] if foreign and choice.reason else [],
     }
 
 
