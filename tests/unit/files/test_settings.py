@@ -451,6 +451,8 @@ def test_a_mapping_states_the_times(path: Path) -> None:
     log = mapped(path, "[time]\nsample_time_s = 0.5\n", "u,y\n1,2\n3,4\n5,6\n")
     np.testing.assert_array_equal(log.time_s, [0.0, 0.5, 1.0])
     np.testing.assert_array_equal(log.columns["u"], [1.0, 3.0, 5.0])
+    log = mapped(path, "[time]\nsample_time_s = 2\n", "u\n1\n3\n")
+    assert (list(log.columns), log.duration_s) == (["u"], 2.0)
     log = mapped(path, '[time]\ncolumn = "tick"\nunit = "ms"\n', "tick,y\n0,2\n250,4\n")
     assert log.duration_s == 0.25
 

@@ -413,7 +413,8 @@ def test_line_ends_and_encodings_make_no_difference(
 
 def test_matrices_and_other_lengths_in_a_file_of_matlab(tmp_path: Path) -> None:
     path = tmp_path / "m.mat"
-    io.savemat(path, {"t": np.arange(5.0), "T_C": np.arange(15.0).reshape(5, 3), "gain": 3.0})
+    matrix = np.arange(15.0).reshape(5, 3)
+    io.savemat(path, {"t": np.arange(5.0), "T_C": matrix, "gain": 3.0, "time_s": 7.0})
     log = read_thermal_log(path)
     assert list(log.columns) == ["T_1_C", "T_2_C", "T_3_C"]
     np.testing.assert_array_equal(log.columns["T_2_C"], [1, 4, 7, 10, 13])

@@ -71,6 +71,13 @@ STATED = [
             *(1.0, ASSUMED.format("µm", "um", "um")),
         ),
         (
+            [
+                line.replace(",", cell, 1)
+                for line, cell in zip((RUNS, *ROWS), (",,", ",x,", ",,", ",,"), strict=True)
+            ],
+            *(1.0, "columns that hold no run were left out: 'column 2'"),
+        ),
+        (
             [f"{RUNS},Mean,", *(f"{line},0.5," for line in ROWS)],
             *(1.0, "columns that hold no run were left out: 'Mean'"),
         ),
