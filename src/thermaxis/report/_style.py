@@ -5,7 +5,7 @@
 
 import io
 import re
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ft2font import FT2Font
 from matplotlib.text import Text
 
+from thermaxis.report._output import NumberTable, write_bytes
 from thermaxis.report._text import plain_text
 
 FIGURE_WIDTH_IN = 6.7
@@ -173,6 +174,17 @@ def png_bytes(figure: Figure) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=PNG_DPI, metadata={"Software": None})
     return buffer.getvalue()
+
+
+def write_chart(
+    folder: Path, name: str, draw: Callable[[], Figure], numbers: Mapping[str, NumberTable]
+) -> list[Path]:
+    """Write a chart as PNG and SVG, and its numbers as CSV by what is added to the name."""
+    with drawing(name):
+        figure = draw()
+        pictures = {f"{name}.png": png_bytes(figure), f"{name}.svg": svg_bytes(figure)}
+    tables = {f"{name}{more}.csv": table.as_csv() for more, table in numbers.items()}
+    return [write_bytes(folder / file, data) for file, data in (pictures | tables).items()]
 
 
 def mark_targets(axes: Axes, target: list[float]) -> None:

@@ -403,7 +403,7 @@ def test_progress_is_told_before_each_chart_and_at_the_end(
     make_run: MakeRun, make_report: MakeReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for save in ("png_bytes", "svg_bytes"):  # drawn they are above
-        monkeypatch.setattr(f"thermaxis.report.charts._figures.{save}", lambda _: b"chart")
+        monkeypatch.setattr(f"thermaxis.report._style.{save}", lambda _: b"chart")
     told: list[tuple[int, int]] = []
     report = make_report(make_run(3, 2))
     write_figures(report, tmp_path, progress=lambda _, done, total: told.append((done, total)))

@@ -6,6 +6,9 @@ from ._files import (
 from ._html import (
     render_html as render_html,
 )
+from ._pdf import (
+    document_pdf as document_pdf,
+)
 from ._showable import (
     unshowable as unshowable,
 )

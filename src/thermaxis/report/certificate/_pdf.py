@@ -7,6 +7,7 @@ from importlib import resources
 
 import typst
 
+from thermaxis.report._document import Document
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._progress import Progress, silent
 from thermaxis.report.certificate._certificate import build_certificate, draw_pictures
@@ -16,15 +17,19 @@ def certificate_pdf(report: PositioningReport, *, progress: Progress | None = No
     """Return the certificate as PDF."""
     tell = progress or silent
     pictures = draw_pictures(report, tell)
-    document = build_certificate(report, pictures)
+    pdf = document_pdf(build_certificate(report, pictures), report.document_date)
+    tell("certificate", len(pictures) + 1, len(pictures) + 1)
+    return pdf
+
+
+def document_pdf(document: Document, date: dt.date | None) -> bytes:
+    """Return a document as PDF; the same document with the same date gives the same bytes."""
     template = resources.files("thermaxis.report").joinpath("certificate.typ").read_bytes()
-    date = report.document_date or dt.date(1970, 1, 1)
-    pdf = typst.compile(
+    day = date or dt.date(1970, 1, 1)
+    return typst.compile(
         template,
         font_paths=typst.Fonts(include_system_fonts=False),
         sys_inputs={"document": json.dumps(asdict(document), ensure_ascii=False)},
-        timestamp=dt.datetime(date.year, date.month, date.day, tzinfo=dt.UTC),
+        timestamp=dt.datetime(day.year, day.month, day.day, tzinfo=dt.UTC),
         format="pdf",
     )
-    tell("certificate", len(pictures) + 1, len(pictures) + 1)
-    return pdf

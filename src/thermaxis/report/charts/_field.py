@@ -3,9 +3,8 @@
 # matplotlib leaves the types of keyword arguments open
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 from matplotlib import colormaps
@@ -20,20 +19,16 @@ from matplotlib.ticker import MaxNLocator
 
 from thermaxis.errors import printable
 from thermaxis.files.table import protected
-from thermaxis.report._output import NumberTable, make_folder, write_bytes
+from thermaxis.report._output import NumberTable, make_folder
 from thermaxis.report._style import (
     FIGURE_WIDTH_IN,
     drawable,
-    drawing,
     legend_below,
     new_figure,
-    png_bytes,
     set_heading,
-    svg_bytes,
+    write_chart,
 )
 from thermaxis.thermal import FloatArray, ThermalFieldsResult, default_regions
-
-_Chart: TypeAlias = tuple[str, Callable[[], Figure], Callable[[], NumberTable]]
 
 _MOST_DRAWN = 800
 """Pixels along an edge of a drawn image; a larger image is averaged. [1]"""
@@ -82,27 +77,17 @@ def write_field_figures(
     Stejskal et al. 2017, figures 8 and 9.
     """
     make_folder(folder)
-    charts: tuple[_Chart, ...] = (
-        (
-            "field_difference",
-            lambda: draw_difference(result, mm_per_pixel),
-            lambda: _difference_numbers(result, mm_per_pixel),
-        ),
-        (
-            "field_images",
-            lambda: draw_images(result, mm_per_pixel),
-            lambda: _image_numbers(result),
-        ),
-        ("field_regions", lambda: draw_regions(result), lambda: _region_numbers(result)),
+    difference = _difference_numbers(result, mm_per_pixel)
+    charts = (
+        ("field_difference", partial(draw_difference, result, mm_per_pixel), difference),
+        ("field_images", partial(draw_images, result, mm_per_pixel), _image_numbers(result)),
+        ("field_regions", partial(draw_regions, result), _region_numbers(result)),
     )
-    written: list[Path] = []
-    for name, draw, numbers in charts:
-        with drawing(name):
-            figure = draw()
-            written.append(write_bytes(folder / f"{name}.png", png_bytes(figure)))
-            written.append(write_bytes(folder / f"{name}.svg", svg_bytes(figure)))
-        written.append(write_bytes(folder / f"{name}.csv", numbers().as_csv()))
-    return tuple(written)
+    return tuple(
+        path
+        for name, draw, numbers in charts
+        for path in write_chart(folder, name, draw, {"": numbers})
+    )
 
 
 # ---- plan views ---------------------------------------------------------------------------------

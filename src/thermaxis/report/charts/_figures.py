@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import final
@@ -9,10 +10,10 @@ from typing import final
 from matplotlib.figure import Figure
 
 from thermaxis.positioning import AdjacentDifferenceResult, DifferenceMonteCarlo
-from thermaxis.report._output import NumberTable, make_folder, write_bytes
+from thermaxis.report._output import NumberTable, make_folder
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._progress import Progress
-from thermaxis.report._style import drawing, png_bytes, svg_bytes
+from thermaxis.report._style import drawing, svg_bytes, write_chart
 from thermaxis.report.charts import _numbers as numbers
 from thermaxis.report.charts._adjacent import (
     draw_deviation_chart,
@@ -152,15 +153,9 @@ def write_figures(
     for done, chart in enumerate(charts):
         if progress is not None:
             progress(f"figure {chart.name}", done, len(charts))
-        with drawing(chart.name):
-            figure = chart.draw(report)
-            written.append(write_bytes(folder / f"{chart.name}.png", png_bytes(figure)))
-            written.append(write_bytes(folder / f"{chart.name}.svg", svg_bytes(figure)))
-        table = chart.numbers(report)
-        written.append(write_bytes(folder / f"{chart.name}.csv", table.as_csv()))
-        for ending, more in chart.more_numbers.items():
-            path = folder / f"{chart.name}_{ending}.csv"
-            written.append(write_bytes(path, more(report).as_csv()))
+        more = {f"_{ending}": table(report) for ending, table in chart.more_numbers.items()}
+        draw = partial(chart.draw, report)
+        written += write_chart(folder, chart.name, draw, {"": chart.numbers(report), **more})
     if progress is not None:
         progress("figures", len(charts), len(charts))
     return tuple(written)
@@ -191,12 +186,6 @@ def write_montecarlo_figures(result: DifferenceMonteCarlo, folder: Path) -> tupl
     Stejskal et al. 2017, figure 1.
     """
     make_folder(folder)
-    name = "figure_01_montecarlo"
-    with drawing(name):
-        figure = draw_montecarlo(result)
-        png, svg = png_bytes(figure), svg_bytes(figure)
-    return (
-        write_bytes(folder / f"{name}.png", png),
-        write_bytes(folder / f"{name}.svg", svg),
-        write_bytes(folder / f"{name}.csv", numbers.montecarlo_numbers(result).as_csv()),
-    )
+    table = numbers.montecarlo_numbers(result)
+    draw = partial(draw_montecarlo, result)
+    return tuple(write_chart(folder, "figure_01_montecarlo", draw, {"": table}))

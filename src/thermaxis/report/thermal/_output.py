@@ -1,39 +1,21 @@
 """Thermal reports and figures as files."""
 
 import datetime as dt
-import json
 from collections.abc import Sequence
-from dataclasses import asdict
-from importlib import resources
 from pathlib import Path
-
-import typst
 
 from thermaxis.compensation import CompensationModel, Provenance
 from thermaxis.errors import ConfigurationError
 from thermaxis.report._document import Document
 from thermaxis.report._output import make_folder, write_bytes
-from thermaxis.report._style import drawing, png_bytes, svg_bytes
-from thermaxis.report.certificate import render_html
+from thermaxis.report._style import write_chart
+from thermaxis.report.certificate import document_pdf, render_html
 from thermaxis.report.thermal._comparison import verification_charts
 from thermaxis.report.thermal._identification import identification_document
 from thermaxis.report.thermal._identification_charts import identification_charts
 from thermaxis.report.thermal._panels import ThermalChart
 from thermaxis.report.thermal._verification import verification_document
 from thermaxis.thermal import Identification, Records, ThermalLog, Verification
-
-
-def document_pdf(document: Document) -> bytes:
-    """Return a document as PDF."""
-    template = resources.files("thermaxis.report").joinpath("certificate.typ").read_bytes()
-    date = dt.date(1970, 1, 1) if document.date is None else dt.date.fromisoformat(document.date)
-    return typst.compile(
-        template,
-        font_paths=typst.Fonts(include_system_fonts=False),
-        sys_inputs={"document": json.dumps(asdict(document), ensure_ascii=False)},
-        timestamp=dt.datetime(date.year, date.month, date.day, tzinfo=dt.UTC),
-        format="pdf",
-    )
 
 
 def _check_suffix(path: Path) -> bool:
@@ -131,8 +113,11 @@ def write_identification_report(
 
 
 def _write(document: Document, path: Path, *, as_pdf: bool) -> None:
-    content = document_pdf(document) if as_pdf else render_html(document).encode("utf-8")
-    write_bytes(path, content)
+    if as_pdf:
+        date = None if document.date is None else dt.date.fromisoformat(document.date)
+        write_bytes(path, document_pdf(document, date))
+    else:
+        write_bytes(path, render_html(document).encode("utf-8"))
 
 
 def write_verification_figures(
@@ -213,11 +198,8 @@ def write_identification_figures(
 def write_charts(charts: Sequence[ThermalChart], folder: Path) -> tuple[Path, ...]:
     """Write charts as PNG and SVG, and what they draw as CSV."""
     make_folder(folder)
-    written: list[Path] = []
-    for chart in charts:
-        with drawing(chart.name):
-            figure = chart.draw()
-            written.append(write_bytes(folder / f"{chart.name}.png", png_bytes(figure)))
-            written.append(write_bytes(folder / f"{chart.name}.svg", svg_bytes(figure)))
-        written.append(write_bytes(folder / f"{chart.name}.csv", chart.numbers.as_csv()))
-    return tuple(written)
+    return tuple(
+        path
+        for chart in charts
+        for path in write_chart(folder, chart.name, chart.draw, {"": chart.numbers})
+    )

@@ -6,6 +6,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -14,20 +15,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from thermaxis.report._names import FIGURE_SYMBOLS
-from thermaxis.report._output import make_folder, write_bytes
+from thermaxis.report._output import make_folder
 from thermaxis.report._style import (
     COLOURS,
     drawable,
-    drawing,
     legend_below,
     new_figure,
-    png_bytes,
     set_heading,
-    svg_bytes,
+    write_chart,
 )
 from thermaxis.report.trend._trend import Trend, TrendFigure, trend_table
 
-_NAME = "trend"
 _SERIES = (
     ("as measured", COLOURS[0], "o", COLOURS[0], "-"),
     ("without drift", COLOURS[1], "s", "white", "--"),
@@ -57,14 +55,8 @@ def write_trend_figures(trend: Trend, folder: Path) -> tuple[Path, ...]:
         If the folder or a file cannot be written.
     """
     make_folder(folder)
-    with drawing(_NAME):
-        figure = draw_trend(trend)
-        png, svg = png_bytes(figure), svg_bytes(figure)
-    return (
-        write_bytes(folder / f"{_NAME}.png", png),
-        write_bytes(folder / f"{_NAME}.svg", svg),
-        write_bytes(folder / f"{_NAME}.csv", trend_table(trend).as_csv()),
-    )
+    numbers = {"": trend_table(trend)}
+    return tuple(write_chart(folder, "trend", partial(draw_trend, trend), numbers))
 
 
 def draw_trend(trend: Trend) -> Figure:
