@@ -470,7 +470,7 @@ def test_the_figures_scatter_as_those_of_simulated_runs() -> None:
     drift = 10.0 * (1.0 - np.exp(-test.time_s / 3600.0)) * (0.5 + part)[:, None, None]
     random = np.random.default_rng(5)
     seen: dict[str, list[float]] = {"B": [], "E": [], "R": [], "A": []}
-    for _ in range(30):
+    for _ in range(20):
         noise = 0.4 * random.standard_normal(test.deviation.shape)
         figures = evaluate_drift(changed(test, deviation=level[:, None, :] + drift + noise)).figures
         for key, values in seen.items():

@@ -25,7 +25,7 @@ def drift(m: int, n: int, position: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("m", "n"), [(5, 5), (9, 5), (11, 3), (16, 10), (16, 50)])
 def test_at_most_five_percent_of_healthy_runs_get_an_anomaly(m: int, n: int) -> None:
     rng = np.random.default_rng(m * 1000 + n)
-    repetitions = 500
+    repetitions = 300
     named = 0
     for _ in range(repetitions):
         position = targets(m, rng)

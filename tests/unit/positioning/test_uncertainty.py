@@ -101,7 +101,7 @@ def test_the_true_figure_lies_within_u_in_88_to_99_percent(
     axis: str, cycles: int, amount: float
 ) -> None:
     inside: list[bool] = []
-    for seed in range(80):
+    for seed in range(50):
         test, level = noisy(seed, cycles, axis=axis, amount=amount)
         stated = evaluate_uncertainty(test, None, samples=300, seed=seed).measured
         truth = figures_by_key(level, np.full(level.shape, NOISE))
