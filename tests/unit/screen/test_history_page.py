@@ -24,6 +24,7 @@ from tests.unit.runtime.history_records import (
 from tests.unit.screen.history_parts import write_history
 from tests.unit.screen.people import TOKEN, People
 from tests.unit.screen.test_probe_page import measured
+from thermaxis.codes import Message
 from thermaxis.runtime import EventRecord, Role, Secret
 from thermaxis.screen import LANGUAGES, Words
 from thermaxis.screen.access import ScreenParts
@@ -110,13 +111,21 @@ class Client:
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("history") / "h.db"
     events = [
-        EventRecord(BEGIN + timedelta(minutes=1), "state", "", "Holding: a sensor is bad"),
+        EventRecord.of(
+            BEGIN + timedelta(minutes=1),
+            "state",
+            "",
+            Message("event-state_reasons", {"state": "Holding", "reasons": ("input_bad",)}),
+        ),
         EventRecord(BEGIN + timedelta(minutes=2), "connection", "", "<b>somebody</b>"),
-        EventRecord(
+        EventRecord.of(
             BEGIN + timedelta(minutes=3),
             "request",
             "Novák",
-            "trim: accepted, the trim is added",
+            Message(
+                "event-request_accepted",
+                {"request": "trim", "answer": Message("answer-trim_set")},
+            ),
             {
                 "kind": "trim",
                 "output": "Z_um",
@@ -212,7 +221,7 @@ def test_events_are_said_in_the_visitors_language_with_the_english_beside(
     found = client.get("/history/events", params=SPAN, headers={"accept-language": "cs"}).json()
     state, link, asked = found["events"]
     assert found["more"] is False
-    assert state["said"] != state["text"] == "Holding: a sensor is bad"
+    assert state["said"] != state["text"] == "Holding: an input has no usable value"
     assert link["said"] == "<b>somebody</b>"  # unknown: as it is, and the page writes it as text
     assert (asked["request"], asked["value"], asked["who"]) == ("trim", 2.0, "Novák")
     assert asked["said_reason"] != "the trim is added"

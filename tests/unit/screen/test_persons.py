@@ -29,6 +29,7 @@ from thermaxis.runtime import (
     FAILURES_BY_NAME,
     FAILURES_IN_ALL,
     REFUSED_S,
+    LoopAnswer,
     RequestOutcome,
     Role,
     Secret,
@@ -761,7 +762,8 @@ def test_every_request_is_taken_from_whoever_may_and_from_nobody_else(
             place.box.requests.clear()
             outcome = await place.persons.ask(person, ask.name, ARGUMENTS.get(ask.name, ()))
             if role.at_least(ask.role):
-                assert outcome == (True, "as you wish", "")
+                assert (outcome.accepted, outcome.key, outcome.code) == (True, "", "held")
+                assert dict(outcome.values) == {"longest_s": 60.0}
                 assert place.box.requests[0].who == name
             else:
                 assert (outcome.accepted, outcome.key) == (False, "ask.role")
@@ -786,9 +788,14 @@ def test_a_trim_arrives_as_it_was_asked_for(at_the_shop) -> None:
 def test_a_refusal_of_the_loop_comes_in_the_words_of_the_loop(at_the_shop) -> None:
     async def act(place: Shop) -> None:
         _, person = await place.log_in("novak")
-        place.box.outcome = RequestOutcome(accepted=False, reason="the sensor T1 is bad\x1b[2J")
+        why = {"why": "the sensor T1 is bad\x1b[2J"}
+        place.box.outcome = RequestOutcome(
+            accepted=False, code=LoopAnswer.MODEL_UNUSABLE, values=why
+        )
         outcome = await place.persons.ask(person, "Enable")
-        assert outcome == (False, "the sensor T1 is bad\\x1b[2J", "")
+        assert (outcome.accepted, outcome.key, outcome.code) == (False, "", "model_unusable")
+        assert "the sensor T1 is bad" in outcome.reason
+        assert outcome.reason.isprintable()
 
     at_the_shop(act)
 
@@ -834,7 +841,8 @@ def test_a_role_that_changes_holds_from_the_next_request(at_the_shop) -> None:
         assert (await place.persons.ask(person, "Hold")).accepted
         appoint(place.pairs.users, {**ROLES, "novak": Role.VIEWER})
         outcome = await place.persons.ask(person, "Resume")
-        assert outcome == (False, "the role viewer may not ask for Resume", "ask.role")
+        assert (outcome.accepted, outcome.key, outcome.code) == (False, "ask.role", "")
+        assert outcome.reason == "the role viewer may not ask for Resume"
         assert person.role is Role.VIEWER
         assert not person.ended
         appoint(place.pairs.users, {**ROLES, "novak": Role.ENGINEER})

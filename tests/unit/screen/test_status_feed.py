@@ -350,7 +350,7 @@ HOSTILE = {
     "no object": "[]",
     "a number": "7",
     "another format": altered(format="other-status"),
-    "another version": altered(version=2),
+    "another version": altered(version=1),
     "a version that is no number": altered(version=True),
     "no number": altered(number=None),
     "a number that is a text": altered(number="7"),

@@ -18,7 +18,7 @@ from itertools import chain, starmap
 from operator import attrgetter
 from typing import Any, Final, Generic, NamedTuple, TypeVar, cast, final
 
-from thermaxis.codes import values_of_json
+from thermaxis.codes import values_as_json, values_of_json
 from thermaxis.compensation import (
     Answer,
     AnswerCode,
@@ -381,7 +381,7 @@ def answers_as_text(answers: Sequence[Answer]) -> str:
                 "identity": a.request.identity,
                 "accepted": a.accepted,
                 "code": a.code.value,
-                "values": a.values,
+                "values": values_as_json(a.values),
             }
             for a in answers
         ]

@@ -190,7 +190,7 @@ def _wrong_kind(found: object) -> str:
         return "the status is no object"
     status = cast("dict[str, object]", found)
     kind, version = status.get("format"), status.get("version")
-    if kind != "thermaxis-status" or type(version) is not int or version != 1:
+    if kind != "thermaxis-status" or type(version) is not int or version != 2:
         shown = printable(f"{kind!r}, version {version!r}", 100)
         return f"the status has another format than this screen knows ({shown})"
     cycle_s = status.get("cycle_s")
