@@ -62,7 +62,7 @@ def many() -> dict[str, Any]:
     told = made_up(
         outputs=outputs,
         state="Fault",
-        reasons=("the machine does not report the offset that was written",),
+        reasons=("read_back_differs",),
         alarms=ALARMS,
     )
     qualities = [quality.value for quality in SampleQuality]
@@ -80,19 +80,19 @@ def many() -> dict[str, Any]:
 
 def states() -> list[dict[str, Any]]:
     """Return a status for every state and number of outputs, the worst at the end."""
-    long_reason = "the offset found in the machine lies outside the limits"
-    two = made_up(outputs=("X_um", "Z_um"), state="Holding", reasons=["an operator holds it"])
+    long_reason = "offset_outside"
+    two = made_up(outputs=("X_um", "Z_um"), state="Holding", reasons=["operator_hold"])
     two["outputs"]["X_um"] = an_output(trim_um=5.0, trim_owner="novak", trim_left_s=2400.0)
     nothing = {
         key: None if value is None or isinstance(value, float) else value
         for key, value in an_output().items()
     }
-    empty = made_up(state="Warming", reasons=["the model has not run for long enough"])
+    empty = made_up(state="Warming", reasons=["settling"])
     empty["outputs"]["Z_um"] = nothing | {"limits": None, "parts_um": {}}
     empty["inputs"]["T_spindle_C"] = an_input(value_c=None, age_s=None, quality="there is no value")
     return [
         made_up(),
-        made_up(state="Off", reasons=["nobody has enabled it"], diameter_mm=None),
+        made_up(state="Off", reasons=["disabled"], diameter_mm=None),
         empty,
         two | {"alarms": list(ALARMS[2:])},
         made_up(outputs=("X_um", "Y_um", "Z_um"), state="Fading", reasons=[long_reason]),
@@ -325,10 +325,10 @@ def test_a_refusal_shows_the_reason_in_the_language_of_the_page(
 @pytest.mark.parametrize(
     ("name", "state", "reasons", "after", "expected"),
     [
-        ("Enable", "Off", ["nobody has enabled it"], "Active", "−35.2 µm to −35.5 µm"),
+        ("Enable", "Off", ["disabled"], "Active", "−35.2 µm to −35.5 µm"),
         ("Disable", "Active", [], "Off", "−35.2 µm fades to zero at 0.50 µm/s: about 1\xa0min 10"),
-        ("Resume", "Holding", ["an operator holds it"], "Active", "follows the model again"),
-        ("Acknowledge", "Fault", ["another compensation is active on the axis"], "Off", "Another"),
+        ("Resume", "Holding", ["operator_hold"], "Active", "follows the model again"),
+        ("Acknowledge", "Fault", ["double_compensation"], "Off", "Another"),
     ],
 )
 def test_every_plain_request_says_what_will_happen_and_when_it_has(
@@ -378,7 +378,7 @@ def test_a_request_without_an_answer_is_watched_until_it_is_effective(
         assert line.get_attribute("data-answer") == "unknown"
         assert "✕" not in line.inner_text()
         assert "not yet effective" in line.inner_text()
-        shown(page, stand_in, made_up(state="Holding", reasons=["an operator holds it"]))
+        shown(page, stand_in, made_up(state="Holding", reasons=["operator_hold"]))
         assert "the state is as asked" in line.inner_text()
         assert "✓ effective" not in line.inner_text()  # somebody else may have asked it
 
@@ -424,7 +424,7 @@ def test_the_courses_of_three_requests_stand_in_a_list_each_until_its_end(
         assert line.get_attribute("data-answer") == "refused"
         (older,) = line.locator(".ask-older").all_inner_texts()
         assert older.startswith("not yet effective – ")
-        shown(page, stand_in, made_up(state="Holding", reasons=["an operator holds it"]))
+        shown(page, stand_in, made_up(state="Holding", reasons=["operator_hold"]))
         (older,) = page.locator("#request .ask-older").all_text_contents()
         assert "✓ effective" in older
         assert line.get_attribute("data-answer") == "refused"
@@ -589,7 +589,7 @@ def test_a_dialog_notices_that_somebody_else_has_asked_already(
 ) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
-        shown(page, stand_in, made_up(state="Holding", reasons=["an operator holds it"]))
+        shown(page, stand_in, made_up(state="Holding", reasons=["operator_hold"]))
         page.click('[data-ask="Resume"]')
         page.wait_for_selector("dialog[open] .main:enabled")
         shown(page, stand_in, made_up())

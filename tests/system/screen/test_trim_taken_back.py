@@ -12,7 +12,7 @@ pytestmark = pytest.mark.system
 
 FAULT: dict[str, Any] = {
     "state": "Fault",
-    "reasons": ["another compensation is active on the axis"],
+    "reasons": ["double_compensation"],
 }
 
 

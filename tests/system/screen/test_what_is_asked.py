@@ -56,8 +56,8 @@ def test_what_the_model_asks_for_and_what_a_person_adds_are_told_apart(
     with context_of(browser, language) as context:
         page, _ = opened(context, stand_in)
         for button, state, reason in (
-            ("Enable", "Off", "nobody has enabled it"),
-            ("Resume", "Holding", "an operator holds it"),
+            ("Enable", "Off", "disabled"),
+            ("Resume", "Holding", "operator_hold"),
         ):
             shown(page, stand_in, trimmed(state=state, reasons=[reason]))
             text = said(page, button)
@@ -73,7 +73,7 @@ def test_a_model_beyond_the_limit_is_said_so_and_marked_as_its_alarm_is(
 ) -> None:
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
-        told = made_up(state="Off", reasons=["nobody has enabled it"])
+        told = made_up(state="Off", reasons=["disabled"])
         told["outputs"]["Z_um"] |= {"at_limit": True, "correction_um": 18.0, "model_um": -310.0}
         shown(page, stand_in, told)
         card = page.locator(".op-card:first-child")
@@ -149,7 +149,7 @@ def test_another_model_is_effective_only_once_the_compensation_follows_it(
 ) -> None:
     asked = {"method": "ChooseModel", "args": ["new.json"], "sha256": "ab", "model": "old.json cd"}
     mine = {"model_file": "new.json", "sha256": "ab"}
-    settles = ["the model has not run for long enough"]
+    settles = ["settling"]
     with context_of(browser, "en") as context:
         page, _ = opened(context, stand_in)
         for told, expected in (
@@ -158,7 +158,7 @@ def test_another_model_is_effective_only_once_the_compensation_follows_it(
             (made_up(state="Holding", reasons=settles, **mine), [False, "loaded, settling"]),
             (made_up(state="Warming", reasons=settles, **mine), [False, "loaded, settling"]),
             (
-                made_up(state="Off", reasons=["nobody has enabled it"], **mine),
+                made_up(state="Off", reasons=["disabled"], **mine),
                 [False, "loaded; acts once the compensation is active"],
             ),
         ):
@@ -179,7 +179,7 @@ def test_the_last_requests_stay_from_page_to_page_and_go_on_being_watched(
         page.wait_for_selector('#request[data-answer="accepted"]')
         assert page.text_content("#request b") == before
         assert "✓" not in (page.text_content("#request") or "")
-        shown(page, stand_in, made_up(state="Holding", reasons=["an operator holds it"]))
+        shown(page, stand_in, made_up(state="Holding", reasons=["operator_hold"]))
         page.wait_for_function("document.getElementById('request').textContent.includes('✓')")
         page.reload()
         page.wait_for_selector("#request b")
