@@ -96,7 +96,7 @@ def test_a_server_killed_twenty_times_is_compensated_within_two_seconds_of_each_
     lived = stays(history.cycles)
     again_s = [assert_held_then_faded(lived, outage) for outage in outages]
     print(f"active again after {min(again_s):.2f} to {max(again_s):.2f} s")
-    assert max(again_s) <= ACTIVE_AGAIN_S
+    assert in_time(max(again_s), ACTIVE_AGAIN_S)
     assert SupervisorState.FAULT not in {stay.state for stay in lived}
     assert_within_limits(told, rules)
     assert_as_fast_as_allowed(told, rules)

@@ -214,8 +214,9 @@ def test_what_is_no_question_is_refused_in_words(people: Callable[[str], Visitor
 def test_a_trim_that_the_loop_refuses_says_why(people: Callable[[str], Visitor]) -> None:
     answer = people("operator").ask("/ask", {"method": "Trim", "arguments": ["Z_um", 1e3, 60.0]})
     assert answer.status == 200
-    assert answer.json()["accepted"] is False
-    assert "from -10 to 10 um" in answer.json()["reason_en"]
+    said = answer.json()
+    assert (said["accepted"], said["code"]) == (False, "trim_range")
+    assert said["values"] == {"lowest_um": -10.0, "largest_um": 10.0}
 
 
 # ---- with a stand of its own --------------------------------------------------------------------
