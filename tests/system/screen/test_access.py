@@ -212,9 +212,7 @@ def test_what_is_no_question_is_refused_in_words(people: Callable[[str], Visitor
 
 
 def test_a_trim_that_the_loop_refuses_says_why(people: Callable[[str], Visitor]) -> None:
-    answer = people("operator").ask("/ask", {"method": "Trim", "arguments": ["Z_um", 1e3, 60.0]})
-    assert answer.status == 200
-    said = answer.json()
+    said = people("operator").request("Trim", "Z_um", 1e3, 60.0)
     assert (said["accepted"], said["code"]) == (False, "trim_range")
     assert said["values"] == {"lowest_um": -10.0, "largest_um": 10.0}
 

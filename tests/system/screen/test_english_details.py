@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, BrowserContext, Page
 from tests.system.screen.conftest import Looked
 from tests.system.screen.operator_browser import LOCALES
 from tests.system.screen.operator_stand_in import StandIn, made_up, served
+from thermaxis.runtime import LoopAnswer
 from thermaxis.screen import Words
 from thermaxis.screen.access import Outcome
 
@@ -74,16 +75,22 @@ def test_the_sentence_of_a_self_test_is_marked_in_banner_and_list(
 def test_a_reason_without_a_translation_is_marked_in_the_line_and_where_it_is_shown_whole(
     context: BrowserContext, stand_in: StandIn, language: str
 ) -> None:
-    stand_in.answer = Outcome(accepted=False, reason="the model is no JSON")
+    why = "the model is no JSON"
+    stand_in.answer = Outcome(
+        accepted=False,
+        reason=f"the model cannot be used: {why}",
+        code=LoopAnswer.MODEL_UNUSABLE,
+        values={"why": why},
+    )
     page = opened(context, stand_in)
     page.click('[data-ask="Hold"]')
     page.click("dialog .main")
     page.wait_for_selector('[data-requests][data-answer="refused"]')
-    marked = [] if language == "en" else ["The model is no JSON"]
+    marked = [] if language == "en" else [why]
     assert page.evaluate(MARKED % "#request") == marked
     page.click("#request")
     page.wait_for_selector("dialog[open]")
-    assert "The model is no JSON" in page.inner_text("dialog[open]")
+    assert why in page.inner_text("dialog[open]")
     assert page.evaluate(MARKED % "dialog") == marked
 
 
