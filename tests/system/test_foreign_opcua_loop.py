@@ -136,7 +136,7 @@ def assert_within_limits(told: Sequence[Line], rules: Rules) -> None:
 
 def assert_as_fast_as_allowed(told: Sequence[Line], rules: Rules) -> None:
     fastest = max(fastest_um_per_s(told, axis, 1.0) for axis in AXES)
-    assert fastest == pytest.approx(rules.rate_um_per_s, rel=0.15)
+    assert fastest >= 0.85 * rules.rate_um_per_s  # that it is never faster is said by `excess`
 
 
 def assert_nothing_is_left(told: Sequence[Line]) -> None:
