@@ -30,7 +30,8 @@ from playwright.sync_api import Error as BrowserError, Page, sync_playwright
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.system.screen.stand import Stand, in_time, wait_until  # noqa: E402 - after the path
+from tests.in_time import in_time  # noqa: E402 - after the path
+from tests.system.screen.stand import Stand, wait_until  # noqa: E402 - after the path
 
 SOON_S: Final = 4.0
 """So soon at the latest the page says NO DATA. [s]"""
