@@ -28,6 +28,10 @@ PUBLIC_PACKAGES = (
     "thermaxis.controls",
     "thermaxis.compensation",
     "thermaxis.virtual",
+    "thermaxis.runtime",
+    "thermaxis.runtime.sources",
+    "thermaxis.runtime.sinks",
+    "thermaxis.runtime.historian",
 )
 
 
