@@ -2,7 +2,7 @@ from ._settings import (
     PlcSettings as PlcSettings,
     export_settings as export_settings,
 )
-from .build import (
+from .blocks import (
     LineSettings as LineSettings,
     build_line_program as build_line_program,
     build_program as build_program,

@@ -48,11 +48,11 @@ from thermaxis.plc import (
     export_settings,
     scenario_steps,
 )
-from thermaxis.plc.build import head_of
-from thermaxis.plc.build._draft import NO, YES, both, either, equals, no
-from thermaxis.plc.build._model import BAD, GOOD, HELD, outcome_bit
-from thermaxis.plc.build._sensor import quality_number
-from thermaxis.plc.build._supervisor import reason_bit, state_number
+from thermaxis.plc.blocks import head_of
+from thermaxis.plc.blocks._draft import NO, YES, both, either, equals, no
+from thermaxis.plc.blocks._model import BAD, GOOD, HELD, outcome_bit
+from thermaxis.plc.blocks._sensor import quality_number
+from thermaxis.plc.blocks._supervisor import reason_bit, state_number
 from thermaxis.plc.tree import (
     Assign,
     Expression,

@@ -44,7 +44,7 @@ from thermaxis.plc import (
     print_st,
     vectors_of,
 )
-from thermaxis.plc.build import at_position, bound_texts
+from thermaxis.plc.blocks import at_position, bound_texts
 from thermaxis.plc.tree import executable, stored, unused
 from thermaxis.plc.vectors import LINE_LIMITED, by_variable
 

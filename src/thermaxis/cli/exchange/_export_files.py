@@ -33,7 +33,7 @@ from thermaxis.plc import (
     vectors_of,
     with_own_names,
 )
-from thermaxis.plc.build import setting_warnings, wrapped
+from thermaxis.plc.blocks import setting_warnings, wrapped
 from thermaxis.plc.guide import LARGEST_S7_300_BYTES, REPORT_ENDING, TEMPCOMP, instance_bytes
 from thermaxis.plc.tree import remark_text
 

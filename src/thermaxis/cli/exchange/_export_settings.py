@@ -18,7 +18,7 @@ from thermaxis.compensation import (
 )
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.files import model_sha256, read_model
-from thermaxis.plc.build import at_position, require_apart
+from thermaxis.plc.blocks import at_position, require_apart
 from thermaxis.plc.tree import remark_text
 from thermaxis.runtime import MachineConfiguration, read_machine
 

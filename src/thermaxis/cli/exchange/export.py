@@ -10,7 +10,7 @@ from thermaxis.cli.exchange._export_folder import require_folder, write_folder
 from thermaxis.cli.exchange._export_settings import named_number, named_range
 from thermaxis.cli.thermal._thermal_logs import positive_seconds
 from thermaxis.errors import printable
-from thermaxis.plc.build import bound_texts, restart_warning
+from thermaxis.plc.blocks import bound_texts, restart_warning
 
 _DESCRIPTION = """\
 Write a compensation model as a function block that does what `thermaxis run` does: quality rules,

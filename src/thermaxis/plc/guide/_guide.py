@@ -5,7 +5,7 @@ from typing import NamedTuple, final
 
 from thermaxis.compensation import STATED, Part, SupervisorState
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
-from thermaxis.plc.build import LineSettings, bound_texts, restart_warning, setting_warnings
+from thermaxis.plc.blocks import LineSettings, bound_texts, restart_warning, setting_warnings
 from thermaxis.plc.guide._losses import losses_text
 from thermaxis.plc.guide._report import NOT_CHECKED_BY_SIEMENS, TEMPCOMP, Target
 from thermaxis.plc.tree import Kind, Program, Variable, figure, outward_text, remark_text

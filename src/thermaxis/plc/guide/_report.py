@@ -9,7 +9,7 @@ from typing import NamedTuple, final
 
 from thermaxis import __version__
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings, compensated_stall
-from thermaxis.plc.build import LineSettings, restart_warning, setting_warnings
+from thermaxis.plc.blocks import LineSettings, restart_warning, setting_warnings
 from thermaxis.plc.tree import Block, Kind, Program
 from thermaxis.plc.vectors import Vectors
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, TypeAlias, final
 
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.build import LineSettings, build_line_program, build_program
+from thermaxis.plc.blocks import LineSettings, build_line_program, build_program
 from thermaxis.plc.tree import PlcNames, Variable, check_program, executable
 
 Cell: TypeAlias = float | bool | int

@@ -13,7 +13,7 @@ from typing import NamedTuple, final
 from thermaxis.compensation import Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.build import NEVER_OUTCOMES, NEVER_QUALITIES, LineSettings
+from thermaxis.plc.blocks import NEVER_OUTCOMES, NEVER_QUALITIES, LineSettings
 from thermaxis.plc.tree import Kind, Variable, rounding
 from thermaxis.plc.vectors._course import (
     LONG_ROW_CALLS,

@@ -2,8 +2,8 @@
 
 from thermaxis.compensation import Quality, SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.build._draft import Draft, numbered
-from thermaxis.plc.build._model import BAD
+from thermaxis.plc.blocks._draft import Draft, numbered
+from thermaxis.plc.blocks._model import BAD
 from thermaxis.plc.tree import Kind, remark_text
 
 IDENTITY_DIGITS = 3

@@ -16,8 +16,8 @@ from typing import final
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.build._build import build_program
-from thermaxis.plc.build._draft import (
+from thermaxis.plc.blocks._build import build_program
+from thermaxis.plc.blocks._draft import (
     NO,
     YES,
     Draft,

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 from thermaxis.compensation import Part
-from thermaxis.plc.build._draft import (
+from thermaxis.plc.blocks._draft import (
     NO,
     YES,
     Draft,

@@ -4,7 +4,7 @@ from typing import NamedTuple, final
 
 from thermaxis.compensation import Reason, SupervisorRules, SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.build._draft import (
+from thermaxis.plc.blocks._draft import (
     NO,
     YES,
     Draft,

@@ -4,7 +4,7 @@ from typing import final
 
 from thermaxis.compensation import LARGEST_DIAMETER_MM, SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.build._draft import (
+from thermaxis.plc.blocks._draft import (
     NO,
     YES,
     Draft,
@@ -22,17 +22,17 @@ from thermaxis.plc.build._draft import (
     when,
     within,
 )
-from thermaxis.plc.build._interface import (
+from thermaxis.plc.blocks._interface import (
     channel_texts,
     declare_inputs,
     declare_outputs,
     identity,
     output_texts,
 )
-from thermaxis.plc.build._limit import LARGEST_READ_UM, LIMIT, READ_BACK, TRIM, WANTED
-from thermaxis.plc.build._model import BAD, MODEL
-from thermaxis.plc.build._sensor import SENSOR
-from thermaxis.plc.build._supervisor import REQUESTS, SUPERVISOR, state_number
+from thermaxis.plc.blocks._limit import LARGEST_READ_UM, LIMIT, READ_BACK, TRIM, WANTED
+from thermaxis.plc.blocks._model import BAD, MODEL
+from thermaxis.plc.blocks._sensor import SENSOR
+from thermaxis.plc.blocks._supervisor import REQUESTS, SUPERVISOR, state_number
 from thermaxis.plc.tree import Block, Count, Kind, Name, OutputOf, Statement
 
 LAST_HEARTBEAT = 32_767

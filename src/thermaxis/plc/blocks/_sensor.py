@@ -1,7 +1,7 @@
 """The block that judges one sensor: `thermaxis.compensation.validate_sample`."""
 
 from thermaxis.compensation import SampleQuality
-from thermaxis.plc.build._draft import (
+from thermaxis.plc.blocks._draft import (
     NO,
     YES,
     Draft,

@@ -1,7 +1,7 @@
 """The blocks of one output: its trim, what is read back, what is wanted, and its limits."""
 
 from thermaxis.compensation import LARGEST_RULE
-from thermaxis.plc.build._draft import (
+from thermaxis.plc.blocks._draft import (
     NO,
     YES,
     Draft,

@@ -6,7 +6,7 @@ from typing import final
 
 from thermaxis.compensation import STATED, Outcome, Part
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.build._draft import (
+from thermaxis.plc.blocks._draft import (
     NO,
     YES,
     Body,
@@ -28,7 +28,7 @@ from thermaxis.plc.build._draft import (
     when,
     within,
 )
-from thermaxis.plc.build._lag import LAG, delay_block, delay_name, gain_block
+from thermaxis.plc.blocks._lag import LAG, delay_block, delay_name, gain_block
 from thermaxis.plc.tree import (
     Block,
     Count,

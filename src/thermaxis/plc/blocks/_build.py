@@ -1,13 +1,13 @@
 """The compensation as a program for a PLC: what `thermaxis.compensation.cycle` does, as a tree."""
 
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.build._head import head_of
-from thermaxis.plc.build._lag import lag_block
-from thermaxis.plc.build._limit import limit_block, read_back_block, trim_block, wanted_block
-from thermaxis.plc.build._main import main_block
-from thermaxis.plc.build._model import model_blocks
-from thermaxis.plc.build._sensor import sensor_block
-from thermaxis.plc.build._supervisor import requests_block, supervisor_block
+from thermaxis.plc.blocks._head import head_of
+from thermaxis.plc.blocks._lag import lag_block
+from thermaxis.plc.blocks._limit import limit_block, read_back_block, trim_block, wanted_block
+from thermaxis.plc.blocks._main import main_block
+from thermaxis.plc.blocks._model import model_blocks
+from thermaxis.plc.blocks._sensor import sensor_block
+from thermaxis.plc.blocks._supervisor import requests_block, supervisor_block
 from thermaxis.plc.tree import Program
 
 

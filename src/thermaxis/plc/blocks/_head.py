@@ -17,8 +17,8 @@ from thermaxis.compensation import (
 )
 from thermaxis.messages import sentence
 from thermaxis.plc._settings import CYCLE_TOLERANCE, PlcSettings
-from thermaxis.plc.build._draft import numbered
-from thermaxis.plc.build._warnings import never_corrects, setting_warnings
+from thermaxis.plc.blocks._draft import numbered
+from thermaxis.plc.blocks._warnings import never_corrects, setting_warnings
 from thermaxis.plc.tree import noted, remark_text
 
 WIDTH = 88
