@@ -57,6 +57,7 @@ RENAMED_KEYS = {"heal_s": "recovery_delay_s", "grace_s": "input_timeout_s"}
 RENAMED: dict[str, str] = {
     "thermaxis.compensation.judge": "thermaxis.compensation.validate_sample",
     "thermaxis.plc.Twin": "thermaxis.plc.BlockInstance",
+    "thermaxis.runtime.spare_name": "thermaxis.runtime.redundant_name",
 }
 """Public names and packages (`thermaxis.thermal.Old`, `thermaxis.old`) by what they are now."""
 

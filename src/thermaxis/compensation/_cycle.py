@@ -380,13 +380,13 @@ def _validated(
         quality, sensors[k] = validate_sample(rules, sensors[k], sample, *clock)
         value = sample.value if quality is SampleQuality.GOOD else None
         if channel in compensation.redundant:
-            spare = _sample(reading.redundant, k)
-            seen, redundant[k] = validate_sample(rules, redundant[k], spare, *clock)
-            second = spare.value if seen is SampleQuality.GOOD else None
+            other = _sample(reading.redundant, k)
+            seen, redundant[k] = validate_sample(rules, redundant[k], other, *clock)
+            second = other.value if seen is SampleQuality.GOOD else None
             if second is None:
                 pass
             elif value is None:
-                value, quality = second, SampleQuality.SPARE
+                value, quality = second, SampleQuality.REDUNDANT
             elif abs(value - second) > rules.largest_difference_k:
                 value, quality = None, SampleQuality.DISAGREES
         values.append(value)

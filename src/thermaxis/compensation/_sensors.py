@@ -15,8 +15,8 @@ class SampleQuality(StrEnum):
     """What is wrong with what was read of one channel."""
 
     GOOD = "good"
-    SPARE = "spare"
-    """The spare sensor stands in."""
+    REDUNDANT = "redundant"
+    """The redundant sensor stands in."""
     MISSING = "missing"
     """There is no value."""
     STATUS_BAD = "status_bad"

@@ -53,7 +53,7 @@ class Reason(StrEnum):
     """It is not enabled."""
     SETTLING = "settling"
     """The model has not run for long enough."""
-    HEALING = "healing"
+    RECOVERING = "recovering"
     """Everything is there again; it must stay so for a moment."""
     INPUT_BAD = "input_bad"
     """An input has no usable value."""
@@ -110,7 +110,7 @@ class SupervisorRules:
     """Longest time after which a trim expires. Default: a shift. [s]"""
     max_hold_s: float = field(init=False, repr=False, compare=False)
     """Time for which the correction is held at most, whatever comes and goes meanwhile: the
-    longest of the times above, and what it takes to settle and to heal. [s]"""
+    longest of the times above, and what it takes to settle and to recover. [s]"""
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -144,7 +144,7 @@ class Memory(NamedTuple):
     running_s: float = 0.0
     """Time for which the model has run since it started, at most what it takes to settle. [s]"""
     ready_s: float = 0.0
-    """Time for which everything has been there, at most what it takes to heal. [s]"""
+    """Time for which everything has been there, at most the recovery delay. [s]"""
     input_lost_s: float = 0.0
     """Time for which an input has had no usable value. [s]"""
     connection_lost_s: float = 0.0
@@ -423,4 +423,4 @@ def _reasons(memory: Memory, blocking: Sequence[Blocker]) -> tuple[Reason, ...]:
         return ()
     if not memory.enabled:
         return (Reason.DISABLED,)
-    return tuple(one.reason for one in blocking) or (Reason.HEALING,)
+    return tuple(one.reason for one in blocking) or (Reason.RECOVERING,)

@@ -31,7 +31,7 @@ from ._ports import (
     SystemClock as SystemClock,
     interlock_name as interlock_name,
     probe_name as probe_name,
-    spare_name as spare_name,
+    redundant_name as redundant_name,
 )
 from ._saved_state import (
     SavedState as SavedState,

@@ -46,7 +46,7 @@ from thermaxis.runtime._ports import (
     Source,
     SourceSample,
     interlock_name,
-    spare_name,
+    redundant_name,
 )
 from thermaxis.runtime._saved_state import OTHER_VERSION, SavedState, StateFile
 from thermaxis.runtime.status import (
@@ -95,7 +95,7 @@ _DECIDES: Final = frozenset({RequestKind.ENABLE, RequestKind.DISABLE, RequestKin
 """What a person asks to go on after a saved state that was not used."""
 _ACCEPTED_ANEW = frozenset(
     {
-        SampleQuality.SPARE,
+        SampleQuality.REDUNDANT,
         SampleQuality.TOO_FAST,
         SampleQuality.FROZEN,
         SampleQuality.DISAGREES,
@@ -557,7 +557,7 @@ class CompensationLoop:
         redundant: tuple[Sample | None, ...] = ()
         if compensation.redundant:
             redundant = tuple(
-                _sample(samples, spare_name(c)) if c in compensation.redundant else None
+                _sample(samples, redundant_name(c)) if c in compensation.redundant else None
                 for c in channels
             )
         other = samples.get(OTHER_COMPENSATION, NOT_READ)

@@ -329,7 +329,7 @@ DIAMETER = "diameter"
 """Name of the workpiece's clamping diameter, where the machine states it. [mm]"""
 
 
-def spare_name(channel: str) -> str:
+def redundant_name(channel: str) -> str:
     """Return the name under which a channel's redundant sensor is read.
 
     Parameters
@@ -342,7 +342,7 @@ def spare_name(channel: str) -> str:
     str
         The name.
     """
-    return f"{channel}.spare"
+    return f"{channel}.redundant"
 
 
 def probe_name(output: str) -> str:

@@ -33,7 +33,7 @@ DRAW = """async (chart) => {
 
 def pages_for(role: Role | None = None) -> Pages:
     feed = KnownFeed(dict(WARM))
-    feed.fill(("T_spindle_C", "T_spindle_C.spare"), 36.0, 0.05, 290)
+    feed.fill(("T_spindle_C", "T_spindle_C.redundant"), 36.0, 0.05, 290)
     feed.fill(("T_column_C",), 21.0, 0.02, 12)
     return Pages(parts_with(MACHINE, feed, role), feed)
 

@@ -33,9 +33,9 @@ from thermaxis.runtime import (
     VirtualClock,
     interlock_name,
     read_machine,
+    redundant_name,
     run_in_virtual_time,
     sole_runner,
-    spare_name,
 )
 from thermaxis.runtime.sources import ReplayClock
 from thermaxis.virtual import FAULTY, LatheServer, LatheServerSettings, VirtualLathe, parse_fault
@@ -290,7 +290,7 @@ def test_every_channel_flag_and_second_sensor_is_read_by_its_name(machine: Path)
     nodes = nodes_read(read_machine(machine))
     assert set(nodes) == {
         "T_spindle_C",
-        spare_name("T_spindle_C"),
+        redundant_name("T_spindle_C"),
         "T_column_C",
         interlock_name("referenced"),
         interlock_name("emergency_stop"),

@@ -140,7 +140,7 @@ class HostileWorld:
         return CycleReading(
             self.clock(),
             self.samples("sample"),
-            self.samples("spare") if rng.random() < 0.98 else (),
+            self.samples("redundant") if rng.random() < 0.98 else (),
             self.interlocks(),
             connected,
             read_back,

@@ -563,7 +563,7 @@ def test_a_second_sensor_stands_in_or_contradicts() -> None:
         (Sample(17.5), Sample(19.0), 17.5, SampleQuality.GOOD),
         (Sample(17.5), lost, 17.5, SampleQuality.GOOD),
         (Sample(17.5), None, 17.5, SampleQuality.GOOD),
-        (lost, Sample(19.0), 19.0, SampleQuality.SPARE),
+        (lost, Sample(19.0), 19.0, SampleQuality.REDUNDANT),
         (lost, lost, None, SampleQuality.MISSING),
         (Sample(17.5), Sample(20.5), 17.5, SampleQuality.GOOD),
         (Sample(17.5), Sample(20.75), None, SampleQuality.DISAGREES),

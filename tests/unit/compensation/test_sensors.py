@@ -221,7 +221,7 @@ def test_the_ends_of_the_rules_are_taken_and_the_defaults_are_those_of_the_docs(
 
 def test_every_sentence_is_there() -> None:
     assert {quality.name for quality in SampleQuality} == {
-        *("GOOD", "SPARE", "MISSING", "STATUS_BAD", "OLD", "NO_TIME_STAMP"),
+        *("GOOD", "REDUNDANT", "MISSING", "STATUS_BAD", "OLD", "NO_TIME_STAMP"),
         *("OUT_OF_RANGE", "TOO_FAST", "FROZEN", "DISAGREES"),
     }
     assert {outcome.name for outcome in Outcome} == {

@@ -336,7 +336,7 @@ def test_a_loss_is_bridged_then_held_for_its_time_and_then_fades(
     assert bench.step(**loss).state is FADING
     assert bench.um == 4.0
     assert bench.step().state is FADING
-    assert bench.output.reasons == (Reason.HEALING,)
+    assert bench.output.reasons == (Reason.RECOVERING,)
     assert bench.step().state is ACTIVE
 
 

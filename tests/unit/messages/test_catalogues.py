@@ -28,7 +28,7 @@ CODES: dict[str, set[str]] = {
     "reason": set(Reason),
     "outcome": set(Outcome),
     "quality": set(SampleQuality),
-    "sensor_cause": set(SampleQuality) - {"good", "spare"},
+    "sensor_cause": set(SampleQuality) - {"good", "redundant"},
     "model_quality": set(Quality),
     "request": set(RequestKind),
     "answer": {*AnswerCode, *LoopAnswer},

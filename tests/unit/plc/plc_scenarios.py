@@ -49,7 +49,7 @@ NEVER = {
 }
 """Outcomes that a block without a clock and without a memory never has."""
 NEVER_SAMPLE = {
-    SampleQuality.SPARE,
+    SampleQuality.REDUNDANT,
     SampleQuality.OLD,
     SampleQuality.NO_TIME_STAMP,
     SampleQuality.DISAGREES,

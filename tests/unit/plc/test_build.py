@@ -1263,7 +1263,7 @@ def test_the_numbers_of_the_words_are_those_that_are_published() -> None:
     assert {reason.name: reason_bit(reason).value for reason in Reason} == {
         "DISABLED": 1,
         "SETTLING": 2,
-        "HEALING": 4,
+        "RECOVERING": 4,
         "INPUT_BAD": 8,
         "CONNECTION_LOST": 16,
         "INTERLOCK_OPEN": 32,
@@ -1276,7 +1276,7 @@ def test_the_numbers_of_the_words_are_those_that_are_published() -> None:
     }
     assert {quality.name: quality_number(quality).value for quality in SampleQuality} == {
         "GOOD": 0,
-        "SPARE": 1,
+        "REDUNDANT": 1,
         "MISSING": 2,
         "STATUS_BAD": 3,
         "OLD": 4,

@@ -198,7 +198,7 @@ FAULTY = {
         outcomes=(Outcome.INPUT_FAILED,),
         quality=Quality.BAD,
         values=(None, 22.0),
-        qualities=(SampleQuality.STATUS_BAD, SampleQuality.SPARE),
+        qualities=(SampleQuality.STATUS_BAD, SampleQuality.REDUNDANT),
     )
 }
 

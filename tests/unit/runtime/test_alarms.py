@@ -90,7 +90,7 @@ def test_a_double_compensation_is_one_that_was_read_as_active() -> None:
 
 
 @pytest.mark.parametrize(
-    "quality", [q for q in SampleQuality if q not in {SampleQuality.GOOD, SampleQuality.SPARE}]
+    "quality", [q for q in SampleQuality if q not in {SampleQuality.GOOD, SampleQuality.REDUNDANT}]
 )
 def test_a_bad_sensor_is_named_with_what_it_acts_on_and_how_long_is_held(
     quality: SampleQuality,
@@ -103,8 +103,8 @@ def test_a_bad_sensor_is_named_with_what_it_acts_on_and_how_long_is_held(
     assert "Z is held for 5 min" in one.remedy
 
 
-def test_a_spare_sensor_that_stands_in_is_told_before_it_is_the_only_one() -> None:
-    told = with_output(qualities=(SampleQuality.SPARE, SampleQuality.GOOD))
+def test_a_redundant_sensor_that_stands_in_is_told_before_it_is_the_only_one() -> None:
+    told = with_output(qualities=(SampleQuality.REDUNDANT, SampleQuality.GOOD))
     (one,) = found(told).values()
     assert (one.key, one.priority) == ("sensor T_spindle_C", "medium")
 

@@ -113,7 +113,7 @@ def test_everything_has_bad_values_status_and_state_as_well(tmp_path: Path, name
     assert frame["T_spindle_C"].null_count() == 0
     assert frame["T_spindle_C status"].to_list() == ["BadSensorFailure", "Good"] * 5
     assert frame["state"].to_list() == ["Holding", "Active"] * 5
-    assert (frame["reasons"][0], frame["reasons"][1]) == ("input_bad|healing", "")
+    assert (frame["reasons"][0], frame["reasons"][1]) == ("input_bad|recovering", "")
     shown = "'=cmd()" if name.endswith("csv") else "=cmd()"  # no formula in a spreadsheet
     assert frame["T_table_C status"][3] == shown
     assert len(read_thermal_log(tmp_path / name).time_s) == 10
@@ -145,19 +145,19 @@ def test_a_channel_that_is_called_time_is_another_column(tmp_path: Path) -> None
     assert "time" not in written.columns
 
 
-def test_a_spare_sensor_has_its_unit_at_the_end_of_its_heading(tmp_path: Path) -> None:
+def test_a_redundant_sensor_has_its_unit_at_the_end_of_its_heading(tmp_path: Path) -> None:
     path = tmp_path / "h.db"
     record = cycle_record(1)
-    spare = {
-        "T_table_C.spare": record.samples["T_table_C"],
+    redundant = {
+        "T_table_C.redundant": record.samples["T_table_C"],
         "valve.1": record.samples["referenced"],
     }
-    write(path, [replace(record, samples={**record.samples, **spare})])
+    write(path, [replace(record, samples={**record.samples, **redundant})])
     with HistoryReader(url_of(path)) as reader:
         export_history(reader, tmp_path / "log.csv")
     log = read_thermal_log(tmp_path / "log.csv")
-    assert log.units["T_table_spare_C"] == "degC"
-    assert log.columns["T_table_spare_C"].tolist() == [record.samples["T_table_C"].value]
+    assert log.units["T_table_redundant_C"] == "degC"
+    assert log.columns["T_table_redundant_C"].tolist() == [record.samples["T_table_C"].value]
     assert "valve.1" in log.columns
 
 

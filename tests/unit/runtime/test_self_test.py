@@ -36,7 +36,7 @@ from thermaxis.runtime.checks._nodes import (
     judge_other_compensation,
     judge_output,
     judge_read_back,
-    judge_spare,
+    judge_redundant,
     units_that_fit,
 )
 from thermaxis.runtime.checks._self_test import judge_linuxcnc
@@ -166,12 +166,12 @@ def test_every_suggested_unit_makes_the_value_plausible_and_none_is_suggested_in
 
 def test_two_sensors_of_one_place_must_agree() -> None:
     settings = InputSettings("ns=2;s=X", "degC", "ns=2;s=Y", 0.1)
-    close = tuple(judge_spare("[input.T]", node(200.0), node(229.0), settings, RULES))
-    apart = one(tuple(judge_spare("[input.T]", node(200.0), node(169.0), settings, RULES)))
+    close = tuple(judge_redundant("[input.T]", node(200.0), node(229.0), settings, RULES))
+    apart = one(tuple(judge_redundant("[input.T]", node(200.0), node(169.0), settings, RULES)))
     assert close == ()
     assert apart.level is Level.WARNING
     assert "-3.1 K" in apart.what
-    assert tuple(judge_spare("[input.T]", node(None), node(200.0), settings, RULES)) == ()
+    assert tuple(judge_redundant("[input.T]", node(None), node(200.0), settings, RULES)) == ()
 
 
 # ---- flags and diameter -------------------------------------------------------------------------

@@ -147,7 +147,7 @@ def test_an_output_shows_what_is_wanted_accepted_and_effective_apart() -> None:
     run(scene)
 
 
-def test_a_bad_input_has_a_bad_status_and_no_value_and_a_spare_is_uncertain() -> None:
+def test_a_bad_input_has_a_bad_status_and_no_value_and_a_redundant_is_uncertain() -> None:
     async def scene() -> None:
         clock = HandClock()
         async with served(viewers(), clock=clock) as server, client(server) as one:
@@ -159,9 +159,9 @@ def test_a_bad_input_has_a_bad_status_and_no_value_and_a_spare_is_uncertain() ->
             server.publish(status(**FAULTY))
             bad = await read(one, "Inputs/T_spindle_C/Value")
             assert (bad.Value.Value, bad.StatusCode.name) == (None, "BadSensorFailure")
-            spare = await read(one, "Inputs/T_column_C/Value")
-            assert spare.Value.Value == 22.0
-            assert spare.StatusCode.name == "UncertainSubNormal"
+            redundant = await read(one, "Inputs/T_column_C/Value")
+            assert redundant.Value.Value == 22.0
+            assert redundant.StatusCode.name == "UncertainSubNormal"
             quality = await read(one, "Inputs/T_spindle_C/Quality")
             assert quality.Value.Value == "status_bad"
             reasons = (await read(one, "Status/Reasons")).Value.Value

@@ -75,7 +75,7 @@ def test_the_bounds_on_the_page_are_those_in_force() -> None:
 
 
 def test_every_quality_has_a_status_code_of_its_kind() -> None:
-    usable = {SampleQuality.GOOD, SampleQuality.SPARE}
+    usable = {SampleQuality.GOOD, SampleQuality.REDUNDANT}
     assert set(_BAD_BY_QUALITY) == set(SampleQuality) - usable
     assert all(code.startswith("Bad") for code in _BAD_BY_QUALITY.values())
 

@@ -29,8 +29,8 @@ from thermaxis.runtime import (
     VirtualClock,
     interlock_name,
     read_machine,
+    redundant_name,
     run_in_virtual_time,
-    spare_name,
 )
 from thermaxis.runtime.status import Snapshot, as_json, facts_of
 from thermaxis.screen import Words
@@ -55,7 +55,7 @@ def told_by_a_loop(
 ) -> dict[str, Any]:
     """Return what a real loop says after its temperatures went from 20 degrees to an end."""
     values = dict.fromkeys(CHANNELS, 20.0)
-    values |= {spare_name(name): 20.0 for name in CHANNELS}
+    values |= {redundant_name(name): 20.0 for name in CHANNELS}
     for name, flag in configuration.interlocks.items():
         values[interlock_name(name)] = float(flag.value)
     values |= {"other_compensation": 0.0, "diameter": 1200.0, "probe.Z_um": -3.0}
@@ -87,7 +87,7 @@ def told_by_a_loop(
             for k in range(seconds):
                 for name in CHANNELS:
                     value = 20.0 + (end_c[name] - 20.0) * (k + 1) / seconds
-                    machine.values[name] = machine.values[spare_name(name)] = value
+                    machine.values[name] = machine.values[redundant_name(name)] = value
                 await asyncio.sleep(1.0)
             assert loop.status is not None
             found.append(as_json(Snapshot(loop.status, facts_of(rules))))

@@ -479,7 +479,7 @@ def test_lines_hold_the_mean_and_the_band_of_what_was_recorded(tmp_path: Path) -
     [
         ("Z_um.correction", "um", "µm"),
         ("T_spindle_C", "", "°C"),
-        ("T_spindle_C.spare", "", "°C"),
+        ("T_spindle_C.redundant", "", "°C"),
         ("probe.Z_um", "", "µm"),
         ("diameter_mm", "mm", "mm"),
         ("Z_um.weight", "1", ""),

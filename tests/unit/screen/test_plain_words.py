@@ -58,7 +58,7 @@ console.log(JSON.stringify([
 """
 LABELS = {
     "T_spindle_C": "T_spindle",
-    "T_spindle_C.spare": "T_spindle.spare",
+    "T_spindle_C.redundant": "T_spindle.redundant",
     "Z_um.correction": f"Z {WORDS.say('en', 'history.correction')}",
     "probe.Z_um": f"Z {WORDS.say('en', 'history.probe')}",
     "Z_um.part.a_um": f"Z {WORDS.say('en', 'history.part', name='a_um')}",

@@ -89,11 +89,11 @@ def test_every_rule_of_a_sensor_is_told() -> None:
     assert rules_of(rules) == dataclasses.asdict(rules)
 
 
-def test_every_channel_spare_interlock_and_flag_of_the_configuration_is_told() -> None:
+def test_every_channel_redundant_interlock_and_flag_of_the_configuration_is_told() -> None:
     configuration = lathe()
     facts = json.loads(json.dumps(facts_of(configuration)))
-    assert {c["name"]: c["spare"] for c in facts["channels"]} == {
-        name: f"{name}.spare" for name in CHANNELS
+    assert {c["name"]: c["redundant"] for c in facts["channels"]} == {
+        name: f"{name}.redundant" for name in CHANNELS
     }
     assert {i["signal"] for i in facts["interlocks"]} <= set(STATUS["signals"])
     assert {i["name"]: i["met"] for i in facts["interlocks"]} == {
@@ -108,7 +108,7 @@ def test_values_carry_noise_and_the_last_minutes_by_the_time_of_day() -> None:
     feed.fill(("T_spindle_C",), 25.0, 0.05, 290)
     found = client(feed).get("/sensors/values").json()
     assert found["least"] == LEAST_VALUES
-    assert set(found["values"]) == {n for c in CHANNELS for n in (c, f"{c}.spare")}
+    assert set(found["values"]) == {n for c in CHANNELS for n in (c, f"{c}.redundant")}
     spindle = found["values"]["T_spindle_C"]
     assert spindle["noise_k"] == pytest.approx(0.05, rel=0.15)
     assert spindle["count"] == len(spindle["t"]) == len(spindle["y"]) == 290

@@ -12,8 +12,8 @@ from thermaxis.runtime import (
     START_S,
     VirtualClock,
     interlock_name,
+    redundant_name,
     run_in_virtual_time,
-    spare_name,
 )
 from thermaxis.virtual import FAULTY, LatheSink, LatheSource, VirtualLathe, parse_fault
 from thermaxis.virtual.lathe import INTERLOCKS
@@ -33,8 +33,8 @@ def test_everything_that_a_loop_asks_for_is_read_under_its_name() -> None:
         samples = await source.read(1.0)
         assert source.connected
         assert samples["T_spindle_C"].value == lathe.readings()["T_spindle_C"].value
-        spare = samples[spare_name("T_spindle_C")]
-        assert spare.value == lathe.readings()["T_spindle_2_C"].value
+        redundant = samples[redundant_name("T_spindle_C")]
+        assert redundant.value == lathe.readings()["T_spindle_2_C"].value
         assert samples[OTHER_COMPENSATION].value == 0.0
         assert samples[DIAMETER].value == 0.0
         for interlock in INTERLOCKS:

@@ -18,7 +18,7 @@ from thermaxis.runtime import (
     Source,
     interlock_name,
     probe_name,
-    spare_name,
+    redundant_name,
 )
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def nodes_read(configuration: "MachineConfiguration") -> "dict[str, NodeSettings
     for name, entry in configuration.inputs.items():
         nodes[name] = NodeSettings(node=entry.node, unit=entry.unit, scale=entry.scale)
         if entry.redundant_node:
-            nodes[spare_name(name)] = NodeSettings(
+            nodes[redundant_name(name)] = NodeSettings(
                 node=entry.redundant_node, unit=entry.unit, scale=entry.scale
             )
     for name, flag in configuration.interlocks.items():

@@ -1,7 +1,7 @@
 sensors-title = Snímače
 sensors-sensor = Snímač
-sensors-spare = Záložní snímač
-sensors-no_spare = žádný
+sensors-redundant = Záložní snímač
+sensors-no_redundant = žádný
 sensors-raw = Načteno [°C]
 sensors-raw_any = Načteno
 sensors-status = Stav

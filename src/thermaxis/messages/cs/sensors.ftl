@@ -1,5 +1,5 @@
 quality-good = dobrá
-quality-spare = zastupuje náhradní snímač
+quality-redundant = zastupuje náhradní snímač
 quality-missing = není žádná hodnota
 quality-status_bad = stav není dobrý
 quality-old = hodnota je příliš stará

@@ -7,7 +7,7 @@ state-Fault = Porucha
 
 reason-disabled = nikdo ji nezapnul
 reason-settling = model ještě neběží dost dlouho
-reason-healing = vše je opět k dispozici; musí to chvíli vydržet
+reason-recovering = vše je opět k dispozici; musí to chvíli vydržet
 reason-input_bad = vstup nemá použitelnou hodnotu
 reason-connection_lost = spojení se strojem je přerušeno
 reason-interlock_open = není splněno blokování

@@ -1,7 +1,7 @@
 sensors-title = Sensoren
 sensors-sensor = Sensor
-sensors-spare = Ersatzsensor
-sensors-no_spare = keiner
+sensors-redundant = Ersatzsensor
+sensors-no_redundant = keiner
 sensors-raw = Gelesen [°C]
 sensors-raw_any = Gelesen
 sensors-status = Status

@@ -1,5 +1,5 @@
 quality-good = gut
-quality-spare = der Ersatzsensor springt ein
+quality-redundant = der Ersatzsensor springt ein
 quality-missing = es gibt keinen Wert
 quality-status_bad = der Status ist nicht gut
 quality-old = der Wert ist zu alt

@@ -7,7 +7,7 @@ state-Fault = Störung
 
 reason-disabled = niemand hat sie eingeschaltet
 reason-settling = das Modell läuft noch nicht lange genug
-reason-healing = alles ist wieder da; es muss einen Moment so bleiben
+reason-recovering = alles ist wieder da; es muss einen Moment so bleiben
 reason-input_bad = ein Eingang hat keinen brauchbaren Wert
 reason-connection_lost = die Verbindung zur Maschine ist unterbrochen
 reason-interlock_open = eine Verriegelung ist nicht erfüllt

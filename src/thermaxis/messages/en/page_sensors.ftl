@@ -2,8 +2,8 @@
 
 sensors-title = Sensors
 sensors-sensor = Sensor
-sensors-spare = Spare
-sensors-no_spare = none
+sensors-redundant = Redundant sensor
+sensors-no_redundant = none
 sensors-raw = Read [°C]
 sensors-raw_any = Read
 sensors-status = Status
@@ -11,7 +11,7 @@ sensors-age = Age [s]
 sensors-noise = Noise [K]
 sensors-not_yet = not yet ({ $count } of { $least } values)
 sensors-noise_note = Noise: standard deviation of one value, from the differences between neighbouring values of the last five minutes, so that slow warming does not count.
-sensors-difference = Sensor and spare differ by { $apart } K; { $most } K are allowed.
+sensors-difference = Sensor and redundant sensor differ by { $apart } K; { $most } K are allowed.
 sensors-plausible = Plausible
 sensors-from_to = { $lowest } to { $highest } °C
 sensors-fastest = Fastest change

@@ -1,7 +1,7 @@
 ## What was read of a channel
 
 quality-good = good
-quality-spare = the spare sensor stands in
+quality-redundant = the redundant sensor stands in
 quality-missing = there is no value
 quality-status_bad = the status is not good
 quality-old = the value is too old

@@ -11,7 +11,7 @@ state-Fault = Fault
 
 reason-disabled = nobody has enabled it
 reason-settling = the model has not run for long enough
-reason-healing = everything is there again; it must stay so for a moment
+reason-recovering = everything is there again; it must stay so for a moment
 reason-input_bad = an input has no usable value
 reason-connection_lost = the connection to the machine is lost
 reason-interlock_open = an interlock is not met

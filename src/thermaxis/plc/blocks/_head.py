@@ -41,7 +41,7 @@ NEVER_OUTCOMES = frozenset(
 """Outcomes that a block without a clock and without a memory never has."""
 NEVER_QUALITIES = frozenset(
     {
-        SampleQuality.SPARE,
+        SampleQuality.REDUNDANT,
         SampleQuality.OLD,
         SampleQuality.NO_TIME_STAMP,
         SampleQuality.DISAGREES,

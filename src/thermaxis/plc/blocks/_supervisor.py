@@ -266,7 +266,7 @@ def supervisor_block(settings: PlcSettings) -> Block:
                 choose(
                     (equals(state, _ACTIVE), (let(word, Count(0)),)),
                     (no(signals.enabled), (let(word, reason_bit(Reason.DISABLED)),)),
-                    (equals(blocked, Count(0)), (let(word, reason_bit(Reason.HEALING)),)),
+                    (equals(blocked, Count(0)), (let(word, reason_bit(Reason.RECOVERING)),)),
                     otherwise=(let(word, blocked),),
                 ),
             ),

@@ -235,7 +235,7 @@ def units_that_fit(raw: float, settings: InputSettings, rules: SensorRules) -> t
     return (*units, *scales)
 
 
-def judge_spare(
+def judge_redundant(
     where: str,
     first: "NodeDescription",
     second: "NodeDescription",

@@ -17,7 +17,7 @@ from thermaxis.runtime.checks._nodes import (
     judge_output,
     judge_probe,
     judge_read_back,
-    judge_spare,
+    judge_redundant,
     ok,
     warning,
 )
@@ -198,7 +198,7 @@ class _SelfTest:
                 second = await self._node(session, entry.redundant_node)
                 found += tuple(judge_input(f"{where}, redundant_node", second, entry, rules))
                 if not reasons_against(found):
-                    found += tuple(judge_spare(where, first, second, entry, rules))
+                    found += tuple(judge_redundant(where, first, second, entry, rules))
             findings.extend(found)
         for name, flag in configuration.interlocks.items():
             node = await self._node(session, flag.node)

@@ -14,7 +14,7 @@ from thermaxis.runtime._ports import (
     OTHER_COMPENSATION,
     interlock_name,
     probe_name,
-    spare_name,
+    redundant_name,
 )
 from thermaxis.runtime._sign import AWAY, OFFSET_UNITS, SIGNS, TOWARDS
 from thermaxis.runtime.config._connection import Problem
@@ -328,7 +328,7 @@ class _Build:
                 )
         taken = {OTHER_COMPENSATION, DIAMETER}
         taken |= {interlock_name(name) for name in self.sections.interlock}
-        taken |= {spare_name(name) for name in self.sections.input}
+        taken |= {redundant_name(name) for name in self.sections.input}
         taken |= {probe_name(name) for name in self.sections.probe}
         for name in self.sections.input:
             if name in taken:

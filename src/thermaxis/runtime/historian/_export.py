@@ -57,7 +57,7 @@ def heading_of(column: SeriesColumn, outputs: Sequence[str]) -> str:
     """Return the heading of a series, as the readers of thermal logs know headings."""
     output = next((name for name in outputs if column.name.startswith(f"{name}.")), None)
     if output is None or column.good is not None:
-        base, dot, which = column.name.partition(".")  # T_spindle_C.spare
+        base, dot, which = column.name.partition(".")  # T_spindle_C.redundant
         stem, end = _stem_of(base)
         return f"{stem}_{which}{end}" if dot and end else column.name
     quantity = column.name[len(output) + 1 :].replace(".", "_")

@@ -49,7 +49,7 @@ class AlarmCode(StrEnum):
     OFFSET_UNREAD = "offset_unread"
     SOURCE_LOST = "source_lost"
     SELF_TEST = "self_test"
-    SENSOR_SPARE = "sensor_spare"
+    SENSOR_REDUNDANT = "sensor_redundant"
     SENSOR_BAD = "sensor_bad"
     SENSOR_UNREAD = "sensor_unread"
     STANDING_OFFSET = "standing_offset"
@@ -260,8 +260,8 @@ def _of_sensor(
         if any(name in {part.plus, part.minus} for part in output.parts)
     )
     values: dict[str, Value] = {"name": name, "acts_on": acts_on}
-    if quality is SampleQuality.SPARE:
-        yield _Found(sensor_key(name), "medium", AlarmCode.SENSOR_SPARE, values)
+    if quality is SampleQuality.REDUNDANT:
+        yield _Found(sensor_key(name), "medium", AlarmCode.SENSOR_REDUNDANT, values)
         return
     sample = status.samples.get(name, NOT_READ)
     values |= {"quality": quality.value, "sensor_cause": quality.value}

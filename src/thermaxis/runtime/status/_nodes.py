@@ -504,8 +504,8 @@ def _of_input(index: int, name: str) -> list[Leaf]:
             return Told(None, _BAD_BY_QUALITY.get(quality, "BadNoData"), time)
         if quality is SampleQuality.GOOD:
             return Told(number, GOOD, time)
-        spare = quality is SampleQuality.SPARE
-        return Told(number, "UncertainSubNormal" if spare else "UncertainLastUsableValue", None)
+        redundant = quality is SampleQuality.REDUNDANT
+        return Told(number, "UncertainSubNormal" if redundant else "UncertainLastUsableValue", None)
 
     prefix = f"Inputs/{segment(name)}"
     return [

@@ -11,7 +11,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from thermaxis.compensation import SensorRules
-from thermaxis.runtime import MachineConfiguration, Role, interlock_name, spare_name
+from thermaxis.runtime import MachineConfiguration, Role, interlock_name, redundant_name
 from thermaxis.screen.access import answer_json, for_script, needs, parts_of
 from thermaxis.screen.pages.model import Json
 
@@ -78,7 +78,9 @@ def facts_of(configuration: MachineConfiguration) -> Json:
         "channels": [
             {
                 "name": name,
-                "spare": spare_name(name) if name in configuration.rules.redundant else None,
+                "redundant": redundant_name(name)
+                if name in configuration.rules.redundant
+                else None,
                 "rules": rules_of(rules),
             }
             for name, rules in configuration.rules.sensors.items()
@@ -138,12 +140,12 @@ async def _page(request: Request) -> Response:
 
 @needs(Role.VIEWER)
 async def _values(request: Request) -> Response:
-    """Tell noise and the last minutes of every channel and its spare."""
+    """Tell noise and the last minutes of every channel and its redundant sensor."""
     parts = parts_of(request)
     names = [
         one
         for name in parts.configuration.rules.sensors
-        for one in (name, spare_name(name))
+        for one in (name, redundant_name(name))
         if one == name or name in parts.configuration.rules.redundant
     ]
     return answer_json({"least": LEAST_VALUES, "values": values_of(parts.feed, names)})

@@ -70,7 +70,7 @@ export function bySeries(units) {
   for (const name of names) {
     const output = outputs.find((one) => name.startsWith(`${one}.`) || name === `probe.${one}`);
     const own = name in OF_THE_LOOP || name.startsWith(INTERLOCK);
-    const plain = units[name] === "°C" || name.endsWith(".spare") || !name.includes(".");
+    const plain = units[name] === "°C" || name.endsWith(".redundant") || !name.includes(".");
     groups.get(output ?? (own ? loop : plain ? inputs : others))?.push(name);
   }
   return [...groups].filter(([, some]) => some.length > 0);

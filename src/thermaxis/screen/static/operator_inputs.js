@@ -11,7 +11,7 @@ import { duration, number, phrase, word } from "./words.js";
 
 const FEW = 6;
 const GOOD = "good";
-const SPARE = "spare";
+const REDUNDANT = "redundant";
 
 /** @param {Status} status */
 export function showInputs(status) {
@@ -72,9 +72,10 @@ export function fillInputs(list, status, names) {
 function fillInput(row, input) {
   const [shape, , value, quality, age] = [...row.children];
   row.hidden = false;
-  row.dataset.quality = input.quality === GOOD ? "good" : input.quality === SPARE ? "spare" : "bad";
+  const usable = input.quality === GOOD ? "good" : input.quality === REDUNDANT && "redundant";
+  row.dataset.quality = usable || "bad";
   const old = latest() === null;
-  show(shape, old ? "?" : { good: "✓", spare: "3", bad: "2" }[row.dataset.quality] ?? "");
+  show(shape, old ? "?" : { good: "✓", redundant: "3", bad: "2" }[row.dataset.quality] ?? "");
   shape?.setAttribute("aria-hidden", "true");
   show(value, `${number(input.value_c, 1)}\u00a0°C`);
   const judged = phrase("quality", input.quality);

@@ -1,5 +1,5 @@
 // @ts-check
-/** Every sensor and its spare: raw, judged, in its range; noise and the last minutes. */
+/** Every sensor and its redundant one: raw, judged, in its range; noise and the last minutes. */
 import { drawChart } from "./chart.js";
 import {
   fillTable, made, part, rangeBar, say, showRange, showVerdict, verdict,
@@ -94,7 +94,7 @@ function remember(status) {
 
 /** @param {Data} channel @returns {string[]} */
 function namesOf(channel) {
-  return channel.spare ? [channel.name, channel.spare] : [channel.name];
+  return channel.redundant ? [channel.name, channel.redundant] : [channel.name];
 }
 
 /** @param {Data} status @param {string} name */
@@ -113,7 +113,8 @@ function card(channel) {
   heading.append(made("span", shortNames(channel.name)), value);
   const [said, bar, chart] = [verdict(), rangeBar(), made("div", "", "sensor-chart")];
   bar.classList.add("wide-range");
-  section.append(heading, said, readings(channel), bar, chart, rules(channel.rules, channel.spare));
+  const limits = rules(channel.rules, channel.redundant);
+  section.append(heading, said, readings(channel), bar, chart, limits);
   live.push((status) => {
     const input = status.inputs[channel.name] ?? null;
     const raw = sampleOf(status, channel.name)?.read ?? null;
@@ -143,7 +144,7 @@ function watch(element, channel) {
 function draw(element, channel) {
   const lines = namesOf(channel).map((name, k) => {
     const own = past.get(name) ?? { t: [], y: [] };
-    const text = k ? word("sensors.spare") : word("sensors.sensor");
+    const text = k ? word("sensors.redundant") : word("sensors.sensor");
     return { name: text, unit: "°C", ...withGaps(own, gapMs) };
   });
   const last = Math.max(...lines.map((line) => line.x.at(-1) ?? 0)) || Date.now();
@@ -171,7 +172,7 @@ function readings(channel) {
       if (age) say(age, number(sample?.age_s ?? null, 1));
       if (scatter) say(scatter, noiseWords(noise[name]));
     });
-    const title = k ? word("sensors.spare") : word("sensors.sensor");
+    const title = k ? word("sensors.redundant") : word("sensors.sensor");
     return [title, { number: raw ?? "" }, state ?? "", { number: age ?? "" }, scatter ?? ""];
   });
   const difference = made("span", "–", "live");
@@ -188,11 +189,11 @@ function readings(channel) {
     cells,
   );
   body.append(table);
-  if (!channel.spare) return body;
+  if (!channel.redundant) return body;
   live.push((status) => {
-    const [own, spare] = namesOf(channel).map((name) => sampleOf(status, name)?.read ?? null);
-    const known = typeof own === "number" && typeof spare === "number";
-    const apart = number(known ? Math.abs(own - spare) : null, 2);
+    const [own, redundant] = namesOf(channel).map((name) => sampleOf(status, name)?.read ?? null);
+    const known = typeof own === "number" && typeof redundant === "number";
+    const apart = number(known ? Math.abs(own - redundant) : null, 2);
     const most = number(channel.rules.largest_difference_k, 1);
     say(difference, word("sensors.difference", { apart, most }));
   });
@@ -208,8 +209,8 @@ function noiseWords(found) {
   return number(found.noise_k, 3);
 }
 
-/** @param {Data} rules @param {string | null} spare */
-function rules(rules, spare) {
+/** @param {Data} rules @param {string | null} redundant */
+function rules(rules, redundant) {
   const list = made("dl", "", "facts rules");
   const add = (/** @type {string} */ name, /** @type {string} */ text) =>
     list.append(made("dt", name), made("dd", text));
@@ -234,7 +235,7 @@ function rules(rules, spare) {
       ? word("sensors.frozen_after", { time: duration(rules.frozen_s) })
       : word("sensors.may_stand_still"),
   );
-  if (!spare) add(word("sensors.spare"), word("sensors.no_spare"));
+  if (!redundant) add(word("sensors.redundant"), word("sensors.no_redundant"));
   return list;
 }
 

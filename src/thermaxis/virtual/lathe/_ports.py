@@ -21,7 +21,7 @@ from thermaxis.runtime import (
     SourceSample,
     interlock_name,
     probe_name,
-    spare_name,
+    redundant_name,
 )
 from thermaxis.virtual.lathe._machine import VirtualLathe
 from thermaxis.virtual.lathe._signals import SENSORS, SIGNALS, LatheReading
@@ -40,7 +40,7 @@ def lathe_names() -> Mapping[str, str]:
     names = {name: name for name in SENSORS if "_2_" not in name}
     for name in SENSORS:
         if "_2_" in name:
-            names[spare_name(name.replace("_2_", "_"))] = name
+            names[redundant_name(name.replace("_2_", "_"))] = name
     names[OTHER_COMPENSATION] = "own_compensation"
     names[DIAMETER] = "diameter_mm"
     names[probe_name("Z_um")] = "Z_um"

@@ -20,7 +20,7 @@ LONGEST: Final = timedelta(days=3660)
 _SINGLE_CYCLES: Final = 600
 _DIGITS: Final = 7
 _UNITS: Final = {"um": "µm", "degC": "°C", "1": ""}
-_UNIT_OF_NAME: Final = re.compile(r"_(um|mm|C|c|K|k|rpm|s|V|A|kW|W|Nm|bar|pct)(?:\.spare)?$")
+_UNIT_OF_NAME: Final = re.compile(r"_(um|mm|C|c|K|k|rpm|s|V|A|kW|W|Nm|bar|pct)(?:\.redundant)?$")
 _SHOWN_UNITS: Final = {"um": "µm", "C": "°C", "c": "°C", "k": "K", "rpm": "1/min", "pct": "%"}
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
