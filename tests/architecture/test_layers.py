@@ -55,7 +55,7 @@ def test_the_contracts_hold(package_copy: Path) -> None:
     [
         ("positioning/standard/_iso230_2.py", "from thermaxis import files", "one way"),
         ("files/table/_source.py", "import thermaxis.report", "one way"),
-        ("report/settings/_limits.py", "import thermaxis.cli", "one way"),
+        ("report/_limits_check.py", "import thermaxis.cli", "one way"),
         ("quantities.py", "from thermaxis.positioning import FORWARD", "one way"),
         ("positioning/standard/_iso230_2.py", "import csv", "pure layers"),
         ("positioning/standard/_spread_anomaly.py", "import logging", "pure layers"),

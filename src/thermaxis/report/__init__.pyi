@@ -1,3 +1,8 @@
+from ._limits_check import (
+    LimitsCheck as LimitsCheck,
+    Verdict as Verdict,
+    check_limits as check_limits,
+)
 from ._names import (
     FIGURE_NAMES as FIGURE_NAMES,
     FIGURE_SYMBOLS as FIGURE_SYMBOLS,
@@ -28,13 +33,6 @@ from .charts import (
     write_field_figures as write_field_figures,
     write_figures as write_figures,
     write_montecarlo_figures as write_montecarlo_figures,
-)
-from .settings import (
-    check_limits as check_limits,
-    read_budget as read_budget,
-    read_header as read_header,
-    read_limits as read_limits,
-    read_regions as read_regions,
 )
 from .thermal import (
     write_identification_figures as write_identification_figures,

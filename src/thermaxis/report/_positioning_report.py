@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, final
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files.settings import day_of
 from thermaxis.positioning import (
     AdjacentDifferenceResult,
     FiguresAgainstCycles,
@@ -18,12 +19,12 @@ from thermaxis.positioning import (
     Vdi3441Result,
     figures_by_key,
 )
+from thermaxis.report._moments import in_file
 from thermaxis.report._text import decimals_of_figures
-from thermaxis.report.settings import day_of, in_file
 
 if TYPE_CHECKING:
     from thermaxis.positioning import DriftResult, Finding, UncertaintyResult
-    from thermaxis.report.settings import LimitsCheck
+    from thermaxis.report._limits_check import LimitsCheck
 
 
 @final

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from thermaxis.files import FigureLimits
 from thermaxis.positioning import (
     PositioningTest,
     StartEnd,
@@ -21,7 +22,6 @@ from thermaxis.positioning import (
 from thermaxis.quantities import AxisKind
 from thermaxis.report import PositioningReport, check_limits
 from thermaxis.report.charts._figures import Chart
-from thermaxis.report.settings._limits import Limits
 from thermaxis.report.thermal._panels import ThermalChart
 
 DrawnOnce = Callable[[], AbstractContextManager[None]]
@@ -83,7 +83,7 @@ def run(
 def report(
     test: PositioningTest,
     *,
-    limits: Limits | None = None,
+    limits: FigureLimits | None = None,
     full: bool = False,
     header: Mapping[str, str] | None = None,
     **fields: Any,

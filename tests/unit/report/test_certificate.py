@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import (
     FIGURE_KEYS,
     Cycle,
@@ -21,12 +22,11 @@ from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, PositioningReport, check_limits, unshowable
 from thermaxis.report._document import Document, Fields, ItemList, Signature, Table, Verdict
 from thermaxis.report.certificate._certificate import build_certificate
-from thermaxis.report.settings._limits import DecisionRule, Limits
 
 MakeRun = Callable[..., PositioningTest]
 MakeReport = Callable[..., PositioningReport]
 
-LIMITS = Limits(
+LIMITS = FigureLimits(
     {"B": 4.0, "A": 20.0, "R": 30.0},
     DecisionRule.ISO14253_1,
     {"B": 0.3, "A": 0.8, "R": 1.0},
@@ -108,7 +108,7 @@ def test_a_figure_above_or_near_its_limit_decides_the_run(
 ) -> None:
     assert small.iso230_2.B is not None
     assert limit - 0.3 < small.iso230_2.B
-    limits = Limits({"B": limit}, DecisionRule.ISO14253_1, {"B": 0.3}, "limits.toml")
+    limits = FigureLimits({"B": limit}, DecisionRule.ISO14253_1, {"B": 0.3}, "limits.toml")
     document = document_of(make_report(small.test, limits=limits))
     verdict = verdict_of(document)
     assert verdict.word == word
@@ -124,7 +124,7 @@ def test_rounding_never_hides_on_which_side_of_its_limit_a_figure_is(
     printed: list[str] = []
     for shifted in (limit - 1e-5, limit + 1e-5):
         result = replace(small.iso230_2, B=shifted)
-        limits = Limits({"B": limit}, DecisionRule.SIMPLE, {}, "limits.toml")
+        limits = FigureLimits({"B": limit}, DecisionRule.SIMPLE, {}, "limits.toml")
         report = replace(small, iso230_2=result, limits=check_limits(limits, result))
         printed.append(result_rows(document_of(report))[0][2])
     assert float(printed[0]) <= limit < float(printed[1])

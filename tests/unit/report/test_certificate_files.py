@@ -13,6 +13,8 @@ import pypdfium2
 import pytest
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files import DecisionRule, FigureLimits
+from thermaxis.files.settings import HEADER_FIELDS, HEADER_GROUPS
 from thermaxis.positioning import FIGURE_KEYS, PositioningTest, StartEnd
 from thermaxis.quantities import AxisKind
 from thermaxis.report import FIGURE_NAMES, FIGURE_SYMBOLS, PositioningReport, write_report
@@ -20,8 +22,6 @@ from thermaxis.report.certificate import render_html
 from thermaxis.report.certificate._certificate import build_certificate
 from thermaxis.report.certificate._html import certificate_html
 from thermaxis.report.certificate._pdf import certificate_pdf
-from thermaxis.report.settings import HEADER_FIELDS, HEADER_GROUPS
-from thermaxis.report.settings._limits import DecisionRule, Limits
 
 MakeRun = Callable[..., PositioningTest]
 MakeReport = Callable[..., PositioningReport]
@@ -39,7 +39,7 @@ HOSTILE = (
     "javascript:alert(1) {{7*7}} ${7*7} %s %n",
     "x" * 5000,
 )
-LIMITS = Limits({"B": 4.0}, DecisionRule.SIMPLE, {}, "limits.toml")
+LIMITS = FigureLimits({"B": 4.0}, DecisionRule.SIMPLE, {}, "limits.toml")
 
 
 def squeezed(text: str) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from thermaxis.files import DecisionRule, FigureLimits
 from thermaxis.positioning import (
     FIGURE_KEYS,
     DriftModel,
@@ -35,7 +36,6 @@ from thermaxis.report.certificate._pdf import certificate_pdf
 from thermaxis.report.charts import charts_of, time_words
 from thermaxis.report.charts._drift_model import drift_at
 from thermaxis.report.charts._figures import Chart
-from thermaxis.report.settings._limits import DecisionRule, Limits
 
 MakeRun = Callable[..., PositioningTest]
 MakeReport = Callable[..., PositioningReport]
@@ -572,7 +572,7 @@ def test_the_results_have_the_evaluated_uncertainty_where_no_other_is_stated(
 def test_uncertainties_of_the_limits_file_come_first_and_decide(
     make_run: MakeRun, make_report: MakeReport
 ) -> None:
-    limits = Limits({"B": 4.0}, DecisionRule.ISO14253_1, {"B": 0.37}, "limits.toml")
+    limits = FigureLimits({"B": 4.0}, DecisionRule.ISO14253_1, {"B": 0.37}, "limits.toml")
     report = drifting(make_report, make_run(), limits=limits)
     (table, *_) = tables_of(document_of(report).sections[0])
     assert table.columns[3].label == "U (k = 2) [µm]"

@@ -7,19 +7,18 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files import DecisionRule, FigureLimits, read_figure_limits
 from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, PositioningTest, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
-from thermaxis.report import check_limits, read_limits
-from thermaxis.report.settings import Verdict
-from thermaxis.report.settings._limits import DecisionRule, Limits
+from thermaxis.report import Verdict, check_limits
 
 MakeRun = Callable[..., PositioningTest]
 
 
-def limits_of(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> Limits:
+def limits_of(folder: Path, text: str, kind: AxisKind = AxisKind.LINEAR) -> FigureLimits:
     path = folder / "limits.toml"
     path.write_text(text, encoding="utf-8")
-    return read_limits(path, kind)
+    return read_figure_limits(path, kind)
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +83,7 @@ def test_simple_acceptance_passes_up_to_the_limit(result: Iso230_2Result) -> Non
         (12.0000001, Verdict.FAIL),
         (None, Verdict.NOT_DECIDED),
     ]:
-        limits = Limits({"A": 12.0}, DecisionRule.SIMPLE, {"A": 5.0}, "limits.toml")
+        limits = FigureLimits({"A": 12.0}, DecisionRule.SIMPLE, {"A": 5.0}, "limits.toml")
         check = check_limits(limits, with_figure(result, A=value))
         assert check.verdict is verdict
         assert check.figures[0].expanded_uncertainty == 5.0
@@ -100,12 +99,12 @@ def test_the_uncertainty_counts_on_both_sides_of_the_limit(result: Iso230_2Resul
         (12.76, Verdict.FAIL),
         (None, Verdict.NOT_DECIDED),
     ]:
-        limits = Limits({"A": 12.0}, DecisionRule.ISO14253_1, {"A": 0.75}, "limits.toml")
+        limits = FigureLimits({"A": 12.0}, DecisionRule.ISO14253_1, {"A": 0.75}, "limits.toml")
         assert check_limits(limits, with_figure(result, A=value)).verdict is verdict
 
 
 def test_the_mean_reversal_value_is_compared_by_its_magnitude(result: Iso230_2Result) -> None:
-    limits = Limits({"B_mean": 3.0}, DecisionRule.SIMPLE, {}, "limits.toml")
+    limits = FigureLimits({"B_mean": 3.0}, DecisionRule.SIMPLE, {}, "limits.toml")
     assert check_limits(limits, with_figure(result, B_mean=-3.5)).verdict is Verdict.FAIL
     assert check_limits(limits, with_figure(result, B_mean=-2.5)).verdict is Verdict.PASS
 
@@ -117,7 +116,7 @@ def test_one_failure_fails_the_run_and_one_gap_leaves_it_open(result: Iso230_2Re
         (None, 9.0, Verdict.FAIL),
         (1.0, None, Verdict.NOT_DECIDED),
     ]:
-        limits = Limits({"B": 2.0, "E": 2.0}, DecisionRule.SIMPLE, {}, "limits.toml")
+        limits = FigureLimits({"B": 2.0, "E": 2.0}, DecisionRule.SIMPLE, {}, "limits.toml")
         check = check_limits(limits, with_figure(result, B=b, E=e))
         assert check.verdict is overall
         assert check.of("B") is check.figures[0]
@@ -128,5 +127,5 @@ def test_the_limits_of_the_how_to_and_of_the_example_read(root: Path, tmp_path: 
     page = (root / "docs" / "how-to" / "certificate-header.md").read_text(encoding="utf-8")
     example = next(t for t in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[limits]" in t)
     assert limits_of(tmp_path, example).decision_rule is DecisionRule.ISO14253_1
-    shipped = read_limits(root / "examples" / "limits.toml", AxisKind.LINEAR)
+    shipped = read_figure_limits(root / "examples" / "limits.toml", AxisKind.LINEAR)
     assert set(shipped.limit) == {"B", "E", "R", "A"}

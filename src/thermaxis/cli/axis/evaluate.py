@@ -10,7 +10,13 @@ from thermaxis import __version__, report
 from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.errors import ConfigurationError, DataError, printable
-from thermaxis.files import read_plan, read_positioning_with_sha256
+from thermaxis.files import (
+    read_budget,
+    read_figure_limits,
+    read_header,
+    read_plan,
+    read_positioning_with_sha256,
+)
 from thermaxis.positioning import (
     APPROACHES,
     AdjacentDifferenceResult,
@@ -34,7 +40,7 @@ from thermaxis.positioning import (
     evaluate_uncertainty,
     evaluate_vdi_dgq_3441,
 )
-from thermaxis.report import PositioningReport, read_budget
+from thermaxis.report import PositioningReport
 from thermaxis.report.tables import describe_evaluation
 
 _LONGEST_SOURCE_NAME = 200
@@ -266,10 +272,10 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
     plan_differences = _against_plan(arguments, test)
     warnings += (*said, *also_said, *drift_said, *(plan_differences or ()))
     wants_charts = bool(arguments.report or arguments.figures)
-    limits = report.read_limits(arguments.limits, test.kind) if arguments.limits else None
+    limits = read_figure_limits(arguments.limits, test.kind) if arguments.limits else None
     stated: dict[str, str] = {}
     if arguments.header:
-        stated.update(report.read_header(arguments.header, kind=test.kind))
+        stated.update(read_header(arguments.header, kind=test.kind))
     evaluated = report.PositioningReport(
         test=test,
         iso230_2=iso230_2,

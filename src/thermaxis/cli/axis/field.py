@@ -10,9 +10,8 @@ from thermaxis.cli._json import show
 from thermaxis.cli.axis._field_drift import drift_at_images
 from thermaxis.cli.axis._field_results import described
 from thermaxis.errors import ConfigurationError
-from thermaxis.files import read_field_csv, read_flir
+from thermaxis.files import read_field_csv, read_flir, read_regions
 from thermaxis.files.images import is_jpeg
-from thermaxis.report import read_regions
 from thermaxis.thermal import ThermalField, correct_emissivity, evaluate_thermal_fields
 
 _DESCRIPTION = """\

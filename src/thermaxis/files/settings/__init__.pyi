@@ -1,10 +1,33 @@
+from ._moments import (
+    day_of as day_of,
+    duration_of as duration_of,
+    moment_of as moment_of,
+)
 from ._settings_file import (
     as_table as as_table,
     read_toml as read_toml,
     unknown_key as unknown_key,
 )
+from .budget_toml import (
+    read_budget as read_budget,
+)
 from .correction_limits_toml import (
     read_correction_limits as read_correction_limits,
+)
+from .figure_limits_toml import (
+    DecisionRule as DecisionRule,
+    FigureLimits as FigureLimits,
+    read_figure_limits as read_figure_limits,
+)
+from .header_toml import (
+    HEADER_FIELDS as HEADER_FIELDS,
+    HEADER_GROUPS as HEADER_GROUPS,
+    LONGEST_COMMENT as LONGEST_COMMENT,
+    LONGEST_TEXT as LONGEST_TEXT,
+    NORMALISED as NORMALISED,
+    HeaderField as HeaderField,
+    number_of as number_of,
+    read_header as read_header,
 )
 from .model_json import (
     format_model as format_model,
@@ -18,6 +41,9 @@ from .plan_json import (
     plan_sha256 as plan_sha256,
     read_plan as read_plan,
     write_plan as write_plan,
+)
+from .regions_toml import (
+    read_regions as read_regions,
 )
 from .thermal_mapping_toml import (
     ColumnMapping as ColumnMapping,

@@ -16,6 +16,7 @@ from thermaxis.report._document import (
     Table,
     Verdict,
 )
+from thermaxis.report._limits_check import FigureCheck, Verdict as LimitVerdict
 from thermaxis.report._names import (
     CYCLE_NAMES,
     FIGURE_NAMES,
@@ -39,7 +40,6 @@ from thermaxis.report.certificate._drift import (
 from thermaxis.report.certificate._header import condition_section, identification, prevailing
 from thermaxis.report.certificate._showable import unshowable
 from thermaxis.report.charts import charts_of, runs_of_targets
-from thermaxis.report.settings import FigureCheck, Verdict as LimitVerdict
 
 _CAPTIONS = {
     "iso230_2": "Means, bands of ±2s, single runs, and the extents of the figures.",

@@ -2,28 +2,30 @@
 
 from collections.abc import Mapping
 
-from thermaxis.positioning import PositioningTest, StartEnd
-from thermaxis.report._document import Block, Fields, Section
-from thermaxis.report._names import CYCLE_NAMES, edition_name
-from thermaxis.report._positioning_report import PositioningReport
-from thermaxis.report._text import NOT_STATED, as_given, plain_text
-from thermaxis.report.charts import runs_of_targets
-from thermaxis.report.settings import (
+from thermaxis.files.settings import (
     HEADER_FIELDS,
     HEADER_GROUPS,
     LONGEST_COMMENT,
     LONGEST_TEXT,
     NORMALISED,
-    ZONE_NOT_STATED,
     HeaderField,
+    moment_of,
+    number_of,
+)
+from thermaxis.positioning import PositioningTest, StartEnd
+from thermaxis.report._document import Block, Fields, Section
+from thermaxis.report._moments import (
+    ZONE_NOT_STATED,
     duration_words,
     in_file,
-    moment_of,
     moment_words,
-    number_of,
     prevailing_moment,
     same_moment,
 )
+from thermaxis.report._names import CYCLE_NAMES, edition_name
+from thermaxis.report._positioning_report import PositioningReport
+from thermaxis.report._text import NOT_STATED, as_given, plain_text
+from thermaxis.report.charts import runs_of_targets
 
 _MOST_OTHER_LINES = 40
 _FRONT_PAGE_TEXT = 120

@@ -4,10 +4,10 @@ from collections.abc import Iterable
 
 from matplotlib.ft2font import FT2Font
 
+from thermaxis.files.settings import HEADER_GROUPS
 from thermaxis.report._positioning_report import PositioningReport
 from thermaxis.report._style import chart_font, typeface
 from thermaxis.report._text import plain_text
-from thermaxis.report.settings import HEADER_GROUPS
 
 _MOST_FIELDS = 8
 _SHARED = ("Name", "Serial number")

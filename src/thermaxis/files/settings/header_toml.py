@@ -11,8 +11,8 @@ from typing import final
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import as_table, read_toml, unknown_key
+from thermaxis.files.settings._moments import day_of, duration_of, moment_of
 from thermaxis.quantities import AxisKind
-from thermaxis.report.settings._moments import day_of, duration_of, moment_of
 
 LONGEST_TEXT = 300
 """Longest value of a field. [1]"""

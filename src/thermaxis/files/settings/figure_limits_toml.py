@@ -9,7 +9,7 @@ from typing import final
 
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import as_table, read_toml, unknown_key
-from thermaxis.positioning import FIGURE_KEYS, Iso230_2Result, figures_by_key
+from thermaxis.positioning import FIGURE_KEYS
 from thermaxis.quantities import AxisKind
 
 _LARGEST = 1e9
@@ -39,17 +39,9 @@ class DecisionRule(StrEnum):
         )
 
 
-class Verdict(StrEnum):
-    """What a limit says."""
-
-    PASS = "pass"  # noqa: S105  a verdict, not a password
-    FAIL = "fail"
-    NOT_DECIDED = "not decided"
-
-
 @final
 @dataclass(frozen=True, slots=True)
-class Limits:
+class FigureLimits:
     """Limits of figures; the kind of axis fixes the unit: linear µm, rotary arcsec."""
 
     limit: Mapping[str, float]
@@ -60,40 +52,6 @@ class Limits:
     """Expanded uncertainty (k = 2) by key of the figure. [µm or arcsec]"""
     source_name: str
     """Name of the file without its folder."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class FigureCheck:
-    """One figure against its limit; the kind of axis fixes the unit: linear µm, rotary arcsec."""
-
-    key: str
-    """Key of the figure."""
-    value: float | None
-    """The figure; None if it is absent. [µm or arcsec]"""
-    limit: float
-    """Its limit. [µm or arcsec]"""
-    expanded_uncertainty: float | None
-    """Its expanded uncertainty (k = 2); None if not stated. [µm or arcsec]"""
-    verdict: Verdict
-    """What the rule says."""
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class LimitsCheck:
-    """A run against its limits."""
-
-    limits: Limits
-    """The limits."""
-    figures: tuple[FigureCheck, ...]
-    """Every figure that has a limit, in the order of tables."""
-    verdict: Verdict
-    """Fail if any figure fails; else not decided if any is not decided or absent; else pass."""
-
-    def of(self, key: str) -> FigureCheck | None:
-        """Return the check of one figure; None if it has no limit."""
-        return next((check for check in self.figures if check.key == key), None)
 
 
 def _numbers(
@@ -127,7 +85,7 @@ def _decision_rule(path: Path, value: object) -> DecisionRule:
     return DecisionRule(value)
 
 
-def read_limits(path: Path, kind: AxisKind) -> Limits:
+def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
     """Read a file of limits.
 
     Parameters
@@ -141,7 +99,7 @@ def read_limits(path: Path, kind: AxisKind) -> Limits:
 
     Returns
     -------
-    Limits
+    FigureLimits
         The limits. The default rule is simple acceptance.
 
     Raises
@@ -174,46 +132,4 @@ def read_limits(path: Path, kind: AxisKind) -> Limits:
             remedy=f"Write [expanded_uncertainty] with {without[0]}_{suffix} = ..., or choose the"
             " rule simple",
         )
-    return Limits(limit, rule, uncertainty, path.name)
-
-
-def _verdict(value: float | None, limit: float, uncertainty: float) -> Verdict:
-    if value is None:
-        return Verdict.NOT_DECIDED
-    magnitude = abs(value)
-    if magnitude + uncertainty <= limit:
-        return Verdict.PASS
-    return Verdict.FAIL if magnitude - uncertainty > limit else Verdict.NOT_DECIDED
-
-
-def check_limits(limits: Limits, iso230_2: Iso230_2Result) -> LimitsCheck:
-    """Compare the figures of a run with their limits.
-
-    Parameters
-    ----------
-    limits : Limits
-        The limits and the decision rule.
-    iso230_2 : Iso230_2Result
-        The figures. The mean reversal value is compared by its magnitude.
-
-    Returns
-    -------
-    LimitsCheck
-        A verdict per figure and one for the run. An absent figure is not decided.
-
-    References
-    ----------
-    ISO 14253-1 (decision rules), its principle from general knowledge.
-    """
-    checks: list[FigureCheck] = []
-    figures = figures_by_key(iso230_2)
-    for key, limit in limits.limit.items():
-        value = figures[key]
-        stated = limits.expanded_uncertainty.get(key)
-        counted = stated if limits.decision_rule is DecisionRule.ISO14253_1 else None
-        checks.append(
-            FigureCheck(key, value, limit, stated, _verdict(value, limit, counted or 0.0))
-        )
-    verdicts = {check.verdict for check in checks}
-    overall = next(v for v in (Verdict.FAIL, Verdict.NOT_DECIDED, Verdict.PASS) if v in verdicts)
-    return LimitsCheck(limits, tuple(checks), overall)
+    return FigureLimits(limit, rule, uncertainty, path.name)

@@ -3,28 +3,11 @@
 import datetime as dt
 from collections.abc import Mapping
 
+from thermaxis.files.settings import duration_of, moment_of
 from thermaxis.positioning import PositioningTest
 
 ZONE_NOT_STATED = "(zone not stated)"
 """Printed behind a time whose place on the globe nobody stated."""
-
-
-def moment_of(text: str) -> dt.datetime | None:
-    """Return the date and time that a text states in ISO form; None if it is another text."""
-    if ":" not in text:
-        return None
-    try:
-        return dt.datetime.fromisoformat(text.strip())
-    except ValueError:
-        return None
-
-
-def day_of(text: str) -> dt.date | None:
-    """Return the day with which a text in ISO form begins; None if it is another text."""
-    try:
-        return dt.date.fromisoformat(text.strip()[:10])
-    except ValueError:
-        return None
 
 
 def moment_words(moment: dt.datetime) -> str:
@@ -52,15 +35,6 @@ def prevailing_moment(
 ) -> dt.datetime | None:
     """Return start or end as the head states it, else as the measured file has it."""
     return moment_of(header.get(which, "")) or in_file(test, which)
-
-
-def duration_of(start: dt.datetime | None, end: dt.datetime | None) -> float | None:
-    """Return the time from start to end; None where one of them is unknown. [s]"""
-    if start is None or end is None:
-        return None
-    if (start.tzinfo is None) != (end.tzinfo is None):
-        start, end = start.replace(tzinfo=None), end.replace(tzinfo=None)
-    return (end - start).total_seconds()
 
 
 def duration_words(start: dt.datetime | None, end: dt.datetime | None) -> str:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from thermaxis.errors import ConfigurationError
+from thermaxis.files import read_budget
 from thermaxis.positioning import PositioningTest, StartEnd, UncertaintyBudget, evaluate_uncertainty
 from thermaxis.quantities import AxisKind
-from thermaxis.report import read_budget
 
 FULL = """
 [device]

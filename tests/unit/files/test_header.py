@@ -7,9 +7,10 @@ import pytest
 
 from thermaxis.cli._json import write_json
 from thermaxis.errors import ConfigurationError
+from thermaxis.files import read_figure_limits, read_header
+from thermaxis.files.settings import HEADER_FIELDS, HEADER_GROUPS
 from thermaxis.quantities import AxisKind
-from thermaxis.report import read_header, read_limits, write_bytes
-from thermaxis.report.settings import HEADER_FIELDS, HEADER_GROUPS
+from thermaxis.report import write_bytes
 
 
 def header_of(folder: Path, text: str) -> dict[str, str]:
@@ -127,7 +128,7 @@ def test_a_pipe_is_refused_before_it_is_opened(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="not a regular file"):
         read_header(pipe)
     with pytest.raises(ConfigurationError, match="not a regular file"):
-        read_limits(pipe, AxisKind.LINEAR)
+        read_figure_limits(pipe, AxisKind.LINEAR)
     with pytest.raises(ConfigurationError, match="this output is a pipe"):
         write_bytes(pipe, b"")
     with pytest.raises(ConfigurationError, match="this output is a pipe"):
