@@ -223,7 +223,7 @@ def cycle(
     agrees = _agrees(compensation, in_force, reading)
 
     connected, other = reading.connected is True, reading.other_compensation
-    machine = Machine(connected, agrees, outside, other)
+    machine = Machine(connected and agrees, outside, other)
     trims = tuple(aged(trim, elapsed_s) for trim in state.trims)
     asked = Asked(state.memory, trims, state.diameter_mm)
     answers: list[Answer] = []

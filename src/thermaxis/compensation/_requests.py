@@ -155,8 +155,7 @@ class Asked(NamedTuple):
 class Machine(NamedTuple):
     """What the machine says, by which requests are answered."""
 
-    connected: bool
-    read_back_agrees: bool
+    follows: bool  # it can be reached, and reports what was written
     offset_outside: bool
     other_compensation: bool | None
 
@@ -255,8 +254,7 @@ def _acknowledge(_: Compensation, asked: Asked, machine: Machine, __: Request) -
         return asked, False, AnswerCode.DOUBLE_COMPENSATION_STILL
     if fault is Reason.OFFSET_OUTSIDE and machine.offset_outside:
         return asked, False, AnswerCode.OFFSET_OUTSIDE_STILL
-    follows = machine.read_back_agrees and machine.connected
-    if fault is Reason.READ_BACK_DIFFERS and not follows:
+    if fault is Reason.READ_BACK_DIFFERS and not machine.follows:
         return asked, False, AnswerCode.READ_BACK_DIFFERS_STILL
     memory = memory._replace(
         state=FADING, since_s=math.nan, enabled=False, held=False, fault=None, differs_s=0.0

@@ -21,7 +21,6 @@ from thermaxis.compensation import (
     initial_state,
     model_step,
 )
-from thermaxis.errors import ConfigurationError
 
 TIME_CONSTANTS = (400.0, 3000.0, 12000.0)
 GAINS = (14.0, 26.0, -18.0)
@@ -231,28 +230,6 @@ def test_whatever_is_read_the_cycle_returns_finite_numbers(
         assert all(math.isfinite(y) for y in output.model_um)
         assert all(math.isfinite(y) for row in output.contribution_um for y in row)
         assert isinstance(state, ThermalState)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        lambda: Section(1.0, 0.0),
-        lambda: Section(1.0, -5.0),
-        lambda: Section(math.nan, 5.0),
-        lambda: Section(1.0, math.inf),
-        lambda: Part("s", "a", "a"),
-        lambda: Part("s", "a", delay_s=-1.0),
-        lambda: Part("s", "a", gain_by_diameter=(GainPoint(5.0, 1.0), GainPoint(5.0, 2.0))),
-        lambda: Part("s", "a", lowest_k=1.0),
-        lambda: Output("Z_um", ()),
-        lambda: one_output(one_part(), one_part()),
-        lambda: one_output(one_part(), reference=STATED),
-        lambda: one_output(one_part(), sample_time_s=0.0),
-    ],
-)
-def test_a_model_that_cannot_be_is_refused(wrong) -> None:
-    with pytest.raises(ConfigurationError):
-        wrong()
 
 
 def test_the_model_does_not_start_from_a_value_that_is_too_old() -> None:
