@@ -3,14 +3,9 @@ from ._connection import (
     ConnectionSettings as ConnectionSettings,
     Secret as Secret,
 )
-from ._loop import (
-    SELF_TEST as SELF_TEST,
-    SHORTEST_WAIT_S as SHORTEST_WAIT_S,
-    AtStop as AtStop,
-    Borders as Borders,
-    CompensationLoop as CompensationLoop,
-    LoopSettings as LoopSettings,
-    Models as Models,
+from ._findings import (
+    Finding as Finding,
+    Level as Level,
 )
 from ._ports import (
     DIAMETER as DIAMETER,
@@ -33,30 +28,12 @@ from ._ports import (
     probe_name as probe_name,
     redundant_name as redundant_name,
 )
-from ._saved_state import (
-    SavedState as SavedState,
-    StateFile as StateFile,
-)
 from ._sign import (
     AWAY as AWAY,
     OFFSET_UNITS as OFFSET_UNITS,
     SIGNS as SIGNS,
     TOWARDS as TOWARDS,
     offset_factor as offset_factor,
-)
-from ._users import (
-    FAILURES_BY_NAME as FAILURES_BY_NAME,
-    FAILURES_IN_ALL as FAILURES_IN_ALL,
-    LONGEST_NAME as LONGEST_NAME,
-    LONGEST_PASSWORD as LONGEST_PASSWORD,
-    REFUSED_S as REFUSED_S,
-    Failures as Failures,
-    Role as Role,
-    User as User,
-    check_name as check_name,
-    hash_password as hash_password,
-    read_users as read_users,
-    write_users as write_users,
 )
 from ._virtual_time import (
     START_S as START_S,
@@ -65,8 +42,6 @@ from ._virtual_time import (
 )
 from .checks import (
     CommissioningPlan as CommissioningPlan,
-    Finding as Finding,
-    Level as Level,
     MachineParts as MachineParts,
     StepProof as StepProof,
     prove_step as prove_step,
@@ -93,8 +68,19 @@ from .config import (
     warnings_of as warnings_of,
 )
 from .host import (
-    SignOfLife as SignOfLife,
     sole_runner as sole_runner,
+)
+from .loop import (
+    SELF_TEST as SELF_TEST,
+    SHORTEST_WAIT_S as SHORTEST_WAIT_S,
+    AtStop as AtStop,
+    Borders as Borders,
+    CompensationLoop as CompensationLoop,
+    LoopSettings as LoopSettings,
+    Models as Models,
+    SavedState as SavedState,
+    SignOfLife as SignOfLife,
+    StateFile as StateFile,
 )
 from .opcua import (
     Certificate as Certificate,
@@ -124,4 +110,18 @@ from .testing import (
     SourceStand as SourceStand,
     check_sink as check_sink,
     check_source as check_source,
+)
+from .users import (
+    FAILURES_BY_NAME as FAILURES_BY_NAME,
+    FAILURES_IN_ALL as FAILURES_IN_ALL,
+    LONGEST_NAME as LONGEST_NAME,
+    LONGEST_PASSWORD as LONGEST_PASSWORD,
+    REFUSED_S as REFUSED_S,
+    Failures as Failures,
+    Role as Role,
+    User as User,
+    check_name as check_name,
+    hash_password as hash_password,
+    read_users as read_users,
+    write_users as write_users,
 )

@@ -9,7 +9,7 @@ from tests.unit.runtime.linuxcnc_hal import freeze
 from tests.unit.runtime.test_loop_more import TOLERANCE_UM, Bench, ask, state_of
 from thermaxis.compensation import Request, RequestKind, SupervisorState
 from thermaxis.runtime import Alarm, Applied, CompensationLoop, LoopAnswer, run_in_virtual_time
-from thermaxis.runtime._left_offsets import LeftOffsets
+from thermaxis.runtime.loop._left_offsets import LeftOffsets
 
 FROZEN_S = 12.0
 

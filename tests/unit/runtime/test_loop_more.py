@@ -51,7 +51,7 @@ from thermaxis.runtime import (
     VirtualClock,
     run_in_virtual_time,
 )
-from thermaxis.runtime._loop import TESTED_EVERY_S, UNREAD_AFTER_S
+from thermaxis.runtime.loop._loop import TESTED_EVERY_S, UNREAD_AFTER_S
 
 RATE, LARGEST, TRIM = 0.5, 60.0, 5.0
 TOLERANCE_UM = SupervisorRules().read_back_tolerance_um

@@ -49,8 +49,8 @@ from thermaxis.runtime import (
     VirtualClock,
     run_in_virtual_time,
 )
-from thermaxis.runtime._loop import resumed
 from thermaxis.runtime._virtual_time import START_UTC
+from thermaxis.runtime.loop._loop import resumed
 
 NOW = datetime(2030, 5, 6, 7, 8, 9, 101112, tzinfo=UTC)
 SHA = "ab" * 32

@@ -30,7 +30,6 @@ from tests.unit.runtime.status_server_parts import (
     viewers,
 )
 from thermaxis.runtime import FAILURES_IN_ALL, REFUSED_S, StatusServer
-from thermaxis.runtime._users import FAILURES_BY_NAME
 from thermaxis.runtime.status._address_space import fill_address_space
 from thermaxis.runtime.status._sessions import (
     LOG_IN_S,
@@ -41,6 +40,7 @@ from thermaxis.runtime.status._sessions import (
     MOST_SUBSCRIPTIONS,
     SHORTEST_PUBLISHING_MS,
 )
+from thermaxis.runtime.users import FAILURES_BY_NAME
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,7 +8,6 @@ from pathlib import Path
 from tests.unit.runtime.status_server_parts import alarm, compensation, output, status
 from thermaxis.compensation import SampleQuality
 from thermaxis.runtime import FAILURES_IN_ALL
-from thermaxis.runtime._users import FAILURES_BY_NAME
 from thermaxis.runtime.status import ASKS
 from thermaxis.runtime.status._metrics import format_metrics
 from thermaxis.runtime.status._nodes import (
@@ -28,6 +27,7 @@ from thermaxis.runtime.status._sessions import (
     MOST_NODES,
     MOST_SUBSCRIPTIONS,
 )
+from thermaxis.runtime.users import FAILURES_BY_NAME
 
 PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "status-server.md").read_text("utf-8")
 ROWS = {line.split("|")[1].strip().strip("`"): line for line in PAGE.splitlines() if "|" in line}

@@ -26,7 +26,7 @@ from thermaxis.runtime import (
     read_users,
     write_users,
 )
-from thermaxis.runtime._users import (
+from thermaxis.runtime.users._users import (
     ANONYMOUS,
     FAILURES_BY_NAME,
     HASH_MEMORY_KIB,

@@ -4,12 +4,6 @@ from ._commissioning import (
     StepProof as StepProof,
     prove_step as prove_step,
 )
-from ._nodes import (
-    Finding as Finding,
-    Level as Level,
-    error as error,
-    warning as warning,
-)
 from ._self_test import (
     MachineParts as MachineParts,
     reasons_against as reasons_against,

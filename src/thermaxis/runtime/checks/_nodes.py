@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from enum import StrEnum
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 from thermaxis.compensation import CompensationModel, Limits, SensorRules
 from thermaxis.errors import printable
+from thermaxis.runtime._findings import Finding, error, ok, warning
 from thermaxis.runtime._flag import flag_of
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor
 from thermaxis.runtime.config import (
@@ -46,51 +46,6 @@ _TO_C: Final[Mapping[str, Callable[[float], float]]] = {
 _SCALES: Final = (1.0, 0.1, 0.01, 0.001)
 _TO_MM: Final = {"mm": 1.0, "inch": 25.4}
 _BROWSE = "Look for the node with the server's own browser and correct the configuration"
-
-
-class Level(StrEnum):
-    """How grave a finding is."""
-
-    OK = "ok"
-    """As it should be."""
-    WARNING = "warning"
-    """Somebody should know; nothing is forbidden."""
-    ERROR = "error"
-    """No correction before it is gone."""
-
-
-class Finding(NamedTuple):
-    """One thing that a check has found."""
-
-    level: Level
-    """How grave it is."""
-    what: str
-    """What was found, as a sentence without its full stop."""
-    where: str
-    """The table of the configuration, or a file."""
-    remedy: str = ""
-    """What to do; empty where nothing is to be done."""
-
-    @property
-    def sentence(self) -> str:
-        """The finding as text: where, what and what to do."""
-        advice = f" {self.remedy}." if self.remedy else ""
-        return f"{self.where}: {self.what}.{advice}"
-
-
-def ok(where: str, what: str) -> Finding:
-    """Return a finding that all is well."""
-    return Finding(Level.OK, what, where)
-
-
-def warning(where: str, what: str, remedy: str) -> Finding:
-    """Return a finding that somebody should know."""
-    return Finding(Level.WARNING, what, where, remedy)
-
-
-def error(where: str, what: str, remedy: str) -> Finding:
-    """Return a finding that forbids a correction."""
-    return Finding(Level.ERROR, what, where, remedy)
 
 
 def _lacking(

@@ -4,11 +4,9 @@ import math
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final, Protocol, final
 
+from thermaxis.runtime._findings import Finding, Level, error, ok, warning
 from thermaxis.runtime._ports import Sink
 from thermaxis.runtime.checks._nodes import (
-    Finding,
-    Level,
-    error,
     judge_diameter,
     judge_heartbeat,
     judge_input,
@@ -18,8 +16,6 @@ from thermaxis.runtime.checks._nodes import (
     judge_probe,
     judge_read_back,
     judge_redundant,
-    ok,
-    warning,
 )
 from thermaxis.runtime.config import MachineConfiguration
 

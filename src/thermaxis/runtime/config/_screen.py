@@ -11,12 +11,13 @@ from collections.abc import Iterable, Iterator
 from typing import Final
 
 from thermaxis.errors import ConfigurationError, printable
-from thermaxis.runtime._connection import ConnectionSettings, Secret
-from thermaxis.runtime.checks import Finding, error, warning
+from thermaxis.runtime._connection import Secret
+from thermaxis.runtime._findings import Finding, error, warning
 from thermaxis.runtime.config._problems import Problems
 from thermaxis.runtime.config._sections import ScreenSection
 from thermaxis.runtime.config._servers import key_pair, stated_secret
 from thermaxis.runtime.config._settings import (
+    EVERY_ADDRESS,
     MachineConfiguration,
     MetricsSettings,
     ScreenSettings,
@@ -26,11 +27,6 @@ from thermaxis.runtime.host import is_loopback
 
 TABLE: Final = "[screen]"
 """The table, as errors name it."""
-SECURITY: Final = "Basic256Sha256"
-"""Security policy of encrypted connections to the status server: every one of them offers it."""
-STATUS_PATH: Final = "thermaxis"
-"""Path of the status server's address."""
-_EVERY: Final = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - told apart, not listened at
 _LABEL = r"[a-z0-9_](?:[a-z0-9_-]{0,61}[a-z0-9_])?"
 _HOST = re.compile(rf"(?P<name>{_LABEL}(?:\.{_LABEL})*|\[[0-9a-f:.]+\])(?::(?P<port>\d{{1,5}}))?")
 _LONGEST_HOST = 253
@@ -117,7 +113,7 @@ def _check_reach(settings: ScreenSettings, problems: Problems) -> None:
             " would be sent without encryption",
             f"{_NEW_CERTIFICATE}, and write certificate and private_key, {_OWN_ADDRESS}",
         )
-    if settings.address in _EVERY and not settings.hosts:
+    if settings.address in EVERY_ADDRESS and not settings.hosts:
         problems.add(
             f"{TABLE}, hosts",
             "the pages are served at every address of this computer, and no name is stated by which"
@@ -196,7 +192,7 @@ def _check_port(
 
 def _meet(one: str, other: str) -> bool:
     """Whether two addresses may be listened at only once with the same port."""
-    every = one in _EVERY or other in _EVERY
+    every = one in EVERY_ADDRESS or other in EVERY_ADDRESS
     local = {one, other} <= {"127.0.0.1", "::1", "localhost"} and "localhost" in {one, other}
     return every or local or one == other
 
@@ -248,7 +244,7 @@ def _called(screen: ScreenSettings) -> list[str]:
     """Return the names by which browsers reach the pages, without ports, each once."""
     names = [_HOST.fullmatch(host) for host in screen.hosts]
     found = [one["name"].strip("[]") for one in names if one is not None]
-    if screen.address not in _EVERY and not (is_loopback(screen.address) and found):
+    if screen.address not in EVERY_ADDRESS and not (is_loopback(screen.address) and found):
         found.append(screen.address)
     return list(dict.fromkeys(found))
 
@@ -327,51 +323,3 @@ def _check_encryption(settings: ScreenSettings, server: ServerSettings, problems
             "Write client_certificate, and certificate in the table [server], or leave the user"
             " out",
         )
-
-
-def screen_connection(
-    configuration: MachineConfiguration, user: str, password: Secret
-) -> ConnectionSettings:
-    """Return the connection of a person, or of every page, to the status server.
-
-    See `MachineConfiguration.screen_connection`.
-
-    Parameters
-    ----------
-    configuration : MachineConfiguration
-        The configuration, with the tables ``[server]`` and ``[screen]``.
-    user : str
-        Name of the user; empty: anonymous.
-    password : Secret
-        The user's password.
-
-    Returns
-    -------
-    ConnectionSettings
-        Not encrypted where the status server or the pages have no certificate.
-
-    Raises
-    ------
-    ConfigurationError
-        If a table is missing, or a user is stated and a certificate is missing.
-    """
-    server, screen = configuration.server, configuration.screen
-    if server is None or screen is None:
-        raise ConfigurationError(
-            "there is no table [server] or no table [screen]",
-            where=str(configuration.path),
-            remedy="Add what is missing; docs/machine-toml.md says what every key means",
-        )
-    host = _EVERY.get(server.address, server.address)
-    shown = f"[{host}]" if ":" in host else host
-    encrypted = server.certificate is not None and screen.client_certificate is not None
-    return ConnectionSettings(
-        name="the status server",
-        url=f"opc.tcp://{shown}:{server.port}/{STATUS_PATH}",
-        security=SECURITY if encrypted else "none",
-        user=user,
-        password=password,
-        certificate=screen.client_certificate if encrypted else None,
-        private_key=screen.client_private_key if encrypted else None,
-        server_certificate=server.certificate if encrypted else None,
-    )

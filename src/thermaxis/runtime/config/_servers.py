@@ -164,12 +164,12 @@ def metrics_settings(section: MetricsSection | None, problems: Problems) -> Metr
     )
     if token is None:
         return None
-    settings = MetricsSettings(section.address, section.port, token, certificate, private_key)
-    if (certificate is None) == (private_key is None):
-        from thermaxis.runtime.status import check_metrics  # noqa: PLC0415 - where it is asked for
-
-        problems.guarded(table, lambda: check_metrics(settings))
-    return settings
+    if (certificate is None) != (private_key is None):
+        return None  # said already
+    return problems.guarded(
+        table,
+        lambda: MetricsSettings(section.address, section.port, token, certificate, private_key),
+    )
 
 
 def stated_secret(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal, final
+from typing import Final, Literal, final
 
 from thermaxis.compensation import (
     Compensation,
@@ -15,11 +15,19 @@ from thermaxis.compensation import (
     SupervisorRules,
 )
 from thermaxis.errors import ConfigurationError, ThermaxisError, printable
+from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime.historian import HistorianSettings
+from thermaxis.runtime.host import is_loopback
 from thermaxis.runtime.sinks import LinuxCncSettings
 
-if TYPE_CHECKING:
-    from thermaxis.runtime._connection import ConnectionSettings, Secret
+SHORTEST_TOKEN: Final = 16
+"""Shortest token of a reader of the figures. [1]"""
+EVERY_ADDRESS: Final = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - not listened at
+"""Addresses that mean every one of this computer, and its own for each."""
+_SECURITY: Final = "Basic256Sha256"
+"""Security policy of encrypted connections to the status server: every one of them offers it."""
+_STATUS_PATH: Final = "thermaxis"
+"""Path of the status server's address."""
 
 
 @final
@@ -156,18 +164,44 @@ class ServerSettings:
 @final
 @dataclass(frozen=True, slots=True)
 class MetricsSettings:
-    """Figures for Prometheus."""
+    """Figures for Prometheus.
+
+    Raises
+    ------
+    ConfigurationError
+        If an address other than this computer's own has no certificate or no token, a certificate
+        stands without its key, or the token is shorter than 16 characters or is no plain ASCII.
+    """
 
     address: str
     """Address at which they are served."""
     port: int
     """Port; 0 takes a free one. [1]"""
-    token: "Secret"
+    token: Secret
     """What a reader must send; masked; empty where nothing is asked for."""
     certificate: Path | None
     """Certificate for TLS."""
     private_key: Path | None
     """The certificate's key."""
+
+    def __post_init__(self) -> None:
+        """Check that nobody reads the figures who must not."""
+        where = "metrics"
+        token = self.token.reveal()
+        if (self.certificate is None) != (self.private_key is None):
+            raise ConfigurationError("certificate and private key go together", where=where)
+        if token and not (len(token) >= SHORTEST_TOKEN and token.isascii() and token.isprintable()):
+            raise ConfigurationError(
+                f"the token is no plain text of at least {SHORTEST_TOKEN} characters",
+                where=where,
+                remedy="Make one with openssl rand -hex 32",
+            )
+        if not is_loopback(self.address) and (self.certificate is None or not token):
+            raise ConfigurationError(
+                "an address that others can reach needs a certificate and a token",
+                where=where,
+                remedy="State certificate, private_key and token_file, or take 127.0.0.1",
+            )
 
 
 @final
@@ -191,7 +225,7 @@ class ScreenSettings:
     """Language for browsers that ask for none of the three."""
     user: str
     """User of the status server for what every page shows; empty: anonymous."""
-    password: "Secret"
+    password: Secret
     """That user's password; masked; empty without a user."""
     client_certificate: Path | None
     """Own certificate for connections to the status server; None: they are not encrypted."""
@@ -311,7 +345,7 @@ class MachineConfiguration:
     """What becomes of the offset when the program is ended."""
     stop_within_s: float
     """A fade at the end lasts at most so long. [s]"""
-    connections: Mapping[str, "ConnectionSettings"]
+    connections: Mapping[str, ConnectionSettings]
     """Connections that source or sink use, by name."""
     source: SourceSettings
     """Where values come from."""
@@ -346,7 +380,7 @@ class MachineConfiguration:
         for name in ("connections", "inputs", "interlocks", "probes", "outputs"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
-    def screen_connection(self, user: str, password: "Secret") -> "ConnectionSettings":
+    def screen_connection(self, user: str, password: Secret) -> ConnectionSettings:
         """Return the connection of a person, or of every page, to the status server.
 
         Parameters
@@ -368,11 +402,26 @@ class MachineConfiguration:
             If there is no table ``[server]`` or ``[screen]``, or a user needs an encrypted
             connection and a certificate is missing.
         """
-        from thermaxis.runtime.config._screen import (  # noqa: PLC0415 - it imports this module
-            screen_connection,
+        server, screen = self.server, self.screen
+        if server is None or screen is None:
+            raise ConfigurationError(
+                "there is no table [server] or no table [screen]",
+                where=str(self.path),
+                remedy="Add what is missing; docs/machine-toml.md says what every key means",
+            )
+        host = EVERY_ADDRESS.get(server.address, server.address)
+        shown = f"[{host}]" if ":" in host else host
+        encrypted = server.certificate is not None and screen.client_certificate is not None
+        return ConnectionSettings(
+            name="the status server",
+            url=f"opc.tcp://{shown}:{server.port}/{_STATUS_PATH}",
+            security=_SECURITY if encrypted else "none",
+            user=user,
+            password=password,
+            certificate=screen.client_certificate if encrypted else None,
+            private_key=screen.client_private_key if encrypted else None,
+            server_certificate=server.certificate if encrypted else None,
         )
-
-        return screen_connection(self, user, password)
 
     def find_model(self, name: str) -> Path:
         """Return the file of a model that an operator names.

@@ -9,7 +9,7 @@ from typing import Final
 from thermaxis.compensation import START, Limits, Output, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
-from thermaxis.runtime.checks import Finding, error, warning
+from thermaxis.runtime._findings import Finding, error, warning
 from thermaxis.runtime.config._settings import MachineConfiguration
 from thermaxis.runtime.historian import Encryption, encryption_of
 from thermaxis.runtime.host import is_loopback

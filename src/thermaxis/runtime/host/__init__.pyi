@@ -14,9 +14,6 @@ from ._private_files import (
 from ._sole_runner import (
     sole_runner as sole_runner,
 )
-from ._systemd import (
-    SignOfLife as SignOfLife,
-)
 from ._tls import (
     server_context as server_context,
 )

@@ -8,7 +8,6 @@ from ._alarms import (
 )
 from ._metrics import (
     MetricsServer as MetricsServer,
-    check_metrics as check_metrics,
 )
 from ._nodes import (
     Kind as Kind,
@@ -28,5 +27,6 @@ from ._server import (
 )
 from ._status import (
     Alarm as Alarm,
+    FoundElsewhere as FoundElsewhere,
     RuntimeStatus as RuntimeStatus,
 )

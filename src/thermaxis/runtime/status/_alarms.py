@@ -10,9 +10,8 @@ from thermaxis.codes import Message, Value
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import printable
 from thermaxis.messages import alarm_sentences
-from thermaxis.runtime._left_offsets import FoundElsewhere
 from thermaxis.runtime._ports import NOT_READ
-from thermaxis.runtime.status._status import Alarm, RuntimeStatus
+from thermaxis.runtime.status._status import Alarm, FoundElsewhere, RuntimeStatus
 
 PRIORITIES = ("critical", "high", "medium", "low")
 """Priorities, the gravest first."""

@@ -26,8 +26,6 @@ REQUEST_S = 5.0
 """Time in which a request must have come, and its answer have been taken. [s]"""
 MOST_CONNECTIONS = 8
 """Connections at once. [1]"""
-SHORTEST_TOKEN = 16
-"""Shortest token. [1]"""
 _LONGEST_LABEL = 200
 _STATES = ("Off", "Warming", "Active", "Holding", "Fading", "Fault")
 _PRIORITIES = ("critical", "high", "medium", "low")
@@ -262,38 +260,6 @@ def _of_inputs(status: RuntimeStatus) -> Iterator[_Figure]:
     )
 
 
-def check_metrics(settings: MetricsSettings) -> None:
-    """Check that nobody reads the figures who must not.
-
-    Parameters
-    ----------
-    settings : MetricsSettings
-        Address, token and certificate.
-
-    Raises
-    ------
-    ConfigurationError
-        If an address other than this computer's own has no certificate or no token, a certificate
-        stands without its key, or the token is shorter than 16 characters or is no plain ASCII.
-    """
-    where = "metrics"
-    token = settings.token.reveal()
-    if (settings.certificate is None) != (settings.private_key is None):
-        raise ConfigurationError("certificate and private key go together", where=where)
-    if token and not (len(token) >= SHORTEST_TOKEN and token.isascii() and token.isprintable()):
-        raise ConfigurationError(
-            f"the token is no plain text of at least {SHORTEST_TOKEN} characters",
-            where=where,
-            remedy="Make one with openssl rand -hex 32",
-        )
-    if not is_loopback(settings.address) and (settings.certificate is None or not token):
-        raise ConfigurationError(
-            "an address that others can reach needs a certificate and a token",
-            where=where,
-            remedy="State certificate, private_key and token_file, or take 127.0.0.1",
-        )
-
-
 class _RefusalError(Exception):
     """A request that is not answered with the page."""
 
@@ -316,14 +282,9 @@ class MetricsServer:
     clock : Clock
         Time.
 
-    Raises
-    ------
-    ConfigurationError
-        As `check_metrics`.
     """
 
     def __init__(self, settings: MetricsSettings, clock: Clock) -> None:
-        check_metrics(settings)
         self._settings = settings
         self._clock = clock
         self._status: RuntimeStatus | None = None

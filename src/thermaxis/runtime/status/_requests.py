@@ -8,8 +8,8 @@ from typing import final
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import printable
 from thermaxis.runtime._ports import LoopAnswer, RequestOutcome
-from thermaxis.runtime._users import Role
 from thermaxis.runtime.status._nodes import Kind
+from thermaxis.runtime.users import Role
 
 LONGEST_TEXT = 200
 """Longest text in a request. [1]"""

@@ -15,7 +15,6 @@ from thermaxis.compensation import Compensation, Request
 from thermaxis.errors import ConfigurationError, printable
 from thermaxis.messages import sentence_of
 from thermaxis.runtime._ports import Clock, EventRecord, LoopAnswer, RequestBox, RequestOutcome
-from thermaxis.runtime._users import ANONYMOUS, Identity, Role, Users
 from thermaxis.runtime.config import ServerSettings
 from thermaxis.runtime.host import is_loopback
 from thermaxis.runtime.opcua import certificate_of, check_own_pair, private_key_of, validity_warning
@@ -42,6 +41,7 @@ from thermaxis.runtime.status._tree import (
     text_variant,
     values_of,
 )
+from thermaxis.runtime.users import ANONYMOUS, Identity, Role, Users
 
 NAMESPACE = "urn:thermaxis:runtime"
 """Namespace of the nodes."""

@@ -42,8 +42,8 @@ from asyncua.ua.object_ids import ObjectIds
 from asyncua.ua.status_codes import StatusCodes
 from asyncua.ua.ua_binary import struct_from_binary
 
-from thermaxis.runtime._users import ANONYMOUS, Identity
 from thermaxis.runtime.status._address_space import fill_address_space
+from thermaxis.runtime.users import ANONYMOUS, Identity
 
 MOST_CONNECTIONS = 20
 """Connections at once, logged in or not. [1]"""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import final
+from typing import NamedTuple, final
 
 from thermaxis.codes import Value
 from thermaxis.compensation import CycleOutput
@@ -31,6 +31,24 @@ class Alarm:
     """Code of the alarm."""
     values: Mapping[str, Value] = field(default_factory=dict[str, Value], hash=False)
     """Numbers and texts that stand in them, each with its unit in its name."""
+
+
+class FoundElsewhere(NamedTuple):
+    """An offset that was not where the loop had left it."""
+
+    output: str
+    """Name of the output."""
+    found_um: float
+    """Where it was found. [µm]"""
+    left_um: float
+    """Where it was left. [µm]"""
+    number: int
+    """Number of the cycle that found it. [1]"""
+
+    @property
+    def key(self) -> str:
+        """What tells it from others; each time is an alarm of its own."""
+        return f"found elsewhere {self.output} {self.number}"
 
 
 @final

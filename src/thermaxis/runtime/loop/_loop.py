@@ -30,7 +30,6 @@ from thermaxis.compensation import (
     with_compensation,
 )
 from thermaxis.errors import ConfigurationError, ThermaxisError
-from thermaxis.runtime._left_offsets import LeftOffsets
 from thermaxis.runtime._ports import (
     DIAMETER,
     NOT_READ,
@@ -48,7 +47,8 @@ from thermaxis.runtime._ports import (
     interlock_name,
     redundant_name,
 )
-from thermaxis.runtime._saved_state import OTHER_VERSION, SavedState, StateFile
+from thermaxis.runtime.loop._left_offsets import LeftOffsets
+from thermaxis.runtime.loop._saved_state import OTHER_VERSION, SavedState, StateFile
 from thermaxis.runtime.status import (
     Alarm,
     AlarmCode,

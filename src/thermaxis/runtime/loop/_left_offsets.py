@@ -9,24 +9,7 @@ from collections.abc import Collection, Mapping
 from typing import NamedTuple, final
 
 from thermaxis.runtime._ports import Applied
-
-
-class FoundElsewhere(NamedTuple):
-    """An offset that was not where the loop had left it."""
-
-    output: str
-    """Name of the output."""
-    found_um: float
-    """Where it was found. [µm]"""
-    left_um: float
-    """Where it was left. [µm]"""
-    number: int
-    """Number of the cycle that found it. [1]"""
-
-    @property
-    def key(self) -> str:
-        """What tells it from others; each time is an alarm of its own."""
-        return f"found elsewhere {self.output} {self.number}"
+from thermaxis.runtime.status import FoundElsewhere
 
 
 class _Left(NamedTuple):

@@ -1,0 +1,17 @@
+from ._users import (
+    ANONYMOUS as ANONYMOUS,
+    FAILURES_BY_NAME as FAILURES_BY_NAME,
+    FAILURES_IN_ALL as FAILURES_IN_ALL,
+    LONGEST_NAME as LONGEST_NAME,
+    LONGEST_PASSWORD as LONGEST_PASSWORD,
+    REFUSED_S as REFUSED_S,
+    Failures as Failures,
+    Identity as Identity,
+    Role as Role,
+    User as User,
+    Users as Users,
+    check_name as check_name,
+    hash_password as hash_password,
+    read_users as read_users,
+    write_users as write_users,
+)
