@@ -8,19 +8,43 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
+def printable(text: str, limit: int = 120) -> str:
+    """Return text from a file or a person so that a terminal shows it and does not obey it.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    limit : int
+        Longest result; a longer text is cut and ends in three dots. Default: what fits a line. [1]
+
+    Returns
+    -------
+    str
+        The text with every control character written as an escape.
+    """
+    shown = text
+    if not text.isprintable():
+        shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return shown if len(shown) <= limit else shown[: limit - 3] + "..."
+
+
 class Place(NamedTuple):
     """Where something is. What does not apply is empty or None."""
 
     file: str = ""
-    """Name of the file."""
+    """Name of the file, or the address."""
     line: int | None = None
     """Line of a text file, from 1. [1]"""
     column: str = ""
     """Column by its heading."""
     cell: str = ""
     """Cell of a workbook, such as ``Sheet1!B7``."""
+    row: int | None = None
+    """Row of a log or table in memory, from 1. [1]"""
     key: str = ""
-    """Key of a configuration with its tables, such as ``outputs.Z_um.limits.largest_um``."""
+    """What was asked for: key of a configuration with its tables, such as
+    ``outputs.Z_um.limits.largest_um``, option of a command or parameter of a function."""
     channel: str = ""
     """Name of an input or output."""
 

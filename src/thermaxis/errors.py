@@ -1,89 +1,112 @@
-"""The project's errors: each says what is wrong, where, and what to do."""
+"""The project's errors: a code, its values and the place; the sentence is in the catalogue."""
 
-from typing import final
+from copy import copy
+from dataclasses import replace
+from typing import Self, final
 
-
-def printable(text: str, limit: int = 120) -> str:
-    """Return text from a file or a person so that a terminal shows it and does not obey it.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-    limit : int
-        Longest result; a longer text is cut and ends in three dots. Default: what fits a line. [1]
-
-    Returns
-    -------
-    str
-        The text with every control character written as an escape.
-    """
-    shown = text
-    if not text.isprintable():
-        shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-    return shown if len(shown) <= limit else shown[: limit - 3] + "..."
+from thermaxis.codes import Message, Place, Value
 
 
 class ThermaxisError(Exception):
     """Base of every error that the project raises for bad input.
 
-    Parameters
-    ----------
-    what : str
-        What is wrong, as a sentence without its full stop.
-    where : str
-        The place: a file with line or cell, a target, an option. May be empty.
-    remedy : str
-        What the reader can do. May be empty.
-    """
-
-    def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
-        self.what = printable(what, 400)
-        self.where = printable(where, 300)
-        self.remedy = printable(remedy, 400)
-        place = f"{self.where}: " if self.where else ""
-        advice = f" {self.remedy}." if self.remedy else ""
-        super().__init__(f"{place}{self.what}.{advice}")
-
-
-@final
-class MeasurementFileError(ThermaxisError):
-    """A measurement file cannot be read as what it claims to be.
+    ``str(error)`` is the English sentence with its place and remedy, for whoever reads it raw.
 
     Parameters
     ----------
-    what : str
-        What is wrong.
-    path : str
-        The file.
-    line : int, optional
-        Line in a text file, from 1. [1]
-    column : str, optional
-        Column by its heading, or the word in the line.
-    cell : str, optional
-        Cell of a workbook, such as ``Sheet1!B7``.
-    remedy : str
-        What the reader can do.
+    code : str
+        What is wrong, such as ``too_few_cycles``: ``error-`` and the code is the sentence's key.
+    place : Place
+        Where it is.
+    **values : number, str, Message, tuple or None
+        What the sentence says, by name; the unit stands in the name.
     """
 
     def __init__(
         self,
-        what: str,
+        code: str,
+        /,
         *,
-        path: str,
+        place: Place | None = None,
+        where: str = "",
+        remedy: str = "",
+        **values: Value,
+    ) -> None:
+        if not code.isidentifier():  # a sentence that has no code yet
+            values, code = {"text": code, "advice": f" {remedy}." if remedy else ""}, "as_said"
+        super().__init__(code)
+        self.message = Message(f"error-{code}", values, place or Place(key=where))
+
+    @property
+    def code(self) -> str:
+        """What is wrong."""
+        return self.message.code.removeprefix("error-")
+
+    @property
+    def values(self) -> dict[str, Value]:
+        """What the sentence says, by name."""
+        return dict(self.message.values)
+
+    @property
+    def place(self) -> Place:
+        """Where it is."""
+        return self.message.place
+
+    def at(self, place: Place) -> Self:
+        """Return the same error at another place."""
+        moved = copy(self)
+        moved.message = replace(self.message, place=place)
+        return moved
+
+    def __str__(self) -> str:
+        # Imported here: what acts on a machine loads no catalogue before it prints an error.
+        from thermaxis.messages import text_of  # noqa: PLC0415
+
+        return text_of(self.message)
+
+    @property
+    def what(self) -> str:
+        """The sentence, without place and remedy."""
+        from thermaxis.messages import sentence_of  # noqa: PLC0415
+
+        said = self.values.get("text")
+        return str(said) if said is not None else sentence_of(self.message).rstrip(".")
+
+    @property
+    def where(self) -> str:
+        """The place in words."""
+        from thermaxis.messages import place_text  # noqa: PLC0415
+
+        return place_text(self.place)
+
+    @property
+    def remedy(self) -> str:
+        """What to do."""
+        from thermaxis.messages import remedy_of  # noqa: PLC0415
+
+        advice = self.values.get("advice")
+        return (str(advice).strip() if advice is not None else remedy_of(self.message)).rstrip(".")
+
+
+@final
+class MeasurementFileError(ThermaxisError):
+    """A measurement file cannot be read as what it claims to be."""
+
+    def __init__(
+        self,
+        code: str,
+        /,
+        *,
+        place: Place | None = None,
+        path: str = "",
         line: int | None = None,
         column: str | None = None,
         cell: str | None = None,
-        remedy: str,
+        remedy: str = "",
+        **values: Value,
     ) -> None:
-        where = path
-        if line is not None:
-            where += f", line {line}"
-        if column is not None:
-            where += f", column {column}"
-        if cell is not None:
-            where += f", cell {cell}"
-        super().__init__(what, where=where, remedy=remedy)
+        there = place or Place(path, line, column or "", cell or "")
+        super().__init__(code, place=there, where="", remedy=remedy, **values)
 
 
 @final

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.report import write_bytes
 from thermaxis.report.tables import Part, as_json, as_text
 

@@ -6,6 +6,7 @@ from functools import cache
 from importlib import import_module
 from importlib.resources import files
 
+from thermaxis.codes import printable
 from thermaxis.controls._control import (
     LARGEST_TABLE_BYTES,
     Control,
@@ -20,7 +21,7 @@ from thermaxis.controls._control import (
     check_size,
     comment_text,
 )
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 
 __all__ = [
     "LARGEST_TABLE_BYTES",

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, final
 
-from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.quantities import AxisKind
 
 if TYPE_CHECKING:  # so that a command's help need not load numpy

@@ -17,6 +17,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import printable
 from thermaxis.controls._control import (
     BYTE_ORDER_MARKS,
     Control,
@@ -38,7 +39,7 @@ from thermaxis.controls._program import (
     head_lines,
     stop_time_s,
 )
-from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
+from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.positioning import CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
 

@@ -19,6 +19,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import printable
 from thermaxis.controls._control import (
     Control,
     ControlOption,
@@ -44,7 +45,7 @@ from thermaxis.controls._program import (
     position_text,
     stop_time_s,
 )
-from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
+from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.positioning import MOST_POINTS, CompensationTable
 from thermaxis.quantities import AxisKind
 

@@ -9,8 +9,7 @@ from fluent.runtime import FluentBundle, FluentResource
 from fluent.runtime.types import FluentNone, FluentNumber, FluentType, fluent_number
 from fluent.syntax import ast
 
-from thermaxis.codes import Message, Place, Value
-from thermaxis.errors import printable
+from thermaxis.codes import Message, Place, Value, printable
 from thermaxis.messages._formats import ABSENT, duration_text, number_text, short_names
 
 LANGUAGES: Final = ("en", "de", "cs")
@@ -77,8 +76,28 @@ def sentence_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
     return sentence(message.code, message.values, language=language)
 
 
+def remedy_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
+    """Return what to do about a message.
+
+    Parameters
+    ----------
+    message : Message
+        Code and values.
+    language : str
+        One of `LANGUAGES`.
+
+    Returns
+    -------
+    str
+        The sentence; empty where the catalogue has none.
+    """
+    key = f"{message.code}.remedy"
+    known = key in keys(LANGUAGES[0])
+    return sentence(key, message.values, language=language) if known else ""
+
+
 def text_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
-    """Return place and sentence of a message.
+    """Return place, sentence and remedy of a message.
 
     Parameters
     ----------
@@ -90,11 +109,12 @@ def text_of(message: Message, *, language: str = LANGUAGES[0]) -> str:
     Returns
     -------
     str
-        Such as ``run.csv, line 7: no number``.
+        Such as ``run.csv, line 7: '3,x' is not a number. Correct it.``
     """
     place = place_text(message.place, language=language)
     text = sentence_of(message, language=language)
-    return f"{place}: {text}" if place else text
+    remedy = remedy_of(message, language=language)
+    return f"{place}: {text} {remedy}".strip() if place else f"{text} {remedy}".strip()
 
 
 def alarm_sentences(

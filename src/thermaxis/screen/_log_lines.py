@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Final, final
 
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.screen.access import kind_of_mistake, place_of_mistake, reference_of
 
 SAME_LINE_S: Final = 60.0

@@ -7,7 +7,8 @@ from typing import final
 import numpy as np
 
 from thermaxis.cli.axis._control_names import axis_name, is_axis_name
-from thermaxis.errors import DataError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import DataError
 from thermaxis.files import read_positioning_with_sha256
 from thermaxis.positioning import (
     FIGURE_KEYS,

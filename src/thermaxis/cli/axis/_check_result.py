@@ -23,8 +23,8 @@ from thermaxis.cli.axis._axis_run import (
 from thermaxis.cli.axis._control_names import axis_name
 from thermaxis.cli.axis._correction_result import effects, slope_in_words, table_of, targets_of
 from thermaxis.cli.axis._in_force import read_older
+from thermaxis.codes import printable
 from thermaxis.controls import Control, ReadTable, check_options, control_by_name
-from thermaxis.errors import printable
 from thermaxis.positioning import CorrectionEffect, evaluate_correction
 from thermaxis.report.tables import Part, Section, Value
 

@@ -2,8 +2,9 @@
 
 import re
 
+from thermaxis.codes import printable
 from thermaxis.controls import control_names
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 
 _AXIS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,15}")
 

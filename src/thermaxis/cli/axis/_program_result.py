@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import final
 
+from thermaxis.codes import printable
 from thermaxis.controls import Control, ProgramRequest, comment_text
-from thermaxis.errors import printable
 from thermaxis.positioning import FORWARD, motion_duration_s
 from thermaxis.report.tables import filled
 

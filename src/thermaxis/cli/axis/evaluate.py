@@ -9,7 +9,8 @@ from pathlib import Path
 from thermaxis import __version__, report
 from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
-from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import (
     read_budget,
     read_figure_limits,

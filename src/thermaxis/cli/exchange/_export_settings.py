@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+from thermaxis.codes import printable
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -16,7 +17,7 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorRules,
 )
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_model
 from thermaxis.plc.blocks import at_position, require_apart
 from thermaxis.plc.tree import remark_text

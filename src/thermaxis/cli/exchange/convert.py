@@ -4,7 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files import FALLBACK_ENCODING, format_tidy_csv, read_positioning, write_tidy_csv
 
 _DESCRIPTION = """\

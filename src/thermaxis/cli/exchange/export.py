@@ -9,7 +9,7 @@ from thermaxis.cli.exchange._export_files import Export, export_of
 from thermaxis.cli.exchange._export_folder import require_folder, write_folder
 from thermaxis.cli.exchange._export_settings import named_number, named_range
 from thermaxis.cli.thermal._thermal_logs import positive_seconds
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.plc.blocks import bound_texts, restart_warning
 
 _DESCRIPTION = """\

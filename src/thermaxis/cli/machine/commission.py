@@ -11,7 +11,8 @@ from statistics import median
 from asyncua.ua import DataValue
 
 from thermaxis.cli.machine._machine_parts import MachineParts, build_parts
-from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime import (
     CommissioningPlan,
     EventRecord,

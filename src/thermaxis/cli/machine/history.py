@@ -9,7 +9,8 @@ from pathlib import Path
 from thermaxis.cli._json import write_json
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import positive_seconds
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment
 from thermaxis.runtime import EventRecord, read_machine
 from thermaxis.runtime.historian import (

@@ -10,7 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from thermaxis.cli._progress import Progress
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Secret, SystemClock
 from thermaxis.runtime.host import read_secret
 from thermaxis.virtual import (

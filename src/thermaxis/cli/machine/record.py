@@ -11,7 +11,8 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from thermaxis.cli.thermal._thermal_logs import positive_seconds
-from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.report.tables import text_table
 from thermaxis.runtime import (
     OpcUaSession,

@@ -5,7 +5,8 @@ import sys
 from pathlib import Path
 
 from thermaxis.cli.thermal._thermal_logs import check_written
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_model, write_model
 from thermaxis.thermal import combine_models, parse_gain
 

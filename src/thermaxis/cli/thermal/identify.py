@@ -22,8 +22,9 @@ from thermaxis.cli.thermal._thermal_logs import (
     remarks_of,
     span,
 )
+from thermaxis.codes import printable
 from thermaxis.compensation import Provenance
-from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import write_model
 from thermaxis.thermal import (
     Identification,

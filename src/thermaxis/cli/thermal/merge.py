@@ -6,7 +6,7 @@ from pathlib import Path
 
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import check_csv_name, check_written, read_logs
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.files import write_thermal_log
 from thermaxis.thermal import merge_logs
 

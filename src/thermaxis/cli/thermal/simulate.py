@@ -13,8 +13,8 @@ from thermaxis.cli.thermal._thermal_logs import (
     read_logs,
     remarks_of,
 )
+from thermaxis.codes import printable
 from thermaxis.compensation import Outcome
-from thermaxis.errors import printable
 from thermaxis.files import read_model, write_thermal_log
 from thermaxis.messages import sentence
 from thermaxis.thermal import ThermalLog, simulate_log

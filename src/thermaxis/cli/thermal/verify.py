@@ -17,8 +17,9 @@ from thermaxis.cli.thermal._thermal_logs import (
     span,
 )
 from thermaxis.cli.thermal._verification_result import described
+from thermaxis.codes import printable
 from thermaxis.compensation import Limits
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_correction_limits, read_model
 from thermaxis.thermal import ThermalLog, verify
 

@@ -17,6 +17,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import printable
 from thermaxis.controls._control import (
     Control,
     ControlOption,
@@ -51,7 +52,7 @@ from thermaxis.controls.fanuc._points import (
     point_values,
 )
 from thermaxis.controls.fanuc._reading import table_from_parameters
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind
 

@@ -13,6 +13,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import printable
 from thermaxis.controls._control import ReadTable, text_lines
 from thermaxis.controls.fanuc._points import (
     AXIS_LETTERS,
@@ -23,7 +24,7 @@ from thermaxis.controls.fanuc._points import (
     TURN_DEG,
     PointOptions,
 )
-from thermaxis.errors import MeasurementFileError, printable
+from thermaxis.errors import MeasurementFileError
 from thermaxis.positioning import CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
 

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import printable
 from thermaxis.controls._control import (
     Control,
     ProgramRequest,
@@ -15,7 +16,7 @@ from thermaxis.controls._control import (
     text_lines,
 )
 from thermaxis.controls.heidenhain._klartext import PROGRAM_OPTIONS, klartext_program
-from thermaxis.errors import ConfigurationError, MeasurementFileError, printable
+from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.positioning import CompensationTable
 from thermaxis.quantities import AxisKind
 

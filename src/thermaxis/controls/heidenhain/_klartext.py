@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 
+from thermaxis.codes import printable
 from thermaxis.controls._control import ControlOption, ProgramRequest, plain_number
 from thermaxis.controls._program import (
     MoveWords,
@@ -13,7 +14,7 @@ from thermaxis.controls._program import (
     head_lines,
     stop_time_s,
 )
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.quantities import AxisKind
 
 AXES = frozenset("XYZABCUVW")

@@ -16,6 +16,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import printable
 from thermaxis.controls._control import (
     GridRule,
     ReadTable,
@@ -38,7 +39,7 @@ from thermaxis.controls.heidenhain._com import (
     signed,
     value_unit,
 )
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
 

@@ -9,8 +9,9 @@
 
 from pathlib import Path
 
+from thermaxis.codes import printable
 from thermaxis.compensation import Limits
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings._document import Form, SettingsTable, read_all
 from thermaxis.files.settings._settings_file import read_toml
 

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.thermal import Region
 

@@ -4,5 +4,6 @@ place-file = { $file }
 place-line = line { $line }
 place-column = column { $column }
 place-cell = cell { $cell }
+place-row = row { $row }
 place-key = { $key }
 place-channel = { $channel }

@@ -7,7 +7,8 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.positioning.run import (
     APPROACHES,
     BACKWARD,

@@ -17,7 +17,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.files.table import protected
 from thermaxis.report._output import NumberTable, make_folder
 from thermaxis.report._style import (

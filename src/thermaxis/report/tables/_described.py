@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.report.tables._text_table import filled, text_table
 
 _ABSENT = "–"

@@ -9,7 +9,8 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from thermaxis.errors import DataError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import DataError
 from thermaxis.files.table import protected
 from thermaxis.positioning import (
     FIGURE_KEYS,

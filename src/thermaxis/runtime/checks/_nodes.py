@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
+from thermaxis.codes import printable
 from thermaxis.compensation import CompensationModel, Limits, SensorRules
-from thermaxis.errors import printable
 from thermaxis.runtime._findings import Finding, error, ok, warning
 from thermaxis.runtime._flag import flag_of
 from thermaxis.runtime._sign import OFFSET_UNITS, offset_factor

@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast, final, get_args
 
+from thermaxis.codes import printable
 from thermaxis.compensation import Compensation, Limits, SensorRules, SupervisorRules
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import ConnectionSettings
 from thermaxis.runtime._ports import (
     DIAMETER,

@@ -29,7 +29,8 @@ from urllib.parse import urlsplit
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime.host import read_secret as secret_in, refuse_readable, unreadable
 

@@ -5,7 +5,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TypeVar, final
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.runtime.config._connection import Problem
 
 _T = TypeVar("_T")

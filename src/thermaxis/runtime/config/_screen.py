@@ -10,7 +10,8 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._connection import Secret
 from thermaxis.runtime._findings import Finding, error, warning
 from thermaxis.runtime.config._problems import Problems

@@ -7,6 +7,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Final, Literal, final
 
+from thermaxis.codes import printable
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -14,7 +15,7 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorRules,
 )
-from thermaxis.errors import ConfigurationError, ThermaxisError, printable
+from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime._connection import ConnectionSettings, Secret
 from thermaxis.runtime.historian import HistorianSettings
 from thermaxis.runtime.host import is_loopback

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.errors import DataError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import DataError
 from thermaxis.files.table import protected
 from thermaxis.runtime.historian._layout import Layout, SeriesColumn
 from thermaxis.runtime.historian._reading import HistoryReader, Piece, values_of

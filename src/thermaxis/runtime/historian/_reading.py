@@ -19,9 +19,9 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
-from thermaxis.codes import values_of_json
+from thermaxis.codes import printable, values_of_json
 from thermaxis.compensation import SupervisorState
-from thermaxis.errors import DataError, printable
+from thermaxis.errors import DataError
 from thermaxis.runtime._ports import CycleRecord, EventRecord
 from thermaxis.runtime.historian import _tables as t
 from thermaxis.runtime.historian._database import (

@@ -12,7 +12,8 @@ from asyncua.crypto.uacrypto import (
 from asyncua.ua.status_codes import StatusCodes
 from cryptography.exceptions import InvalidSignature
 
-from thermaxis.errors import ConfigurationError, ThermaxisError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime._connection import ConnectionSettings
 
 FAILURES: Final = (

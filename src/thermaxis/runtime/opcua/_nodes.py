@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import unquote
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from asyncua import ua

@@ -16,7 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol, final
 
-from thermaxis.errors import ThermaxisError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ThermaxisError
 
 SHARED_MEMORY = Path("/proc/sysvipc/shm")
 """Where Linux lists the shared memory; HAL lives in one of its segments."""

@@ -6,9 +6,8 @@ from datetime import UTC, date, datetime
 from enum import StrEnum
 from typing import Final, NamedTuple
 
-from thermaxis.codes import Message, Value
+from thermaxis.codes import Message, Value, printable
 from thermaxis.compensation import Compensation, Outcome, Reason, SampleQuality, SupervisorState
-from thermaxis.errors import printable
 from thermaxis.messages import alarm_sentences
 from thermaxis.runtime._ports import NOT_READ
 from thermaxis.runtime.status._status import Alarm, FoundElsewhere, RuntimeStatus

@@ -12,7 +12,8 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple, final
 from urllib.parse import urlsplit
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.runtime._ports import NOT_READ, Clock
 from thermaxis.runtime.config import MetricsSettings
 from thermaxis.runtime.host import is_loopback, server_context

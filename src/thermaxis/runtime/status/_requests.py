@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import final
 
+from thermaxis.codes import printable
 from thermaxis.compensation import Request, RequestKind
-from thermaxis.errors import printable
 from thermaxis.runtime._ports import LoopAnswer, RequestOutcome
 from thermaxis.runtime.status._nodes import Kind
 from thermaxis.runtime.users import Role

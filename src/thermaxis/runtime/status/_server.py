@@ -10,9 +10,9 @@ from typing import final
 from asyncua import ua
 
 from thermaxis import __version__
-from thermaxis.codes import Message, Value, values_as_json
+from thermaxis.codes import Message, Value, printable, values_as_json
 from thermaxis.compensation import Compensation, Request
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence_of
 from thermaxis.runtime._ports import Clock, EventRecord, LoopAnswer, RequestBox, RequestOutcome
 from thermaxis.runtime.config import ServerSettings

@@ -27,7 +27,8 @@ from typing import NamedTuple, Protocol, cast, final
 from argon2 import PasswordHasher, Type, extract_parameters
 from argon2.exceptions import InvalidHashError, VerificationError
 
-from thermaxis.errors import ConfigurationError, ThermaxisError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError, ThermaxisError
 from thermaxis.runtime.host import read_private, whole_file
 
 LONGEST_NAME = 64

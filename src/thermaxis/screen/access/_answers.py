@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from asyncua import ua
 
-from thermaxis.codes import Value, values_of_json
-from thermaxis.errors import printable
+from thermaxis.codes import Value, printable, values_of_json
 from thermaxis.messages import sentence_of
 from thermaxis.runtime import LoopAnswer
 from thermaxis.runtime.opcua import MethodAnswer

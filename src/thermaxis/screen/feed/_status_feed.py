@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple, NoReturn, Protocol, cast, final
 
 from asyncua import ua
 
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.runtime import Clock, ConnectionSettings, OpcUaSession, Role
 from thermaxis.runtime.opcua import MethodAnswer, status_name
 from thermaxis.runtime.status import NAMESPACE

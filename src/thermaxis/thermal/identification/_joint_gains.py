@@ -6,8 +6,9 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import printable
 from thermaxis.compensation import GainPoint
-from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.identification._records import Records
 from thermaxis.thermal.log import Experiment

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
+from thermaxis.codes import printable
 from thermaxis.compensation import (
     STATED,
     CompensationModel,
@@ -12,7 +13,7 @@ from thermaxis.compensation import (
     Part,
     Provenance,
 )
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.errors import ConfigurationError
 
 TCP = "tcp"
 """Word for the tool centre point among the diameters of a gain."""

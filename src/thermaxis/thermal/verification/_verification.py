@@ -7,9 +7,9 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place
+from thermaxis.codes import Message, Place, printable
 from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
-from thermaxis.errors import ConfigurationError, DataError, printable
+from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import ThermalLog
 from thermaxis.thermal.verification._free_run import (

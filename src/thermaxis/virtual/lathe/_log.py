@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_thermal_log
 from thermaxis.thermal import ThermalLog
 from thermaxis.virtual.lathe._machine import VirtualLathe

@@ -14,7 +14,8 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.errors import ConfigurationError, printable
+from thermaxis.codes import printable
+from thermaxis.errors import ConfigurationError
 from thermaxis.virtual.lathe._axis import OffsetAxis, OffsetRules
 from thermaxis.virtual.lathe._faults import OF_NETWORK, Fault, FaultKind
 from thermaxis.virtual.lathe._hall import HELD_S, Hall, HallSettings

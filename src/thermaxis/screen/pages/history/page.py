@@ -12,7 +12,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import Receive, Scope, Send
 
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.runtime import Role
 from thermaxis.runtime.host import whole_file
 from thermaxis.screen.access import answer_json, needs, parts_of, refuse, visitor_of

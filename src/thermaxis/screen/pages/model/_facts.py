@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final, NamedTuple
 
+from thermaxis.codes import printable
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -12,7 +13,6 @@ from thermaxis.compensation import (
     Provenance,
     gain_of,
 )
-from thermaxis.errors import printable
 
 SETTLED_TIME_CONSTANTS: Final = 5.0
 """A step is shown until so many of the slowest time constants: less than 1 % of it is left. [1]"""

@@ -19,7 +19,7 @@ from starlette.requests import ClientDisconnect, HTTPConnection, Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from thermaxis.errors import printable
+from thermaxis.codes import printable
 from thermaxis.runtime import Role
 from thermaxis.screen.access import answer_json, needs, parts_of, refuse, visitor_of
 from thermaxis.screen.pages.positioning._results import (

@@ -1,0 +1,115 @@
+"""Every error has a sentence that says all its values, and every sentence an error."""
+
+import ast
+import pickle
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from fluent.runtime import FluentResource
+from fluent.syntax import ast as fluent
+from fluent.syntax.visitor import Visitor
+
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError, ThermaxisError
+from thermaxis.messages import keys
+
+ROOT = Path(__file__).parents[3] / "src" / "thermaxis"
+
+
+OTHERS = {"ValueError", "PydanticCustomError", "ArgumentTypeError"}
+"""Errors of others."""
+
+
+class Variables(Visitor):
+    def __init__(self) -> None:
+        self.names: set[str] = set()
+
+    def visit_VariableReference(self, node: fluent.VariableReference) -> None:  # noqa: N802
+        self.names.add(node.id.name)
+
+
+def variables() -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for file in sorted((ROOT / "messages" / "en").glob("errors_*.ftl")):
+        for entry in FluentResource(file.read_text("utf-8")).body:
+            assert not isinstance(entry, fluent.Junk), (file.name, entry.content)
+            if isinstance(entry, fluent.Message):
+                code = entry.id.name.removeprefix("error-")
+                assert code not in found, f"{code} stands twice"
+                visitor = Variables()
+                visitor.visit(entry)
+                found[code] = visitor.names
+    return found
+
+
+SENTENCES = variables()
+
+
+def trees() -> Iterator[tuple[str, ast.Module]]:
+    for file in sorted(ROOT.rglob("*.py")):
+        yield str(file.relative_to(ROOT)), ast.parse(file.read_text("utf-8"))
+
+
+def codes_of(node: ast.expr) -> Iterator[str]:
+    """Yield the codes that an expression may be: a text, or one of two."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        yield node.value
+    elif isinstance(node, ast.IfExp):
+        yield from codes_of(node.body)
+        yield from codes_of(node.orelse)
+
+
+def raised() -> Iterator[tuple[str, str, set[str] | None]]:
+    """Yield place, code and names of values of every call of an error's class with a code."""
+    for file, tree in trees():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and node.args:
+                name = node.func.id if isinstance(node.func, ast.Name) else ""
+                if name.endswith("Error") and name not in OTHERS:
+                    given = {one.arg for one in node.keywords}
+                    known = None if None in given else {one for one in given if one} - {"place"}
+                    for code in codes_of(node.args[0]):
+                        if code.isidentifier():
+                            yield f"{file}:{node.lineno}", code, known
+
+
+def test_every_error_that_is_raised_has_a_sentence_for_all_its_values() -> None:
+    wrong = [
+        (place, code, "no sentence" if code not in SENTENCES else values ^ SENTENCES[code])
+        for place, code, values in raised()
+        if code not in SENTENCES or (values is not None and values != SENTENCES[code])
+    ]
+    assert wrong == []
+
+
+def test_every_sentence_is_that_of_an_error() -> None:
+    constants = Counter(
+        node.value
+        for _, tree in trees()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    )
+    shared = (ROOT / "messages" / "en" / "errors_common.ftl").read_text("utf-8")
+    left = [code for code in SENTENCES if not constants[code] and f"error-{code} " not in shared]
+    assert left == []
+
+
+@pytest.mark.parametrize(
+    "kind", [ThermaxisError, DataError, ConfigurationError, MeasurementFileError]
+)
+def test_an_error_is_a_code_values_and_a_place_and_reads_as_a_sentence(
+    kind: type[ThermaxisError],
+) -> None:
+    error = kind("unknown_key", name="[red]x", known=("a", "b"), place=Place("m.toml", 7))
+    assert (error.code, error.values["name"], error.place.line) == ("unknown_key", "[red]x", 7)
+    assert str(error) == "m.toml, line 7: '[red]x' is not a key here. Keys are a; b."
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)  # noqa: S301 our own
+    assert str(error.at(Place(key="--axis"))).startswith("--axis: '[red]x'")
+
+
+def test_errors_have_sentences_in_english() -> None:
+    assert {key for key in keys("en") if key.startswith("error-") and "." not in key} == {
+        f"error-{code}" for code in SENTENCES
+    }
