@@ -1,12 +1,19 @@
 """What a machine is compensated with: a model, rules of sensors and supervisor, limits."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._model import CompensationModel
+from thermaxis.compensation._ranges import (
+    require_count,
+    require_positive,
+    require_range,
+    require_unique,
+)
 from thermaxis.compensation._sensors import SensorRules
 from thermaxis.compensation._supervisor import SupervisorRules
 from thermaxis.errors import ConfigurationError
@@ -66,38 +73,27 @@ class Compensation:
         """Check the parts against each other and put them in order."""
         channels = self.model.channels
         outputs = tuple(output.name for output in self.model.outputs)
-        _match(channels, self.sensors, "sensor rules", "channel")
-        _match(outputs, self.limits, "limits", "output")
-        for name in self.redundant:
-            if name not in channels:
-                raise ConfigurationError(f"the model has no channel {name}", where="redundant")
-        if not SHORTEST_CYCLE_S <= self.cycle_s <= LONGEST_CYCLE_S:
-            raise ConfigurationError(
-                f"the cycle is not from {SHORTEST_CYCLE_S:g} to {LONGEST_CYCLE_S:g} s",
-                where="cycle_s",
-            )
-        if not 0.0 < self.validity_margin_k <= 1e6:
-            raise ConfigurationError("not a positive number", where="validity_margin_k")
-        if not 0.0 <= self.lowest_weight <= 1.0:
-            raise ConfigurationError("not a number from 0 to 1", where="lowest_weight")
-        if len(set(self.interlocks)) != len(self.interlocks):
-            raise ConfigurationError("two interlocks have the same name", where="interlocks")
-        if len(self.interlocks) > _MOST_INTERLOCKS:
-            raise ConfigurationError("too many interlocks", where="interlocks")
+        _match("sensors", channels, self.sensors)
+        _match("limits", outputs, self.limits)
+        _no_others("redundant", channels, self.redundant)
+        require_range("cycle_s", self.cycle_s, SHORTEST_CYCLE_S, LONGEST_CYCLE_S)
+        require_positive("validity_margin_k", self.validity_margin_k, 1e6)
+        require_range("lowest_weight", self.lowest_weight, 0.0, 1.0)
+        require_unique("interlocks", self.interlocks)
+        require_count("interlocks", len(self.interlocks), 0, _MOST_INTERLOCKS)
         object.__setattr__(self, "sensors", MappingProxyType(dict(self.sensors)))
         object.__setattr__(self, "limits", MappingProxyType(dict(self.limits)))
         object.__setattr__(self, "rules", tuple(self.sensors[name] for name in channels))
         object.__setattr__(self, "bounds", tuple(self.limits[name] for name in outputs))
 
 
-def _match(wanted: tuple[str, ...], given: Mapping[str, object], what: str, of: str) -> None:
-    lacking = [name for name in wanted if name not in given]
-    if lacking:
-        raise ConfigurationError(f"there are no {what} of {of} {', '.join(lacking)}", where=of)
-    foreign = [name for name in given if name not in wanted]
-    if foreign:
-        raise ConfigurationError(
-            f"{what} are stated for {', '.join(foreign)}, of which the model knows nothing",
-            where=of,
-            remedy=f"The model has {', '.join(wanted)}",
-        )
+def _match(key: str, wanted: tuple[str, ...], given: Mapping[str, object]) -> None:
+    if lacking := tuple(name for name in wanted if name not in given):
+        raise ConfigurationError("entries_missing", names=lacking, place=Place(key=key))
+    _no_others(key, wanted, given)
+
+
+def _no_others(key: str, known: tuple[str, ...], given: Iterable[str]) -> None:
+    for name in given:
+        if name not in known:
+            raise ConfigurationError("unknown_name", name=name, known=known, place=Place(key=key))

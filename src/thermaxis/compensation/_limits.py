@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.compensation._ranges import require_positive, require_range
 
 LARGEST_LIMIT_UM = 1e4
 """Largest output limit and total limit: ten millimetres. [µm]"""
@@ -50,19 +50,12 @@ class Limits:
             ("largest_um", self.largest_um, LARGEST_LIMIT_UM),
             ("largest_rate_um_per_s", self.largest_rate_um_per_s, FASTEST_LIMIT_UM_PER_S),
         ):
-            if not 0.0 < value <= largest:
-                raise ConfigurationError(
-                    f"the limit is no positive number of at most {largest:g}", where=name
-                )
+            require_positive(name, value, largest)
         if self.total_um == 0.0:
             object.__setattr__(self, "total_um", self.largest_um)
         if self.soft_um == 0.0:
             object.__setattr__(self, "soft_um", 0.8 * self.largest_um)
-        if not self.largest_um <= self.total_um <= LARGEST_LIMIT_UM:
-            raise ConfigurationError(
-                f"the total limit is not from the output limit to {LARGEST_LIMIT_UM:g}",
-                where="total_um",
-            )
+        require_range("total_um", self.total_um, self.largest_um, LARGEST_LIMIT_UM)
         if self.largest_trim_um == COARSE_TRIM_UM:
             object.__setattr__(self, "largest_trim_um", min(COARSE_TRIM_UM, self.total_um))
         for name, value in (
@@ -70,8 +63,7 @@ class Limits:
             ("soft_um", self.soft_um),
             ("largest_trim_um", self.largest_trim_um),
         ):
-            if not 0.0 <= value <= self.total_um:
-                raise ConfigurationError("the limit is not from 0 to the total", where=name)
+            require_range(name, value, 0.0, self.total_um)
 
 
 def limit_step(limits: Limits, before_um: float, wanted_um: float, elapsed_s: float) -> float:

@@ -7,6 +7,13 @@ from itertools import accumulate, pairwise
 from types import MappingProxyType
 from typing import final
 
+from thermaxis.codes import Place
+from thermaxis.compensation._ranges import (
+    require_count,
+    require_positive,
+    require_range,
+    require_unique,
+)
 from thermaxis.errors import ConfigurationError
 
 LARGEST_GAIN_UM_PER_K = 1e5
@@ -24,15 +31,6 @@ STATED = "stated"
 """Reference: temperatures that the model states."""
 
 
-def _require(condition: bool, what: str, where: str, remedy: str = "") -> None:  # noqa: FBT001 - reads as a sentence
-    if not condition:
-        raise ConfigurationError(what, where=where, remedy=remedy)
-
-
-def _within(value: float, largest: float) -> bool:
-    return abs(value) <= largest  # false for NaN
-
-
 @final
 @dataclass(frozen=True, slots=True)
 class Section:
@@ -45,16 +43,9 @@ class Section:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        _require(
-            _within(self.gain_um_per_k, LARGEST_GAIN_UM_PER_K),
-            f"the gain is no number of at most {LARGEST_GAIN_UM_PER_K:g} µm/K",
-            "gain_um_per_k",
-        )
-        _require(
-            0.0 < self.time_constant_s <= LONGEST_TIME_CONSTANT_S,
-            f"the time constant is not positive and at most {LONGEST_TIME_CONSTANT_S:g} s",
-            "time_constant_s",
-        )
+        largest = LARGEST_GAIN_UM_PER_K
+        require_range("gain_um_per_k", self.gain_um_per_k, -largest, largest)
+        require_positive("time_constant_s", self.time_constant_s, LONGEST_TIME_CONSTANT_S)
 
 
 @final
@@ -109,46 +100,33 @@ class Part:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        where = f"part {self.name}"
-        _require(bool(self.name) and bool(self.plus), "the part names no channel", where)
-        _require(self.plus != self.minus, "a channel is subtracted from itself", where)
-        _require(
-            _within(self.direct_gain_um_per_k, LARGEST_GAIN_UM_PER_K),
-            f"the direct gain is no number of at most {LARGEST_GAIN_UM_PER_K:g} µm/K",
-            where,
-        )
-        _require(
-            0.0 <= self.delay_s <= LONGEST_DELAY_S,
-            f"the delay is not from 0 to {LONGEST_DELAY_S:g} s",
-            where,
-        )
-        _require(len(self.sections) <= MOST_PARTS, "too many sections", where)
-        _require(
-            self.static_gain_um_per_k is None or _within(self.static_gain_um_per_k, 1e6),
-            "the gain of the static regression is out of range",
-            where,
-        )
-        points = self.gain_by_diameter
-        _require(
-            all(_within(p.diameter_mm, 1e6) and _within(p.gain, 1e3) for p in points)
-            and _within(self.tool_gain, 1e3),
-            "a diameter or a gain by diameter is out of range",
-            where,
-        )
-        _require(
-            all(a.diameter_mm < b.diameter_mm for a, b in pairwise(points)),
-            "the diameters of the gains do not increase",
-            where,
-        )
-        _require(
-            (self.lowest_k is None) == (self.highest_k is None), "half a range is stated", where
-        )
-        if self.lowest_k is not None and self.highest_k is not None:
-            _require(
-                _within(self.lowest_k, 1e6) and self.lowest_k <= self.highest_k <= 1e6,
-                "the range of the training logs is no range",
-                where,
+        if not self.name or not self.plus:
+            raise ConfigurationError("no_channel", place=Place(key="plus", channel=self.name))
+        if self.plus == self.minus:
+            raise ConfigurationError(
+                "channel_minus_itself", place=Place(key="minus", channel=self.name)
             )
+        points, largest = self.gain_by_diameter, LARGEST_GAIN_UM_PER_K
+        require_count("sections", len(self.sections), 0, MOST_PARTS, self.name)
+        for key, value, least, most in (
+            ("direct_gain_um_per_k", self.direct_gain_um_per_k, -largest, largest),
+            ("delay_s", self.delay_s, 0.0, LONGEST_DELAY_S),
+            ("static_gain_um_per_k", self.static_gain_um_per_k, -1e6, 1e6),
+            ("tool_gain", self.tool_gain, -1e3, 1e3),
+            *(("gain_by_diameter", p.gain, -1e3, 1e3) for p in points),
+            *(("gain_by_diameter", p.diameter_mm, -1e6, 1e6) for p in points),
+        ):
+            if value is not None:
+                require_range(key, value, least, most, self.name)
+        if not all(a.diameter_mm < b.diameter_mm for a, b in pairwise(points)):
+            place = Place(key="gain_by_diameter", channel=self.name)
+            raise ConfigurationError("not_rising", place=place)
+        if (self.lowest_k is None) != (self.highest_k is None):
+            place = Place(key="lowest_k, highest_k", channel=self.name)
+            raise ConfigurationError("half_range", place=place)
+        if self.lowest_k is not None and self.highest_k is not None:
+            require_range("lowest_k", self.lowest_k, -1e6, 1e6, self.name)
+            require_range("highest_k", self.highest_k, self.lowest_k, 1e6, self.name)
 
     @property
     def range_k(self) -> tuple[float, float]:
@@ -180,12 +158,11 @@ class Output:
 
     def __post_init__(self) -> None:
         """Check name and parts."""
-        where = f"output {self.name}"
-        _require(bool(self.name), "an output has no name", "output")
-        _require(1 <= len(self.parts) <= MOST_PARTS, "it has no part, or too many", where)
-        names = [part.name for part in self.parts]
-        _require(len(set(names)) == len(names), "two parts have the same name", where)
-        _require(_within(self.offset_um, 1e6), "the offset is out of range", where)
+        if not self.name:
+            raise ConfigurationError("output_without_name", place=Place(key="name"))
+        require_count("parts", len(self.parts), 1, MOST_PARTS, self.name)
+        require_unique("parts", [part.name for part in self.parts], self.name)
+        require_range("offset_um", self.offset_um, -1e6, 1e6, self.name)
 
 
 @final
@@ -271,7 +248,8 @@ class Provenance:
     def __post_init__(self) -> None:
         """Check and freeze the figures."""
         for name, value in self.figures.items():
-            _require(math.isfinite(value), "the figure is no finite number", f"figure {name}")
+            if not math.isfinite(value):
+                raise ConfigurationError("not_finite", place=Place(key=f"figures.{name}"))
         object.__setattr__(self, "figures", MappingProxyType(dict(self.figures)))
 
 
@@ -319,14 +297,19 @@ class CompensationModel:
 
     def __post_init__(self) -> None:
         """Check the model and collect its channels."""
-        _require(1 <= len(self.outputs) <= MOST_PARTS, "the model has no output", "outputs")
-        names = [output.name for output in self.outputs]
-        _require(len(set(names)) == len(names), "two outputs have the same name", "outputs")
-        _require(0.0 < self.sample_time_s <= 86400.0, "not from 0 to a day", "sample_time_s")
-        _require(0.0 <= self.input_filter_s <= 86400.0, "not from 0 to a day", "input_filter_s")
-        _require(0.0 < self.longest_gap_s <= 1e8, "not from 0 to 1e8 s", "longest_gap_s")
-        _require(0.0 <= self.longest_hold_s <= 1e6, "not from 0 to 1e6 s", "longest_hold_s")
-        _require(self.reference in {START, STATED}, "neither start nor stated", "reference")
+        require_count("outputs", len(self.outputs), 1, MOST_PARTS)
+        require_unique("outputs", [output.name for output in self.outputs])
+        require_positive("sample_time_s", self.sample_time_s, 86400.0)
+        require_range("input_filter_s", self.input_filter_s, 0.0, 86400.0)
+        require_positive("longest_gap_s", self.longest_gap_s, 1e8)
+        require_range("longest_hold_s", self.longest_hold_s, 0.0, 1e6)
+        if self.reference not in {START, STATED}:
+            raise ConfigurationError(
+                "unknown_choice",
+                name=self.reference,
+                known=(START, STATED),
+                place=Place(key="reference"),
+            )
         used: dict[str, None] = {}
         for output in self.outputs:
             for part in output.parts:
@@ -337,12 +320,8 @@ class CompensationModel:
         object.__setattr__(self, "layout", _layout_of(self.outputs, tuple(used)))
         object.__setattr__(self, "reference_c", MappingProxyType(dict(self.reference_c)))
         for channel, value in self.reference_c.items():
-            _require(_within(value, 1e6), "the reference is out of range", f"channel {channel}")
-        if self.reference == STATED:
-            lacking = [channel for channel in used if channel not in self.reference_c]
-            _require(
-                not lacking,
-                f"the reference of {', '.join(lacking)} is not stated",
-                "reference_c",
-                "State it, or let the model refer to its start",
-            )
+            require_range("reference_c", value, -1e6, 1e6, channel)
+        lacking = tuple(channel for channel in used if channel not in self.reference_c)
+        if self.reference == STATED and lacking:
+            place = Place(key="reference_c")
+            raise ConfigurationError("reference_missing", names=lacking, place=place)

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple, final
 
+from thermaxis.codes import Place
+from thermaxis.compensation._ranges import require_positive, require_range
 from thermaxis.errors import ConfigurationError
 
 LARGEST_RULE = 1e6
@@ -89,17 +91,12 @@ class SensorRules:
     def __post_init__(self) -> None:
         """Check the numbers."""
         if not -1e6 <= self.lowest_c < self.highest_c <= 1e6:
-            raise ConfigurationError(
-                "the lowest and highest plausible value are no range", where="lowest_c, highest_c"
-            )
+            ends = {"lowest": self.lowest_c, "highest": self.highest_c}
+            raise ConfigurationError("no_range", **ends, place=Place(key="lowest_c, highest_c"))
         for name in ("largest_rate_k_per_s", "longest_age_s", "largest_difference_k"):
-            if not 0.0 < getattr(self, name) <= LARGEST_RULE:
-                raise ConfigurationError(
-                    f"not a positive number of at most {LARGEST_RULE:g}", where=name
-                )
+            require_positive(name, getattr(self, name), LARGEST_RULE)
         for name in ("step_k", "frozen_s"):
-            if not 0.0 <= getattr(self, name) <= LARGEST_RULE:
-                raise ConfigurationError(f"not a number from 0 to {LARGEST_RULE:g}", where=name)
+            require_range(name, getattr(self, name), 0.0, LARGEST_RULE)
 
 
 def validate_sample(

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import NamedTuple, final
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.compensation._ranges import require_positive, require_range
 
 LONGEST_RULE_S = 86_400.0
 """Longest time in a rule: a day. [s]"""
@@ -115,12 +115,9 @@ class SupervisorRules:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for entry in fields(self):
-            if entry.init and not 0.0 <= getattr(self, entry.name) <= LONGEST_RULE_S:
-                raise ConfigurationError(
-                    f"not a number from 0 to {LONGEST_RULE_S:g}", where=entry.name
-                )
-        if self.read_back_tolerance_um <= 0.0:
-            raise ConfigurationError("not a positive number", where="read_back_tolerance_um")
+            if entry.init:
+                require_range(entry.name, getattr(self, entry.name), 0.0, LONGEST_RULE_S)
+        require_positive("read_back_tolerance_um", self.read_back_tolerance_um, LONGEST_RULE_S)
         longest_s = max(
             self.hold_input_s, self.hold_connection_s, self.hold_interlock_s, self.hold_operator_s
         )

@@ -42,7 +42,7 @@ def said(words: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
 
 OPTIONS = {
     f"--cycle-s 100 {STATED}": (
-        "--cycle-s: the cycle is not from 0.1 to 60 s. Write --cycle-s with 0.1 to 60 seconds."
+        "--cycle-s: 100 is not from 0.1 to 60. Write --cycle-s with 0.1 to 60 seconds."
     ),
     f"--cycle-s 0.1 {REAL} {STATED}": (
         "--cycle-s: in REAL times are not counted exactly with a cycle of 0.1 s. Write --cycle-s"
@@ -61,16 +61,15 @@ OPTIONS = {
         " smaller --limit; or --real 64."
     ),
     "--cycle-s 1 --limit 0 --rate 1 --plausible 5:80": (
-        "--limit: the limit is no positive number of at most 10000. Write --limit OUTPUT=UM, such"
-        " as --limit 100."
+        "--limit: 0 is not above 0 and at most 10000. Write --limit OUTPUT=UM, such as --limit 100."
     ),
     "--cycle-s 1 --limit 9 --rate 0 --plausible 5:80": (
-        "--rate: the limit is no positive number of at most 1000. Write --rate OUTPUT=UM_PER_S,"
-        " such as --rate 0.5."
+        "--rate: 0 is not above 0 and at most 1000. Write --rate OUTPUT=UM_PER_S, such as --rate"
+        " 0.5."
     ),
     "--cycle-s 1 --limit 9 --rate 1 --plausible 80:5": (
-        "--plausible: the lowest and highest plausible value are no range. Write --plausible"
-        " CHANNEL=LOW:HIGH, such as --plausible 5:80."
+        "--plausible: 80 to 5 is no range. Write --plausible CHANNEL=LOW:HIGH, such as --plausible"
+        " 5:80."
     ),
 }
 
@@ -181,7 +180,7 @@ def test_a_sensor_that_the_machine_has_not_is_said_with_the_table_that_is_missin
     machine = root / "examples" / "machine" / "lathe.toml"
     model = a_model(tmp_path / "m.json")
     assert said(f"{model} --cycle-s 1 --machine {machine}", tmp_path, capsys) == (
-        f"{machine}: there are no sensor rules of channel T. Give it a table [input.CHANNEL] for"
+        f"{machine}: There is no entry for T. Give it a table [input.CHANNEL] for"
         " each, or leave --machine out and state everything."
     )
 

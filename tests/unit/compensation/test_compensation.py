@@ -13,31 +13,38 @@ from thermaxis.errors import ConfigurationError
 RULES = SensorRules(lowest_c=1.0, highest_c=60.0)
 
 
+TWICE = {"Z_um": Limits(1.0, 1.0), "Y_um": Limits(1.0, 1.0)}
+
+
 @pytest.mark.parametrize(
-    ("changes", "says"),
+    ("changes", "code", "values"),
     [
-        ({"sensors": {}}, "there are no sensor rules of channel s"),
-        ({"sensors": {"s": RULES, "w": RULES}}, "sensor rules are stated for w"),
-        ({"limits": {}}, "there are no limits of output Z_um"),
+        ({"sensors": {}}, "entries_missing", {"names": ("s",)}),
+        ({"sensors": {"s": RULES, "w": RULES}}, "unknown_name", {"name": "w", "known": ("s",)}),
+        ({"limits": {}}, "entries_missing", {"names": ("Z_um",)}),
+        ({"limits": TWICE}, "unknown_name", {"name": "Y_um", "known": ("Z_um",)}),
+        ({"redundant": frozenset({"w"})}, "unknown_name", {"name": "w", "known": ("s",)}),
+        ({"cycle_s": 0.09}, "outside_range", {"value": 0.09, "least": 0.1, "most": 60.0}),
+        ({"cycle_s": 60.1}, "outside_range", {"value": 60.1, "least": 0.1, "most": 60.0}),
+        ({"cycle_s": float("nan")}, "outside_range", None),
+        ({"validity_margin_k": 0.0}, "not_positive_up_to", {"value": 0.0, "most": 1e6}),
+        ({"validity_margin_k": 1.1e6}, "not_positive_up_to", {"value": 1.1e6, "most": 1e6}),
+        ({"lowest_weight": -0.01}, "outside_range", {"value": -0.01, "least": 0.0, "most": 1.0}),
+        ({"lowest_weight": 1.01}, "outside_range", {"value": 1.01, "least": 0.0, "most": 1.0}),
+        ({"interlocks": ("on", "on")}, "stated_twice", {"name": "on"}),
         (
-            {"limits": {"Z_um": Limits(1.0, 1.0), "Y_um": Limits(1.0, 1.0)}},
-            "limits are stated for Y_um",
+            {"interlocks": tuple(map(str, range(101)))},
+            *("outside_count", {"count": 101, "least": 0, "most": 100}),
         ),
-        ({"redundant": frozenset({"w"})}, "the model has no channel w"),
-        ({"cycle_s": 0.09}, "the cycle is not from 0.1 to 60 s"),
-        ({"cycle_s": 60.1}, "the cycle is not from 0.1 to 60 s"),
-        ({"cycle_s": float("nan")}, "the cycle is not from 0.1 to 60 s"),
-        ({"validity_margin_k": 0.0}, "validity_margin_k"),
-        ({"validity_margin_k": 1.1e6}, "validity_margin_k"),
-        ({"lowest_weight": -0.01}, "lowest_weight"),
-        ({"lowest_weight": 1.01}, "lowest_weight"),
-        ({"interlocks": ("on", "on")}, "two interlocks have the same name"),
-        ({"interlocks": tuple(map(str, range(101)))}, "too many interlocks"),
     ],
 )
-def test_what_does_not_fit_is_refused(changes: dict[str, Any], says: str) -> None:
-    with pytest.raises(ConfigurationError, match=says):
+def test_what_does_not_fit_is_refused_at_its_place(
+    changes: dict[str, Any], code: str, values: dict[str, object] | None
+) -> None:
+    with pytest.raises(ConfigurationError) as error:
         replace(lathe(), **changes)
+    assert (error.value.code, error.value.place.key) == (code, *changes)
+    assert values is None or error.value.values == values
 
 
 def test_the_ends_of_the_ranges_are_taken() -> None:

@@ -61,28 +61,47 @@ def test_the_ends_of_a_range_are_taken_and_what_is_beyond_is_refused(name: str) 
 
 
 @pytest.mark.parametrize(
-    "make",
+    ("make", "code", "key", "channel"),
     [
-        lambda: Part("", "a"),
-        lambda: Part("s", ""),
-        lambda: Part("s", "a", "a"),
-        lambda: Part("s", "a", sections=(Section(1.0, 5.0),) * 201),
-        lambda: Part("s", "a", lowest_k=1.0),
-        lambda: Part("s", "a", highest_k=1.0),
-        lambda: Output("", (PART,)),
-        lambda: Output("Z_um", ()),
-        lambda: Output("Z_um", (PART, PART)),
-        lambda: Output("Z_um", tuple(Part(f"s{k}", "a") for k in range(201))),
-        lambda: CompensationModel(outputs=()),
-        lambda: CompensationModel(outputs=(Output("Z_um", (PART,)),) * 2),
-        lambda: CompensationModel(outputs=tuple(Output(f"Z{k}", (PART,)) for k in range(201))),
-        lambda: model(reference=STATED),
-        lambda: model(reference="middle"),
+        (lambda: Part("", "a"), "no_channel", "plus", ""),
+        (lambda: Part("s", ""), "no_channel", "plus", "s"),
+        (lambda: Part("s", "a", "a"), "channel_minus_itself", "minus", "s"),
+        (lambda: Part("s", "a", delay_s=-1.0), "outside_range", "delay_s", "s"),
+        (
+            lambda: Part("s", "a", sections=(Section(1.0, 5.0),) * 201),
+            *("outside_count", "sections", "s"),
+        ),
+        (lambda: gains(5.0, 5.0), "not_rising", "gain_by_diameter", "s"),
+        (lambda: Part("s", "a", lowest_k=1.0), "half_range", "lowest_k, highest_k", "s"),
+        (lambda: Part("s", "a", highest_k=1.0), "half_range", "lowest_k, highest_k", "s"),
+        (lambda: Output("", (PART,)), "output_without_name", "name", ""),
+        (lambda: Output("Z_um", ()), "outside_count", "parts", "Z_um"),
+        (lambda: Output("Z_um", (PART, PART)), "stated_twice", "parts", "Z_um"),
+        (
+            lambda: Output("Z_um", tuple(Part(f"s{k}", "a") for k in range(201))),
+            *("outside_count", "parts", "Z_um"),
+        ),
+        (lambda: CompensationModel(outputs=()), "outside_count", "outputs", ""),
+        (
+            lambda: CompensationModel(outputs=(Output("Z_um", (PART,)),) * 2),
+            *("stated_twice", "outputs", ""),
+        ),
+        (
+            lambda: CompensationModel(outputs=tuple(Output(f"Z{k}", (PART,)) for k in range(201))),
+            *("outside_count", "outputs", ""),
+        ),
+        (lambda: model(reference=STATED), "reference_missing", "reference_c", ""),
+        (lambda: model(reference="middle"), "unknown_choice", "reference", ""),
+        (lambda: Provenance(figures={"rmse": math.nan}), "not_finite", "figures.rmse", ""),
     ],
 )
-def test_a_model_that_cannot_be_is_refused(make: Callable[[], object]) -> None:
-    with pytest.raises(ConfigurationError):
+def test_a_model_that_cannot_be_is_refused_at_its_place(
+    make: Callable[[], object], code: str, key: str, channel: str
+) -> None:
+    with pytest.raises(ConfigurationError) as error:
         make()
+    place = error.value.place
+    assert (error.value.code, place.key, place.channel) == (code, key, channel)
 
 
 def test_as_many_parts_sections_and_outputs_as_allowed_are_taken() -> None:

@@ -269,7 +269,7 @@ def test_only_what_a_model_needs_is_enough(path: Path) -> None:
         (lambda t: t.pop("outputs"), "lacks the key outputs"),
         (lambda t: t["outputs"][0].update(offset_um="0"), "outputs[0].offset_um"),
         (lambda t: t["outputs"][0]["parts"][1].update(delay=1), "outputs[0].parts[1]"),
-        (lambda t: t["outputs"][0]["parts"][1]["sections"][0].update(time_constant_s=-1), "not po"),
+        (lambda t: t["outputs"][0]["parts"][1]["sections"][0].update(time_constant_s=-1), "time_constant_s"),
         (
             lambda t: t["outputs"][0]["parts"][0].update(direct_gain_um_per_k=True),
             "outputs[0].parts[0].direct_gain_um_per_k",
@@ -279,13 +279,13 @@ def test_only_what_a_model_needs_is_enough(path: Path) -> None:
             "outputs[0].parts[0].direct_gain_um_per_k",
         ),
         (lambda t: t["outputs"][0]["parts"][0].update(direct_gain_um_per_k=5), "key sha256"),
-        (lambda t: t["outputs"].clear(), "no output"),
+        (lambda t: t["outputs"].clear(), "outputs: There are 0"),
         (lambda t: t["warnings"].append(5), "warnings[1]"),
         (lambda t: t["warnings"].append("a\nb"), "warnings[1]"),
         (lambda t: t["provenance"].update(logs=[5]), "provenance.logs[0]"),
         (lambda t: t["provenance"].update(logs=5), "provenance.logs"),
         (lambda t: t["provenance"]["logs"][0].update(rows=-1), "provenance.logs[0].rows"),
-        (lambda t: t.update(reference="stated", reference_c={}), "is not stated"),
+        (lambda t: t.update(reference="stated", reference_c={}), "reference_c"),
     ],
 )
 def test_a_mistake_in_a_model_is_named_with_its_place(

@@ -32,7 +32,7 @@ _PLACES = (
     _Place("frozen_s of (.+)", "frozen_s of {0}", "{machine}, [input.{0}], frozen_s"),
     _Place("supervisor", "supervisor", "{machine}, [supervisor]"),
     _Place("slope", "--limit, --at", "{machine}, largest_um, and --at"),
-    _Place("(channel|output)", "{0}", "{machine}"),
+    _Place("(sensors|limits)", "{0}", "{machine}"),
     # Constants that only the building of the block computes: block, name, and what it is.
     _Place(r"tx_\w+, (margin_k): .*", "{models}, {0}", "{machine}, [validity], margin_k"),
     _Place(
@@ -67,7 +67,7 @@ def as_typed(error: ConfigurationError, arguments: argparse.Namespace) -> Config
 def _remedy(error: ConfigurationError, arguments: argparse.Namespace) -> str:
     if error.where == "name":
         return "Write --name NAME, such as that of its axis"
-    if error.where == "channel" and arguments.machine is not None:
+    if error.where == "sensors" and arguments.machine is not None:
         return (
             "Give it a table [input.CHANNEL] for each, or leave --machine out and state everything"
         )

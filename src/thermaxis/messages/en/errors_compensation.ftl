@@ -1,0 +1,12 @@
+### Errors of the compensation's model, rules and limits
+
+error-not_positive_up_to = { $value } is not above 0 and at most { $most }.
+error-outside_count = There are { $count } entries; from { $least } to { $most } are allowed.
+error-no_range = { $lowest } to { $highest } is no range.
+error-entries_missing = There is no entry for { $names }.
+error-no_channel = The part has no name or no channel.
+error-channel_minus_itself = A channel is subtracted from itself.
+error-half_range = Only one end of the range is stated.
+error-output_without_name = An output has no name.
+error-reference_missing = The reference temperature of { $names } is missing.
+    .remedy = State it, or let the model refer to its start.
