@@ -48,11 +48,7 @@ from thermaxis.plc import (
     export_settings,
     scenario_steps,
 )
-from thermaxis.plc.blocks import head_of
-from thermaxis.plc.blocks._draft import NO, YES, both, either, equals, no
-from thermaxis.plc.blocks._model import BAD, GOOD, HELD, outcome_bit
-from thermaxis.plc.blocks._sensor import quality_number
-from thermaxis.plc.blocks._supervisor import reason_bit, state_number
+from thermaxis.plc.blocks import head_of, number_of, statements
 from thermaxis.plc.tree import (
     Assign,
     Expression,
@@ -1087,13 +1083,13 @@ def test_an_axis_never_jumps_whatever_stands_there_after_losses_and_restarts(see
 @pytest.mark.parametrize(
     ("name", "wrong"),
     [
-        ("linked", Name("connected")),
-        ("waiting", NO),
-        ("take_over", Name("first")),
-        ("was_read", YES),
+        ("linked", "connected"),
+        ("waiting", "False"),
+        ("take_over", "first"),
+        ("was_read", "True"),
     ],
 )
-def test_an_axis_would_jump_by_other_rules(name: str, wrong: Expression) -> None:
+def test_an_axis_would_jump_by_other_rules(name: str, wrong: str) -> None:
     program = with_values({name: wrong})
     assert max(largest_jump_um(program, seed, 1000)[0] for seed in range(4)) > 1.0
 
@@ -1143,24 +1139,24 @@ def test_reset_takes_no_offset_over_in_any_other_state_than_off() -> None:
     assert seen == dict.fromkeys(set(SupervisorState) - {SupervisorState.OFF}, True)
 
 
-WAITING, CONNECTED, READ = Name("waiting"), Name("connected"), Name("was_read")
+def value(text: str) -> Expression:
+    """Return what a text computes, in the words of `statements`."""
+    (given,) = statements(f"given = {text}")
+    assert isinstance(given, Assign)
+    return given.value
 
 
-def is_in(state: SupervisorState) -> Expression:
-    return equals(Name("state_now"), state_number(state))
-
-
-RULE = both(WAITING, CONNECTED, READ)
-WRONG_RULES: dict[str, Expression] = {
-    "at the first call alone": both(Name("first"), CONNECTED, READ),
-    "without a connection": both(WAITING, READ),
-    "though it was not read": both(WAITING, CONNECTED),
-    "whenever it is read": both(CONNECTED, READ),
-    "always in Off": either(RULE, is_in(SupervisorState.OFF)),
-    "not in Off": both(RULE, no(both(is_in(SupervisorState.OFF), no(Name("first"))))),
-    "by reset too": either(RULE, both(Name("reset"), CONNECTED, READ)),
+RULE = "waiting and connected and was_read"
+WRONG_RULES = {
+    "at the first call alone": "first and connected and was_read",
+    "without a connection": "waiting and was_read",
+    "though it was not read": "waiting and connected",
+    "whenever it is read": "connected and was_read",
+    "always in Off": f"{RULE} or state_now == State.OFF",
+    "not in Off": f"{RULE} and not (state_now == State.OFF and not first)",
+    "by reset too": f"{RULE} or reset and connected and was_read",
 } | {
-    f"in {state} too": either(RULE, both(is_in(state), CONNECTED, READ))
+    f"in {state} too": f"{RULE} or state_now == State.{state.name} and connected and was_read"
     for state in SupervisorState
     if state is not SupervisorState.OFF
 }
@@ -1176,7 +1172,7 @@ def is_noticed(program: Program) -> bool:
     return False
 
 
-def with_values(values: dict[str, Expression]) -> Program:
+def with_values(values: dict[str, str]) -> Program:
     """Return the program in which some variables of the main block get other values."""
     program = build_program(slow_settings())
     seen: set[str] = set()
@@ -1185,7 +1181,9 @@ def with_values(values: dict[str, Expression]) -> Program:
         if isinstance(statement, Assign) and isinstance(statement.target, Name):
             name = statement.target.name
             seen.update({name} & set(values))
-            return Assign(statement.target, values.get(name, statement.value))
+            return Assign(
+                statement.target, value(values[name]) if name in values else statement.value
+            )
         return statement
 
     made = changed(program, program.name, edit)
@@ -1204,16 +1202,16 @@ def test_every_other_rule_for_taking_an_offset_over_is_noticed(words: str) -> No
 
 @pytest.mark.parametrize("name", ["called", "waiting", "linked"])
 def test_a_call_that_is_forgotten_is_noticed(name: str) -> None:
-    assert is_noticed(with_values({name: Name(name)}))
+    assert is_noticed(with_values({name: name}))
 
 
 def test_a_block_that_waits_for_nothing_in_off_is_noticed() -> None:
     """The rule of Off is a branch of its own: without it the old correction is written."""
     program = build_program(slow_settings())
     main = program.blocks[-1]
-    waits = either(no(Name("connected")), is_in(SupervisorState.OFF))
+    waits = value("not connected or state_now == State.OFF")
     body = tuple(
-        replace(s, branches=((no(Name("connected")), s.branches[0][1]),))
+        replace(s, branches=((value("not connected"), s.branches[0][1]),))
         if isinstance(s, If) and s.branches[0][0] == waits
         else s
         for s in main.body
@@ -1259,8 +1257,8 @@ def test_levels_that_stand_when_the_plc_starts_ask_for_nothing_until_they_change
 
 def test_the_numbers_of_the_words_are_those_that_are_published() -> None:
     states = ["Off", "Warming", "Active", "Holding", "Fading", "Fault"]
-    assert [state_number(SupervisorState(name)).value for name in states] == [0, 1, 2, 3, 4, 5]
-    assert {reason.name: reason_bit(reason).value for reason in Reason} == {
+    assert [number_of(SupervisorState(name)) for name in states] == [0, 1, 2, 3, 4, 5]
+    assert {reason.name: number_of(reason) for reason in Reason} == {
         "DISABLED": 1,
         "SETTLING": 2,
         "RECOVERING": 4,
@@ -1274,7 +1272,7 @@ def test_the_numbers_of_the_words_are_those_that_are_published() -> None:
         "DOUBLE_COMPENSATION": 1024,
         "OFFSET_OUTSIDE": 2048,
     }
-    assert {quality.name: quality_number(quality).value for quality in SampleQuality} == {
+    assert {quality.name: number_of(quality) for quality in SampleQuality} == {
         "GOOD": 0,
         "REDUNDANT": 1,
         "MISSING": 2,
@@ -1286,7 +1284,7 @@ def test_the_numbers_of_the_words_are_those_that_are_published() -> None:
         "FROZEN": 8,
         "DISAGREES": 9,
     }
-    assert {outcome.name: outcome_bit(outcome).value for outcome in Outcome} == {
+    assert {outcome.name: number_of(outcome) for outcome in Outcome} == {
         "STARTED": 1,
         "WAITING": 2,
         "CLOCK_BACKWARD": 4,
@@ -1300,8 +1298,11 @@ def test_the_numbers_of_the_words_are_those_that_are_published() -> None:
         "DIAMETER_UNKNOWN": 1024,
         "OUTSIDE_VALIDITY": 2048,
     }
-    assert [GOOD.value, HELD.value, BAD.value] == [0, 1, 2]
-    assert [str(quality) for quality in Quality] == ["good", "held", "bad"]
+    assert {str(quality): number_of(quality) for quality in Quality} == {
+        "good": 0,
+        "held": 1,
+        "bad": 2,
+    }
     main = build_program(one_section(double=True)).blocks[-1]
     texts = {v.name: v.text for v in main.outputs}
     assert texts["state"] == "0 Off 1 Warming 2 Active 3 Holding 4 Fading 5 Fault"

@@ -1,6 +1,10 @@
 from ._build import (
     build_program as build_program,
 )
+from ._draft import (
+    number_of as number_of,
+    statements as statements,
+)
 from ._head import (
     NEVER_OUTCOMES as NEVER_OUTCOMES,
     NEVER_QUALITIES as NEVER_QUALITIES,

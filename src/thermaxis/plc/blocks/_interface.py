@@ -2,8 +2,7 @@
 
 from thermaxis.compensation import Quality, SupervisorState
 from thermaxis.plc._settings import PlcSettings
-from thermaxis.plc.blocks._draft import Draft, numbered
-from thermaxis.plc.blocks._model import BAD
+from thermaxis.plc.blocks._draft import Draft, number_of, numbered
 from thermaxis.plc.tree import Kind, remark_text
 
 IDENTITY_DIGITS = 3
@@ -73,7 +72,7 @@ def declare_outputs(draft: Draft, settings: PlcSettings) -> None:
     draft.output("held", "whether the hold of an operator is in force, or has expired", _BOOL)
     draft.output("linked", "whether the corrections may be written, see the head", _BOOL)
     draft.output("fault_word", "why it is not active, see the head", _INT)
-    draft.output("model_quality", numbered(Quality), _INT, start=BAD.value)
+    draft.output("model_quality", numbered(Quality), _INT, start=number_of(Quality.BAD))
     draft.output("outcome_word", "what was out of the ordinary, see the head", _INT)
     draft.output("refused", "whether a request of this call was refused", _BOOL)
     draft.output("heartbeat", "counts the calls to 32767, then begins at 0 again [1]", _INT)

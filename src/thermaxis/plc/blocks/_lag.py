@@ -3,24 +3,8 @@
 from itertools import pairwise
 
 from thermaxis.compensation import Part
-from thermaxis.plc.blocks._draft import (
-    NO,
-    YES,
-    Draft,
-    at_least,
-    at_most,
-    choose,
-    less,
-    let,
-    no,
-    note,
-    over,
-    plus,
-    times,
-    when,
-    within,
-)
-from thermaxis.plc.tree import Block, Count, Element, Expression, Kind, Name, Statement
+from thermaxis.plc.blocks._draft import Draft
+from thermaxis.plc.tree import Block, Kind
 
 LAG = "tx_lag"
 """Name of the block of a section."""
@@ -40,36 +24,44 @@ def lag_block(*, double: bool) -> Block:
         else "input. What the sum loses by rounding is kept and given back (Kahan).",
         double=double,
     )
-    u = draft.input("u_k", "input since the last call [K]")
-    alpha = draft.input("alpha", "1 - exp(-cycle / time constant) [1]")
-    start = draft.input("start", "whether to start anew", Kind.BOOL)
-    start_k = draft.input("start_k", "state at a new start [K]")
-    out = draft.output("x_k", "state [K]")
-    x = draft.state("state_k", "state [K]")
-    d = draft.temporary("step_k", "increment [K]")
-    advance: tuple[Statement, ...] = (let(d, less(u, x)), let(d, times(alpha, d)))
+    draft.input("u_k", "input since the last call [K]")
+    draft.input("alpha", "1 - exp(-cycle / time constant) [1]")
+    draft.input("start", "whether to start anew", Kind.BOOL)
+    draft.input("start_k", "state at a new start [K]")
+    draft.output("x_k", "state [K]")
+    draft.state("state_k", "state [K]")
+    draft.temporary("step_k", "increment [K]")
     if double:
         return draft.block(
-            choose((start, (let(x, start_k),)), otherwise=(*advance, let(x, plus(x, d)))),
-            let(out, x),
+            """
+            if start:
+                state_k = start_k
+            else:
+                step_k = u_k - state_k
+                step_k = alpha * step_k
+                state_k += step_k
+            x_k = state_k
+            """
         )
-    c = draft.state("lost_k", "what the sum has added too much [K]")
-    t = draft.temporary("sum_k", "sum after rounding [K]")
-    zero = draft.constant("zero", "nothing", 0.0)
+    draft.state("lost_k", "what the sum has added too much [K]")
+    draft.temporary("sum_k", "sum after rounding [K]")
+    draft.constant("zero", "nothing", 0.0)
     return draft.block(
-        choose(
-            (start, (let(x, start_k), let(c, zero))),
-            otherwise=(
-                *advance,
-                let(d, less(d, c)),
-                let(t, plus(x, d)),
-                note("The next two lines are no nonsense: they find what rounding took."),
-                let(c, less(t, x)),
-                let(c, less(c, d)),
-                let(x, t),
-            ),
-        ),
-        let(out, x),
+        """
+        if start:
+            state_k = start_k
+            lost_k = zero
+        else:
+            step_k = u_k - state_k
+            step_k = alpha * step_k
+            step_k -= lost_k
+            sum_k = state_k + step_k
+            # The next two lines are no nonsense: they find what rounding took.
+            lost_k = sum_k - state_k
+            lost_k -= step_k
+            state_k = sum_k
+        x_k = state_k
+        """
     )
 
 
@@ -86,23 +78,28 @@ def delay_block(cycles: int, *, double: bool) -> Block:
         "stands for those before it.",
         double=double,
     )
-    u = draft.input("u_k", "input [K]")
-    start = draft.input("start", "whether to start anew", Kind.BOOL)
-    out = draft.output("y_k", "delayed input [K]")
-    ring = draft.state("ring", "past inputs [K]", length=cycles)
-    place = draft.state("place", "where the oldest stands [1]", Kind.INT)
-    full = draft.state("full", "whether all were written since the start", Kind.BOOL)
-    first = draft.state("held_k", "delayed input [K]")
-    here = Element(ring.name, place.name)
+    draft.input("u_k", "input [K]")
+    draft.input("start", "whether to start anew", Kind.BOOL)
+    draft.output("y_k", "delayed input [K]")
+    draft.state("ring", "past inputs [K]", length=cycles)
+    draft.state("place", "where the oldest stands [1]", Kind.INT)
+    draft.state("full", "whether all were written since the start", Kind.BOOL)
+    draft.state("held_k", "delayed input [K]")
     return draft.block(
-        choose(
-            (start, (let(place, Count(0)), let(full, NO), let(first, u))),
-            (full, (let(first, here),)),
-        ),
-        let(here, u),
-        let(place, plus(place, Count(1))),
-        when(at_least(place, Count(cycles)), let(place, Count(0)), let(full, YES)),
-        let(out, first),
+        f"""
+        if start:
+            place = 0
+            full = False
+            held_k = u_k
+        elif full:
+            held_k = ring[place]
+        ring[place] = u_k
+        place += 1
+        if place >= {cycles}:
+            place = 0
+            full = True
+        y_k = held_k
+        """
     )
 
 
@@ -119,39 +116,38 @@ def gain_block(name: str, part: Part, *, double: bool) -> Block:
         "Source: Mares and Horejs 2021, equation (6).",
         double=double,
     )
-    diameter = draft.input("diameter_mm", "clamping diameter [mm]")
-    known = draft.input("known", "whether it is stated, else the tool centre point", Kind.BOOL)
-    gain = draft.output("gain", "factor of the part [1]", start=1.0)
-    held = draft.output("held", "whether the diameter lies outside the points", Kind.BOOL)
-    tool = draft.constant("tool_gain", "gain at the tool centre point [1]", part.tool_gain)
+    draft.input("diameter_mm", "clamping diameter [mm]")
+    draft.input("known", "whether it is stated, else the tool centre point", Kind.BOOL)
+    draft.output("gain", "factor of the part [1]", start=1.0)
+    draft.output("held", "whether the diameter lies outside the points", Kind.BOOL)
+    draft.constant("tool_gain", "gain at the tool centre point [1]", part.tool_gain)
     points = part.gain_by_diameter
-    d = [
+    for k, p in enumerate(points, 1):
         draft.constant(f"d{k}_mm", f"diameter of point {k} [mm]", p.diameter_mm)
-        for k, p in enumerate(points, 1)
-    ]
-    g = [draft.constant(f"g{k}", f"gain of point {k} [1]", p.gain) for k, p in enumerate(points, 1)]
-    branches: list[tuple[Expression, tuple[Statement, ...]]] = [
-        (no(known), (let(gain, tool), let(held, NO))),
-        (at_most(diameter, d[0]), (let(gain, g[0]),)),
-    ]
-    share = Name("share")
+    for k, p in enumerate(points, 1):
+        draft.constant(f"g{k}", f"gain of point {k} [1]", p.gain)
     if len(points) > 1:
-        draft.temporary(share.name, "place between two points [1]")
+        draft.temporary("share", "place between two points [1]")
+    lines = ""
     for k, (low, high) in enumerate(pairwise(points), 1):
-        width = draft.constant(
-            f"width{k}_mm", f"from point {k} to the next [mm]", high.diameter_mm - low.diameter_mm
-        )
-        rise = draft.constant(
-            f"rise{k}", f"gain from point {k} to the next [1]", high.gain - low.gain
-        )
-        line: tuple[Statement, ...] = (
-            let(share, less(diameter, d[k - 1])),
-            let(share, over(share, width)),
-            let(share, times(share, rise)),
-            let(gain, plus(g[k - 1], share)),
-        )
-        branches.append((at_most(diameter, d[k]), line))
+        width_mm, rise = high.diameter_mm - low.diameter_mm, high.gain - low.gain
+        draft.constant(f"width{k}_mm", f"from point {k} to the next [mm]", width_mm)
+        draft.constant(f"rise{k}", f"gain from point {k} to the next [1]", rise)
+        lines += f"""
+        elif diameter_mm <= d{k + 1}_mm:
+            share = diameter_mm - d{k}_mm
+            share = share / width{k}_mm
+            share = share * rise{k}
+            gain = g{k} + share"""
     return draft.block(
-        let(held, no(within(diameter, d[0], d[-1]))),
-        choose(*branches, otherwise=(let(gain, g[-1]),)),
+        f"""
+        held = not d1_mm <= diameter_mm <= d{len(points)}_mm
+        if not known:
+            gain = tool_gain
+            held = False
+        elif diameter_mm <= d1_mm:
+            gain = g1{lines}
+        else:
+            gain = g{len(points)}
+        """
     )

@@ -7,7 +7,7 @@ control reports of its setting data is compared, and taken over once it is read,
 the positions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -17,32 +17,11 @@ from typing import final
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.blocks._build import build_program
-from thermaxis.plc.blocks._draft import (
-    NO,
-    YES,
-    Draft,
-    above,
-    below,
-    both,
-    call,
-    choose,
-    less,
-    let,
-    minus,
-    no,
-    note,
-    plus,
-    times,
-    when,
-    within,
-)
+from thermaxis.plc.blocks._draft import Body, Draft, statements
 from thermaxis.plc.tree import (
     Block,
     Kind,
-    Name,
-    OutputOf,
     Program,
-    Statement,
     noted,
     outward_text,
     remark_text,
@@ -268,7 +247,7 @@ def build_line_program(settings: PlcSettings, line: LineSettings) -> Program:
             remedy="Name it after its axis",
         )
     program = build_program(settings)
-    main = _LineDraft(settings, line).joined_to(program.blocks[-1])
+    main = _joined(settings, line, program.blocks[-1])
     own = _line_back_block(settings, line), _line_block(settings, line)
     blocks = (*program.blocks[:-1], *own, main)
     return replace(program, head=(*program.head, *_head(settings, line)), blocks=blocks)
@@ -308,56 +287,64 @@ def _line_block(settings: PlcSettings, line: LineSettings) -> Block:
         double=settings.double,
     )
     totals_um = tuple(bounds.total_um for bounds in settings.compensation.bounds)
-    count = len(line.positions_mm)
-    corrections = [
-        draft.input(f"c{k}_um", f"correction at position {k} [um]") for k in range(1, count + 1)
-    ]
-    free = draft.input("free", "whether a correction lies outside its limits", Kind.BOOL)
-    k0 = draft.output("k0_mm", "line at the reference position [mm]")
-    slope = draft.output("slope", "slope of the line, mm/mm [1]")
-    residual = draft.output("residual_um", "largest distance of a correction from it [um]")
-    limited = draft.output("limited", "whether a bound of the line acts", Kind.BOOL)
-    term = draft.temporary("term", "a term of a sum")
-    at = draft.temporary("at_um", "the line at a position, as a correction [um]")
-    zero = draft.constant("zero", "nothing", 0.0)
-    factor = draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
-    body: list[Statement] = [let(k0, zero), let(slope, zero)]
-    k0_weights, slope_weights = line.weights()
-    for k, (c, a, b) in enumerate(zip(corrections, k0_weights, slope_weights, strict=True), 1):
-        to_k0 = draft.constant(f"k0_{k}", f"to K0 of position {k} [mm/um]", a)
-        to_slope = draft.constant(f"slope_{k}", f"to the slope of position {k} [1/um]", b)
-        body += [
-            let(term, times(to_k0, c)),
-            let(k0, plus(k0, term)),
-            let(term, times(to_slope, c)),
-            let(slope, plus(slope, term)),
-        ]
-    body.append(let(limited, NO))
-    k0_bound, slope_bound = line.bounds(totals_um)
-    for value, bound in (
-        (k0, draft.constant("largest_k0_mm", "largest magnitude of K0 [mm]", k0_bound)),
-        (slope, draft.constant("largest_slope", "largest magnitude of the slope [1]", slope_bound)),
-    ):
-        body += [
-            when(both(no(free), above(value, bound)), let(value, bound), let(limited, YES)),
-            when(
-                both(no(free), below(value, minus(bound))),
-                let(value, minus(bound)),
-                let(limited, YES),
-            ),
-        ]
-    body.append(let(residual, zero))
-    for k, (c, way) in enumerate(zip(corrections, _target_offsets(settings, line), strict=True), 1):
-        offset = draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way)
-        body += [
-            let(term, times(slope, offset)),
-            let(term, plus(k0, term)),
-            let(at, times(term, factor)),
-            let(term, less(c, at)),
-            when(below(term, zero), let(term, minus(term))),
-            when(above(term, residual), let(residual, term)),
-        ]
-    return draft.block(*body)
+    numbers = range(1, len(line.positions_mm) + 1)
+    for k in numbers:
+        draft.input(f"c{k}_um", f"correction at position {k} [um]")
+    draft.input("free", "whether a correction lies outside its limits", Kind.BOOL)
+    draft.output("k0_mm", "line at the reference position [mm]")
+    draft.output("slope", "slope of the line, mm/mm [1]")
+    draft.output("residual_um", "largest distance of a correction from it [um]")
+    draft.output("limited", "whether a bound of the line acts", Kind.BOOL)
+    draft.temporary("term", "a term of a sum")
+    draft.temporary("at_um", "the line at a position, as a correction [um]")
+    draft.constant("zero", "nothing", 0.0)
+    draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
+    for k, k0, slope in zip(numbers, *line.weights(), strict=True):
+        draft.constant(f"k0_{k}", f"to K0 of position {k} [mm/um]", k0)
+        draft.constant(f"slope_{k}", f"to the slope of position {k} [1/um]", slope)
+    k0_bound_mm, slope_bound = line.bounds(totals_um)
+    draft.constant("largest_k0_mm", "largest magnitude of K0 [mm]", k0_bound_mm)
+    draft.constant("largest_slope", "largest magnitude of the slope [1]", slope_bound)
+    for k, way_mm in zip(numbers, _target_offsets(settings, line), strict=True):
+        draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way_mm)
+    sums = "".join(
+        f"""
+        term = k0_{k} * c{k}_um
+        k0_mm += term
+        term = slope_{k} * c{k}_um
+        slope += term"""
+        for k in numbers
+    )
+    limits = "".join(
+        f"""
+        if not free and {value} > {bound}:
+            {value} = {bound}
+            limited = True
+        if not free and {value} < -{bound}:
+            {value} = -{bound}
+            limited = True"""
+        for value, bound in (("k0_mm", "largest_k0_mm"), ("slope", "largest_slope"))
+    )
+    distances = "".join(
+        f"""
+        term = slope * way{k}_mm
+        term = k0_mm + term
+        at_um = term * um_per_mm
+        term = c{k}_um - at_um
+        if term < zero:
+            term = -term
+        if term > residual_um:
+            residual_um = term"""
+        for k in numbers
+    )
+    return draft.block(
+        f"""
+        k0_mm = zero
+        slope = zero{sums}
+        limited = False{limits}
+        residual_um = zero{distances}
+        """
+    )
 
 
 def _line_back_block(settings: PlcSettings, line: LineSettings) -> Block:
@@ -367,115 +354,113 @@ def _line_back_block(settings: PlcSettings, line: LineSettings) -> Block:
         "How far the line in the control is from the one that was written, at every position.",
         double=settings.double,
     )
-    k0 = draft.input("k0_mm", "K0 in the control [mm]")
-    slope = draft.input("slope", "slope in the control, mm/mm [1]")
-    origin = draft.input("reference_mm", "reference position in the control [mm]")
-    written_k0 = draft.input("written_k0_mm", "K0 that was written [mm]")
-    written_slope = draft.input("written_slope", "slope that was written [1]")
-    term = draft.temporary("term", "a term of a sum")
-    own = draft.temporary("own_mm", "the line that was written, at a position [mm]")
-    factor = draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
-    largest = draft.constant("largest", "more is no line: it was not read", LARGEST_READ)
-    none = draft.constant("unread_um", "said where it was not read [um]", UNREAD_UM)
-    body: list[Statement] = []
-    otherwise: list[Statement] = []
-    for k, (position, way) in enumerate(
+    draft.input("k0_mm", "K0 in the control [mm]")
+    draft.input("slope", "slope in the control, mm/mm [1]")
+    draft.input("reference_mm", "reference position in the control [mm]")
+    draft.input("written_k0_mm", "K0 that was written [mm]")
+    draft.input("written_slope", "slope that was written [1]")
+    draft.temporary("term", "a term of a sum")
+    draft.temporary("own_mm", "the line that was written, at a position [mm]")
+    draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
+    draft.constant("largest", "more is no line: it was not read", LARGEST_READ)
+    draft.constant("unread_um", "said where it was not read [um]", UNREAD_UM)
+    distances = unread = ""
+    for k, (position_mm, way_mm) in enumerate(
         zip(line.positions_mm, _target_offsets(settings, line), strict=True), 1
     ):
-        at = draft.constant(f"position{k}_mm", f"position {k} [mm]", position)
-        offset = draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way)
-        apart = draft.output(f"apart{k}_um", f"distance at position {k} [um]")
-        body += [
-            let(own, times(written_slope, offset)),
-            let(own, plus(written_k0, own)),
-            let(term, less(at, origin)),
-            let(term, times(slope, term)),
-            let(term, plus(k0, term)),
-            let(term, less(term, own)),
-            let(apart, times(term, factor)),
-        ]
-        otherwise.append(let(apart, none))
-    told = both(*(within(value, minus(largest), largest) for value in (k0, slope, origin)))
-    return draft.block(choose((told, tuple(body)), otherwise=tuple(otherwise)))
+        draft.constant(f"position{k}_mm", f"position {k} [mm]", position_mm)
+        draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way_mm)
+        draft.output(f"apart{k}_um", f"distance at position {k} [um]")
+        distances += f"""
+            own_mm = written_slope * way{k}_mm
+            own_mm = written_k0_mm + own_mm
+            term = position{k}_mm - reference_mm
+            term = slope * term
+            term = k0_mm + term
+            term -= own_mm
+            apart{k}_um = term * um_per_mm"""
+        unread += f"""
+            apart{k}_um = unread_um"""
+    return draft.block(
+        f"""
+        if (
+            -largest <= k0_mm <= largest
+            and -largest <= slope <= largest
+            and -largest <= reference_mm <= largest
+        ):{distances}
+        else:{unread}
+        """
+    )
 
 
-@final
-class _LineDraft:
-    """What the main block has besides."""
+def _joined(settings: PlcSettings, line: LineSettings, main: Block) -> Block:
+    """Return the main block with the line."""
+    stems = settings.names.outputs
+    draft = Draft(settings.names.block, double=settings.double)
+    reported = {f"read_{stem}": k for k, stem in enumerate(stems, 1)}
+    first = _read_line(draft, reported)
+    last = _written_line(draft, line)
+    own = draft.block("")
+    kept = [v for v in main.inputs if v.name not in reported]
+    ends = kept.pop()  # read_ok stays the last
+    return replace(
+        main,
+        inputs=(*kept, *own.inputs, ends),
+        outputs=(*own.outputs, *main.outputs),
+        states=(*main.states, *own.states),
+        temporaries=(*main.temporaries, *(v for v in main.inputs if v.name in reported)),
+        constants=(*main.constants, *own.constants),
+        instances=(*main.instances, *own.instances),
+        body=(*first, *main.body, *last),
+    )
 
-    def __init__(self, settings: PlcSettings, line: LineSettings) -> None:
-        self._settings = settings
-        self._line = line
-        self._draft = Draft(settings.names.block, double=settings.double)
 
-    def joined_to(self, main: Block) -> Block:
-        """Return the main block with the line."""
-        stems = self._settings.names.outputs
-        reported = {f"read_{stem}": k for k, stem in enumerate(stems, 1)}
-        first = self._back(reported)
-        last = self._line_of(stems)
-        own = self._draft.block()
-        kept = [v for v in main.inputs if v.name not in reported]
-        ends = kept.pop()  # read_ok stays the last
-        return replace(
-            main,
-            inputs=(*kept, *own.inputs, ends),
-            outputs=(*own.outputs, *main.outputs),
-            states=(*main.states, *own.states),
-            temporaries=(
-                *main.temporaries,
-                *(v for v in main.inputs if v.name in reported),
-            ),
-            constants=(*main.constants, *own.constants),
-            instances=(*main.instances, *own.instances),
-            body=(*first, *main.body, *last),
-        )
+def _read_line(draft: Draft, reported: Mapping[str, int]) -> Body:
+    draft.input("read_k0_mm", "SD43900 that the control reports [mm]")
+    draft.input("read_slope", "SD43910 that the control reports, mm/mm [1]")
+    draft.input("read_reference_mm", "SD43920 that the control reports [mm]")
+    draft.state("line_k0_mm", "K0 that was said last [mm]")
+    draft.state("line_slope", "slope that was said last [1]")
+    draft.instance("fb_line_back", LINE_BACK)
+    read = "".join(
+        f"""
+        {name} = in_force{k}_um + fb_line_back.apart{k}_um"""
+        for name, k in reported.items()
+    )
+    return statements(
+        f"""
+        # The line in the control, as corrections at the positions.
+        fb_line_back(
+            k0_mm=read_k0_mm,
+            slope=read_slope,
+            reference_mm=read_reference_mm,
+            written_k0_mm=line_k0_mm,
+            written_slope=line_slope,
+        ){read}
+        """
+    )
 
-    def _back(self, reported: dict[str, int]) -> list[Statement]:
-        draft = self._draft
-        k0 = draft.input("read_k0_mm", "SD43900 that the control reports [mm]")
-        slope = draft.input("read_slope", "SD43910 that the control reports, mm/mm [1]")
-        origin = draft.input("read_reference_mm", "SD43920 that the control reports [mm]")
-        written_k0 = draft.state("line_k0_mm", "K0 that was said last [mm]")
-        written_slope = draft.state("line_slope", "slope that was said last [1]")
-        fb = draft.instance("fb_line_back", LINE_BACK)
-        return [
-            note("The line in the control, as corrections at the positions."),
-            call(
-                fb,
-                k0_mm=k0,
-                slope=slope,
-                reference_mm=origin,
-                written_k0_mm=written_k0,
-                written_slope=written_slope,
-            ),
-            *(
-                let(Name(name), plus(Name(f"in_force{k}_um"), OutputOf(fb, f"apart{k}_um")))
-                for name, k in reported.items()
-            ),
-        ]
 
-    def _line_of(self, stems: tuple[str, ...]) -> list[Statement]:
-        draft = self._draft
-        fb = draft.instance("fb_line", LINE)
-        origin = draft.constant(
-            "origin_mm", "reference position of the line [mm]", self._line.origin_mm
-        )
-        corrections = {f"c{k}_um": Name(f"in_force{k}_um") for k in range(1, len(stems) + 1)}
-        k0 = draft.output("k0_mm", "K0, for SD43900 [mm]")
-        slope = draft.output("slope", "slope, for SD43910, mm/mm [1]")
-        reference = draft.output("reference_mm", "reference position, for SD43920 [mm]")
-        residual = draft.output("residual_um", "largest distance of a correction from it [um]")
-        limited = draft.output("line_limited", "whether a bound of the line acts", Kind.BOOL)
-        last_k0, last_slope = Name("line_k0_mm"), Name("line_slope")
-        return [
-            note("The line through the corrections."),
-            call(fb, **corrections, free=Name("outside")),
-            let(last_k0, OutputOf(fb, "k0_mm")),
-            let(last_slope, OutputOf(fb, "slope")),
-            let(k0, last_k0),
-            let(slope, last_slope),
-            let(reference, origin),
-            let(residual, OutputOf(fb, "residual_um")),
-            let(limited, OutputOf(fb, "limited")),
-        ]
+def _written_line(draft: Draft, line: LineSettings) -> Body:
+    draft.instance("fb_line", LINE)
+    draft.constant("origin_mm", "reference position of the line [mm]", line.origin_mm)
+    draft.output("k0_mm", "K0, for SD43900 [mm]")
+    draft.output("slope", "slope, for SD43910, mm/mm [1]")
+    draft.output("reference_mm", "reference position, for SD43920 [mm]")
+    draft.output("residual_um", "largest distance of a correction from it [um]")
+    draft.output("line_limited", "whether a bound of the line acts", Kind.BOOL)
+    numbers = range(1, len(line.positions_mm) + 1)
+    corrections = ", ".join(f"c{k}_um=in_force{k}_um" for k in numbers)
+    return statements(
+        f"""
+        # The line through the corrections.
+        fb_line({corrections}, free=outside)
+        line_k0_mm = fb_line.k0_mm
+        line_slope = fb_line.slope
+        k0_mm = line_k0_mm
+        slope = line_slope
+        reference_mm = origin_mm
+        residual_um = fb_line.residual_um
+        line_limited = fb_line.limited
+        """
+    )
