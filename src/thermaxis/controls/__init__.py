@@ -6,7 +6,7 @@ from functools import cache
 from importlib import import_module
 from importlib.resources import files
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.controls._control import (
     LARGEST_TABLE_BYTES,
     Control,
@@ -73,9 +73,7 @@ def control_by_name(name: str) -> Control:
     """Return a control."""
     if name not in _modules():
         raise ConfigurationError(
-            f"there is no control '{printable(name, 40)}'",
-            where="--control",
-            remedy=f"Write one of {', '.join(control_names())}",
+            "unknown_choice", name=name, known=control_names(), place=Place(key="--control")
         )
     control = import_module(f"{__name__}.{_modules()[name]}").CONTROL
     if not isinstance(control, Control):

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, final
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.quantities import AxisKind
 
@@ -328,39 +328,29 @@ def check_options(control: Control, stated: Sequence[str], *, purpose: str) -> M
     known = {o.name: o for o in control.options if o.only_for in {"", purpose}}
     chosen: dict[str, str] = {}
     for text in stated:
-        name, sign, value = text.partition("=")
+        name, _, value = text.partition("=")
         name, value = name.strip().casefold(), value.strip()
-        where = f"--set {printable(text, 60)}"
-        if not sign or not value:
-            raise ConfigurationError(
-                "this is no NAME=VALUE", where=where, remedy=_meaning_or_names(known, name)
-            )
+        place = Place(key=f"--set {printable(text, 60)}")
         if name not in known:
             raise ConfigurationError(
-                f"the control has no option {printable(name, 30)} for its {purpose}",
-                where=where,
-                remedy=_meaning_or_names(known, name),
+                "unknown_control_option",
+                name=name,
+                purpose=purpose,
+                known=tuple(f"{n} ({o.default})" for n, o in sorted(known.items())),
+                place=place,
+            )
+        if not value:
+            raise ConfigurationError(
+                "option_without_value", meaning=known[name].in_words, place=place
             )
         if name in chosen:
-            raise ConfigurationError("the option is stated twice", where=where)
+            raise ConfigurationError("stated_twice", name=name, place=place)
         if known[name].choices and value not in known[name].choices:
             raise ConfigurationError(
-                "the option cannot have this value",
-                where=where,
-                remedy=f"Write one of {', '.join(known[name].choices)}. {known[name].in_words}",
+                "unknown_choice", name=value, known=known[name].choices, place=place
             )
         chosen[name] = value
     return MappingProxyType({name: chosen.get(name, o.default) for name, o in known.items()})
-
-
-def _meaning_or_names(known: Mapping[str, ControlOption], name: str) -> str:
-    if name in known:
-        return known[name].in_words
-    listed = ", ".join(f"{n} ({known[n].default})" for n in sorted(known))
-    return (
-        f"Its options, with their defaults, are: {listed or 'none'}. One of them alone, without a"
-        " value, tells what it means"
-    )
 
 
 def number_option(options: Mapping[str, str], name: str, *, lowest: float, highest: float) -> float:
@@ -371,8 +361,11 @@ def number_option(options: Mapping[str, str], name: str, *, lowest: float, highe
         number = float("nan")
     if not lowest <= number <= highest:
         raise ConfigurationError(
-            f"'{printable(options[name], 30)}' is no number from {lowest:g} to {highest:g}",
-            where=f"--set {name}",
+            "outside_range",
+            value=options[name],
+            least=lowest,
+            most=highest,
+            place=Place(key=f"--set {name}"),
         )
     return number
 
@@ -380,7 +373,7 @@ def number_option(options: Mapping[str, str], name: str, *, lowest: float, highe
 def plain_number(value: float, decimals: int) -> str:
     """Return a number as controls read it: no exponent, no locale, no minus before zero."""
     if not math.isfinite(value):
-        raise ConfigurationError("a value of the program or table is not a finite number")
+        raise ConfigurationError("not_finite")
     text = f"{value:.{decimals}f}"
     return text[1:] if float(text) == 0 and text.startswith("-") else text
 
@@ -402,9 +395,10 @@ def check_size(content: str | bytes, path: str) -> None:
     """
     if len(content) > LARGEST_TABLE_BYTES:
         raise MeasurementFileError(
-            f"the file is larger than {LARGEST_TABLE_BYTES / 1e6:g} MB: too large for a table",
-            path=path,
-            remedy="Name the file of the table alone",
+            "file_too_large",
+            size_mb=round(len(content) / 1e6, 1),
+            most_mb=LARGEST_TABLE_BYTES / 1e6,
+            place=Place(path),
         )
 
 
@@ -448,16 +442,13 @@ def check_points(table: "CompensationTable", rule: GridRule, title: str) -> None
     k = table.position.size
     if rule.most_points is not None and k > rule.most_points:
         raise ConfigurationError(
-            f"the table has {k} points; {title} reads at most {rule.most_points}",
-            where="points",
-            remedy=f"Ask for --points {rule.most_points} or fewer, or a wider --spacing",
+            "too_many_table_points",
+            points=k,
+            control=title,
+            most=rule.most_points,
+            place=Place(key="points"),
         )
     if rule.equidistant and table.step is None:
-        raise ConfigurationError(
-            f"{title} reads equidistant points only", where="points", remedy="Give --points"
-        )
+        raise ConfigurationError("points_not_equidistant", place=Place(key="points"))
     if table.per_direction and not rule.per_direction:
-        raise ConfigurationError(
-            f"{title} has one value per point, and the table has one for each direction",
-            where="backlash",
-        )
+        raise ConfigurationError("one_value_per_point", control=title, place=Place(key="backlash"))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.controls._control import ProgramRequest, comment_text, plain_number
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import APPROACHES, Move, MoveBlock, TestPlan, motion_duration_s
@@ -54,9 +55,7 @@ def inward_positions(block: MoveBlock, decimals: int) -> tuple[float, ...]:
             kept = inner > round(neighbour.position, decimals)
         if not kept:
             raise ConfigurationError(
-                f"the overrun is shorter than the {decimals} decimals that the control reads",
-                where="overrun",
-                remedy="Plan a wider overrun",
+                "overrun_too_short", decimals=decimals, place=Place(key="overrun")
             )
         rounded.append(inner)
     return tuple(rounded)
@@ -68,15 +67,11 @@ def feed_word(plan: TestPlan, *, decimals: int = FINEST_DECIMALS, largest: float
     unit = f"{plan.kind.units.position}/min"
     if not float(text) > 0:
         raise ConfigurationError(
-            f"a feed of {plan.feed:g} {unit} is too small to be written",
-            where="feed",
-            remedy="Plan a feed of at least 0.001",
+            "feed_too_small", feed=plan.feed, unit=unit, place=Place(key="feed")
         )
     if float(text) > largest:
         raise ConfigurationError(
-            f"a feed of {plan.feed:g} {unit} is more than the {largest:g} of the control's word F",
-            where="feed",
-            remedy="Plan a lower feed",
+            "feed_too_large", feed=plan.feed, largest=largest, unit=unit, place=Place(key="feed")
         )
     return text
 
@@ -94,17 +89,16 @@ def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
     if math.isfinite(largest):
         if any(abs(position) > largest for position in positions):
             raise ConfigurationError(
-                f"a position is larger than the {largest:g} that the control's word can hold",
-                where="targets",
-                remedy="Check the unit of the targets",
+                "position_too_large", largest=largest, place=Place(key="targets")
             )
         for block in request.blocks:
             if block.repetitions > LARGEST_REPETITIONS:
                 raise ConfigurationError(
-                    f"{block.repetitions} repetitions of {block.name} are more than the"
-                    f" {LARGEST_REPETITIONS} that one call makes",
-                    where="cycles, --warm-up",
-                    remedy="Plan fewer",
+                    "too_many_repetitions",
+                    repetitions=block.repetitions,
+                    block=block.name,
+                    most=LARGEST_REPETITIONS,
+                    place=Place(key="cycles, --warm-up"),
                 )
     if request.travel is None:
         return
@@ -112,10 +106,13 @@ def check_motion(request: ProgramRequest, *, largest: float = math.inf) -> None:
     if positions and not low <= min(positions) <= max(positions) <= high:
         unit = request.plan.kind.units.position
         raise ConfigurationError(
-            f"the program would move the axis from {min(positions):.10g} to"
-            f" {max(positions):.10g} {unit}; its travel is {low:.10g} to {high:.10g} {unit}",
-            where="travel",
-            remedy="Plan fewer or nearer targets, or a smaller overrun",
+            "beyond_travel",
+            lowest=min(positions),
+            highest=max(positions),
+            travel_from=low,
+            travel_to=high,
+            unit=unit,
+            place=Place(key="travel"),
         )
 
 
@@ -123,9 +120,11 @@ def check_dwell(plan: TestPlan, longest_s: float, word: str) -> None:
     """Refuse a stop that is longer than the control's word for it can say."""
     if stop_time_s(plan) > longest_s:
         raise ConfigurationError(
-            f"a stop of {stop_time_s(plan):g} s is longer than the {longest_s:g} s of {word}",
-            where="dwell_s",
-            remedy="Plan a shorter dwell",
+            "dwell_too_long",
+            stop_s=stop_time_s(plan),
+            longest_s=longest_s,
+            word=word,
+            place=Place(key="dwell_s"),
         )
 
 

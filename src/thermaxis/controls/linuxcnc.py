@@ -17,7 +17,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.controls._control import (
     BYTE_ORDER_MARKS,
     Control,
@@ -167,7 +167,7 @@ class LinuxCnc(Control):
         nominal = np.round(table.position / length, decimals)
         if bool(np.any(np.diff(nominal) <= 0)):
             raise ConfigurationError(
-                f"two points fall together at {decimals} decimals", where="points"
+                "points_fall_together", decimals=decimals, place=Place(key="points")
             )
         half = 0.0 if table.backlash is None else 0.5 * table.backlash
         deviation = (table.deviation + np.array([half, -half])) / unit
@@ -264,9 +264,7 @@ def _axis_letter(request: ProgramRequest) -> str:
     letters = _ROTARY_AXES if rotary else _LINEAR_AXES
     if len(letter) != 1 or letter not in letters:
         raise ConfigurationError(
-            f"LinuxCNC has no {request.plan.kind} axis '{printable(request.axis, 30)}'",
-            where="--axis",
-            remedy=f"Name one of {', '.join(letters)}",
+            "unknown_axis", name=request.axis, known=tuple(letters), place=Place(key="--axis")
         )
     return letter
 
@@ -293,14 +291,8 @@ def _read_rows(lines: list[str], path: str) -> tuple[list[_Row], list[str]]:
             break
     if not rows:
         marked = lines[0].startswith(BYTE_ORDER_MARKS)
-        cause = "begins with a byte order mark" if marked else "is no triplet of numbers"
         raise MeasurementFileError(
-            f"LinuxCNC reads no point of this file: its first line {cause}",
-            path=path,
-            line=1,
-            remedy="Save it as plain ASCII text, without a byte order mark"
-            if marked
-            else "Write nominal, forward and reverse from the first line on, without a head",
+            "byte_order_mark" if marked else "first_line_no_triplet", place=Place(path, 1)
         )
     return rows, findings
 
@@ -311,21 +303,15 @@ def _check_length(line: str, number: int, path: str, *, ended: bool) -> None:
         return
     returns = "\r" in line.removesuffix("\r")
     raise MeasurementFileError(
-        f"the line is longer than {LONGEST_LINE} characters: LinuxCNC reads it in pieces",
-        path=path,
-        line=number,
-        remedy=f"{_END_BY_NEWLINE}: a carriage return ends none"
-        if returns
-        else "Write three numbers to a line",
+        "line_ended_by_return" if returns else "table_line_too_long",
+        most=LONGEST_LINE,
+        place=Place(path, number),
     )
 
 
 def _not_finite(path: str, line: int) -> MeasurementFileError:
     return MeasurementFileError(
-        f"a value is not a finite number of at most {LARGEST_NUMBER:.0f}",
-        path=path,
-        line=line,
-        remedy="Never load this table",
+        "number_not_loadable", largest=LARGEST_NUMBER, place=Place(path, line)
     )
 
 
@@ -352,12 +338,7 @@ def _behind(rest: str, number: int, path: str) -> list[str]:
     returns = "\r" in rest.rstrip()
     rest = rest.strip()
     if re.match(r",\s*[0-9]", rest):
-        raise MeasurementFileError(
-            "a decimal comma: LinuxCNC would take the number before it and pass over the rest",
-            path=path,
-            line=number,
-            remedy="Write decimal points",
-        )
+        raise MeasurementFileError("table_decimal_comma", text=rest, place=Place(path, number))
     if not rest:
         return []
     finding = f"line {number}: '{printable(rest, 40)}' behind the three numbers is passed over"
@@ -370,26 +351,21 @@ def _check_rows(rows: list[_Row], path: str) -> None:
     for before, row in itertools.pairwise(rows):
         if row.nominal <= before.nominal:
             raise MeasurementFileError(
-                f"the nominal position {row.words[0]} does not follow {before.words[0]}: LinuxCNC"
-                " refuses positions that do not increase",
-                path=path,
-                line=row.line,
-                remedy="Sort the lines by their first number and remove repeated ones",
+                "position_not_rising",
+                position=row.nominal,
+                before=before.nominal,
+                place=Place(path, row.line),
             )
         if row.nominal - before.nominal < NEAREST:
             raise MeasurementFileError(
-                f"the nominal position {printable(row.words[0], 30)} lies nearer than"
-                f" {NEAREST:g} to the one before",
-                path=path,
-                line=row.line,
-                remedy="Remove one of the two lines",
+                "positions_too_near",
+                position=row.nominal,
+                nearest=NEAREST,
+                place=Place(path, row.line),
             )
     if len(rows) > MOST_POINTS:
         raise MeasurementFileError(
-            f"this is point {MOST_POINTS + 1}: LinuxCNC takes {MOST_POINTS} and refuses the table",
-            path=path,
-            line=rows[MOST_POINTS].line,
-            remedy=f"Write a table of at most {MOST_POINTS} points",
+            "too_many_rows", most=MOST_POINTS, place=Place(path, rows[MOST_POINTS].line)
         )
 
 
@@ -401,13 +377,7 @@ def _check_type(position: FloatArray, value: FloatArray, path: str, stated: str)
     if position.size < 2 or right <= _WRONG_TYPE_FACTOR * wrong:
         return
     other = "1" if stated == "0" else "0"
-    looks = "small trims" if stated == "0" else "positions"
-    raise MeasurementFileError(
-        f"the table was read as type {stated}, and its values look like {looks}: read so, the"
-        " deviations would be as large as the positions",
-        path=path,
-        remedy=f"Say --set type={other}, as COMP_FILE_TYPE of the machine does",
-    )
+    raise MeasurementFileError("other_table_type", stated=stated, other=other, place=Place(path))
 
 
 def _typing_errors(

@@ -19,7 +19,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.controls._control import (
     Control,
     ControlOption,
@@ -318,9 +318,7 @@ def _axis_name(axis: str) -> str:
     name = axis.upper()
     if _AXIS.fullmatch(name) is None:
         raise ConfigurationError(
-            f"SINUMERIK can have no axis '{printable(axis, 30)}'",
-            where="--axis",
-            remedy="Name it as the machine does, such as X, X1, C or AX1",
+            "axis_name_unfit", name=axis, control="SINUMERIK", place=Place(key="--axis")
         )
     return name
 
@@ -336,9 +334,10 @@ def _machine_axis(request: ProgramRequest, axis: str) -> str:
     name = stated.upper()
     if _ANY_AXIS.fullmatch(name) is None:
         raise ConfigurationError(
-            f"'{printable(stated, 30)}' is no name of a machine axis",
-            where="--set machine_axis",
-            remedy="Name it as MD10000 AXCONF_MACHAX_NAME_TAB does, such as AX1",
+            "axis_name_unfit",
+            name=stated,
+            control="SINUMERIK",
+            place=Place(key="--set machine_axis"),
         )
     return name
 
@@ -358,7 +357,7 @@ def _stations(table: CompensationTable) -> tuple[Decimal, Decimal, Decimal]:
     """Return STEP, MIN and MAX as written, so that MAX is exactly MIN + N * STEP."""
     count = table.position.size - 1
     if count < 1:
-        raise ConfigurationError("the table needs at least two points", where="points")
+        raise ConfigurationError("too_few_table_points", place=Place(key="points"))
     first, last = float(table.position[0]), float(table.position[-1])
     step = Decimal(plain_number((last - first) / count, _STATION_DECIMALS)).normalize()
     low = Decimal(plain_number(first, _STATION_DECIMALS)).normalize()
@@ -367,10 +366,11 @@ def _stations(table: CompensationTable) -> tuple[Decimal, Decimal, Decimal]:
     off = float(np.max(np.abs(written - table.position)))
     if step <= 0 or off > _STATION_TOLERANCE:
         raise ConfigurationError(
-            f"rounded to {_STATION_DECIMALS} decimals the steps end {off:.2g}"
-            f" {table.kind.units.position} off the last point",
-            where="points",
-            remedy="Give --spacing with few decimals",
+            "rounded_steps_off",
+            decimals=_STATION_DECIMALS,
+            off=off,
+            unit=table.kind.units.position,
+            place=Place(key="points"),
         )
     return _plain(step), _plain(low), _plain(high)
 
@@ -382,12 +382,10 @@ def _plain(number: Decimal) -> Decimal:
 
 def _check_turn(kind: AxisKind, low: Decimal, high: Decimal) -> None:
     if kind is not AxisKind.ROTARY:
-        raise ConfigurationError("only a rotary axis is modulo", where="--set modulo")
+        raise ConfigurationError("modulo_of_linear_axis", place=Place(key="--set modulo"))
     if abs(float(high - low) - TURN_DEG) > 1e-9:
         raise ConfigurationError(
-            f"the table of a modulo axis spans one turn, and this one spans {high - low} deg",
-            where="--set modulo",
-            remedy="Measure targets from 0 to 360 deg and give a spacing that divides the turn",
+            "turn_not_covered", span_deg=float(high - low), place=Place(key="--set modulo")
         )
 
 
@@ -432,19 +430,15 @@ class _Value:
         """Return the number, or refuse it as the control does."""
         if _NUMBER.fullmatch(self.words) is None:
             comma = re.fullmatch(r"[+-]?[0-9]+,[0-9]+", self.words) is not None
-            what = "has a decimal comma" if comma else "is no number"
             raise MeasurementFileError(
-                f"'{printable(self.words, 30)}' {what}: the control refuses the file",
-                path=path,
-                line=self.line,
-                remedy="Write decimal points"
-                if comma
-                else "Write the number, or leave the line out if there is none",
+                "table_decimal_comma" if comma else "not_a_number",
+                text=self.words,
+                place=Place(path, self.line),
             )
         value = float(self.words.upper().replace("EX", "E"))
         if not abs(value) <= 1e6:
             raise MeasurementFileError(
-                "the number is larger than a million", path=path, line=self.line, remedy="Check it"
+                "number_too_large", text=self.words, largest=1e6, place=Place(path, self.line)
             )
         return value
 
@@ -475,44 +469,35 @@ class _Section:
         if missing is not None:
             following = min(i for i in self.values if i > missing)
             raise MeasurementFileError(
-                f"the value with index {missing} is missing: the control would keep what it holds"
-                " there",
-                path=path,
-                line=self.values[following].line,
-                remedy="Write every index from 0 on",
+                "table_point_missing", point=missing, place=Place(path, self.values[following].line)
             )
         if count < 2:
-            raise MeasurementFileError(
-                "the table has only one point", path=path, line=self.line, remedy="Write all points"
-            )
+            raise MeasurementFileError("table_of_one_point", place=Place(path, self.line))
 
     def first_and_step(self, path: str) -> tuple[float, float]:
         """Return MIN and STEP; they must lead to MAX within the digits written."""
         for name in ("STEP", "MIN", "MAX"):
             if name not in self.scalars:
                 raise MeasurementFileError(
-                    f"$AA_ENC_COMP_{name} of axis {self.axis} is missing",
-                    path=path,
-                    line=self.line,
-                    remedy="Write STEP, MIN and MAX into the same file",
+                    "assignment_missing",
+                    name=f"$AA_ENC_COMP_{name}",
+                    axis=self.axis,
+                    place=Place(path, self.line),
                 )
         step, low, high = (self.scalars[name].number(path) for name in ("STEP", "MIN", "MAX"))
         if step <= 0:
             raise MeasurementFileError(
-                "the step is not positive",
-                path=path,
-                line=self.scalars["STEP"].line,
-                remedy="Write the distance of the points",
+                "not_positive", value=step, place=Place(path, self.scalars["STEP"].line, "STEP")
             )
         steps = len(self.values) - 1
         off = low + steps * step - high
         if abs(off) > steps * _last_digit(self.scalars["STEP"]) + 1e-9:
             raise MeasurementFileError(
-                f"MAX is not MIN + {steps} * STEP = {low + steps * step:.10g}: it is off by"
-                f" {abs(off):.4g}",
-                path=path,
-                line=self.scalars["MAX"].line,
-                remedy="Points are missing or too many, or one of the three numbers is wrong",
+                "max_not_reached",
+                steps=steps,
+                reached=low + steps * step,
+                off=abs(off),
+                place=Place(path, self.scalars["MAX"].line, "MAX"),
             )
         return low, step
 
@@ -577,12 +562,7 @@ def _split(lines: list[str], path: str) -> tuple[list[_Section], list[str]]:
 
 
 def _malformed(line: str, number: int, path: str) -> MeasurementFileError:
-    return MeasurementFileError(
-        f"'{printable(line.strip(), 60)}' is no assignment that the control reads",
-        path=path,
-        line=number,
-        remedy="Write it as $AA_ENC_COMP[0,5,X1]=0.001",
-    )
+    return MeasurementFileError("no_assignment", text=line.strip(), place=Place(path, number))
 
 
 def _take(
@@ -614,12 +594,7 @@ def _take(
 
 def _take_value(section: _Section, index: str, value: _Value, path: str) -> None:
     if re.fullmatch(r"[0-9]{1,6}", index) is None or int(index) >= MOST_POINTS:
-        raise MeasurementFileError(
-            f"'{printable(index, 20)}' is no index of a point",
-            path=path,
-            line=value.line,
-            remedy="Write whole numbers from 0 on",
-        )
+        raise MeasurementFileError("no_point_index", text=index, place=Place(path, value.line))
     before = section.values.get(int(index))
     if before is not None:
         section.repeated.append(
@@ -631,25 +606,19 @@ def _take_value(section: _Section, index: str, value: _Value, path: str) -> None
 
 def _choose(tables: list[_Section], options: Mapping[str, str], path: str) -> _Section:
     if not tables:
-        raise MeasurementFileError(
-            "the file holds no $AA_ENC_COMP table",
-            path=path,
-            remedy="Give the file of one axis' encoder error compensation",
-        )
+        raise MeasurementFileError("no_encoder_table", place=Place(path))
     if options.get("table", "none") == "none":
         if len(tables) == 1:
             return tables[0]
-        listed = "; ".join(
+        listed = (
             f"table {number} from line {section.line}, axis {section.axis}, {len(section.values)}"
             " values"
             for number, section in enumerate(tables[:_NAMED], start=1)
         )
         raise MeasurementFileError(
-            f"the file holds {len(tables)} tables: {listed}",
-            path=path,
-            remedy="Say which one is meant, such as --set table=1",
+            "several_tables", tables=tuple(listed), count=len(tables), place=Place(path)
         )
     number = number_option(options, "table", lowest=1, highest=len(tables))
     if number != int(number):
-        raise ConfigurationError("it is no whole number", where="--set table")
+        raise ConfigurationError("option_not_whole", value=number, place=Place(key="--set table"))
     return tables[int(number) - 1]

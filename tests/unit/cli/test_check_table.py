@@ -245,7 +245,7 @@ def test_the_axis_of_a_table_is_compared_where_one_is_asked_for(
         (b"0 0 0\n0 0 0\n", "line 2"),
         (b"hello\n", ""),
         (b"0 0 0\n1 1,5 1\n2 2 2\n", ""),
-        (b"x" * 5_000_001, "larger than 5 MB"),
+        (b"x" * 5_000_001, "at most 5 MB"),
         (b"0 1e200 1e200\n100 2e200 1e200\n", ""),
         (b"0 0 0\n1e300 1e300 1e300\n", ""),
         (b"0 0 0\n20 -1e308 20\n40 40 40\n", "line 2"),

@@ -132,8 +132,8 @@ def test_the_warm_up_is_in_the_program_and_in_its_duration(
     ("more", "said"),
     [
         (("--axis", "X)\nG0 Z-9"), "no name of an axis"),
-        (("--set", "colour=red"), "has no option colour"),
-        (("--set", "colour"), "no NAME=VALUE"),
+        (("--set", "colour=red"), "no option 'colour'"),
+        (("--set", "coordinates"), "NAME=VALUE"),
     ],
 )
 def test_what_the_control_cannot_do_is_refused(

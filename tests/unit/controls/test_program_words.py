@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from tests.refusals import refused
 from thermaxis.controls import ProgramRequest, check_options, control_by_name, control_names
 from thermaxis.controls._program import feed_word, inward_positions
-from thermaxis.errors import ConfigurationError
 from thermaxis.files import plan_sha256
 from thermaxis.positioning import Move, MoveBlock, TestPlan, moves_of_plan
 from thermaxis.quantities import AxisKind
@@ -63,9 +63,9 @@ def test_a_feed_has_no_zeros_at_its_end(feed: float, text: str) -> None:
 
 def test_a_feed_beyond_its_word_is_refused() -> None:
     assert feed_word(plan_of(feed=99.9996), decimals=3, largest=100.0) == "100"
-    with pytest.raises(ConfigurationError, match="more than the 100"):
+    with refused("feed_too_large"):
         feed_word(plan_of(feed=100.001), decimals=3, largest=100.0)
-    with pytest.raises(ConfigurationError, match="too small"):
+    with refused("feed_too_small"):
         feed_word(plan_of(feed=0.0004), decimals=3)
 
 
@@ -73,7 +73,7 @@ def test_a_feed_beyond_its_word_is_refused() -> None:
 def test_every_control_refuses_an_overrun_that_its_digits_lose(name: str) -> None:
     control = control_by_name(name)
     plan = plan_of(overrun=1e-7)
-    with pytest.raises(ConfigurationError, match=r"overrun is shorter than the [346] decimals"):
+    with refused("overrun_too_short"):
         control.format_program(
             ProgramRequest(
                 plan=plan,

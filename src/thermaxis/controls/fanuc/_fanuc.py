@@ -17,7 +17,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.controls._control import (
     Control,
     ControlOption,
@@ -205,7 +205,9 @@ class Fanuc(Control):
         axis = _program_axis(request.axis)
         number = number_option(request.options, "program_number", lowest=1, highest=HIGHEST_PROGRAM)
         if not number.is_integer():
-            raise ConfigurationError("this is no whole number", where="--set program_number")
+            raise ConfigurationError(
+                "option_not_whole", value=number, place=Place(key="--set program_number")
+            )
         program = int(number)
         words = _move_words(request, axis)
         main = [
@@ -227,9 +229,10 @@ class Fanuc(Control):
             after += [f"O{program:04d} ({block.name.upper()})", *moves, "M99"]
         if program > HIGHEST_PROGRAM:
             raise ConfigurationError(
-                f"the last subprogram would be O{program}, beyond O{HIGHEST_PROGRAM}",
-                where="--set program_number",
-                remedy="State a lower number, or plan fewer targets for the step cycle",
+                "program_number_too_high",
+                last=program,
+                highest=HIGHEST_PROGRAM,
+                place=Place(key="--set program_number"),
             )
         main += ["G64", "M30"]
         return "".join(f"{line}\n" for line in ("%", *main, *after, "%"))
@@ -259,10 +262,9 @@ class Fanuc(Control):
         points = point_values(table, chosen, number)
         if not chosen.comments and chosen.reference is None and points.reference != 0:
             raise ConfigurationError(
-                "without comments the file cannot say where the reference position lies",
-                where="--set comments",
-                remedy=f"State --set reference_coordinate={points.reference:g} too, in reading"
-                " again",
+                "reference_needs_comment",
+                reference=points.reference,
+                place=Place(key="--set comments"),
             )
         lines = ["%"]
         if chosen.comments:
@@ -305,9 +307,7 @@ def _program_axis(name: str) -> str:
     letter = name.upper()
     if len(letter) != 1 or letter not in AXIS_LETTERS:
         raise ConfigurationError(
-            f"'{printable(name, 40)}' is no axis of the control",
-            where="axis",
-            remedy=f"Give --axis with one of {', '.join(sorted(AXIS_LETTERS))}",
+            "unknown_axis", name=name, known=tuple(sorted(AXIS_LETTERS)), place=Place(key="axis")
         )
     return letter
 
@@ -384,9 +384,10 @@ def _parameters(
         lost = 0 if chosen.bidirectional else round(-table.backlash / chosen.unit)
         if abs(lost) > LARGEST_BACKLASH:
             raise ConfigurationError(
-                f"the reversal of {lost} detection units is beyond parameter 1851",
-                where="backlash",
-                remedy="Check the unit of the run",
+                "reversal_too_large",
+                reversal_units=lost,
+                largest_units=LARGEST_BACKLASH,
+                place=Place(key="backlash"),
             )
         yield 1851, lost
     yield 3620, points.reference_point

@@ -14,6 +14,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.controls._control import number_option
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArray
@@ -82,7 +83,7 @@ def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
     """Return the options of a table as numbers."""
     modulo = options["modulo"] == "1"
     if modulo and kind is not AxisKind.ROTARY:
-        raise ConfigurationError("only a rotary axis is modulo", where="--set modulo")
+        raise ConfigurationError("modulo_of_linear_axis", place=Place(key="--set modulo"))
     reference = None
     if options["reference_coordinate"] != "table":
         reference = number_option(options, "reference_coordinate", lowest=-1e5, highest=1e5)
@@ -106,7 +107,7 @@ def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
 def _whole(options: Mapping[str, str], name: str, lowest: int, highest: int) -> int:
     number = number_option(options, name, lowest=lowest, highest=highest)
     if not number.is_integer():
-        raise ConfigurationError(f"{number:g} is no whole number", where=f"--set {name}")
+        raise ConfigurationError("option_not_whole", value=number, place=Place(key=f"--set {name}"))
     return int(number)
 
 
@@ -155,10 +156,10 @@ def point_values(table: CompensationTable, chosen: PointOptions, axis_number: in
     below = round(place)
     if abs(place - below) * step > _NEAR:
         raise ConfigurationError(
-            f"no point of the table lies at the reference position {reference:g}"
-            f" {table.kind.units.position}",
-            where="points",
-            remedy="Give --reference with that position, or --spacing that leads to it",
+            "no_point_at_reference",
+            reference=reference,
+            unit=table.kind.units.position,
+            place=Place(key="points"),
         )
     sections = round(TURN_DEG / step) if chosen.modulo else table.position.size - 1
     # zeros lead from the reference position to a table that does not reach it
@@ -194,16 +195,17 @@ def _check_count(
     """Refuse too many numbers before room is made for them."""
     if count <= chosen.most:
         return
-    remedy = "Ask for fewer points or a wider spacing; the reference position counts too"
+    spacing: float = 0  # whole: none is proposed
     if chosen.most > 2 and not chosen.modulo:
         ends = (float(table.position[0]), float(table.position[-1]), reference)
         # on each side of the reference position a section may be begun
         spacing = ceil((max(ends) - min(ends)) / (chosen.most - 2) / STATION) * STATION
-        remedy = f"Give --spacing {spacing:.3f} or wider: the way to the reference position counts"
     raise ConfigurationError(
-        f"the table takes {count} point numbers, more than {chosen.most}",
-        where="points",
-        remedy=remedy,
+        "too_many_point_numbers",
+        points=count,
+        most=chosen.most,
+        spacing=spacing,
+        place=Place(key="points"),
     )
 
 
@@ -215,9 +217,11 @@ def _first_number(count: int, ahead: int, chosen: PointOptions, axis_number: int
     end = first + count * chosen.tables - 1
     if first < 0 or end > chosen.highest:
         raise ConfigurationError(
-            f"the point numbers would be {first} to {end}, not within 0 to {chosen.highest}",
-            where="--set reference_point",
-            remedy="State another number of the reference position, or highest_point",
+            "point_numbers_outside",
+            first=first,
+            last=end,
+            highest=chosen.highest,
+            place=Place(key="--set reference_point"),
         )
     return first
 
@@ -225,15 +229,11 @@ def _first_number(count: int, ahead: int, chosen: PointOptions, axis_number: int
 def _interval(table: CompensationTable) -> float:
     step = table.step
     if step is None:
-        raise ConfigurationError(
-            "the points of the table are not equidistant", where="points", remedy="Give --points"
-        )
+        raise ConfigurationError("points_not_equidistant", place=Place(key="points"))
     stations = round(step / STATION)
     if stations < 1 or abs(step / STATION - stations) > _SAME:
         raise ConfigurationError(
-            f"the interval {step:.7g} has more than three decimals",
-            where="points",
-            remedy="Give --spacing with three decimals at most",
+            "interval_too_fine", interval=step, decimals=3, place=Place(key="points")
         )
     return step
 
@@ -243,17 +243,15 @@ def _reference(table: CompensationTable, chosen: PointOptions) -> float:
     if chosen.reference is None:
         if stated is None:
             raise ConfigurationError(
-                "the table has no reference position",
-                where="--set reference_coordinate",
-                remedy="State the machine coordinate of the reference position",
+                "no_reference_position", place=Place(key="--set reference_coordinate")
             )
         return stated
     if stated is not None and abs(stated - chosen.reference) > _SAME:
         raise ConfigurationError(
-            f"the table is zero at {stated:g}, and the control at its reference position"
-            f" {chosen.reference:g}",
-            where="--set reference_coordinate",
-            remedy=f"Give --reference {chosen.reference:g}",
+            "other_reference_position",
+            stated=stated,
+            reference=chosen.reference,
+            place=Place(key="--set reference_coordinate"),
         )
     return chosen.reference
 
@@ -283,12 +281,7 @@ def _one_turn(
     sections = round(TURN_DEG / step)
     span = float(table.position[-1] - table.position[0])
     if abs(sections * step - TURN_DEG) > _SAME or span > TURN_DEG + _SAME or below != 0:
-        raise ConfigurationError(
-            "the table of a modulo axis begins at the reference position, spans at most one turn,"
-            " and its interval divides the turn",
-            where="--set modulo",
-            remedy="Give --reference with the first target and such a --spacing",
-        )
+        raise ConfigurationError("modulo_table_unfit", place=Place(key="--set modulo"))
     if abs(span - TURN_DEG) < _SAME:
         return correction
     # the rest of the turn leads straight back to the reference position
@@ -306,19 +299,14 @@ def _magnified(correction: FloatArray, chosen: PointOptions) -> tuple[int, NDArr
     for magnification in tried:
         counted = np.rint(correction / (magnification * chosen.unit)).astype(np.int64)
         if chosen.modulo and bool(np.any(counted[0] != counted[-1])):
-            raise ConfigurationError(
-                "the corrections at the start and at the end of the turn differ: each turn would"
-                " shift the axis",
-                where="--set modulo",
-                remedy="Leave out the target at 360 deg: it is the same place as that at 0 deg",
-            )
+            raise ConfigurationError("turn_not_closed", place=Place(key="--set modulo"))
         if int(np.max(np.abs(np.diff(counted, axis=0)))) <= chosen.largest:
             return magnification, counted
     needed = int(np.max(np.abs(np.diff(counted, axis=0))))
     raise ConfigurationError(
-        f"an increment of {needed} is larger than the {chosen.largest} that a point can hold, with"
-        f" the magnification {tried[-1]}",
-        where="points",
-        remedy="Ask for more points; or --set largest_value=127 on a newer control, or another"
-        " magnification",
+        "increment_too_large",
+        increment=needed,
+        largest=chosen.largest,
+        magnification=tried[-1],
+        place=Place(key="points"),
     )

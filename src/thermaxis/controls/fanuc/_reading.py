@@ -13,7 +13,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.controls._control import ReadTable, text_lines
 from thermaxis.controls.fanuc._points import (
     AXIS_LETTERS,
@@ -68,31 +68,22 @@ class _Words:
     findings: tuple[str, ...]
 
 
-def _error(path: str, what: str, line: int | None, remedy: str) -> MeasurementFileError:
-    return MeasurementFileError(what, path=path, line=line, remedy=remedy)
-
-
 def _words(text: str, path: str) -> _Words:
     """Return the words between the two ``%``."""
     lines, findings = text_lines(text, path)
     starts = [i for i, line in enumerate(lines) if line.strip().startswith("%")]
     if not starts or any(line.strip() for line in lines[: starts[0]]):
-        raise _error(path, "the file does not begin with %", 1, "Give a Fanuc parameter file")
+        raise MeasurementFileError("no_parameter_file", place=Place(path, 1))
     if len(starts) < 2:
-        raise _error(
-            path, "the % at the end is missing: the file is cut short", len(lines), "Copy it whole"
-        )
+        raise MeasurementFileError("table_cut_short", end="%", place=Place(path, len(lines)))
     values: dict[tuple[int, int], _Word] = {}
     comments: list[str] = []
     for number, line in enumerate(lines[: starts[1]], start=1):
         if number <= starts[0]:
             continue
         if len(line) > LONGEST_LINE:
-            raise _error(
-                path,
-                f"the line is longer than {LONGEST_LINE} characters",
-                number,
-                "Give a Fanuc parameter file",
+            raise MeasurementFileError(
+                "table_line_too_long", most=LONGEST_LINE, place=Place(path, number)
             )
         comments += re.findall(r"\([^()]*\)", line)
         bare = re.sub(r"\([^()]*\)", "", line).strip()
@@ -107,26 +98,25 @@ def _words(text: str, path: str) -> _Words:
 def _add_words(path: str, number: int, content: str, values: dict[tuple[int, int], _Word]) -> None:
     found = _LINE.fullmatch(re.sub(r"\s+", "", content).upper())
     if found is None:
-        raise _error(
-            path,
-            f"'{printable(content[:99], 40)}' is no line of a parameter file",
-            number,
-            "Write N with the number and P with the value",
+        raise MeasurementFileError(
+            "no_parameter_line", text=content[:99], place=Place(path, number)
         )
     axis = 0
     for letter, word in _PAIR.findall(found[2]):
         if letter == "A":
             if not re.fullmatch(r"[0-9]{1,2}", word):
-                raise _error(path, "the axis number A is no number", number, "Correct it")
+                raise MeasurementFileError(
+                    "not_a_number", text=word, place=Place(path, number, "A")
+                )
             axis = int(word)
         elif letter == "P":
             key = (int(found[1]), axis)
             if key in values:
-                raise _error(
-                    path,
-                    f"N{key[0]} stands there twice, first in line {values[key].line}",
-                    number,
-                    "Delete one of them",
+                raise MeasurementFileError(
+                    "word_stated_twice",
+                    name=f"N{key[0]}",
+                    first_line=values[key].line,
+                    place=Place(path, number),
                 )
             values[key] = _Word(number, word)
 
@@ -135,29 +125,19 @@ def _wanted_axis(path: str, words: _Words, chosen: PointOptions) -> int:
     """Return the axis number whose compensation is read; 0 for words without axis numbers."""
     there = sorted({axis for number, axis in words.values if number == 3620})
     if not there:
-        raise _error(
-            path,
-            "parameter 3620 is missing: the file has no pitch error compensation",
-            None,
-            "Give a file with the parameters 3620 to 3624 and the points N10000 and on",
-        )
+        raise MeasurementFileError("no_pitch_error_table", place=Place(path))
     if chosen.axis_number is None:
         if len(there) > 1:
-            listed = ", ".join(map(str, there))
-            raise _error(
-                path,
-                f"the file has the axes {listed}",
-                None,
-                "Say which with --set axis_number=NUMBER",
+            raise MeasurementFileError(
+                "several_axes", axes=tuple(map(str, there)), place=Place(path)
             )
         return there[0]
     if chosen.axis_number not in there and there != [0]:
-        listed = ", ".join(map(str, there))
-        raise _error(
-            path,
-            f"the file is for axis {listed}, not for {chosen.axis_number}",
-            words.values[3620, there[0]].line,
-            "Give the file of this axis, or another axis_number",
+        raise MeasurementFileError(
+            "other_axis_number",
+            axes=tuple(map(str, there)),
+            wanted=chosen.axis_number,
+            place=Place(path, words.values[3620, there[0]].line),
         )
     return chosen.axis_number if chosen.axis_number in there else 0
 
@@ -180,7 +160,13 @@ class _Reading:
         step = self._length(3624)
         magnification = self._whole(3623)
         if not 1 <= magnification <= LARGEST_MAGNIFICATION:
-            raise self._wrong(3623, f"the magnification is not 1 to {LARGEST_MAGNIFICATION}")
+            raise MeasurementFileError(
+                "outside_range",
+                value=magnification,
+                least=1,
+                most=LARGEST_MAGNIFICATION,
+                place=self._at(3623),
+            )
         reference, extent = self._place(findings)
         quantum = magnification * self.chosen.unit
         turns = self._turns()
@@ -212,18 +198,15 @@ class _Reading:
             resolution=quantum,
         )
 
-    def _wrong(self, parameter: int, what: str) -> MeasurementFileError:
+    def _at(self, parameter: int) -> Place:
         line = self.words.values[parameter, self.axis].line
-        return _error(self.path, what, line, f"Correct parameter {parameter}")
+        return Place(self.path, line, f"N{parameter}")
 
     def _word(self, parameter: int) -> _Word:
         word = self.words.values.get((parameter, self.axis))
         if word is None:
-            raise _error(
-                self.path,
-                f"parameter {parameter} of the axis is missing",
-                None,
-                "Give the whole file",
+            raise MeasurementFileError(
+                "parameter_missing", place=Place(self.path, column=f"N{parameter}")
             )
         return word
 
@@ -232,12 +215,8 @@ class _Reading:
 
     def _as_whole(self, word: _Word) -> int:
         if not re.fullmatch(r"[+-]?[0-9]{1,9}", word.text):
-            comma = " (a decimal comma)" if "," in word.text else ""
-            raise _error(
-                self.path,
-                f"'{printable(word.text[:99], 30)}' is no whole number{comma}",
-                word.line,
-                "Write the value in steps of the control, digits only",
+            raise MeasurementFileError(
+                "not_a_whole_word", text=word.text[:99], place=Place(self.path, word.line)
             )
         return int(word.text)
 
@@ -249,7 +228,7 @@ class _Reading:
         else:
             value = self._as_whole(word) * STATION
         if not 0 < value <= LARGEST_POSITION:
-            raise self._wrong(parameter, "the interval is not positive")
+            raise MeasurementFileError("not_positive", value=value, place=self._at(parameter))
         return value
 
     def _turns(self) -> bool:
@@ -258,7 +237,7 @@ class _Reading:
         if word is None or not re.search("[1-9]", word.text):
             return False
         if abs(self._length(3625) - TURN_DEG) > 1e-9:
-            raise self._wrong(3625, "the turn is not 360 deg")
+            raise MeasurementFileError("turn_not_360", place=self._at(3625))
         return True
 
     def _place(self, findings: list[str]) -> tuple[float, tuple[float, float] | None]:
@@ -291,15 +270,18 @@ class _Reading:
         """Return grid positions and the sums of the values from the reference position, (k, 2)."""
         at, first, last = (self._whole(p) for p in (3620, 3621, 3622))
         if not first - 1 <= at <= last or last > 9999:
-            raise self._wrong(3621, f"the points {first} to {last} do not lead to {at}")
+            raise MeasurementFileError(
+                "points_miss_reference",
+                first=first,
+                last=last,
+                reference_point=at,
+                place=self._at(3621),
+            )
         sides = [self._points(first, last)]
         if self.chosen.bidirectional:
             if (3626, self.axis) not in self.words.values:
-                raise _error(
-                    self.path,
-                    "the file has no second table: parameter 3626 of the axis is missing",
-                    None,
-                    "Leave --set bidirectional=1 out, for a new table beside this one too",
+                raise MeasurementFileError(
+                    "no_second_table", place=Place(self.path, column="N3626")
                 )
             start = self._whole(3626)
             sides.append(self._points(start, start + last - first))
@@ -324,7 +306,7 @@ class _Reading:
         before = at - first + 1
         if turns:
             if at != first or abs((last - first) * step - TURN_DEG) > 1e-6:
-                raise self._wrong(3622, "the points of a turn do not begin at 3620 and span 360")
+                raise MeasurementFileError("turn_not_spanned", place=self._at(3622))
             before = 0
         position: FloatArray = reference + step * (
             np.arange(sums[0].size, dtype=np.float64) - before
@@ -336,20 +318,18 @@ class _Reading:
         for point in range(first, last + 1):
             word = self.words.values.get((FIRST_POINT + point, 0))
             if word is None:
-                raise _error(
-                    self.path,
-                    f"point {point} (N{FIRST_POINT + point}) is missing: the control would keep"
-                    " its old value",
-                    None,
-                    "Give all points from 3621 to 3622, and of the second table as many",
+                raise MeasurementFileError(
+                    "table_point_missing",
+                    point=point,
+                    place=Place(self.path, column=f"N{FIRST_POINT + point}"),
                 )
             value = self._as_whole(word)
             if abs(value) > self.chosen.largest:
-                raise _error(
-                    self.path,
-                    f"the value {value} is beyond the {self.chosen.largest} that a point can hold",
-                    word.line,
-                    "State --set largest_value if the control holds more",
+                raise MeasurementFileError(
+                    "point_value_too_large",
+                    value=value,
+                    largest=self.chosen.largest,
+                    place=Place(self.path, word.line),
                 )
             values.append(value)
         return values

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.controls._control import (
     Control,
     ProgramRequest,
@@ -42,7 +42,10 @@ def signed(value: float) -> str:
     text = plain_number(value, DECIMALS)
     if abs(value) > LARGEST_NUMBER:
         raise ConfigurationError(
-            f"{text} does not fit a column of the table", where="points", remedy="Check the unit"
+            "value_wider_than_column",
+            value=value,
+            largest=LARGEST_NUMBER,
+            place=Place(key="points"),
         )
     return text if text.startswith("-") else f"+{text}"
 
@@ -51,11 +54,7 @@ def check_positions(table: CompensationTable) -> None:
     """Refuse points that four decimals cannot hold."""
     off = np.abs(table.position - np.round(table.position, DECIMALS))
     if bool(np.any(off > 1e-7)):
-        raise ConfigurationError(
-            f"a point of the table has more than the {DECIMALS} decimals of the control",
-            where="points",
-            remedy="Give --points or --spacing, which are rounded to them",
-        )
+        raise ConfigurationError("points_too_fine", decimals=DECIMALS, place=Place(key="points"))
 
 
 def value_unit(kind: AxisKind) -> float:
@@ -123,54 +122,35 @@ class ComText:
     findings: tuple[str, ...] = ()
     """What is unusual about the ends of its lines, in words."""
 
-    def error(
-        self, what: str, line: int | None, remedy: str, column: str | None = None
-    ) -> MeasurementFileError:
-        """Make the error that names a place of the table."""
-        return MeasurementFileError(what, path=self.path, line=line, column=column, remedy=remedy)
-
     def number(self, word: str, line: int, column: str) -> float:
         """Return a number as the control reads it."""
+        place = Place(self.path, line, column)
         if _NUMBER.fullmatch(word) is None:
-            shown = printable(word[:99], 30)
             if re.fullmatch(r"[+-]?[0-9]+,[0-9]*", word[:60], re.ASCII):
-                raise self.error(
-                    f"'{shown}' has a decimal comma, which the control does not read",
-                    line,
-                    "Write the table again with decimal points",
-                    column,
-                )
-            raise self.error(f"'{shown}' is no number", line, "Correct the value", column)
+                raise MeasurementFileError("table_decimal_comma", text=word[:99], place=place)
+            raise MeasurementFileError("not_a_number", text=word[:99], place=place)
         value = float(word)
         if abs(value) > LARGEST_NUMBER:
-            raise self.error(
-                f"'{printable(word[:99], 30)}' is beyond the column",
-                line,
-                "Check unit and digits",
-                column,
+            raise MeasurementFileError(
+                "number_too_large", text=word[:99], largest=LARGEST_NUMBER, place=place
             )
         return value
 
 
 def com_text(text: str, path: str) -> ComText:
     """Return the lines of a table."""
-    source = ComText(path, ())
     lines, findings = text_lines(text, path)
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
-        raise source.error("the file is empty", None, "Name the table's file")
+        raise MeasurementFileError("file_empty", place=Place(path))
     for number, line in enumerate(lines, start=1):
         if len(line) > LONGEST_LINE:
-            raise source.error(
-                f"the line is longer than {LONGEST_LINE} characters", number, "Name the table alone"
+            raise MeasurementFileError(
+                "table_line_too_long", most=LONGEST_LINE, place=Place(path, number)
             )
         if "\t" in line:
-            raise source.error(
-                "the line has a tab, and columns are known by their places",
-                number,
-                "Put spaces in place of the tabs",
-            )
+            raise MeasurementFileError("table_line_has_tab", place=Place(path, number))
     return ComText(path, tuple(lines), tuple(findings))
 
 
@@ -182,25 +162,19 @@ def words_of(line: str) -> list[tuple[int, str]]:
 def check_numbering(source: ComText, word: str, line: int, expected: int) -> None:
     """Refuse a row that is not the next one, or beyond the control's number of rows."""
     if not re.fullmatch(r"[0-9]{1,6}", word):
-        raise source.error(
-            f"the row begins with '{printable(word[:99], 30)}', not with its number",
-            line,
-            "Number the rows from 0 up",
-            "NR",
+        raise MeasurementFileError(
+            "row_without_number", text=word[:99], place=Place(source.path, line, "NR")
         )
     if int(word) != expected:
-        raise source.error(
-            f"this row has the number {int(word)} where {expected} comes next: a row is missing,"
-            " doubled or moved",
-            line,
-            "Number the rows from 0 up without a gap",
-            "NR",
+        raise MeasurementFileError(
+            "row_out_of_order",
+            number=int(word),
+            expected=expected,
+            place=Place(source.path, line, "NR"),
         )
     if expected >= MOST_POINTS:
-        raise source.error(
-            f"this is row {expected + 1}; the control reads at most {MOST_POINTS}",
-            line,
-            f"Write a table of at most {MOST_POINTS} points",
+        raise MeasurementFileError(
+            "too_many_rows", most=MOST_POINTS, place=Place(source.path, line)
         )
 
 
@@ -215,13 +189,9 @@ def headings_of(source: ComText, first: tuple[str, ...]) -> dict[str, int]:
     words = words_of(source.lines[1].upper()) if len(source.lines) > 1 else []
     labels = [word for _, word in words]
     if tuple(labels[: len(first)]) != first:
-        raise source.error(
-            f"the second line has no headings {', '.join(first)} and the axes",
-            2,
-            "Restore the headings",
-        )
+        raise MeasurementFileError("headings_missing", headings=first, place=Place(source.path, 2))
     if len(set(labels)) != len(labels):
-        raise source.error("a heading stands there twice", 2, "Correct the headings")
+        raise MeasurementFileError("heading_stated_twice", place=Place(source.path, 2))
     return {word: place for place, word in words[1:]}
 
 
@@ -229,20 +199,18 @@ def rows_of(source: ComText, *, needs_end: bool) -> Iterator[tuple[int, list[tup
     """Yield the numbered rows from the third line up to ``[END]``: line, and words behind NR."""
     ends = [i for i, line in enumerate(source.lines) if line.strip().upper() == "[END]"]
     if ends and ends[0] < len(source.lines) - 1:
-        raise source.error("lines follow the end of the table", ends[0] + 2, "Delete them")
+        raise MeasurementFileError("lines_behind_end", place=Place(source.path, ends[0] + 2))
     if needs_end and not ends:
-        raise source.error(
-            "the last line is not [END]: the table is cut short",
-            len(source.lines),
-            "Copy the whole table",
+        raise MeasurementFileError(
+            "table_cut_short", end="[END]", place=Place(source.path, len(source.lines))
         )
     rows = source.lines[2 : ends[0] if ends else None]
     if not rows:
-        raise source.error("the table has no rows", None, "Give the whole table")
+        raise MeasurementFileError("table_without_rows", place=Place(source.path))
     for number, content in enumerate(rows):
         words = words_of(content)
         if not words:
-            raise source.error("the line is empty within the table", number + 3, "Delete the line")
+            raise MeasurementFileError("table_line_empty", place=Place(source.path, number + 3))
         check_numbering(source, words[0][1], number + 3, number)
         yield number + 3, words[1:]
 
@@ -258,22 +226,17 @@ def findings_on_others(others: Iterable[str]) -> list[str]:
 def own_column(source: ComText, name: str, labels: list[str]) -> tuple[str, list[str]]:
     """Return the column of the axis whose positions the rows have, and what is unusual."""
     if not labels:
-        raise source.error("no column of an axis has a heading", 2, "Restore the headings")
+        raise MeasurementFileError("axis_heading_missing", place=Place(source.path, 2))
     named = _NAMED.fullmatch(name)
     file_axis = None if named is None else named["axis"].upper()
     if file_axis in labels:
         return file_axis, []
-    listed = printable(", ".join(labels), 60)
     if file_axis is not None:
-        raise source.error(
-            f"the table is named for axis {printable(file_axis, 20)}, and its columns are {listed}",
-            2,
-            "Give the table of this axis; columns of other axes are cross compensation",
+        raise MeasurementFileError(
+            "other_axis_columns", axis=file_axis, columns=tuple(labels), place=Place(source.path, 2)
         )
     if len(labels) > 1:
-        raise source.error(
-            f"the table's name has no axis, and its columns are {listed}: which is its own?",
-            1,
-            "Name it AXIS-X.COM or AXIS_X.COM in its first line",
+        raise MeasurementFileError(
+            "axis_not_named", columns=tuple(labels), place=Place(source.path, 1)
         )
     return labels[0], [f"the table's name has no axis: column {labels[0]} is taken for its own"]

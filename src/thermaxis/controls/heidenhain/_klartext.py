@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.controls._control import ControlOption, ProgramRequest, plain_number
 from thermaxis.controls._program import (
     MoveWords,
@@ -68,9 +68,7 @@ def klartext_program(request: ProgramRequest, title: str) -> str:
     name = request.options["program_name"]
     if _NAME.fullmatch(name) is None:
         raise ConfigurationError(
-            f"'{printable(name, 40)}' is no name of a program",
-            where="--set program_name",
-            remedy="Write up to 16 letters, digits, - and _",
+            "program_name_unfit", name=name, place=Place(key="--set program_name")
         )
     lines = [f"BEGIN PGM {name} MM", *_head(request, title), *_blocks(request, axis)]
     lines += ["M30", f"END PGM {name} MM"]
@@ -82,9 +80,7 @@ def klartext_axis(name: str) -> str:
     letter = name.upper()
     if letter not in AXES:
         raise ConfigurationError(
-            f"'{printable(name, 40)}' is no axis of a Klartext program",
-            where="axis",
-            remedy=f"Give --axis with one of {', '.join(sorted(AXES))}",
+            "unknown_axis", name=name, known=tuple(sorted(AXES)), place=Place(key="axis")
         )
     return letter
 
@@ -105,9 +101,7 @@ def _blocks(request: ProgramRequest, axis: str) -> Iterator[str]:
         label += block.repetitions > 1
         if label > MOST_LABELS:
             raise ConfigurationError(
-                f"the program needs more than the {MOST_LABELS} labels of the control",
-                where="targets",
-                remedy="Plan fewer targets for the step cycle, or the standard cycle",
+                "too_many_labels", most=MOST_LABELS, place=Place(key="targets")
             )
         loop = (f"LBL {label}", f"CALL LBL {label} REP {block.repetitions - 1}")
         yield from block_lines(block, words, loop, indent="")

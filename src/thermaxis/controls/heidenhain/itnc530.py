@@ -16,6 +16,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.controls._control import (
     ControlOption,
     GridRule,
@@ -41,7 +42,7 @@ from thermaxis.controls.heidenhain._com import (
     value_unit,
 )
 from thermaxis.controls.heidenhain._klartext import PROGRAM_OPTIONS, klartext_axis
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.positioning import CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
 
@@ -128,15 +129,15 @@ class HeidenhainITnc530(HeidenhainControl):
         source = com_text(text, path)
         found = _FIRST.fullmatch(source.lines[0].strip())
         if found is None:
-            raise source.error(
-                "the first line is not BEGIN ... .COM with DATUM and DISTANCE",
-                1,
-                "Give a table of an iTNC 530, or name another control",
+            raise MeasurementFileError(
+                "first_line_unfit",
+                form="BEGIN ... .COM with DATUM and DISTANCE",
+                place=Place(path, 1),
             )
         datum = source.number(found["datum"], 1, "DATUM")
         step = source.number(found["step"], 1, "DISTANCE")
         if step <= 0:
-            raise source.error("the distance is not positive", 1, "Correct DISTANCE", "DISTANCE")
+            raise MeasurementFileError("not_positive", value=step, place=Place(path, 1, "DISTANCE"))
         headings = headings_of(source, ("NR",))
         axis, findings = own_column(source, found["name"], list(headings))
         value = _rows(source, datum, step, headings, axis, findings)
@@ -166,15 +167,11 @@ def _written_step(table: CompensationTable) -> float:
     """Return the distance as it is written; the points must be what datum and it give."""
     check_positions(table)
     if table.position.size < 2:
-        raise ConfigurationError("the table needs at least two points", where="points")
+        raise ConfigurationError("too_few_table_points", place=Place(key="points"))
     step = round(float(table.position[1] - table.position[0]), DECIMALS)
     even = table.position[0] + step * np.arange(table.position.size)
     if step <= 0 or bool(np.any(np.abs(table.position - even) > HALF_DIGIT)):
-        raise ConfigurationError(
-            f"the points are not equidistant at the {DECIMALS} decimals of the control",
-            where="points",
-            remedy="Give --points or --spacing",
-        )
+        raise ConfigurationError("points_not_equidistant", place=Place(key="points"))
     return step
 
 
@@ -189,9 +186,11 @@ def _check_power_of_two(step: float) -> None:
     below = int(np.floor(np.log2(step * 10**DECIMALS)))
     near = [2.0**power / 10**DECIMALS for power in (below, below + 1)]
     raise ConfigurationError(
-        f"the distance {step:g} is not 0.0001 mm times a power of two",
-        where="--set spacing",
-        remedy=f"Give --spacing {near[0]:.4f} or {near[1]:.4f}",
+        "spacing_no_power_of_two",
+        spacing_mm=step,
+        below_mm=near[0],
+        above_mm=near[1],
+        place=Place(key="--set spacing"),
     )
 
 
@@ -225,17 +224,16 @@ def _rows(
     others: set[str] = set()
     for i, (line, words) in enumerate(rows_of(source, needs_end=False)):
         if len(words) < 2:
-            raise source.error(
-                "the row lacks its position or its value", line, "Write number, position, value"
-            )
+            raise MeasurementFileError("row_too_short", place=Place(source.path, line))
         place = source.number(words[0][1], line, "position")
         # both are rounded: the distance once for each row before
         if abs(place - datum - i * step) > HALF_DIGIT * (i + 2) + _STATION_SLACK:
-            raise source.error(
-                f"the position {place:.4f} is not DATUM + {i} DISTANCE = {datum + i * step:.4f}:"
-                " the rows are not equidistant",
-                line,
-                "Write the table again on equidistant points",
+            raise MeasurementFileError(
+                "rows_not_equidistant",
+                position=place,
+                expected=datum + i * step,
+                row=i,
+                place=Place(source.path, line),
             )
         values.append(_own_value(source, line, words[1:], headings, axis, others))
     findings += findings_on_others(others)
@@ -255,14 +253,18 @@ def _own_value(
     for begin, word in words:
         column = column_of(begin, headings)
         if column is None:
-            raise source.error("a value stands under no heading", line, "Put it in its column")
+            raise MeasurementFileError(
+                "value_without_heading", text=word[:99], place=Place(source.path, line)
+            )
         number = source.number(word, line, column)
         if column != axis:
             others.add(column)
         elif own is not None:
-            raise source.error("two values stand in one column", line, "Delete one", column)
+            raise MeasurementFileError(
+                "two_values_in_column", place=Place(source.path, line, column)
+            )
         else:
             own = number
     if own is None:
-        raise source.error("the row has no value of the axis", line, "Write it", axis)
+        raise MeasurementFileError("row_value_missing", place=Place(source.path, line, axis))
     return own

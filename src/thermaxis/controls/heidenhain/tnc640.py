@@ -16,7 +16,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.controls._control import (
     GridRule,
     ReadTable,
@@ -39,7 +39,7 @@ from thermaxis.controls.heidenhain._com import (
     signed,
     value_unit,
 )
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, MeasurementFileError
 from thermaxis.positioning import BACKWARD, FORWARD, CompensationTable, FloatArray
 from thermaxis.quantities import AxisKind
 
@@ -86,9 +86,7 @@ class HeidenhainTnc640(HeidenhainControl):
         axis = table.axis.upper()
         if _AXIS.fullmatch(axis) is None or axis in {"NR", _POSITION, _BACKWARD}:
             raise ConfigurationError(
-                f"'{printable(table.axis, 40)}' is no name of an axis in a table of {self.title}",
-                where="axis",
-                remedy="Give --axis as in CfgAxes/axisList of the control, such as X",
+                "axis_name_unfit", name=table.axis, control=self.title, place=Place(key="axis")
             )
         name = f"AXIS_{axis}.COM"
         # a reversal that another control holds apart belongs into the two columns here
@@ -120,17 +118,11 @@ class HeidenhainTnc640(HeidenhainControl):
         source = com_text(text, path)
         found = _FIRST.fullmatch(source.lines[0].strip())
         if found is None:
-            raise source.error(
-                "the first line is not BEGIN ... .COM MM",
-                1,
-                "Give a table of a TNC 640, or name another control",
+            raise MeasurementFileError(
+                "first_line_unfit", form="BEGIN ... .COM MM", place=Place(path, 1)
             )
         if found["unit"].upper() != "MM":
-            raise source.error(
-                f"the table is in {printable(found['unit'], 12)}, not in MM",
-                1,
-                "Convert it to millimetres",
-            )
+            raise MeasurementFileError("table_not_in_mm", unit=found["unit"], place=Place(path, 1))
         headings = headings_of(source, ("NR", _POSITION))
         labels = [name for name in headings if name not in {_POSITION, _BACKWARD}]
         axis, findings = own_column(source, found["name"], labels)
@@ -163,17 +155,20 @@ def _rows(source: ComText, headings: Mapping[str, int]) -> list[dict[str, float]
         for place, word in words:
             column = column_of(place, headings)
             if column is None or column in row:
-                raise source.error(
-                    f"'{printable(word[:99], 30)}' stands in no column of its own",
-                    line,
-                    "Put each number under its heading",
+                raise MeasurementFileError(
+                    "value_without_heading", text=word[:99], place=Place(source.path, line)
                 )
             row[column] = source.number(word, line, column)
         if _POSITION not in row:
-            raise source.error("the row has no position", line, "Write it", _POSITION)
+            raise MeasurementFileError(
+                "row_value_missing", place=Place(source.path, line, _POSITION)
+            )
         if rows and row[_POSITION] <= rows[-1][_POSITION]:
-            raise source.error(
-                f"the position {row[_POSITION]:.4f} does not ascend", line, "Sort the rows"
+            raise MeasurementFileError(
+                "position_not_rising",
+                position=row[_POSITION],
+                before=rows[-1][_POSITION],
+                place=Place(source.path, line),
             )
         rows.append(row)
     return rows
@@ -184,13 +179,10 @@ def _deviation(source: ComText, rows: list[dict[str, float]], axis: str) -> Floa
     both = any(_BACKWARD in row for row in rows)
     for line, row in enumerate(rows, start=3):
         if axis not in row:
-            raise source.error("the row has no value of the axis", line, "Write it", axis)
+            raise MeasurementFileError("row_value_missing", place=Place(source.path, line, axis))
         if both and _BACKWARD not in row:
-            raise source.error(
-                "the row has no value where other rows have one",
-                line,
-                "Fill the column in every row, or leave it empty in all",
-                _BACKWARD,
+            raise MeasurementFileError(
+                "row_value_missing", place=Place(source.path, line, _BACKWARD)
             )
     side = _BACKWARD if both else axis
     return np.array([[row[axis], row[side]] for row in rows])
