@@ -1,20 +1,25 @@
-"""A million cycles against a hostile machine: no law is broken and nothing is raised."""
+"""Cycles against a hostile machine: no law is broken and nothing is raised.
+
+``HOSTILE_CYCLES=1000000`` plays a million.
+"""
+
+import os
 
 import pytest
 
 from tests.unit.compensation.hostile import HostileWorld, Laws, bare_lathe, quick_lathe
 from thermaxis.compensation import SupervisorState, cycle, cycle_state
 
-CYCLES = 1_000_000
+CYCLES = int(os.environ.get("HOSTILE_CYCLES", "200_000"))
 RUN = 500
-SHARES = 4
-"""Parts of the million, so that several workers share them."""
+SHARES = 2
+"""Parts of them, so that several workers share them."""
 
 
 @pytest.mark.system
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("share", range(SHARES))
-def test_a_million_hostile_cycles_obey_every_law(share: int) -> None:
+def test_hostile_cycles_obey_every_law(share: int) -> None:
     cycles = 0
     visits: dict[tuple[SupervisorState, SupervisorState], int] = {}
     for seed in range(share, CYCLES // RUN, SHARES):
@@ -32,4 +37,4 @@ def test_a_million_hostile_cycles_obey_every_law(share: int) -> None:
     assert cycles == CYCLES // SHARES
     changes = {step for step in visits if step[0] is not step[1]}
     assert len(changes) >= 18
-    assert all(visits[state, state] > 1_000 // SHARES for state in SupervisorState)
+    assert all(visits[state, state] > CYCLES // 1_000 // SHARES for state in SupervisorState)

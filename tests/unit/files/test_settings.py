@@ -269,7 +269,10 @@ def test_only_what_a_model_needs_is_enough(path: Path) -> None:
         (lambda t: t.pop("outputs"), "lacks the key outputs"),
         (lambda t: t["outputs"][0].update(offset_um="0"), "outputs[0].offset_um"),
         (lambda t: t["outputs"][0]["parts"][1].update(delay=1), "outputs[0].parts[1]"),
-        (lambda t: t["outputs"][0]["parts"][1]["sections"][0].update(time_constant_s=-1), "time_constant_s"),
+        (
+            lambda t: t["outputs"][0]["parts"][1]["sections"][0].update(time_constant_s=-1),
+            "time_constant_s",
+        ),
         (
             lambda t: t["outputs"][0]["parts"][0].update(direct_gain_um_per_k=True),
             "outputs[0].parts[0].direct_gain_um_per_k",
