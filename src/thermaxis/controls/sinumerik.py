@@ -620,5 +620,5 @@ def _choose(tables: list[_Section], options: Mapping[str, str], path: str) -> _S
         )
     number = number_option(options, "table", lowest=1, highest=len(tables))
     if number != int(number):
-        raise ConfigurationError("option_not_whole", value=number, place=Place(key="--set table"))
+        raise ConfigurationError("not_whole_number", value=number, place=Place(key="--set table"))
     return tables[int(number) - 1]

@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
+from thermaxis.virtual._numbers import require_numbers
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
@@ -59,9 +61,18 @@ class Lags:
     def __post_init__(self) -> None:
         """Check that every lag is whole and stable."""
         if len(self.gains_um_per_k) != len(self.time_constants_s):
-            raise ConfigurationError("gains and time constants are not one each")
+            raise ConfigurationError(
+                "wrong_shape",
+                shape=str(len(self.time_constants_s)),
+                expected=str(len(self.gains_um_per_k)),
+                place=Place(key="time_constants_s"),
+            )
         if not all(math.isfinite(t) and t > 0 for t in self.time_constants_s):
-            raise ConfigurationError("a time constant is not positive")
+            raise ConfigurationError(
+                "not_positive",
+                value=min(self.time_constants_s),
+                place=Place(key="time_constants_s"),
+            )
 
     @property
     def dc_gain(self) -> float:
@@ -118,27 +129,28 @@ class ThermalTestPlan:
 
     def __post_init__(self) -> None:
         """Check that the plan can be run."""
-        for entry in fields(self):
-            value = getattr(self, entry.name)
-            if isinstance(value, float) and not (math.isfinite(value) and value >= 0):
-                raise ConfigurationError(
-                    f"{entry.name} is {value}, not a finite number from zero up",
-                    where="virtual thermal test",
-                )
-        if self.hours <= 0 or self.hours + self.warm_up_h > _LONGEST_H:
+        names = tuple(entry.name for entry in fields(self))
+        require_numbers(self, positive=("hours",), not_negative=names)
+        if self.hours + self.warm_up_h > _LONGEST_H:
             raise ConfigurationError(
-                f"the test lasts {self.hours + self.warm_up_h:g} h",
-                where="virtual thermal test",
-                remedy="Ask for more than nothing and at most a year",
+                "outside_range",
+                value=self.hours + self.warm_up_h,
+                least=0,
+                most=_LONGEST_H,
+                place=Place(key="hours"),
             )
         if self.sample_time_s < 1 or self.sample_time_s % PHYSICS_STEP_S != 0:
             raise ConfigurationError(
-                f"the sample time is {self.sample_time_s:g} s",
-                where="virtual thermal test",
-                remedy="Ask for a whole number of seconds",
+                "not_whole_number", value=self.sample_time_s, place=Place(key="sample_time_s")
             )
         if self.missing_share >= 1:
-            raise ConfigurationError("every reading would be missing", where="virtual thermal test")
+            raise ConfigurationError(
+                "outside_range",
+                value=self.missing_share,
+                least=0,
+                most=1,
+                place=Place(key="missing_share"),
+            )
 
 
 @final

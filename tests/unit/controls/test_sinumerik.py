@@ -573,7 +573,7 @@ def test_of_several_tables_one_has_to_be_chosen() -> None:
     assert read(both, "table=2").axis == "AX2"
     assert read(both, "table=2").mean[1] == pytest.approx(12.0)
     for wrong in ("3", "0", "1.5", "x"):
-        code = "option_not_whole" if wrong == "1.5" else "outside_range"
+        code = "not_whole_number" if wrong == "1.5" else "outside_range"
         with refused(code, Place(key="--set table")):
             read(both, f"table={wrong}")
 

@@ -56,31 +56,32 @@ def test_it_serves_on_a_free_port_and_ends_by_itself(capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "key"),
     [
-        (("--log", "1h"), "no file"),
-        (("--log", "1h", "-o", "log.txt"), "no file type"),
-        (("--log", "1h", "-o", "log.csv", "--port", "0"), "--port: a log"),
-        (("--log", "1h", "-o", "log.csv", "--watchdog", "off"), "--watchdog: a log"),
-        (("-o", "log.csv"), "belongs to --log"),
-        (("--truth",), "belongs to --log"),
-        (("--scenario", "turret"), "no scenario 'turret'"),
-        (("--seed", "-1"), "seed is negative"),
-        (("--fault", "stuck T_turret"), "no channel 'T_turret'"),
+        (("--log", "1h"), "--log"),
+        (("--log", "1h", "-o", "log.txt"), ""),
+        (("--log", "1h", "-o", "log.csv", "--port", "0"), "--port"),
+        (("--log", "1h", "-o", "log.csv", "--watchdog", "off"), "--watchdog"),
+        (("-o", "log.csv"), "-o"),
+        (("--truth",), "--truth"),
+        (("--scenario", "turret"), "scenario"),
+        (("--seed", "-1"), "seed"),
+        (("--fault", "stuck T_turret"), "fault 'stuck T_turret'"),
         (("--clamp", "0"), "largest_um"),
         (("--rate", "-1"), "rate_um_per_s"),
         (("--port", "99999"), "--port"),
         (("--speed", "0"), "--speed"),
         (("--address", "0.0.0.0"), "--address"),  # noqa: S104 - refused
-        (("--user", "anna"), "password"),
+        (("--user", "anna"), "--user, --password-file"),
     ],
 )
 def test_what_does_not_go_together_is_refused(
-    words: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    words: tuple[str, ...], key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ConfigurationError, match=said):
+    with pytest.raises(ConfigurationError) as caught:
         run(*words)
+    assert caught.value.place.key == key
     assert not list(tmp_path.iterdir())
 
 
@@ -88,11 +89,11 @@ def test_a_password_comes_from_a_file_that_holds_one(tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.write_text("\n", encoding="ascii")
     empty.chmod(0o600)
-    with pytest.raises(ConfigurationError, match="does not hold a secret"):
+    with pytest.raises(ConfigurationError):
         run("--user", "anna", "--password-file", empty, "--port", "0")
     empty.write_text("word\n", encoding="ascii")
     empty.chmod(0o644)
-    with pytest.raises(ConfigurationError, match="others than its owner"):
+    with pytest.raises(ConfigurationError):
         run("--user", "anna", "--password-file", empty, "--port", "0")
 
 

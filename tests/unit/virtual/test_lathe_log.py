@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.refusals import refused
 from thermaxis.compensation import Provenance
-from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
 from thermaxis.thermal import (
     Baseline,
@@ -75,13 +75,13 @@ def test_faults_and_a_lost_network_are_gaps_in_the_log_but_a_stuck_sensor_is_non
 
 @pytest.mark.parametrize(("hours", "every_s"), [(0.0, 10.0), (1.0, 0.0), (1e-4, 10.0), (1e7, 1.0)])
 def test_a_log_without_rows_or_of_too_many_is_refused(hours: float, every_s: float) -> None:
-    with pytest.raises(ConfigurationError, match="rows"):
+    with refused("outside_range"):
         log_lathe(VirtualLathe(), hours, every_s=every_s)
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
     log = log_lathe(VirtualLathe(), 0.1)
-    with pytest.raises(ConfigurationError, match="parquet"):
+    with refused("unknown_choice"):
         write_lathe_log(log, tmp_path / "log.xlsx")
 
 

@@ -206,7 +206,7 @@ class Fanuc(Control):
         number = number_option(request.options, "program_number", lowest=1, highest=HIGHEST_PROGRAM)
         if not number.is_integer():
             raise ConfigurationError(
-                "option_not_whole", value=number, place=Place(key="--set program_number")
+                "not_whole_number", value=number, place=Place(key="--set program_number")
             )
         program = int(number)
         words = _move_words(request, axis)

@@ -107,7 +107,7 @@ def point_options(kind: AxisKind, options: Mapping[str, str]) -> PointOptions:
 def _whole(options: Mapping[str, str], name: str, lowest: int, highest: int) -> int:
     number = number_option(options, name, lowest=lowest, highest=highest)
     if not number.is_integer():
-        raise ConfigurationError("option_not_whole", value=number, place=Place(key=f"--set {name}"))
+        raise ConfigurationError("not_whole_number", value=number, place=Place(key=f"--set {name}"))
     return int(number)
 
 

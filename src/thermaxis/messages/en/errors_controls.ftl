@@ -6,7 +6,7 @@ error-unknown_control_option = The control has no option '{ $name }' for its { $
     .remedy = Its options, with their defaults, are: { $known }. One of them without a value shows its meaning.
 error-option_without_value = The option has no value. { $meaning }
     .remedy = Write NAME=VALUE.
-error-option_not_whole = { $value } is not a whole number.
+error-not_whole_number = { $value } is not a whole number.
 error-unknown_axis = '{ $name }' is not an axis of the control.
     .remedy = Give --axis with one of { $known }.
 error-axis_name_unfit = '{ $name }' cannot be the name of an axis of { $control }.

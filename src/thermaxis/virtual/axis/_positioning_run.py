@@ -22,13 +22,14 @@ and so does every warming; the record counts its time from the first reading.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from typing import TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import (
     APPROACHES,
@@ -43,23 +44,12 @@ from thermaxis.positioning import (
     visits_of,
 )
 from thermaxis.quantities import AxisKind
+from thermaxis.virtual._numbers import require_from_to, require_numbers
 
 IndexArray: TypeAlias = NDArray[np.intp]
 
 _MOST_READINGS = 20_000_000
 """Largest run that is generated: what the readers accept. [1]"""
-
-
-def _require(condition: bool, what: str, where: str, remedy: str = "") -> None:  # noqa: FBT001 - reads as a sentence
-    if not condition:
-        raise ConfigurationError(what, where=f"virtual axis, {where}", remedy=remedy)
-
-
-def _require_finite(part: object) -> None:
-    for entry in fields(part):  # pyright: ignore[reportArgumentType] - called with dataclasses only
-        value = getattr(part, entry.name)
-        if isinstance(value, float):
-            _require(math.isfinite(value), f"{entry.name} is not a finite number", entry.name)
 
 
 @final
@@ -103,30 +93,14 @@ class RunPlan:
 
     def __post_init__(self) -> None:
         """Check that the plan can be driven."""
-        _require_finite(self)
-        _require(self.targets >= 2, "a run needs at least two targets", "targets")
-        _require(self.cycles >= 1, "a run needs at least one cycle", "cycles")
-        _require(
-            2 * self.targets * self.cycles <= _MOST_READINGS,
-            f"the run would have more than {_MOST_READINGS} readings",
-            "cycles",
-            "Ask for fewer cycles",
-        )
-        _require(self.interval > 0, "the interval is not positive", "interval")
-        _require(
-            0 <= self.random_part < self.interval / 2,
-            "the random part is not between zero and half the interval",
-            "random_part",
-            "Neighbouring targets must not change places",
-        )
-        _require(self.feed > 0, "the feed is not positive", "feed")
-        _require(self.overrun > 0, "the overrun is not positive", "overrun")
-        _require(self.dwell_s >= 0 and self.recording_s >= 0, "a time is negative", "dwell_s")
-        _require(
-            self.approaches in {(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)},
-            "the approaches are not forward, backward, or both in this order",
-            "approaches",
-        )
+        positive = ("interval", "feed", "overrun")
+        require_numbers(self, positive=positive, not_negative=("dwell_s", "recording_s"))
+        require_from_to("targets", self.targets, 2, _MOST_READINGS)
+        require_from_to("cycles", self.cycles, 1, _MOST_READINGS // (2 * self.targets))
+        # Neighbouring targets must not change places.
+        require_from_to("random_part", self.random_part, 0, math.nextafter(self.interval / 2, 0))
+        if self.approaches not in {(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)}:
+            raise ConfigurationError("approaches_out_of_order", place=Place(key="approaches"))
 
 
 @final
@@ -158,11 +132,8 @@ class AxisGeometry:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        _require_finite(self)
-        _require(self.pitch_error >= 0, "an amplitude is negative", "pitch_error")
-        _require(0 <= self.pitch_error_waves <= 100, "not from 0 to 100 waves", "pitch_error_waves")
-        _require(self.periodic_error >= 0, "an amplitude is negative", "periodic_error")
-        _require(self.period > 0, "the period is not positive", "period")
+        require_numbers(self, positive=("period",), not_negative=("pitch_error", "periodic_error"))
+        require_from_to("pitch_error_waves", self.pitch_error_waves, 0, 100)
 
 
 @final
@@ -183,8 +154,7 @@ class WarmUp:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        _require_finite(self)
-        _require(self.time_constant_s > 0, "a time constant is not positive", "time_constant_s")
+        require_numbers(self, positive=("time_constant_s",))
 
     def displacement(self, time_s: FloatArray) -> FloatArray:
         """Return the displacement at times since the start of the motion.
@@ -235,18 +205,8 @@ class AxisThermal:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        _require_finite(self)
-        _require(
-            self.screw_expansion_um_per_m >= 0,
-            "a screw that warms up does not shrink",
-            "screw_expansion_um_per_m",
-        )
-        _require(
-            self.screw_time_constant_s > 0,
-            "a time constant is not positive",
-            "screw_time_constant_s",
-        )
-        _require(self.hall_period_s > 0, "the period is not positive", "hall_period_s")
+        positive = ("screw_time_constant_s", "hall_period_s")
+        require_numbers(self, positive=positive, not_negative=("screw_expansion_um_per_m",))
 
     def hall_temperature_c(self, time_s: FloatArray) -> FloatArray:
         """Return the hall's temperature at times since the start of the motion.
@@ -325,14 +285,10 @@ class ReadingScatter:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        _require_finite(self)
-        _require(self.noise >= 0, "a standard deviation is negative", "noise")
+        require_numbers(self, not_negative=("noise", "outliers", "missing"))
         for place in self.local:
-            _require_finite(place)
-            _require(place.spread >= 0, "a standard deviation is negative", "local")
-        _require(self.outliers >= 0, "a number is negative", "outliers")
-        _require(self.missing >= 0, "a number is negative", "missing")
-        _require(0 <= self.decimals <= 9, "not from 0 to 9 decimals", "decimals")
+            require_numbers(place, not_negative=("spread",))
+        require_from_to("decimals", self.decimals, 0, 9)
 
 
 @final
@@ -366,18 +322,14 @@ class VirtualAxis:
     def __post_init__(self) -> None:
         """Check what the parts cannot check alone."""
         for place in self.scatter.local:
-            _require(
-                1 <= place.position <= self.plan.targets,
-                f"there is no position {place.position}",
-                "local",
-                f"Positions count from 1 to {self.plan.targets}",
-            )
+            require_from_to("local", place.position, 1, self.plan.targets)
         if self.kind is AxisKind.ROTARY:
             per_metre = (
                 self.geometry.straight_line_um_per_m,
                 self.thermal.screw_expansion_um_per_m,
             )
-            _require(per_metre == (0.0, 0.0), "a rotary axis has no error per metre", "kind")
+            if per_metre != (0.0, 0.0):
+                raise ConfigurationError("rotary_error_per_metre", place=Place(key="kind"))
 
 
 @final
@@ -426,7 +378,8 @@ def _target_positions(plan: RunPlan, random: np.random.Generator) -> FloatArray:
     """Return the targets of equation (1), with the three decimals of an NC program."""
     offset = random.uniform(-plan.random_part, plan.random_part, plan.targets)
     target = np.round(plan.first + plan.interval * np.arange(plan.targets) + offset, 3) + 0.0
-    _require(bool(np.all(np.diff(target) > 0)), "targets coincide at 0.001", "interval")
+    if not bool(np.all(np.diff(target) > 0)):
+        raise ConfigurationError("not_rising", place=Place(key="interval"))
     return target
 
 
@@ -460,7 +413,7 @@ def _noise(
 def _outliers(axis: VirtualAxis, visits: Visits, random: np.random.Generator) -> FloatArray:
     scatter = axis.scatter
     stops = visits.target.size
-    _require(scatter.outliers <= stops, "there are more outliers than readings", "outliers")
+    require_from_to("outliers", scatter.outliers, 0, stops)
     outlier = np.zeros((axis.plan.targets, axis.plan.cycles, 2))
     hit = random.choice(stops, size=scatter.outliers, replace=False)
     sign = random.choice([-1.0, 1.0], size=scatter.outliers)
@@ -481,12 +434,8 @@ def _lost_stops(axis: VirtualAxis, visits: Visits, random: np.random.Generator) 
         if left[place] > 2:
             left[place] -= 1
             lost.append(stop)
-    _require(
-        len(lost) == axis.scatter.missing,
-        f"only {len(lost)} readings can be missing",
-        "missing",
-        "Two readings of every target and approach must stay",
-    )
+    # Two readings of every target and approach must stay.
+    require_from_to("missing", axis.scatter.missing, 0, len(lost))
     return np.array(lost, dtype=np.intp)
 
 
@@ -516,7 +465,8 @@ def generate_positioning_run(axis: VirtualAxis, *, seed: int) -> GeneratedRun:
     ----------
     Stejskal et al. 2017, equation (1) for the targets.
     """
-    _require(seed >= 0, "the seed is negative", "seed")
+    if seed < 0:
+        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
     plan = axis.plan
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5)]
     shape = (plan.targets, plan.cycles, 2)

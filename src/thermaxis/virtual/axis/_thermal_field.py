@@ -17,9 +17,11 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import format_field_csv
 from thermaxis.thermal import FloatArray, ThermalField
+from thermaxis.virtual._numbers import require_from_to, require_numbers
 
 EXAMPLE_SEED = 8
 """Seed of the example images; the paper's figure of the table has this number. [1]"""
@@ -27,6 +29,9 @@ EXAMPLE_TIMES_S = (0.0, 25_200.0)
 """Times of the example images since the motor started: at once, and after seven hours. [s]"""
 EXAMPLE_NAMES = ("field_before.csv", "field_after.csv")
 """Names of the example files."""
+
+_MOST_PIXELS = 10_000
+"""Most pixels along an edge. [1]"""
 
 
 @final
@@ -69,18 +74,19 @@ class VirtualTable:
     def __post_init__(self) -> None:
         """Check that the table can exist."""
         positive = (
-            self.pixel_mm,
-            self.thickness_mm,
-            self.conductivity_w_per_mk,
-            self.heat_capacity_j_per_m3k,
-            self.heat_transfer_w_per_m2k,
+            "pixel_mm",
+            "thickness_mm",
+            "conductivity_w_per_mk",
+            "heat_capacity_j_per_m3k",
+            "heat_transfer_w_per_m2k",
         )
-        if min(self.rows, self.columns) < 2 or not min(positive) > 0.0 or not self.noise_k >= 0.0:
-            raise ConfigurationError(
-                "pixels, lengths and properties are not all positive", where="virtual table"
-            )
+        require_numbers(self, positive=positive, not_negative=("noise_k",))
+        for key in ("rows", "columns"):
+            require_from_to(key, getattr(self, key), 2, _MOST_PIXELS)
         if not 0.0 <= self.source_from < self.source_to <= 1.0 or not np.any(self._source_rows()):
-            raise ConfigurationError("the source is no part of the edge", where="virtual table")
+            raise ConfigurationError(
+                "source_outside_edge", place=Place(key="source_from, source_to")
+            )
 
     def _source_rows(self) -> FloatArray:
         """Return 1 for every row in which the source touches the edge, else 0, (rows,)."""
@@ -164,9 +170,11 @@ def generate_thermal_field(table: VirtualTable, time_s: float, *, seed: int) -> 
     ConfigurationError
         If the time or the seed is not possible.
     """
-    if not 0.0 <= time_s < 1e9 or seed < 0:
+    if seed < 0:
+        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
+    if not 0.0 <= time_s < 1e9:
         raise ConfigurationError(
-            "time and seed of an image count from zero", where=f"time {time_s:g} s, seed {seed}"
+            "outside_range", value=time_s, least=0, most=1e9, place=Place(key="time_s")
         )
     noise = np.random.default_rng(seed).normal(0.0, table.noise_k, (table.rows, table.columns))
     return ThermalField(

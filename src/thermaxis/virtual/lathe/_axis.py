@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.virtual._numbers import require_numbers
 
 HEARTBEAT_RANGE = 2**32
 """The heartbeat is an UInt32. [1]"""
@@ -40,15 +40,7 @@ class OffsetRules:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        for name, value in (
-            ("largest_um", self.largest_um),
-            ("rate_um_per_s", self.rate_um_per_s),
-            ("watchdog_s", 1.0 if self.watchdog_s is None else self.watchdog_s),
-        ):
-            if not (math.isfinite(value) and value > 0.0):
-                raise ConfigurationError("not a positive number", where=name)
-        if not math.isfinite(self.own_um_per_k):
-            raise ConfigurationError("not a finite number", where="own_um_per_k")
+        require_numbers(self, positive=("largest_um", "rate_um_per_s", "watchdog_s"))
 
 
 @final

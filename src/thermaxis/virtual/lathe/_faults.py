@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, final
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 
 
@@ -83,24 +83,29 @@ class Fault:
 
     def __post_init__(self) -> None:
         """Check the parts against each other."""
-        where = f"fault {self.kind}"
+        place = Place(key=f"fault {self.kind}")
         wanted = _CHANNELS.get(self.kind, 1)
         if len(self.channels) != wanted or len(set(self.channels)) != wanted:
             raise ConfigurationError(
-                f"it needs {wanted or 'no'} channel{'s' * (wanted != 1)}", where=where
+                "fault_channel_count", count=len(self.channels), wanted=wanted, place=place
             )
         if not 0.0 <= self.at_s <= LONGEST_S:
-            raise ConfigurationError("it begins at no time from zero up", where=where)
+            raise ConfigurationError(
+                "outside_range", value=self.at_s, least=0, most=LONGEST_S, place=place
+            )
         if not self.for_s > 0.0:
-            raise ConfigurationError("it lasts for no positive time", where=where)
+            raise ConfigurationError("not_positive", value=self.for_s, place=place)
         if self.kind in OF_NETWORK and math.isinf(self.for_s):
-            raise ConfigurationError("it would never end", where=where, remedy="Write for 5s")
+            raise ConfigurationError("fault_without_end", place=place)
         if self.every_s is not None and not self.for_s < self.every_s <= LONGEST_S:
-            raise ConfigurationError("it comes again before it has ended", where=where)
-        needs = self.kind in _AMOUNT_WORD
-        if needs != (self.amount is not None) or not math.isfinite(self.amount or 0.0):
-            said = f"it needs '{_AMOUNT_WORD[self.kind]}' and a number" if needs else "it has none"
-            raise ConfigurationError(f"the amount is wrong: {said}", where=where)
+            raise ConfigurationError(
+                "fault_repeats_too_soon", every_s=self.every_s, for_s=self.for_s, place=place
+            )
+        word = _AMOUNT_WORD.get(self.kind)
+        if word is None and self.amount is not None:
+            raise ConfigurationError("fault_takes_no_amount", place=place)
+        if word is not None and not math.isfinite(math.nan if self.amount is None else self.amount):
+            raise ConfigurationError("fault_without_amount", word=word, place=place)
 
     def begin_s(self, time_s: float) -> float | None:
         """Return when the fault that acts at a time began.
@@ -163,34 +168,31 @@ def parse_fault(text: str, channels: Sequence[str]) -> Fault:
         If the sentence is none, or names a channel that is not there.
     """
     words = text.split()
-    where = f"fault '{printable(text, 80)}'"
-    remedy = "Write it like: stuck T_spindle_C at 2h for 10min"
+    place = Place(key=f"fault '{printable(text, 80)}'")
     try:
         kind = FaultKind(words[0].casefold())
     except (IndexError, ValueError):
         raise ConfigurationError(
-            f"a fault begins with one of {', '.join(FaultKind)}", where=where, remedy=remedy
+            "unknown_choice", name=words[0] if words else "", known=tuple(FaultKind), place=place
         ) from None
     stops = (*_TIME_WORDS, "by", "to")
     first = next((k for k, w in enumerate(words) if k and w.casefold() in stops), len(words))
-    named = tuple(_channel(word, channels, where) for word in words[1:first])
+    named = tuple(_channel(word, channels, place) for word in words[1:first])
     times: dict[str, float] = {}
     amount: float | None = None
     rest = [word for word in words[first:] if word not in _UNIT_WORDS]
     if len(rest) % 2:
-        raise ConfigurationError("a word has no number behind it", where=where, remedy=remedy)
+        raise ConfigurationError("fault_word_without_value", place=place)
     for word, value in zip(rest[::2], rest[1::2], strict=True):
         key = word.casefold()
         if key in times or key not in stops or (key in {"by", "to"} and amount is not None):
-            raise ConfigurationError(
-                f"'{printable(word, 20)}' is not expected there", where=where, remedy=remedy
-            )
+            raise ConfigurationError("fault_word_unexpected", word=word, place=place)
         if key in _TIME_WORDS:
-            times[key] = _seconds(value, where)
+            times[key] = _seconds(value, place)
         elif key != _AMOUNT_WORD.get(kind):
-            raise ConfigurationError(f"{kind} takes no '{key}'", where=where, remedy=remedy)
+            raise ConfigurationError("fault_word_unexpected", word=word, place=place)
         else:
-            amount = _number(value, where)
+            amount = _number(value, place)
     return Fault(
         kind,
         named,
@@ -210,33 +212,27 @@ def parse_seconds(text: str) -> float | None:
     return seconds if seconds <= LONGEST_S else None
 
 
-def _seconds(text: str, where: str) -> float:
+def _seconds(text: str, place: Place) -> float:
     seconds = parse_seconds(text)
     if seconds is None:
-        raise ConfigurationError(
-            f"'{printable(text, 20)}' is no time", where=where, remedy="Write 90s, 10min or 2h"
-        )
+        raise ConfigurationError("not_a_duration", text=text, place=place)
     return seconds
 
 
-def _number(text: str, where: str) -> float:
+def _number(text: str, place: Place) -> float:
     try:
         value = float(text.removesuffix("K").removesuffix("um"))
     except ValueError:
         value = math.nan
     if not abs(value) <= 1e9:
-        raise ConfigurationError(f"'{printable(text, 20)}' is no number", where=where)
+        raise ConfigurationError("not_a_number", text=text, place=place)
     return value
 
 
-def _channel(word: str, channels: Sequence[str], where: str) -> str:
+def _channel(word: str, channels: Sequence[str], place: Place) -> str:
     folded = word.casefold()
     exact = [name for name in channels if name.casefold() == folded]
     found = exact or [n for n in channels if n.casefold().rpartition("_")[0] == folded]
     if len(found) != 1:
-        raise ConfigurationError(
-            f"there is no channel '{printable(word, 40)}'",
-            where=where,
-            remedy=f"Channels are {', '.join(channels)}",
-        )
+        raise ConfigurationError("unknown_name", name=word, known=tuple(channels), place=place)
     return found[0]

@@ -9,6 +9,7 @@ import asyncio
 from contextlib import suppress
 from typing import Final, final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 _BLOCK_BYTES: Final = 65_536
@@ -41,9 +42,9 @@ class NetworkGate:
             self._server = await asyncio.start_server(self._take, self.address, self.port)
         except OSError as error:
             raise ConfigurationError(
-                f"nobody can listen at {self.address}:{self.port} ({error.strerror or error})",
-                where="--address, --port",
-                remedy="Take another port, or --port 0 for a free one",
+                "port_unavailable",
+                cause=error.strerror or str(error),
+                place=Place(f"{self.address}:{self.port}", key="--address, --port"),
             ) from None
         self.port = int(self._server.sockets[0].getsockname()[1])
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_thermal_log
 from thermaxis.thermal import ThermalLog
@@ -67,8 +67,7 @@ def log_lathe(
     rows = int(hours * 3600.0 / every_s + 1e-6) if every_s > 0.0 else 0
     if not 1 <= rows <= MOST_ROWS:
         raise ConfigurationError(
-            f"{hours:g} h with a row every {every_s:g} s are not from 1 to {MOST_ROWS} rows",
-            where="log",
+            "outside_range", value=rows, least=1, most=MOST_ROWS, place=Place(key="rows")
         )
     names = (*LOG_COLUMNS, *(UNCORRECTED if truth else ()))
     values = np.full((rows, len(names)), np.nan)
@@ -130,7 +129,5 @@ def check_log_name(path: Path | str) -> None:
     suffix = Path(path).suffix
     if suffix.casefold() not in {".csv", ".parquet"}:
         raise ConfigurationError(
-            f"'{printable(suffix, 20)}' is no file type that a log is written as",
-            where=f"-o {path}",
-            remedy="End the name in .csv or .parquet",
+            "unknown_choice", name=suffix, known=(".csv", ".parquet"), place=Place(str(path))
         )

@@ -14,8 +14,9 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
+from thermaxis.virtual._numbers import require_from_to
 from thermaxis.virtual.lathe._axis import OffsetAxis, OffsetRules
 from thermaxis.virtual.lathe._faults import OF_NETWORK, Fault, FaultKind
 from thermaxis.virtual.lathe._hall import HELD_S, Hall, HallSettings
@@ -105,7 +106,7 @@ class VirtualLathe:
         faults: Sequence[Fault] = (),
     ) -> None:
         if seed < 0:
-            raise ConfigurationError("the seed is negative", where="seed")
+            raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
         for fault in faults:
             _check_fault(fault)
         self.scenario = scenario_named(scenario) if isinstance(scenario, str) else scenario
@@ -152,8 +153,7 @@ class VirtualLathe:
         ConfigurationError
             If it is negative or not finite.
         """
-        if not 0.0 <= seconds <= 1e9:
-            raise ConfigurationError(f"a step of {seconds:g} s is not possible", where="step")
+        require_from_to("step", seconds, 0, 1e9)
         target_s = self._time_s + seconds
         while True:
             stop_s = min(target_s, self._segment_end_s)
@@ -352,9 +352,7 @@ class VirtualLathe:
         """
         if name not in {*FLAGS, "coolant_on"}:
             raise ConfigurationError(
-                f"there is no flag {printable(name, 40)}",
-                where="flag",
-                remedy=f"Flags are {', '.join(FLAGS)}, coolant_on",
+                "unknown_name", name=name, known=(*FLAGS, "coolant_on"), place=Place(key="flag")
             )
         if value is None:
             self._set.pop(name, None)
@@ -491,13 +489,12 @@ def _check_fault(fault: Fault) -> None:
     for name in fault.channels:
         if name not in allowed:
             raise ConfigurationError(
-                f"nothing is {fault.kind} at '{printable(name, 40)}'",
-                where=f"fault {fault.kind}",
-                remedy=f"Names are {', '.join(allowed)}",
+                "unknown_name",
+                name=name,
+                known=tuple(allowed),
+                place=Place(key=f"fault {fault.kind}"),
             )
         if fault.kind is not FaultKind.SET and SIGNALS[name].unit == "bool":
             raise ConfigurationError(
-                f"{name} is a flag",
-                where=f"fault {fault.kind}",
-                remedy=f"Write: set {name} to 1",
+                "fault_of_flag", name=name, place=Place(key=f"fault {fault.kind}")
             )

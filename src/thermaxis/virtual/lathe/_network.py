@@ -15,8 +15,6 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from thermaxis.errors import ConfigurationError
-
 FloatArray: TypeAlias = NDArray[np.float64]
 
 _SMALL = 1e-3
@@ -123,19 +121,21 @@ def _array(values: ArrayLike) -> FloatArray:
 
 def _check(capacity: FloatArray, between: FloatArray, outside: FloatArray) -> None:
     n = capacity.size
-    if capacity.shape != (n,) or between.shape != (n, n) or outside.shape[:1] != (n,):
-        raise ConfigurationError("the shapes of a thermal network differ", where="network")
-    if outside.ndim != 2 or n == 0:
-        raise ConfigurationError("a thermal network has no node or boundary", where="network")
+    if (
+        n == 0
+        or capacity.shape != (n,)
+        or between.shape != (n, n)
+        or outside.ndim != 2
+        or outside.shape[0] != n
+    ):
+        raise ValueError("the shapes of a thermal network differ")
     if not bool(np.isfinite(capacity).all()) or bool((capacity <= 0.0).any()):
-        raise ConfigurationError("a heat capacity is not positive", where="network")
+        raise ValueError("a heat capacity is not positive")
     for conductance in (between, outside):
         if not bool(np.isfinite(conductance).all()) or bool((conductance < 0.0).any()):
-            raise ConfigurationError("a conductance is negative or not finite", where="network")
+            raise ValueError("a conductance is negative or not finite")
     if not np.array_equal(between, between.T) or bool(np.diag(between).any()):
-        raise ConfigurationError(
-            "conductances between nodes are not symmetric with an empty diagonal", where="network"
-        )
+        raise ValueError("conductances are not symmetric with an empty diagonal")
 
 
 def _first(x: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Final, final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
     DIAMETER,
@@ -92,10 +93,17 @@ class LatheSource(Source):
         self._names = dict(lathe_names() if names is None else names)
         for signal in self._names.values():
             if signal not in SIGNALS:
-                raise ConfigurationError(f"the lathe has no signal {signal}", where="names")
+                raise ConfigurationError(
+                    "unknown_name", name=signal, known=tuple(SIGNALS), place=Place(key="names")
+                )
         for interlock in interlocks:
             if interlock not in INTERLOCKS:
-                raise ConfigurationError(f"the lathe has no interlock {interlock}", where="names")
+                raise ConfigurationError(
+                    "unknown_name",
+                    name=interlock,
+                    known=tuple(INTERLOCKS),
+                    place=Place(key="interlocks"),
+                )
         self._interlocks = tuple(interlocks)
         self._time = _Time(lathe, clock)
         self._connected = False

@@ -7,6 +7,7 @@ from itertools import accumulate
 from types import MappingProxyType
 from typing import Final, NamedTuple, final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.virtual.lathe._physics import LOW_GEAR_LIMIT_RPM
 
@@ -72,7 +73,7 @@ class Scenario:
         """Check the stages and sum their times."""
         if not self.stages or not all(0.0 < s.duration_s <= 1e9 for s in self.stages):
             raise ConfigurationError(
-                "a scenario has no stage, or one without a duration", where=f"scenario {self.name}"
+                "scenario_without_stage", place=Place(key=f"scenario {self.name}")
             )
         object.__setattr__(self, "_ends_s", tuple(accumulate(s.duration_s for s in self.stages)))
 
@@ -181,8 +182,6 @@ def scenario_named(name: str) -> Scenario:
     """Return a scenario."""
     if name not in SCENARIOS:
         raise ConfigurationError(
-            f"there is no scenario '{name}'",
-            where="scenario",
-            remedy=f"Scenarios are {', '.join(SCENARIOS)}",
+            "unknown_choice", name=name, known=tuple(SCENARIOS), place=Place(key="scenario")
         )
     return SCENARIOS[name]

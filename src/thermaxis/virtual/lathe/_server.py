@@ -26,6 +26,7 @@ from asyncua.server.user_managers import UserManager
 from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.status_codes import StatusCodes
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Clock, Secret
 from thermaxis.runtime.host import is_loopback
@@ -96,28 +97,25 @@ class LatheServerSettings:
     def __post_init__(self) -> None:
         """Check the settings against each other."""
         if not 0.0 < self.speed <= FASTEST:
-            raise ConfigurationError(f"not a number above 0 up to {FASTEST:g}", where="--speed")
+            raise ConfigurationError(
+                "not_positive_up_to", value=self.speed, most=FASTEST, place=Place(key="--speed")
+            )
         if not 0 <= self.port <= 65_535:
-            raise ConfigurationError("not a port from 0 to 65535", where="--port")
+            raise ConfigurationError(
+                "outside_range", value=self.port, least=0, most=65_535, place=Place(key="--port")
+            )
         if (self.certificate is None) != (self.private_key is None):
             raise ConfigurationError(
-                "certificate and private key go together", where="--certificate, --private-key"
+                "certificate_without_key", place=Place(key="--certificate, --private-key")
             )
         if bool(self.user) != bool(self.password):
-            raise ConfigurationError("a user has a password", where="--user, --password-file")
+            raise ConfigurationError(
+                "user_without_password", place=Place(key="--user, --password-file")
+            )
         if self.user and self.certificate is None:
-            raise ConfigurationError(
-                "a password needs an encrypted connection",
-                where="--user",
-                remedy="State --certificate and --private-key as well",
-            )
+            raise ConfigurationError("password_unencrypted", place=Place(key="--user"))
         if not is_loopback(self.address):
-            raise ConfigurationError(
-                "the virtual lathe is served on this computer only",
-                where="--address",
-                remedy="Take 127.0.0.1: a session of the server beneath can be taken over by"
-                " others, with a user as well",
-            )
+            raise ConfigurationError("other_computer", place=Place(key="--address"))
 
 
 @final
@@ -378,7 +376,7 @@ async def _load(server: Server, certificate: Path, private_key: Path) -> None:
         await server.load_private_key(private_key)
     except (OSError, ValueError) as error:
         raise ConfigurationError(
-            f"certificate or key cannot be read ({type(error).__name__})",
-            where="--certificate, --private-key",
-            remedy="Give a certificate (.der or .pem) and its key (.pem)",
+            "certificate_unreadable",
+            cause=type(error).__name__,
+            place=Place(key="--certificate, --private-key"),
         ) from None

@@ -14,6 +14,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.thermal import ThermalLog
 
@@ -108,10 +109,10 @@ def generate_lathe_test(test: str, seed: int = LATHE_SEED) -> ThermalLog:
     """
     if test not in LATHE_TESTS:
         raise ConfigurationError(
-            f"there is no test {test}", where="test", remedy=f"Tests are {', '.join(LATHE_TESTS)}"
+            "unknown_choice", name=test, known=tuple(LATHE_TESTS), place=Place(key="test")
         )
     if seed < 0:
-        raise ConfigurationError("the seed is negative", where="seed")
+        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
     rng = np.random.default_rng([seed, LATHE_TESTS.index(test)])
     lathe = _Lathe()
     hours, spindle_stages, table_stages = _PROFILES[test]

@@ -1,0 +1,31 @@
+### Errors of virtual machines
+
+error-approaches_out_of_order = The approaches are not forward, backward, or both in this order.
+error-rotary_error_per_metre = A rotary axis has no error per metre.
+error-source_outside_edge = The heat source touches no pixel of the edge.
+error-scenario_without_stage = The scenario has no stage, or one without a duration.
+error-fault_channel_count = The fault has { $count } different channels; it acts on { $wanted }.
+error-fault_without_end = The fault would never end.
+    .remedy = Write for 5s.
+error-fault_repeats_too_soon = The fault comes again after { $every_s } s, before its { $for_s } s have ended.
+error-fault_without_amount = The fault has no amount.
+    .remedy = Write '{ $word }' and a number.
+error-fault_takes_no_amount = The fault takes no amount.
+error-fault_word_without_value = A word has no number behind it.
+    .remedy = Write it like: stuck T_spindle_C at 2h for 10min.
+error-fault_word_unexpected = '{ $word }' is not expected here.
+    .remedy = Write it like: stuck T_spindle_C at 2h for 10min.
+error-fault_of_flag = { $name } is a flag.
+    .remedy = Write: set { $name } to 1.
+error-not_a_duration = '{ $text }' is not a time.
+    .remedy = Write 90s, 10min or 2h.
+error-port_unavailable = The address cannot be listened at: { $cause }.
+    .remedy = Take another port, or --port 0 for a free one.
+error-certificate_without_key = Certificate and private key go together.
+error-certificate_unreadable = The certificate or its key cannot be read: { $cause }.
+    .remedy = Give a certificate (.der or .pem) and its key (.pem).
+error-user_without_password = User and password go together.
+error-password_unencrypted = A password needs an encrypted connection.
+    .remedy = State --certificate and --private-key as well.
+error-other_computer = The virtual lathe is served on this computer only.
+    .remedy = Take 127.0.0.1: a session of the server beneath can be taken over by others, with a user as well.
