@@ -88,7 +88,7 @@ LOGS: dict[str, tuple[bytes | None, str]] = {
     ),
     "no displacement": (
         "\n".join([HEAD, *(f"{20 * k},{20 + 0.01 * k},20," for k in range(ROWS))]).encode(),
-        "no log has a measured channel Z_um",
+        "No log has a measured channel Z_um",
     ),
     "a word among numbers": (
         "\n".join([HEAD, *(f"{k},{'warm' if k == 7 else 20},20,{k}" for k in range(50))]).encode(),
@@ -121,13 +121,13 @@ def test_a_log_that_allows_no_model_is_refused_in_a_sentence(
 OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "no input": (("--output", "Z_um"), "no input is named"),
     "misspelt output": (("--output", "Zz_um", *INPUT), "Zz_um"),
-    "misspelt channel": (("--output", "Z_um", "--input", "a=T_aa_C"), "Did you mean T_a_C"),
+    "misspelt channel": (("--output", "Z_um", "--input", "a=T_aa_C"), "nearest are T_a_C"),
     "a temperature as output": (("--output", "T_a_C", "--input", "a=T_b_C"), "um is needed"),
     "the output as its own input": (("--output", "Z_um", "--input", "a=z_um"), "displacement"),
-    "an input twice": (("--output", "Z_um", *INPUT, *INPUT), "two inputs"),
+    "an input twice": (("--output", "Z_um", *INPUT, *INPUT), "stated twice"),
     "an output twice": (("--output", "Z_um", "--output", "Z_um", *INPUT), "twice"),
     "no such rows": (("--output", "Z_um", *INPUT, "--span", "9000:9999"), "600 rows"),
-    "rows backwards": (("--output", "Z_um", *INPUT, "--span", "10:5"), "no row"),
+    "rows backwards": (("--output", "Z_um", *INPUT, "--span", "10:5"), "No row"),
     "one row": (("--output", "Z_um", *INPUT, "--span", "7:8"), "single row"),
     "no span": (("--output", "Z_um", *INPUT, "--span", "monday"), "is no span"),
     "means over less than a row": (

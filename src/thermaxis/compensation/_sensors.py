@@ -91,8 +91,10 @@ class SensorRules:
     def __post_init__(self) -> None:
         """Check the numbers."""
         if not -1e6 <= self.lowest_c < self.highest_c <= 1e6:
-            ends = {"lowest": self.lowest_c, "highest": self.highest_c}
-            raise ConfigurationError("no_range", **ends, place=Place(key="lowest_c, highest_c"))
+            place = Place(key="lowest_c, highest_c")
+            raise ConfigurationError(
+                "no_range", lowest=self.lowest_c, highest=self.highest_c, place=place
+            )
         for name in ("largest_rate_k_per_s", "longest_age_s", "largest_difference_k"):
             require_positive(name, getattr(self, name), LARGEST_RULE)
         for name in ("step_k", "frozen_s"):

@@ -1,8 +1,30 @@
-"""The one kind of array that identification calculates with."""
+"""The one kind of array that identification calculates with, and what every input must be."""
 
+import math
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import NOWHERE, Place
+from thermaxis.errors import DataError
+
 FloatArray: TypeAlias = NDArray[np.float64]
+
+
+def require_sample_time(sample_time_s: float, place: Place = NOWHERE) -> None:
+    """Refuse a time between rows that is not finite and positive."""
+    if not (math.isfinite(sample_time_s) and sample_time_s > 0.0):
+        raise DataError(
+            "not_positive", value=sample_time_s, place=place._replace(key="sample_time_s")
+        )
+
+
+def rows_of_inputs(u: FloatArray, inputs: int) -> FloatArray:
+    """Return inputs as numbers, one row per sample and one column per input of the model."""
+    values = np.asarray(u, dtype=np.float64)
+    if values.ndim != 2 or values.shape[1] != inputs or values.shape[0] == 0:
+        place = Place(key="u")
+        shape, expected = str(values.shape), f"(n, {inputs})"
+        raise DataError("wrong_shape", shape=shape, expected=expected, place=place)
+    return values

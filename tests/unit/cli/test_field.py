@@ -198,7 +198,7 @@ def test_an_option_that_is_not_possible_is_one_error(examples, capsys):
         (("--emissivity", "0.9", "--reflected-temperature", "nan"), "no temperature"),
         (("--scale", "0"), "no size of a pixel"),
         (("--times", "0"), "1 time"),
-        (("--times", "1", "0"), "do not increase"),
+        (("--times", "1", "0"), "do not rise"),
         (("--times", "0", "table.csv"), "not a number of hours"),
         (("--times", "0", "inf"), "no time"),
         (("--regions", "nothing.toml"), "cannot be read"),

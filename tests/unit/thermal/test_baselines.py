@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from thermaxis.errors import ConfigurationError, DataError
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.thermal import (
     Baseline,
     Experiment,
@@ -53,10 +54,14 @@ def test_a_perfect_model_fits_100_percent_and_the_mean_0_percent() -> None:
 
 @pytest.mark.parametrize(
     ("measured", "match"),
-    [(np.full(5, 3.0), "constant"), (np.full(5, np.nan), "no row"), (np.zeros(4), "shapes")],
+    [
+        (np.full(5, 3.0), "fit_undefined"),
+        (np.full(5, np.nan), "no_row_to_compare"),
+        (np.zeros(4), "wrong_shape"),
+    ],
 )
 def test_a_fit_that_is_not_defined_is_refused(measured: np.ndarray, match: str) -> None:
-    with pytest.raises(DataError, match=match):
+    with refused(match):
         fit_percent(measured, np.zeros(5))
 
 
@@ -136,14 +141,14 @@ def test_missing_inputs_are_held() -> None:
 
 def test_what_makes_no_sense_is_refused() -> None:
     test = Experiment(60.0, walk(11, 9), walk(11, 9)[:, 0])
-    with pytest.raises(ConfigurationError, match="penalty"):
+    with refused("outside_range", Place(key="ridge")):
         fit_baseline(Baseline.RIDGE, [test], ridge=-1.0)
-    with pytest.raises(ConfigurationError, match="lag"):
+    with refused("not_positive", Place(key="lags_s")):
         fit_baseline(Baseline.AVERAGES, [test], lags_s=(0.0,))
-    with pytest.raises(DataError, match="do not determine"):
+    with refused("rows_not_enough"):
         fit_baseline(Baseline.AVERAGES, [test])
     model = fit_baseline(Baseline.STATIC, [test])
-    with pytest.raises(DataError, match="shape"):
+    with refused("wrong_shape", Place(key="u")):
         simulate_baseline(model, np.zeros((5, 3)), 60.0)
-    with pytest.raises(DataError, match="sample time"):
+    with refused("not_positive", Place(key="sample_time_s")):
         simulate_baseline(model, np.zeros((5, 2)), 0.0)

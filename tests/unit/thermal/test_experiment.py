@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from thermaxis.errors import DataError
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.thermal import Experiment
 from thermaxis.thermal.log import common_shape
 
@@ -37,25 +38,25 @@ def test_missing_values_stay_where_they_are():
 
 def test_a_wrong_experiment_is_refused_with_its_name():
     for sample_time_s, u, y, says in (
-        (0.0, np.zeros((9, 1)), np.zeros(9), "not a positive time"),
-        (np.nan, np.zeros((9, 1)), np.zeros(9), "not a positive time"),
-        (1.0, np.zeros(9), np.zeros(9), "not \\(n, k\\)"),
-        (1.0, np.zeros((9, 0)), np.zeros(9), "not \\(n, k\\)"),
-        (1.0, np.zeros((8, 1)), np.zeros(9), "not \\(n, k\\)"),
-        (1.0, np.full((9, 1), np.inf), np.zeros(9), "infinite"),
-        (1.0, np.zeros((9, 1)), np.array([-np.inf, *np.zeros(8)]), "infinite"),
-        (1.0, np.full((9, 1), np.nan), np.zeros(9), "input 1 was never measured"),
-        (1.0, np.zeros((9, 1)), np.array([np.nan, np.nan, *np.zeros(7)]), "measured 7 times"),
-        (1.0, np.zeros((5, 1)), np.zeros(5), "fewer than 8"),
+        (0.0, np.zeros((9, 1)), np.zeros(9), "not_positive"),
+        (np.nan, np.zeros((9, 1)), np.zeros(9), "not_positive"),
+        (1.0, np.zeros(9), np.zeros(9), "wrong_shape"),
+        (1.0, np.zeros((9, 0)), np.zeros(9), "wrong_shape"),
+        (1.0, np.zeros((8, 1)), np.zeros(9), "wrong_shape"),
+        (1.0, np.full((9, 1), np.inf), np.zeros(9), "infinite_value"),
+        (1.0, np.zeros((9, 1)), np.array([-np.inf, *np.zeros(8)]), "infinite_value"),
+        (1.0, np.full((9, 1), np.nan), np.zeros(9), "input_never_measured"),
+        (1.0, np.zeros((9, 1)), np.array([np.nan, np.nan, *np.zeros(7)]), "too_few_measured"),
+        (1.0, np.zeros((5, 1)), np.zeros(5), "too_few_rows"),
     ):
-        with pytest.raises(DataError, match=says) as caught:
+        with refused(says) as caught:
             Experiment(sample_time_s, u, y, "monday")
-        assert caught.value.where == "monday"
+        assert caught.value.place.file == "monday"
 
 
 def test_experiments_belong_together_only_with_the_same_inputs():
     assert common_shape([_experiment(), _experiment(30)]) == 2
-    with pytest.raises(DataError, match="1, 2 inputs"):
+    with refused("inputs_differ"):
         common_shape([_experiment(), _experiment(inputs=1)])
-    with pytest.raises(DataError, match="no experiment"):
+    with refused("no_log", Place(key="experiments")):
         common_shape([])

@@ -2,7 +2,8 @@
 
 import pytest
 
-from thermaxis.errors import ConfigurationError
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.thermal import ModalOptions, Records, joint_gains, parse_input, records_of
 from thermaxis.virtual import generate_lathe_test
 
@@ -39,11 +40,15 @@ def test_the_tool_centre_point_is_the_reference_where_it_is_named(records: Recor
 
 
 @pytest.mark.parametrize(
-    ("part", "diameters"),
-    [("turret", DIAMETERS), ("table", {"Z_D0_um": 0.0}), ("table", {"Z_D0_um": 0.0, "Q_um": 1.0})],
+    ("part", "diameters", "code"),
+    [
+        ("turret", DIAMETERS, "unknown_name"),
+        ("table", {"Z_D0_um": 0.0}, "too_few_joint_channels"),
+        ("table", {"Z_D0_um": 0.0, "Q_um": 1.0}, "unknown_name"),
+    ],
 )
 def test_what_cannot_be_joint_is_refused(
-    records: Records, part: str, diameters: dict[str, float | None]
+    records: Records, part: str, diameters: dict[str, float | None], code: str
 ) -> None:
-    with pytest.raises(ConfigurationError):
+    with refused(code, Place(key="joint")):
         joint_gains(records, part, diameters)

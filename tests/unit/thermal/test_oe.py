@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from thermaxis.errors import ConfigurationError, DataError
+from tests.refusals import refused
 from thermaxis.thermal import (
     PAPER_SPINDLE,
     PAPER_TABLE,
@@ -173,17 +173,17 @@ def test_a_dc_gain_that_the_record_does_not_determine_is_said() -> None:
 
 def test_structures_that_make_no_sense_are_refused() -> None:
     for arguments, options, match in (
-        ((1,), OeOptions(), "only one"),
-        ((1, 1), OeOptions(noise_order=-1), "negative"),
-        ((0, 0), OeOptions(), "no coefficient"),
-        ((1, -1), OeOptions(), "outside"),
+        ((1,), OeOptions(), "half_orders"),
+        ((1, 1), OeOptions(noise_order=-1), "oe_options_outside"),
+        ((0, 0), OeOptions(), "no_coefficient"),
+        ((1, -1), OeOptions(), "outside_range"),
     ):
         u = np.random.default_rng(8).normal(size=(40, 1))
-        with pytest.raises(ConfigurationError, match=match):
+        with refused(match):
             oe([Experiment(1.0, u, u[:, 0].copy())], *arguments, options=options)
 
 
 def test_more_parameters_than_rows_are_refused() -> None:
     u = np.random.default_rng(9).normal(size=(10, 1))
-    with pytest.raises(DataError, match="do not determine"):
+    with refused("rows_not_enough"):
         oe([Experiment(1.0, u, u[:, 0].copy())], 5, 5)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from thermaxis.errors import DataError
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.thermal import (
     Experiment,
     PolynomialModel,
@@ -79,11 +80,11 @@ def test_a_residual_that_follows_an_input_is_seen() -> None:
 
 
 def test_series_that_do_not_fit_are_refused() -> None:
-    with pytest.raises(DataError, match="tests"):
+    with refused("wrong_shape"):
         analyse_residuals([np.zeros(5)], [])
-    with pytest.raises(DataError, match="shape"):
+    with refused("wrong_shape"):
         analyse_residuals([np.zeros(50)], [np.zeros((40, 1))])
-    with pytest.raises(DataError, match="lags"):
+    with refused("too_few_residuals"):
         analyse_residuals([np.zeros(10)], [np.zeros((10, 1))])
 
 
@@ -93,7 +94,7 @@ def test_criteria_are_their_formulas() -> None:
     assert information_criteria(0.00168531, 300, 4).fpe_um2 == pytest.approx(0.0017309, abs=5e-8)
     assert criteria.bic - criteria.aic == pytest.approx(4 * (np.log(296) - 2.0))
     assert information_criteria(1.0, 3, 4).fpe_um2 == np.inf
-    with pytest.raises(DataError):
+    with refused("no_mean_square"):
         information_criteria(1.0, 0, 1)
 
 
@@ -126,7 +127,7 @@ def test_deviations_of_step_response_dc_gain_and_time_constant_are_those_over_se
 def test_a_step_response_ends_at_the_dc_gain() -> None:
     result = fitted(0)
     assert step_responses(result, 2000).response[-1, 0] == pytest.approx(result.dc_gain[0])
-    with pytest.raises(DataError):
+    with refused("not_positive", Place(key="rows")):
         step_responses(result, 0)
 
 
@@ -168,7 +169,7 @@ def test_a_machine_that_cools_otherwise_is_found_and_a_linear_one_is_left_alone(
 def test_one_phase_alone_is_refused() -> None:
     test, simulated = heated_and_cooled(1.0, 0)
     half = Experiment(10.0, test.u[:1000], test.y[:1000])
-    with pytest.raises(DataError, match="one phase"):
+    with refused("phase_too_short"):
         check_linearity([half], [simulated[:1000]])
-    with pytest.raises(DataError, match="length"):
+    with refused("wrong_shape", Place(key="simulated_um")):
         check_linearity([test], [simulated[:10]])

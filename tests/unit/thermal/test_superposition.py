@@ -2,6 +2,8 @@
 
 import pytest
 
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.compensation import (
     CompensationModel,
     GainPoint,
@@ -13,7 +15,6 @@ from thermaxis.compensation import (
     initial_state,
     model_step,
 )
-from thermaxis.errors import ConfigurationError
 from thermaxis.thermal import combine_models, parse_gain
 
 
@@ -72,41 +73,38 @@ def test_outputs_of_other_names_stand_side_by_side() -> None:
 
 def test_what_cannot_be_superposed_is_refused() -> None:
     for models, said in (
-        ([], "no model"),
-        ([("a", model(SPINDLE)), ("b", model(SPINDLE))], "count twice"),
-        ([("a", model(SPINDLE)), ("b", model(Part("spindle", "T_other", "", 1.0)))], "are named"),
-        ([("a", model(SPINDLE)), ("b", model(TABLE, input_filter_s=60.0))], "filtered"),
+        ([], "no_model"),
+        ([("a", model(SPINDLE)), ("b", model(SPINDLE))], "heat_counted_twice"),
+        (
+            [("a", model(SPINDLE)), ("b", model(Part("spindle", "T_other", "", 1.0)))],
+            "part_name_twice",
+        ),
+        ([("a", model(SPINDLE)), ("b", model(TABLE, input_filter_s=60.0))], "filters_differ"),
         (
             [
                 ("a", model(SPINDLE)),
                 ("b", model(TABLE, reference="stated", reference_c={"T_table": 1, "T_column": 2})),
             ],
-            "refers to its start",
+            "references_differ",
         ),
     ):
-        with pytest.raises(ConfigurationError, match=said):
+        with refused(said):
             combine_models(models)
 
 
 def test_a_gain_without_a_part_is_refused() -> None:
     name, gain = parse_gain("tabel=0:1,1:2")
-    with pytest.raises(ConfigurationError, match="no part and no model 'tabel'"):
+    with refused("unknown_name", Place(key="gain")):
         combine_models([("a", model(SPINDLE)), ("table", model(TABLE))], {name: gain})
 
 
 def test_what_is_no_gain_is_refused() -> None:
-    for text in (
-        "",
-        "table",
-        "table=",
-        "=0:1",
-        "table=0",
-        "table=0:x",
-        "table=0:1,0:2",
-        "table=-1:1",
-        "table=tcp:1",
-        "table=0:nan",
-        "table=0:1,,2:3",
+    for code, texts in (
+        ("no_gain_by_diameter", ("", "table", "table=", "=0:1")),
+        ("no_new_diameter", ("table=0", "table=0:x", "table=0:1,0:2", "table=-1:1")),
+        ("no_new_diameter", ("table=0:nan", "table=0:1,,2:3")),
+        ("no_diameter", ("table=tcp:1",)),
     ):
-        with pytest.raises(ConfigurationError):
-            parse_gain(text)
+        for text in texts:
+            with refused(code, Place(key="--gain")):
+                parse_gain(text)

@@ -8,6 +8,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, Provenance
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
@@ -130,10 +131,7 @@ class Identification:
         statics = {output.name: output.static_gains_um_per_k for output in self.outputs}
         for output in self.outputs:
             if output.model is None:
-                raise DataError(
-                    f"the model of {output.name} is no sum of stable lags and cannot run",
-                    remedy="Use the method modal, which is stable by construction",
-                )
+                raise DataError("model_not_stable_lags", output=output.name)
             models[output.name] = output.model
         said = [*self.warnings, *(f"{o.name}: {w}" for o in self.outputs for w in o.warnings)]
         model = compensation_model(
@@ -193,14 +191,10 @@ def identify(
     """
     if method is not Method.MODAL and choose:
         raise ConfigurationError(
-            f"the method {method} does not choose among candidates",
-            where="candidates",
-            remedy="Name the inputs, or use the method modal",
+            "method_without_choice", method=str(method), place=Place(key="candidates")
         )
     if method is Method.MODAL and orders is not None:
-        raise ConfigurationError(
-            "the method modal has no orders", where="orders", remedy="Leave them out"
-        )
+        raise ConfigurationError("method_without_orders", place=Place(key="orders"))
     with _determined(records):
         if choose:
             return _chosen(records, selection_options)
@@ -215,10 +209,9 @@ def _determined(records: Records) -> Generator[None]:
     except np.linalg.LinAlgError as error:
         names = dict.fromkeys(e.name for each in records.experiments.values() for e in each)
         raise DataError(
-            f"the rows do not determine a model ({error})",
-            where=", ".join([name for name in names if name][:3]),
-            remedy="Check that inputs and displacement are measured values and that no input"
-            " follows another exactly",
+            "rows_not_determining",
+            cause=str(error),
+            place=Place(", ".join([name for name in names if name][:3])),
         ) from None
 
 

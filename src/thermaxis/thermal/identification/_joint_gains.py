@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.compensation import GainPoint
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
@@ -82,17 +82,16 @@ def joint_gains(
     names = [definition.name for definition in records.inputs]
     if part not in names:
         raise ConfigurationError(
-            f"there is no input {printable(part, 40)}",
-            where="joint",
-            remedy=f"Inputs are {', '.join(names)}",
+            "unknown_name", name=part, known=tuple(names), place=Place(key="joint")
         )
     lacking = [channel for channel in diameters_mm if channel not in records.experiments]
-    if lacking or len(diameters_mm) < 2:
+    if lacking:
+        known = tuple(records.experiments)
         raise ConfigurationError(
-            f"{', '.join(lacking) or 'one channel alone'} cannot be estimated jointly",
-            where="joint",
-            remedy="Name at least two measured channels with their diameters",
+            "unknown_name", name=lacking[0], known=known, place=Place(key="joint")
         )
+    if len(diameters_mm) < 2:
+        raise ConfigurationError("too_few_joint_channels", place=Place(key="joint"))
     column = names.index(part)
     known = {c: d for c, d in diameters_mm.items() if d is not None}
     tool = [c for c, d in diameters_mm.items() if d is None]
@@ -103,10 +102,7 @@ def joint_gains(
         before = dict(gains)
         gains = {c: _gain(records.experiments[c], result.model, column) for c in diameters_mm}
         if abs(gains[reference]) < 1e-6:
-            raise DataError(
-                f"the part {part} does nothing at {reference}: no gain can be told",
-                remedy="Name a test in which its source was active",
-            )
+            raise DataError("part_without_effect", part=part, place=Place(channel=reference))
         scale = gains[reference]
         gains = {c: g / scale for c, g in gains.items()}
         result = _parts(records, column, gains, names, options)

@@ -6,6 +6,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.compensation import (
     CompensationModel,
     Output,
@@ -93,7 +94,7 @@ def records_of(
     Mareš and Horejš 2021, section 3.2 (relative coordinates).
     """
     if not logs:
-        raise DataError("there is no log", remedy="Give at least one")
+        raise DataError("no_log", place=Place(key="logs"))
     step_s = sample_time_s or float(np.median([log.usual_step_s for log in logs]))
     found: dict[str, list[Experiment]] = {output: [] for output in outputs}
     lowest, highest = np.full(len(inputs), np.inf), np.full(len(inputs), -np.inf)
@@ -115,9 +116,10 @@ def records_of(
     for output, experiments in found.items():
         if not experiments:
             raise DataError(
-                f"no log has a measured channel {output}",
-                where=", ".join(log.where for log in logs[:3]),
-                remedy=f"Channels are {', '.join(list(logs[0].columns)[:12])}",
+                "output_never_measured",
+                output=output,
+                channels=tuple(list(logs[0].columns)[:12]),
+                place=Place(", ".join(log.where for log in logs[:3])),
             )
     return Records(
         experiments={output: tuple(experiments) for output, experiments in found.items()},

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 
@@ -41,20 +42,28 @@ class ThermalField:
         named = self.name or "thermal field"
         if values.ndim != 2 or min(values.shape) < 2:
             raise DataError(
-                f"the image has the shape {values.shape}, not (rows, columns)", where=named
+                "wrong_shape",
+                shape=str(values.shape),
+                expected="(rows, columns)",
+                place=Place(named),
             )
         if values.size > MOST_PIXELS:
             raise DataError(
-                f"the image has {values.shape[0]} x {values.shape[1]} pixels, more than"
-                f" {MOST_PIXELS // 1_000_000} million",
-                where=named,
+                "too_many_pixels",
+                rows=values.shape[0],
+                columns=values.shape[1],
+                most_million=MOST_PIXELS // 1_000_000,
+                place=Place(named),
             )
         lowest, highest = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
         if bool(np.isnan(lowest)):
-            raise DataError("no pixel of the image has a temperature", where=named)
+            raise DataError("image_empty", place=Place(named))
         if bool(np.isinf(highest)) or float(lowest) < ABSOLUTE_ZERO_C:
             raise DataError(
-                f"the image has a pixel of {lowest:g} °C and one of {highest:g} °C", where=named
+                "pixel_out_of_range",
+                lowest_c=float(lowest),
+                highest_c=float(highest),
+                place=Place(named),
             )
         if values.flags.writeable:
             values = values.copy() if values is self.temperature_c else values
@@ -114,17 +123,17 @@ class Region:
         first_row, last_row = _centres(self.top_px, self.bottom_px)
         if not inside:
             raise DataError(
-                f"columns {self.left_px:g} to {self.right_px:g} and rows {self.top_px:g} to"
-                f" {self.bottom_px:g} are no part of an image of {columns} x {rows} pixels",
-                where=f"region {self.name}",
-                remedy="Give edges from small to large within the image",
+                "region_outside",
+                left_px=self.left_px,
+                right_px=self.right_px,
+                top_px=self.top_px,
+                bottom_px=self.bottom_px,
+                columns=columns,
+                rows=rows,
+                place=Place(key=f"region {self.name}"),
             )
         if first_column == last_column or first_row == last_row:
-            raise DataError(
-                "the region holds the centre of no pixel",
-                where=f"region {self.name}",
-                remedy="Make it larger",
-            )
+            raise DataError("region_empty", place=Place(key=f"region {self.name}"))
         return slice(first_row, last_row), slice(first_column, last_column)
 
 
@@ -227,13 +236,15 @@ def correct_emissivity(
     equation of a camera), from memory.
     """
     if not 0.0 < emissivity <= 1.0:
-        raise DataError(
-            f"{emissivity:g} is no emissivity",
-            where="emissivity",
-            remedy="Give a number above 0, at most 1; 0.97 is typical of a matt paint",
-        )
+        raise DataError("no_emissivity", emissivity=emissivity, place=Place(key="emissivity"))
     if not ABSOLUTE_ZERO_C <= reflected_c < 5000.0:
-        raise DataError(f"{reflected_c:g} °C is no temperature", where="reflected temperature")
+        raise DataError(
+            "outside_range",
+            value=reflected_c,
+            least=ABSOLUTE_ZERO_C,
+            most=5000.0,
+            place=Place(key="reflected_c"),
+        )
     if emissivity == 1.0:
         return np.array(temperature_c, dtype=np.float64)
     radiated = (temperature_c - ABSOLUTE_ZERO_C) ** 4
@@ -241,9 +252,7 @@ def correct_emissivity(
     lowest = np.fmin.reduce(radiated, axis=None)
     if float(lowest) < 0.0:
         raise DataError(
-            f"the reflection of surroundings at {reflected_c:g} °C exceeds what the camera saw",
-            where="emissivity",
-            remedy="Check the emissivity, the reflected temperature and the unit of the image",
+            "reflection_exceeds", reflected_c=reflected_c, place=Place(key="emissivity")
         )
     radiated /= emissivity
     return np.asarray(radiated**0.25 + ABSOLUTE_ZERO_C, dtype=np.float64)
@@ -304,22 +313,24 @@ def evaluate_thermal_fields(
         and the last one.
     """
     if len(fields) < 2:
-        raise DataError("one image has no difference", remedy="Give an image before and one after")
+        raise DataError("one_image")
     shape = fields[0].shape
     for field in fields[1:]:
         if field.shape != shape:
             raise DataError(
-                f"the image has {field.shape[1]} x {field.shape[0]} pixels, the first one"
-                f" {shape[1]} x {shape[0]}",
-                where=field.name or "thermal field",
-                remedy="Take all images with one camera from one place, and cut none",
+                "image_sizes_differ",
+                columns=field.shape[1],
+                rows=field.shape[0],
+                first_columns=shape[1],
+                first_rows=shape[0],
+                place=Place(field.name or "thermal field"),
             )
     where = tuple(default_regions(shape) if regions is None else regions)
     difference = fields[-1].temperature_c - fields[0].temperature_c
     pixels, means = _region_means(fields, where)
     missing = int(np.count_nonzero(np.isnan(difference)))
     if missing == difference.size:
-        raise DataError("no pixel is present in the first image and in the last one")
+        raise DataError("no_common_pixel")
     warnings: list[str] = []
     for field in fields:
         warnings += [
@@ -351,16 +362,10 @@ def _times(time_s: Sequence[float] | None, images: int) -> FloatArray | None:
     times = np.array(time_s, dtype=np.float64)
     if times.shape != (images,):
         raise DataError(
-            f"{times.size} time(s) for {images} images",
-            where="times",
-            remedy="Give one time for each image",
+            "times_not_images", times=times.size, images=images, place=Place(key="time_s")
         )
     if not bool(np.all(np.isfinite(times))) or bool(np.any(np.diff(times) <= 0.0)):
-        raise DataError(
-            "the times of the images do not increase",
-            where="times",
-            remedy="Give the images in the order in which they were taken",
-        )
+        raise DataError("not_rising", place=Place(key="time_s"))
     return times
 
 
@@ -412,7 +417,10 @@ def relate_to_drift(
     images = len(result.fields)
     if common.shape != (images,) or slope.shape != (images,):
         raise DataError(
-            f"the drift has the shapes {common.shape} and {slope.shape}, not ({images},)"
+            "wrong_shape",
+            shape=f"{common.shape}, {slope.shape}",
+            expected=f"({images},)",
+            place=Place(key="drift"),
         )
     used = np.isfinite(common) & np.isfinite(slope)
     count = int(np.count_nonzero(used))

@@ -65,10 +65,7 @@ def straighten_times(time_s: FloatArray, *, local: bool = False) -> StraightTime
         remarks.append(f"{lost} rows have no time and were left out")
         time_s = time_s[order]
     if time_s.size == 0:
-        raise DataError(
-            "no row has a time",
-            remedy="Check which column holds the times, or name it in a mapping",
-        )
+        raise DataError("no_times")
     steps = np.diff(time_s)
     if bool((steps > 0.0).all()):
         return StraightTimes(time_s, order, None, tuple(remarks))

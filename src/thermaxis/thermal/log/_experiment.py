@@ -6,8 +6,9 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, require_sample_time
 
 FEWEST_READINGS = 8
 """Measured displacements that an experiment must have. [1]"""
@@ -52,39 +53,31 @@ class Experiment:
     def __post_init__(self) -> None:
         """Check the shapes and freeze the arrays."""
         u, y = np.asarray(self.u, dtype=np.float64), np.asarray(self.y, dtype=np.float64)
-        where = self.name or "experiment"
-        if not (np.isfinite(self.sample_time_s) and self.sample_time_s > 0):
-            raise DataError(
-                f"the sample time is {self.sample_time_s:g} s, not a positive time", where=where
-            )
+        place = Place(self.name or "experiment")
+        require_sample_time(self.sample_time_s, place)
         if u.ndim != 2 or y.ndim != 1 or u.shape[0] != y.shape[0] or u.shape[1] == 0:
             raise DataError(
-                f"inputs have the shape {u.shape} and displacements {y.shape}, not (n, k) and (n,)",
-                where=where,
-                remedy="One row per sample, one column per input",
+                "wrong_shape", shape=f"{u.shape}, {y.shape}", expected="(n, k), (n,)", place=place
             )
         # A sum is infinite or NaN only where a value is: one pass without a copy for good logs.
         if not np.isfinite(np.sum(u)) or not np.isfinite(np.sum(y)):
-            self._check_values(u, y, where)
+            self._check_values(u, y, place)
         if y.size < FEWEST_READINGS:
-            raise DataError(
-                f"there are {y.size} displacements, fewer than {FEWEST_READINGS}", where=where
-            )
+            raise DataError("too_few_rows", rows=y.size, needed=FEWEST_READINGS, place=place)
         object.__setattr__(self, "u", _frozen(u))
         object.__setattr__(self, "y", _frozen(y))
 
     @staticmethod
-    def _check_values(u: FloatArray, y: FloatArray, where: str) -> None:
+    def _check_values(u: FloatArray, y: FloatArray, place: Place) -> None:
         if bool(np.any(np.isinf(u))) or bool(np.any(np.isinf(y))):
-            raise DataError("an input or a displacement is infinite", where=where)
+            raise DataError("infinite_value", place=place)
         for column in range(u.shape[1]):
             if bool(np.all(np.isnan(u[:, column]))):
-                raise DataError(f"input {column + 1} was never measured", where=where)
+                raise DataError("input_never_measured", input=column + 1, place=place)
         measured = int(np.count_nonzero(~np.isnan(y)))
         if measured < FEWEST_READINGS:
             raise DataError(
-                f"the displacement was measured {measured} times, fewer than {FEWEST_READINGS}",
-                where=where,
+                "too_few_measured", measured=measured, needed=FEWEST_READINGS, place=place
             )
 
     @property
@@ -101,11 +94,8 @@ class Experiment:
 def common_shape(experiments: Sequence[Experiment]) -> int:
     """Return the number of inputs that all experiments share."""
     if not experiments:
-        raise DataError("there is no experiment", remedy="Give at least one log")
+        raise DataError("no_log", place=Place(key="experiments"))
     counts = {e.inputs for e in experiments}
     if len(counts) > 1:
-        raise DataError(
-            f"the experiments have {', '.join(str(c) for c in sorted(counts))} inputs",
-            remedy="Every experiment needs the same inputs in the same order",
-        )
+        raise DataError("inputs_differ", counts=tuple(str(c) for c in sorted(counts)))
     return counts.pop()

@@ -6,6 +6,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log._thermal_log import ThermalLog
@@ -62,11 +63,11 @@ def parse_input(text: str, *, channels: Collection[str] = ()) -> InputDefinition
     expression = (right if sign else left).strip()
     name = left.strip() if sign else expression
     if not name or not expression:
-        raise ConfigurationError(f"'{text}' does not define an input", where="input", remedy=_FORM)
+        raise ConfigurationError("no_input_definition", text=text, place=Place(key="input"))
     plus, minus = _split(text, expression, channels)
     if minus is not None and plus.casefold() == minus.casefold():
         raise ConfigurationError(
-            f"the input {name} is {plus} minus itself", where="input", remedy=_FORM
+            "input_minus_itself", name=name, channel=plus, place=Place(key="input")
         )
     return InputDefinition(name, plus, minus)
 
@@ -101,10 +102,10 @@ def evaluate_input(log: ThermalLog, definition: InputDefinition) -> FloatArray:
         values = values - log.column(definition.minus, unit=unit)
     if bool(np.isnan(values).all()):
         raise DataError(
-            f"the input {definition.name} ({definition.expression}) has no value in any row",
-            where=log.where,
-            remedy="Both channels of a difference are needed in the same rows: choose a longer"
-            " sample time, or other channels",
+            "input_without_value",
+            name=definition.name,
+            expression=definition.expression,
+            place=Place(log.where),
         )
     return values
 
@@ -123,15 +124,11 @@ def check_inputs(definitions: Sequence[InputDefinition]) -> None:
         If there is none, or two have the same name.
     """
     if not definitions:
-        raise ConfigurationError("no input is defined", where="input", remedy=_FORM)
+        raise ConfigurationError("no_input", place=Place(key="input"))
     seen: set[str] = set()
     for definition in definitions:
         if definition.name in seen:
-            raise ConfigurationError(
-                f"two inputs have the name {definition.name}",
-                where="input",
-                remedy="Give every input a name of its own",
-            )
+            raise ConfigurationError("stated_twice", name=definition.name, place=Place(key="input"))
         seen.add(definition.name)
 
 
@@ -149,11 +146,7 @@ def _split(text: str, expression: str, channels: Collection[str]) -> tuple[str, 
     if not cuts:
         return expression, None
     if len(cuts) > 1 or not all(cuts[0]):
-        raise ConfigurationError(
-            f"'{text}' does not say which channel is subtracted from which",
-            where="input",
-            remedy=_FORM,
-        )
+        raise ConfigurationError("ambiguous_difference", text=text, place=Place(key="input"))
     return cuts[0]
 
 
@@ -164,9 +157,11 @@ def _common_unit(log: ThermalLog, definition: InputDefinition) -> str:
     stated = units - {""}
     if len(stated) > 1:
         raise DataError(
-            f"the input {definition.name} subtracts {definition.minus} from {definition.plus},"
-            f" and their units differ ({', '.join(sorted(stated))})",
-            where=log.where,
-            remedy="Subtract channels of the same unit",
+            "units_differ",
+            name=definition.name,
+            plus=definition.plus,
+            minus=definition.minus,
+            units=tuple(sorted(stated)),
+            place=Place(log.where),
         )
     return ""

@@ -13,6 +13,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log._resample import usual_step_s
@@ -93,11 +94,7 @@ def find_shift(
         memory = max(memory, _memory(x, y, int(np.nanargmin(unexplained)) - (y.size - 1)))
         used.append((first, second))
     if misfit is None or count is None:
-        raise DataError(
-            "no common channel varies: the shift between the logs cannot be found",
-            where=f"{a.where}, {b.where}",
-            remedy=_REMEDY,
-        )
+        raise DataError("no_channel_varies", place=Place(f"{a.where}, {b.where}"))
     per_row = misfit / (len(used) * np.maximum(count, 1))
     per_row[~np.isfinite(per_row)] = 0.0
     return _judged(a, b, per_row, count, step, memory, tuple(used))
@@ -118,10 +115,10 @@ def _judged(
     names = ", ".join(f"{x}={y}" for x, y in used)
     if explained < LEAST_CORRELATION:
         raise DataError(
-            f"the common channels ({names}) do not follow each other at any shift"
-            f" (best correlation {np.sqrt(max(explained, 0.0)):.2f}): the shift cannot be found",
-            where=f"{a.where}, {b.where}",
-            remedy=_REMEDY,
+            "channels_unrelated",
+            names=names,
+            correlation=float(np.sqrt(max(explained, 0.0))),
+            place=Place(f"{a.where}, {b.where}"),
         )
     independent = max(float(count[best]) * (1.0 - memory) / (1.0 + memory), 3.0)
     fitting = np.flatnonzero(independent * (per_row - per_row[best]) < _PLAUSIBLE)
@@ -129,10 +126,11 @@ def _judged(
     within = max(high - lag, lag - low, 0.5) * step
     if within > max(MOST_UNCERTAIN_STEPS * step, MOST_UNCERTAIN_S):
         raise DataError(
-            f"the common channels ({names}) do not tell the shift: anything from {low * step:g} s"
-            f" to {high * step:g} s fits",
-            where=f"{a.where}, {b.where}",
-            remedy=_REMEDY,
+            "shift_ambiguous",
+            names=names,
+            earliest_s=low * step,
+            latest_s=high * step,
+            place=Place(f"{a.where}, {b.where}"),
         )
     shift = (lag + _vertex(per_row, best)) * step - _clock_offset(a, b)
     return ShiftResult(shift, within, float(np.sqrt(explained)), used)
@@ -174,7 +172,7 @@ def merge_logs(
     has_common = bool(common) or any(True for _ in _same_names(a, b))
     if shift_s is not None:
         if not np.isfinite(shift_s) or abs(shift_s) > 1e12:
-            raise DataError(f"the shift is {shift_s:g} s", remedy="Give a time in seconds")
+            raise DataError("no_shift", shift_s=shift_s, place=Place(key="shift_s"))
         remark = f"{b.where} was joined with the given shift of {shift_s:g} s"
     elif has_common:
         found = find_shift(a, b, common=common)
@@ -188,12 +186,7 @@ def merge_logs(
         shift_s = 0.0
         remark = f"{b.where} was joined by the times of day: no channel is common to check them"
     else:
-        raise DataError(
-            "the logs have no common channel and not both state the time of day: the shift cannot"
-            " be found",
-            where=f"{a.where}, {b.where}",
-            remedy=f"{_REMEDY}, or name channels that measure the same",
-        )
+        raise DataError("no_clock_and_no_common_channel", place=Place(f"{a.where}, {b.where}"))
     return _joined(a, b, base + shift_s, remark)
 
 
@@ -283,11 +276,7 @@ def _clock_offset(a: ThermalLog, b: ThermalLog) -> float:
     """Return where the second log begins on the first one's axis of time, by their clocks. [s]"""
     if a.start is not None and b.start is not None:
         if (a.start.tzinfo is None) != (b.start.tzinfo is None):
-            raise DataError(
-                "one log states times with a zone, the other without",
-                where=f"{a.where}, {b.where}",
-                remedy="Export both with a zone, or both in local time",
-            )
+            raise DataError("zone_in_one_log", place=Place(f"{a.where}, {b.where}"))
         return (b.start - a.start).total_seconds()
     if a.start is None and b.start is None:
         return b.origin_s - a.origin_s
@@ -304,11 +293,7 @@ def _pairs(
 ) -> list[tuple[str, str]]:
     pairs = [(a.name_of(x), b.name_of(y)) for x, y in common] or _same_names(a, b)
     if not pairs:
-        raise DataError(
-            "the logs have no common channel: the shift cannot be found",
-            where=f"{a.where}, {b.where}",
-            remedy=f"{_REMEDY}, or name channels that measure the same",
-        )
+        raise DataError("no_common_channel", place=Place(f"{a.where}, {b.where}"))
     return pairs[:8]
 
 
@@ -317,11 +302,7 @@ def _own_step(log: ThermalLog, names: Sequence[str]) -> float:
     steps = [usual_step_s(log.time_s[~np.isnan(log.columns[name])]) for name in names]
     known = [step for step in steps if np.isfinite(step)]
     if not known:
-        raise DataError(
-            "the common channels were measured less than twice: the shift cannot be found",
-            where=log.where,
-            remedy=_REMEDY,
-        )
+        raise DataError("measured_once", place=Place(log.where))
     return max(known)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, require_sample_time
 
 MOST_BLOCKS = 50_000_000
 """Largest number of blocks of one record: a year and a half at 1 Hz. [1]"""
@@ -27,19 +27,17 @@ def block_numbers(time_s: FloatArray, sample_time_s: float) -> NDArray[np.int64]
     A row stands for the time until the next one (zero-order hold), so the middle of that time
     decides: a clock that jitters by less than half a step moves no row to another block.
     """
-    if not (np.isfinite(sample_time_s) and sample_time_s > 0.0):
-        raise DataError(
-            f"the sample time is {sample_time_s:g} s",
-            remedy="Give a positive time in seconds, such as 60",
-        )
+    require_sample_time(sample_time_s)
     if time_s.size == 0:
         return np.zeros(0, dtype=np.int64)
     blocks = float(time_s[-1]) / sample_time_s
     if blocks > MOST_BLOCKS:
         raise DataError(
-            f"a record of {float(time_s[-1]):g} s has {blocks:.3g} blocks of {sample_time_s:g} s,"
-            f" more than {MOST_BLOCKS}",
-            remedy="Choose a longer sample time",
+            "too_many_blocks",
+            duration_s=float(time_s[-1]),
+            blocks=blocks,
+            sample_time_s=sample_time_s,
+            most=MOST_BLOCKS,
         )
     step = usual_step_s(time_s)
     middle = 0.5 * min(step, sample_time_s) if time_s.size > 1 else 0.0

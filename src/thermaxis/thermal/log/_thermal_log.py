@@ -11,8 +11,9 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, require_sample_time
 from thermaxis.thermal.log._resample import block_means, block_numbers, usual_step_s
 
 TIME_COLUMN: Final = "time_s"
@@ -132,49 +133,38 @@ class ThermalLog:
         time_s = self.time_s
         if time_s.ndim != 1 or time_s.size == 0:
             raise DataError(
-                f"times have the shape {time_s.shape}, not (n,)", where=self.where, remedy="Log one"
+                "wrong_shape", shape=str(time_s.shape), expected="(n,)", place=self.place("time_s")
             )
         if not bool(np.isfinite(time_s).all()) or bool((np.diff(time_s) <= 0.0).any()):
-            raise DataError(
-                "times are not finite and strictly increasing",
-                where=self.where,
-                remedy="Sort the rows by time and leave out those that are there twice",
-            )
+            raise DataError("times_not_rising", place=self.place("time_s"))
         if float(time_s[0]) != 0.0:
             raise DataError(
-                f"the first time is {float(time_s[0]):g} s, not zero",
-                where=self.where,
-                remedy="Use ThermalLog.from_columns, which counts from the first row",
+                "first_time_not_zero", first_s=float(time_s[0]), place=self.place("time_s")
             )
         if not np.isfinite(self.origin_s):
-            raise DataError("the clock's reading at the first row is not finite", where=self.where)
+            raise DataError("not_finite", place=self.place("origin_s"))
 
     def _check_columns(self) -> None:
         if not self.columns:
-            raise DataError(
-                "the log has no column beside the times",
-                where=self.where,
-                remedy="Record at least one temperature or displacement",
-            )
+            raise DataError("no_columns", place=self.place())
         if self.time_s.size * len(self.columns) > MOST_CELLS:
             raise DataError(
-                f"{self.time_s.size} rows of {len(self.columns)} columns are more than"
-                f" {MOST_CELLS // 1_000_000} million values",
-                where=self.where,
-                remedy="Reduce the log while reading it, with a sample time such as 60 s",
+                "too_many_values",
+                rows=self.time_s.size,
+                columns=len(self.columns),
+                most_million=MOST_CELLS // 1_000_000,
+                place=self.place(),
             )
         for name, values in self.columns.items():
             if values.shape != self.time_s.shape:
                 raise DataError(
-                    f"column {name} has the shape {values.shape}, not {self.time_s.shape}",
-                    where=self.where,
+                    "wrong_shape",
+                    shape=str(values.shape),
+                    expected=str(self.time_s.shape),
+                    place=self.place(name),
                 )
             if bool(np.isinf(values).any()):
-                raise DataError(
-                    f"column {name} holds an infinite value",
-                    where=self.where,
-                    remedy="Write NaN where nothing was measured",
-                )
+                raise DataError("infinite_value", place=self.place(name))
 
     @classmethod
     def from_columns(
@@ -222,9 +212,7 @@ class ThermalLog:
             given = None if time_s is None else _numbers("time_s", time_s)
         if (given is None) == (sample_time_s is None):
             raise DataError(
-                "times are given twice" if given is not None else "no times are given",
-                where=name,
-                remedy="Give either time_s (or a column time_s), or sample_time_s",
+                "times_twice" if given is not None else "times_missing", place=Place(name)
             )
         if given is None:
             given = _even_times(values, sample_time_s or 0.0, name)
@@ -242,6 +230,21 @@ class ThermalLog:
     def where(self) -> str:
         """Name of the log for an error. [text]"""
         return self.name or "log"
+
+    def place(self, column: str = "") -> Place:
+        """Return the place of an error in this log, or in one of its columns.
+
+        Parameters
+        ----------
+        column : str
+            Name of the column. Default: the whole log.
+
+        Returns
+        -------
+        Place
+            The place.
+        """
+        return Place(self.where, column=column)
 
     @property
     def rows(self) -> int:
@@ -282,18 +285,10 @@ class ThermalLog:
         if len(found) == 1:
             return found[0]
         if found:
-            raise DataError(
-                f"several columns are named {name} but for upper and lower case",
-                where=self.where,
-                remedy=f"Write one of {', '.join(found)}",
-            )
+            raise DataError("column_ambiguous", name=name, known=tuple(found), place=self.place())
         near = get_close_matches(name, list(self.columns), n=3, cutoff=0.5)
-        few = ", ".join(near or list(self.columns)[:8])
-        raise DataError(
-            f"there is no column {name}",
-            where=self.where,
-            remedy=f"{'Did you mean' if near else 'There are'} {few}",
-        )
+        known = tuple(near or list(self.columns)[:8])
+        raise DataError("unknown_column", name=name, known=known, place=self.place())
 
     def column(self, name: str, *, unit: str = "") -> FloatArray:
         """Return the values of a column, in a wanted unit.
@@ -326,11 +321,7 @@ class ThermalLog:
             return values * factor + offset
         if (own, unit) in _FACTORS:
             return values * _FACTORS[own, unit]
-        raise DataError(
-            f"column {known} has the unit {own}, and {unit} is needed",
-            where=self.where,
-            remedy="Choose another column, or correct the unit at the end of its name",
-        )
+        raise DataError("wrong_unit", unit=own, needed=unit, place=self.place(known))
 
     def names_matching(self, pattern: str) -> tuple[str, ...]:
         """Return the columns whose name fits a pattern, in their order.
@@ -393,9 +384,7 @@ class ThermalLog:
         begin, end, _ = slice(first, last).indices(self.rows)
         if begin >= end:
             raise DataError(
-                f"no row lies in the span {first}:{last}: there are {self.rows} rows",
-                where=self.where,
-                remedy="Rows are counted from zero, and the last one is not included",
+                "no_row_in_span", first=first, last=last, rows=self.rows, place=self.place()
             )
         return self._rows(slice(begin, end))
 
@@ -420,10 +409,11 @@ class ThermalLog:
         begin, end = (int(np.searchsorted(self.time_s, t)) for t in (first_s, last_s))
         if not begin < end:
             raise DataError(
-                f"no row lies between {first_s:g} s and {last_s:g} s: the log ends at"
-                f" {self.duration_s:g} s",
-                where=self.where,
-                remedy="Times are counted from the first row",
+                "no_row_between",
+                first_s=first_s,
+                last_s=last_s,
+                duration_s=self.duration_s,
+                place=self.place(),
             )
         return self._rows(slice(begin, end))
 
@@ -493,18 +483,10 @@ def _numbers(name: str, values: ArrayLike) -> FloatArray:
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise DataError(
-            f"column {name} holds something else than numbers",
-            remedy="Give an array of numbers, with NaN where nothing was measured",
-        ) from None
+        raise DataError("not_numbers", place=Place(column=name)) from None
 
 
 def _even_times(columns: Mapping[str, FloatArray], sample_time_s: float, name: str) -> FloatArray:
-    if not (np.isfinite(sample_time_s) and sample_time_s > 0.0):
-        raise DataError(
-            f"the sample time is {sample_time_s:g} s",
-            where=name,
-            remedy="Give a positive time in seconds",
-        )
+    require_sample_time(sample_time_s, Place(name))
     rows = next((v.shape[0] for v in columns.values() if v.ndim == 1), 0)
     return np.arange(rows, dtype=np.float64) * sample_time_s

@@ -19,6 +19,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment, common_shape
@@ -98,14 +99,10 @@ class ModalOptions:
     def __post_init__(self) -> None:
         """Check that the options can be met."""
         if not 1 <= self.most_lags <= 5 or not (self.lags is None or 1 <= self.lags <= 5):
-            raise ConfigurationError(
-                "the number of lags is not from 1 to 5",
-                where="modal",
-                remedy="More lags of one input cannot be told apart",
-            )
+            raise ConfigurationError("lags_outside", most=5, place=Place(key="lags"))
         times = [*(self.delays_s or ()), self.block_s if self.block_s is not None else 1.0]
         if not all(math.isfinite(t) and t >= 0 for t in times) or self.block_s == 0:
-            raise ConfigurationError("a delay or the block is not a time", where="modal")
+            raise ConfigurationError("not_a_time", place=Place(key="delays_s, block_s"))
 
 
 @final
@@ -201,9 +198,7 @@ def response_evidence(
     delays = chosen.delays_s or (0.0,) * inputs
     if len(delays) != inputs:
         raise ConfigurationError(
-            f"{len(delays)} delays for {inputs} inputs",
-            where="modal",
-            remedy="Give one delay per input",
+            "count_not_inputs", count=len(delays), inputs=inputs, place=Place(key="delays_s")
         )
     block_s = chosen.block_s or default_block_s(experiments)
     segments = segments_of(experiments, block_s, delays)
@@ -214,9 +209,7 @@ def response_evidence(
     grid = np.geomspace(shortest_tau, longest_tau, GRID)
     scales = scales_of(segments)
     if _constant(segments):
-        raise DataError(
-            "the displacement never changes", remedy="A constant displacement has no model"
-        )
+        raise DataError("displacement_constant")
     design = design_of(
         segments,
         grid,
@@ -225,9 +218,7 @@ def response_evidence(
         experiments=len(experiments),
     )
     if design.readings < 3 + design.offsets:
-        raise DataError(
-            f"there are {design.readings} blocks with a displacement", remedy="Use smaller blocks"
-        )
+        raise DataError("too_few_blocks", blocks=design.readings, needed=3 + design.offsets)
     correlation_s = min(DRIFT_CORRELATION_S, longest / 5.0)
     hyperprior = Hyperprior(correlation_s, math.sqrt(correlation_s * block_s))
     sizes, posterior = most_likely_sizes(design, hyperprior)
@@ -275,8 +266,10 @@ def modal(
     chosen = options or ModalOptions()
     if len(input_names) != common_shape(experiments):
         raise DataError(
-            f"{len(input_names)} names for {experiments[0].inputs} inputs",
-            remedy="Name every input once",
+            "count_not_inputs",
+            count=len(input_names),
+            inputs=experiments[0].inputs,
+            place=Place(key="input_names"),
         )
     evidence = response_evidence(experiments, chosen)
     products = evidence.design.products(evidence.sizes.noise)
@@ -291,9 +284,7 @@ def modal(
     validation = validated([candidates[n] for n in sorted(candidates)])
     lags = chosen.lags or validation.chosen
     if lags not in candidates:
-        raise DataError(
-            f"the grid has no set of {lags} time constants", remedy="Ask for fewer lags"
-        )
+        raise DataError("too_few_time_constants", lags=lags, place=Place(key="lags"))
     span = float(np.log(evidence.time_constants_s[-1] / evidence.time_constants_s[0]))
     found += compare_sparse(evidence.design, products, evidence.sizes, found)
     none = np.zeros(evidence.design.inputs)

@@ -224,5 +224,5 @@ def segments_of(
             if segment is not None:
                 found.append(segment)
     if not found:
-        raise DataError("there is no displacement where all inputs were measured")
+        raise DataError("no_complete_row")
     return tuple(found)

@@ -7,6 +7,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
@@ -72,11 +73,7 @@ def _check_same_inputs(outputs: Mapping[str, Sequence[Experiment]]) -> None:
             for a, b in zip(own, first, strict=True)
         )
         if not same:
-            raise DataError(
-                f"the inputs of output {name} are not those of output {names[0]}",
-                where=f"output {name}",
-                remedy="Outputs that are identified together need the same logs and candidates",
-            )
+            raise DataError("inputs_not_shared", first=names[0], place=Place(channel=name))
 
 
 def _same_rows(outputs: Mapping[str, Sequence[Experiment]]) -> list[list[str]]:

@@ -16,6 +16,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment, common_shape
@@ -79,19 +80,27 @@ class SelectionOptions:
     def __post_init__(self) -> None:
         """Check the numbers."""
         if not self.sensor_uncertainties_k or min(self.sensor_uncertainties_k) <= 0:
-            raise ConfigurationError("uncertainties of temperatures must be positive")
-        if self.parts < 2:
             raise ConfigurationError(
-                f"{self.parts} part(s) cannot be held out", remedy="Ask for at least two parts"
+                "not_positive",
+                value=min(self.sensor_uncertainties_k, default=0.0),
+                place=Place(key="sensor_uncertainties_k"),
             )
+        if self.parts < 2:
+            raise ConfigurationError("too_few_parts", parts=self.parts, place=Place(key="parts"))
         if not (self.shortest_lag_s > 0 and self.mean_s > 0):
-            raise ConfigurationError("the shortest lag and the averaging time must be positive")
+            raise ConfigurationError(
+                "not_positive",
+                value=min(self.shortest_lag_s, self.mean_s),
+                place=Place(key="shortest_lag_s, mean_s"),
+            )
         if self.most_channels is not None and self.most_channels < 1:
-            raise ConfigurationError("at least one channel must be allowed")
+            raise ConfigurationError(
+                "not_positive", value=self.most_channels, place=Place(key="most_channels")
+            )
         if self.lag_sets_s is not None and (
             not self.lag_sets_s or any(tau <= 0 for taus in self.lag_sets_s for tau in taus)
         ):
-            raise ConfigurationError("time constants must be positive and one set at least given")
+            raise ConfigurationError("no_lag_sets", place=Place(key="lag_sets_s"))
 
 
 @final
@@ -187,9 +196,7 @@ class SelectionResult:
             If there are several outputs.
         """
         if len(self.outputs) != 1:
-            raise DataError(
-                f"there are models of {len(self.outputs)} outputs", remedy="Ask for one by its name"
-            )
+            raise DataError("several_outputs", outputs=len(self.outputs))
         return next(iter(self.outputs.values())).model
 
 
@@ -260,11 +267,7 @@ def select(
     wrong = {f.name for f in findings if f.left_out}
     columns = [i for i, name in enumerate(names) if name not in wrong]
     if not columns:
-        raise DataError(
-            "no healthy candidate is left",
-            where=", ".join(sorted(wrong)),
-            remedy="Repair the sensors, or name other candidates",
-        )
+        raise DataError("no_healthy_candidate", names=tuple(sorted(wrong)))
     parts = record_parts(first, settings.parts)
     duration_s = max(e.duration_s for e in first)
     sets = settings.lag_sets_s or _lag_sets(settings.shortest_lag_s, duration_s)
@@ -309,15 +312,14 @@ def _by_name(
     else:
         outputs = {"displacement": experiments}
     if not outputs:
-        raise DataError("there is no output", remedy="Name at least one displacement")
+        raise DataError("no_output")
     return outputs
 
 
 def _check_names(names: tuple[str, ...], inputs: int) -> None:
     if len(names) != inputs or len(set(names)) != len(names):
         raise DataError(
-            f"there are {inputs} candidates and {len(set(names))} different names",
-            remedy="Give every candidate one name of its own",
+            "count_not_inputs", count=len(set(names)), inputs=inputs, place=Place(key="names")
         )
 
 
@@ -325,11 +327,7 @@ def _check_displacements(outputs: Mapping[str, Sequence[Experiment]]) -> None:
     for name, experiments in outputs.items():
         y = np.concatenate([e.y for e in experiments]) if experiments else np.zeros(1)
         if not float(np.nanmax(y)) > float(np.nanmin(y)):
-            raise DataError(
-                "the displacement never changes",
-                where=f"output {name}",
-                remedy="Check the probe, or leave the output out",
-            )
+            raise DataError("displacement_constant", place=Place(channel=name))
 
 
 def _mean_s(experiments: Sequence[Experiment], wanted_s: float) -> float:
@@ -378,11 +376,7 @@ def _scored(
 def _check_judged(search: _Search, best_um: FloatArray) -> None:
     for name, least_um in zip(search.validation.output_names, best_um.tolist(), strict=True):
         if np.isnan(least_um):
-            raise DataError(
-                "the displacement was measured in one part of the record only",
-                where=f"output {name}",
-                remedy="Measure it at least twice, hours apart, or ask for more parts",
-            )
+            raise DataError("measured_in_one_part", place=Place(channel=name))
 
 
 def _excess(own: FloatArray, best: FloatArray) -> tuple[float, float]:

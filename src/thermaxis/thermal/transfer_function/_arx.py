@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment, common_shape
@@ -70,18 +71,19 @@ class ArxOrders:
         return self.na + sum(self.nb)
 
 
-def per_input(value: int | Sequence[int], inputs: int, name: str) -> tuple[int, ...]:
+def per_input(orders: int | Sequence[int], inputs: int, name: str) -> tuple[int, ...]:
     """Return an order for every input."""
-    values = (value,) * inputs if isinstance(value, int) else tuple(value)
+    values = (orders,) * inputs if isinstance(orders, int) else tuple(orders)
     if len(values) != inputs:
         raise ConfigurationError(
-            f"{len(values)} numbers for {inputs} inputs",
-            where=name,
-            remedy="State one number for all inputs or one per input",
+            "count_not_inputs", count=len(values), inputs=inputs, place=Place(key=name)
         )
     limit = MOST_COEFFICIENTS // 2
-    if any(not 0 <= v <= limit for v in values):
-        raise ConfigurationError(f"an order lies outside 0 to {limit}", where=name)
+    for value in values:
+        if not 0 <= value <= limit:
+            raise ConfigurationError(
+                "outside_range", value=value, least=0, most=limit, place=Place(key=name)
+            )
     return values
 
 
@@ -219,11 +221,7 @@ def arx(
     if na is None and nb is None:
         search, orders = _search(experiments, delays, constant=constant)
     elif na is None or nb is None:
-        raise ConfigurationError(
-            "only one of na and nb is given",
-            where="orders",
-            remedy="Give both, or none to have them searched",
-        )
+        raise ConfigurationError("half_orders", names=("na", "nb"), place=Place(key="orders"))
     else:
         (order,) = per_input(na, 1, "na")
         orders = ArxOrders(order, per_input(nb, inputs, "nb"), delays)
@@ -261,25 +259,16 @@ def arx(
 
 def _check_orders(orders: ArxOrders, *, constant: bool) -> None:
     if orders.parameters + constant == 0:
-        raise ConfigurationError("no coefficient is asked for", where="orders")
+        raise ConfigurationError("no_coefficient", place=Place(key="orders"))
 
 
 def _check_rows(rows: int, parameters: int) -> None:
     if rows <= parameters:
-        raise DataError(
-            f"{rows} complete rows do not determine {parameters} coefficients",
-            where="experiments",
-            remedy="Use lower orders, a longer log, or the method oe, which needs no complete rows",
-        )
+        raise DataError("rows_not_enough", rows=rows, parameters=parameters)
 
 
 def _refuse_weak(labels: Sequence[str], weak: Sequence[int]) -> None:
-    named = ", ".join(labels[i] for i in weak)
-    raise DataError(
-        f"the rows do not determine the coefficients (first: {named})",
-        where="experiments",
-        remedy="Lower the orders, or leave out an input that does not change or repeats another",
-    )
+    raise DataError("coefficients_undetermined", names=tuple(labels[i] for i in weak))
 
 
 def _factor_of_all(
@@ -379,11 +368,7 @@ def choose_orders(
     totals = {key: float(np.sum(values)) for key, values in errors.items()}
     best = min(totals, key=lambda key: totals[key])
     if not np.isfinite(totals[best]):
-        raise DataError(
-            "no orders up to four give a stable fit in every block",
-            where="order search",
-            remedy="State the orders, take block means of the log, or use the method modal",
-        )
+        raise DataError("no_stable_orders", place=Place(key="orders"))
     count = max(int(np.count_nonzero(weights)), 2)
     allowed: list[tuple[int, int]] = []
     for key, values in errors.items():
@@ -511,7 +496,7 @@ def block_means(experiment: Experiment, rows: int) -> Experiment:
         If fewer than eight blocks with a displacement are left.
     """
     if rows < 1:
-        raise ConfigurationError(f"a block of {rows} rows does not exist", where="block means")
+        raise ConfigurationError("not_positive", value=rows, place=Place(key="rows"))
     if rows == 1:
         return experiment
     count = experiment.y.size // rows

@@ -8,8 +8,9 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, require_sample_time
 from thermaxis.thermal.transfer_function._polynomial_model import (
     PolynomialModel,
     TransferFunction,
@@ -143,7 +144,7 @@ def modal_form(transfer_function: TransferFunction, sample_time_s: float) -> Mod
     -----
     Poles are found as their distances from one, so slow ones keep their digits.
     """
-    _check_sample_time(sample_time_s)
+    require_sample_time(sample_time_s)
     b0 = transfer_function.denominator[0]
     below = _without_zeros_at_end(transfer_function.denominator) / b0
     above = _without_zeros_at_end(transfer_function.numerator) / b0
@@ -171,11 +172,6 @@ def modal_form(transfer_function: TransferFunction, sample_time_s: float) -> Mod
         late_gains=frozen_array(late),
         delay_rows=delay,
     )
-
-
-def _check_sample_time(sample_time_s: float) -> None:
-    if not (np.isfinite(sample_time_s) and sample_time_s > 0):
-        raise DataError(f"the sample time is {sample_time_s:g} s, not a positive time")
 
 
 def _without_zeros_at_end(coefficients: FloatArray) -> FloatArray:
@@ -214,20 +210,12 @@ def _mode_gains(rest: FloatArray, below: FloatArray) -> tuple[ComplexArray, Comp
     if order == 0:
         return np.zeros(0, dtype=np.complex128), distances
     if bool(np.any(distances == 0.0)):
-        raise DataError(
-            "a pole lies at z = 1: the response to a step never ends",
-            where="denominator",
-            remedy="A thermal model needs a pole inside the unit circle; identify it again",
-        )
+        raise DataError("pole_at_one", place=Place(key="denominator"))
     gaps = distances[None, :] - distances[:, None]  # p_i - p_j
     np.fill_diagonal(gaps, 1.0)
     nearest = np.abs(gaps) + np.where(np.eye(order, dtype=bool), np.inf, 0.0)
     if bool(np.any(nearest < SAME_POLE * np.abs(distances)[:, None])):
-        raise DataError(
-            "two poles coincide: they are no sum of lags",
-            where="denominator",
-            remedy="Identify with a lower order",
-        )
+        raise DataError("poles_coincide", place=Place(key="denominator"))
     values = _at_distances(rest, distances)
     return values / (distances * np.prod(gaps, axis=1)), distances
 
@@ -267,11 +255,7 @@ def modal_part(form: ModalForm, input_name: str) -> ModalPart:
     """
     if not form.stable:
         worst = max(mode.modulus for mode in form.other_modes)
-        raise DataError(
-            f"a pole has the modulus {worst:.6f}: the model is unstable and has no equivalent",
-            where=f"part {input_name}",
-            remedy="Identify with the method modal or oe, which give stable models",
-        )
+        raise DataError("pole_unstable", modulus=worst, place=Place(channel=input_name))
     folded = fsum(mode.dc_gain for mode in form.other_modes) + fsum(form.late_gains)
     return ModalPart(
         input_name=input_name,
@@ -351,13 +335,15 @@ def transfer_function_of(part: ModalPart, sample_time_s: float) -> TransferFunct
     -----
     Ten digits of a and b may hold less than two of the DC gain: `rounding_loss` says how many.
     """
-    _check_sample_time(sample_time_s)
+    require_sample_time(sample_time_s)
     rows = part.delay_s / sample_time_s
     if abs(rows - round(rows)) > _WHOLE_ROWS * max(rows, 1.0):
         raise DataError(
-            f"the delay of {part.delay_s:g} s is {rows:.4g} rows of {sample_time_s:g} s",
-            where=f"part {part.input_name}",
-            remedy="Choose a sample time that divides the delay",
+            "delay_no_whole_rows",
+            delay_s=part.delay_s,
+            rows=rows,
+            sample_time_s=sample_time_s,
+            place=Place(channel=part.input_name),
         )
     time_constants = np.unique(part.time_constants_s)
     gains = np.array([fsum(part.gains[part.time_constants_s == tau]) for tau in time_constants])
@@ -402,7 +388,7 @@ def change_sample_time(
         As in `modal_form`, or if a negative pole, a late gain or a delay has no counterpart at
         the new sample time.
     """
-    _check_sample_time(new_sample_time_s)
+    require_sample_time(new_sample_time_s)
     form = modal_form(transfer_function, sample_time_s)
     ratio = new_sample_time_s / sample_time_s
     whole = abs(ratio - round(ratio)) < _WHOLE_ROWS
@@ -415,9 +401,7 @@ def change_sample_time(
     )
     if no_counterpart:
         raise DataError(
-            f"a negative pole, a late gain or the delay of {form.delay_rows} rows has no"
-            f" counterpart at {new_sample_time_s:g} s",
-            remedy="Take the equivalent of direct gain and lags first",
+            "no_counterpart", delay_rows=form.delay_rows, sample_time_s=new_sample_time_s
         )
     distances = [
         complex(-np.expm1(-new_sample_time_s / float(tau))) for tau in form.time_constants_s
@@ -594,15 +578,14 @@ def rounding_loss(printed: PrintedTransferFunction) -> RoundingLoss:
     centre = np.concatenate([tf.numerator, tf.denominator])
     if half.size != centre.size:
         raise DataError(
-            f"{centre.size} coefficients have {half.size} numbers of decimals",
-            remedy="State the decimals of every coefficient, None where it is exact",
+            "count_not_coefficients",
+            count=half.size,
+            coefficients=centre.size,
+            place=Place(key="decimals"),
         )
     open_at = np.flatnonzero(half)
     if 1 << open_at.size > MOST_CORNERS:
-        raise DataError(
-            f"{open_at.size} rounded coefficients have too many corners",
-            remedy="Judge the parts one by one",
-        )
+        raise DataError("too_many_corners", coefficients=open_at.size, place=Place(key="decimals"))
     signs = np.zeros((1 << open_at.size, half.size))
     signs[:, open_at] = np.array(list(product((-1.0, 1.0), repeat=open_at.size)))
     at_corners = _gain_and_time_constant(centre + signs * half, tf.numerator.size)

@@ -42,16 +42,11 @@ def paired(measured_um: FloatArray, simulated_um: FloatArray) -> tuple[FloatArra
     simulated = np.asarray(simulated_um, dtype=np.float64)
     if measured.shape != simulated.shape or measured.ndim != 1:
         raise DataError(
-            f"measured and simulated displacement have the shapes {measured.shape} and"
-            f" {simulated.shape}, not (n,) both",
-            remedy="Compare the same rows",
+            "wrong_shape", shape=f"{measured.shape}, {simulated.shape}", expected="(n,), (n,)"
         )
     both = ~(np.isnan(measured) | np.isnan(simulated))
     if not bool(np.any(both)):
-        raise DataError(
-            "no row has both a measured and a simulated displacement",
-            remedy="Choose rows in which the displacement was measured",
-        )
+        raise DataError("no_row_to_compare")
     return measured[both], simulated[both]
 
 
@@ -92,11 +87,7 @@ def fit_percent(measured_um: FloatArray, simulated_um: FloatArray) -> float:
 
 def _spread(measured: FloatArray) -> float:
     if float(np.ptp(measured)) == 0.0:
-        raise DataError(
-            "the measured displacement is constant: its fit is not defined",
-            where=f"{measured.size} rows at {measured[0]:g} µm",
-            remedy="Choose rows in which the displacement changes, or judge by RMSE",
-        )
+        raise DataError("fit_undefined", rows=measured.size, value_um=float(measured[0]))
     return float(np.linalg.norm(measured - np.mean(measured)))
 
 

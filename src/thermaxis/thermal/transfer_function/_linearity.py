@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import Experiment
@@ -97,24 +98,28 @@ def check_linearity(
     """
     if len(experiments) != len(simulated_um) or not experiments:
         raise DataError(
-            f"{len(experiments)} tests have {len(simulated_um)} simulated displacements"
+            "wrong_shape",
+            shape=f"({len(simulated_um)},)",
+            expected=f"({len(experiments)},)",
+            place=Place(key="simulated_um"),
         )
     tables: list[FloatArray] = []
     totals = np.zeros(2)
     for number, (experiment, simulated) in enumerate(zip(experiments, simulated_um, strict=True)):
         if simulated.shape != experiment.y.shape:
-            raise DataError("a simulated displacement has another length than its test")
+            raise DataError(
+                "wrong_shape",
+                shape=str(simulated.shape),
+                expected=str(experiment.y.shape),
+                place=Place(experiment.name, key="simulated_um"),
+            )
         sums, moved = _phases(held(simulated[:, None])[0][:, 0])
         totals += moved
         own = np.zeros((experiment.y.size, len(experiments)))
         own[:, number] = 1.0
         tables.append(_block_means(np.column_stack([sums, own, experiment.y])))
     if float(np.min(totals)) < LEAST_SHARE * float(np.sum(totals)):
-        raise DataError(
-            f"the tests heat over {totals[0]:.3g} µm and cool over {totals[1]:.3g} µm: one phase is"
-            " too short to compare",
-            remedy="Use logs that hold a heating and a cooling phase",
-        )
+        raise DataError("phase_too_short", heating_um=float(totals[0]), cooling_um=float(totals[1]))
     return _tested(tables, totals)
 
 
@@ -150,10 +155,7 @@ def _tested(tables: Sequence[FloatArray], totals: FloatArray) -> Linearity:
         matrix, right = rows[:, :-1], rows[:, -1]
         free = matrix.shape[0] - matrix.shape[1]
         if free < 4:
-            raise DataError(
-                f"{matrix.shape[0]} block means do not tell heating from cooling",
-                remedy="Use longer logs",
-            )
+            raise DataError("too_few_means", means=matrix.shape[0])
         solution, *_ = np.linalg.lstsq(matrix, right, rcond=None)
         left = right - matrix @ solution
         inverse = np.linalg.pinv(matrix.T @ matrix)

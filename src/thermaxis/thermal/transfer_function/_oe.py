@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 from scipy.linalg import solve_toeplitz  # pyright: ignore[reportUnknownVariableType]
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.log import FEWEST_READINGS, Experiment, common_shape
@@ -450,11 +451,7 @@ def oe(
     if nf is None and nb is None:
         search, orders = _search(experiments, delays, chosen)
     elif nf is None or nb is None:
-        raise ConfigurationError(
-            "only one of nf and nb is given",
-            where="orders",
-            remedy="Give both, or none to have them searched",
-        )
+        raise ConfigurationError("half_orders", names=("nf", "nb"), place=Place(key="orders"))
     else:
         orders = OeOrders(per_input(nf, inputs, "nf"), per_input(nb, inputs, "nb"), delays)
     problem = _problem(experiments, orders, chosen)
@@ -466,9 +463,11 @@ def oe(
 def _check_options(options: OeOptions) -> None:
     if options.noise_order < 0 or options.lead_in_rows < 0 or options.noise_order > HIGHEST_COLOUR:
         raise ConfigurationError(
-            f"a noise order of {options.noise_order} and {options.lead_in_rows} rows of lead-in",
-            where="options",
-            remedy=f"Neither is negative, and the noise order is at most {HIGHEST_COLOUR}",
+            "oe_options_outside",
+            noise_order=options.noise_order,
+            lead_in_rows=options.lead_in_rows,
+            most=HIGHEST_COLOUR,
+            place=Place(key="options"),
         )
 
 
@@ -493,13 +492,9 @@ def _check_rows(problem: _Problem) -> None:
     lead = problem.options.lead_in_rows + problem.noise
     rows = sum(int(np.count_nonzero(~np.isnan(y[lead:]))) for _, y in problem.tests)
     if problem.coefficients == 0:
-        raise ConfigurationError("no coefficient is asked for", where="orders")
+        raise ConfigurationError("no_coefficient", place=Place(key="orders"))
     if rows <= problem.size:
-        raise DataError(
-            f"{rows} measured rows do not determine {problem.size} parameters",
-            where="experiments",
-            remedy="Use lower orders or a longer log",
-        )
+        raise DataError("rows_not_enough", rows=rows, parameters=problem.size)
 
 
 def _search(

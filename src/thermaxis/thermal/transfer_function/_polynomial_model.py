@@ -8,8 +8,9 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, require_sample_time, rows_of_inputs
 from thermaxis.thermal.log import Experiment
 from thermaxis.thermal.transfer_function._cascade import filtered, output_of
 from thermaxis.thermal.transfer_function._roots import ComplexArray, distances_from_one
@@ -67,18 +68,15 @@ class TransferFunction:
         for name, values in (("numerator", self.numerator), ("denominator", self.denominator)):
             if values.ndim != 1 or not 1 <= values.size <= MOST_COEFFICIENTS:
                 raise DataError(
-                    f"the coefficients have the shape {values.shape}, not (1,) to"
-                    f" ({MOST_COEFFICIENTS},)",
-                    where=name,
+                    "wrong_shape",
+                    shape=str(values.shape),
+                    expected=f"(1,) to ({MOST_COEFFICIENTS},)",
+                    place=Place(key=name),
                 )
             if not bool(np.all(np.isfinite(values))):
-                raise DataError("a coefficient is not finite", where=name)
+                raise DataError("not_finite", place=Place(key=name))
         if self.denominator[0] == 0.0:
-            raise DataError(
-                "the coefficient b_0 is zero: the present output is not defined",
-                where="denominator",
-                remedy="Shift the equation in time until b_0 is not zero",
-            )
+            raise DataError("leading_coefficient_zero", place=Place(key="denominator"))
 
     @property
     def dc_gain(self) -> float:
@@ -171,11 +169,11 @@ def simulate_transfer_function(
     """
     values = np.asarray(u, dtype=np.float64)
     if values.ndim != 1:
-        raise DataError(f"the input has the shape {values.shape}, not (n,)")
-    if not bool(np.all(np.isfinite(values))):
         raise DataError(
-            "an input is missing or infinite", remedy="Hold or interpolate missing inputs first"
+            "wrong_shape", shape=str(values.shape), expected="(n,)", place=Place(key="u")
         )
+    if not bool(np.all(np.isfinite(values))):
+        raise DataError("input_missing", place=Place(key="u"))
     a, b = transfer_function.numerator, transfer_function.denominator
     before_u = _past(past_u, a.size - 1)
     before_y = _past(past_y, b.size - 1)
@@ -189,7 +187,7 @@ def simulate_transfer_function(
 def _past(values: Sequence[float] | FloatArray, size: int) -> FloatArray:
     given = np.asarray(values, dtype=np.float64)
     if given.ndim != 1 or not bool(np.all(np.isfinite(given))):
-        raise DataError("the past values are not finite numbers in one row")
+        raise DataError("not_finite", place=Place(key="past_u, past_y"))
     past = np.zeros(size)
     past[: min(size, given.size)] = given[:size]
     return past
@@ -224,12 +222,12 @@ class PolynomialModel:
         """Check that names and transfer functions belong together."""
         if len(self.input_names) != len(self.transfer_functions) or not self.input_names:
             raise DataError(
-                f"{len(self.transfer_functions)} transfer functions have"
-                f" {len(self.input_names)} names of inputs",
-                remedy="Name every input once",
+                "count_not_inputs",
+                count=len(self.input_names),
+                inputs=len(self.transfer_functions),
+                place=Place(key="input_names"),
             )
-        if not (np.isfinite(self.sample_time_s) and self.sample_time_s > 0):
-            raise DataError(f"the sample time is {self.sample_time_s:g} s, not a positive time")
+        require_sample_time(self.sample_time_s)
 
     @property
     def stable(self) -> bool:
@@ -278,20 +276,14 @@ def simulate_polynomial(
     """
     values = _checked_inputs(model, u)
     if start is Start.FREE:
-        raise DataError(
-            "a free start needs a measured displacement", remedy="Use simulate_from_fitted_start"
-        )
+        raise DataError("free_start_unmeasured", place=Place(key="start"))
     y = np.full(values.shape[0], model.offset_um)
     for name, part, column in zip(
         model.input_names, model.transfer_functions, values.T, strict=True
     ):
         first = float(column[0]) if start is Start.STEADY else 0.0
         if first != 0.0 and not np.isfinite(part.dc_gain):
-            raise DataError(
-                "a pole at z = 1 has no steady state",
-                where=f"input {name}",
-                remedy="Start at rest, with inputs relative to the first row",
-            )
+            raise DataError("no_steady_state", place=Place(channel=name))
         b0 = part.denominator[0]
         y += output_of(part.numerator / b0, part.denominator / b0, column, first)
     return y
@@ -331,11 +323,14 @@ def simulate_from_fitted_start(
     measured = np.asarray(measured_um, dtype=np.float64)
     if measured.shape != y.shape:
         raise DataError(
-            f"the measured displacement has the shape {measured.shape}, the inputs {y.size} rows"
+            "wrong_shape",
+            shape=str(measured.shape),
+            expected=f"({y.size},)",
+            place=Place(key="measured_um"),
         )
     present = ~np.isnan(measured)
     if not bool(np.any(present)):
-        raise DataError("the displacement was never measured")
+        raise DataError("never_measured", place=Place(key="measured_um"))
     responses = free_responses(model.transfer_functions, y.size)
     scale = np.linalg.norm(responses[present], axis=0)
     scale = np.where(scale > 0, scale, 1.0)
@@ -362,17 +357,12 @@ def free_responses(parts: Sequence[TransferFunction], rows: int) -> FloatArray:
 
 
 def _checked_inputs(model: PolynomialModel, u: FloatArray) -> FloatArray:
-    values = np.asarray(u, dtype=np.float64)
-    if values.ndim != 2 or values.shape[1] != len(model.input_names) or values.shape[0] == 0:
-        raise DataError(
-            f"inputs have the shape {values.shape}, the model has {len(model.input_names)} inputs",
-            remedy="One row per sample, one column per input, in the order of the model",
-        )
+    values = rows_of_inputs(u, len(model.input_names))
     if bool(np.any(np.isinf(values))):
-        raise DataError("an input is infinite")
+        raise DataError("infinite_value", place=Place(key="u"))
     never = np.flatnonzero(np.all(np.isnan(values), axis=0))
     if never.size:
-        raise DataError("the input was never measured", where=model.input_names[int(never[0])])
+        raise DataError("never_measured", place=Place(channel=model.input_names[int(never[0])]))
     return held(values)[0]
 
 
@@ -382,8 +372,7 @@ def names_of_inputs(experiments: Sequence[Experiment], names: Sequence[str]) -> 
     given = tuple(names) if names else tuple(f"u{i + 1}" for i in range(count))
     if len(given) != count or len(set(given)) != count:
         raise DataError(
-            f"the names {', '.join(given)} do not name each of the {count} inputs once",
-            where="input names",
+            "count_not_inputs", count=len(set(given)), inputs=count, place=Place(key="input_names")
         )
     return given
 
@@ -394,9 +383,10 @@ def common_sample_time_s(experiments: Sequence[Experiment]) -> float:
     for experiment in experiments:
         if abs(experiment.sample_time_s - first) > 1e-6 * first:
             raise DataError(
-                f"the sample times {first:g} s and {experiment.sample_time_s:g} s differ",
-                where=experiment.name,
-                remedy="Resample the logs to one sample time; coefficients hold for one only",
+                "sample_times_differ",
+                first_s=first,
+                sample_time_s=experiment.sample_time_s,
+                place=Place(experiment.name),
             )
     return first
 

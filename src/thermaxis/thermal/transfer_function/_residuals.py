@@ -10,6 +10,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft  # pyright: ignore[reportUnknownVariableType]
 from scipy.special import gammaincc
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.thermal._arrays import FloatArray
 from thermaxis.thermal.transfer_function._cascade import later, output_of
@@ -204,22 +205,18 @@ def analyse_residuals(
 def _check_series(residuals: Sequence[FloatArray], inputs: Sequence[FloatArray], lags: int) -> None:
     if not residuals or len(residuals) != len(inputs):
         raise DataError(
-            f"there are residuals of {len(residuals)} and inputs of {len(inputs)} tests",
-            remedy="Give both of the same tests",
+            "wrong_shape",
+            shape=f"({len(residuals)},), ({len(inputs)},)",
+            expected="(tests,), (tests,)",
         )
     for e, u in zip(residuals, inputs, strict=True):
         if e.ndim != 1 or u.ndim != 2 or u.shape[0] != e.size or u.shape[1] != inputs[0].shape[1]:
-            raise DataError(
-                f"a residual has the shape {e.shape} and its inputs {u.shape}, not (n,) and (n, k)"
-            )
+            raise DataError("wrong_shape", shape=f"{e.shape}, {u.shape}", expected="(n,), (n, k)")
         if u.shape[0] == 0 or bool(np.any(np.all(np.isnan(u), axis=0))):
-            raise DataError("an input was never measured in one of the tests")
+            raise DataError("never_measured", place=Place(key="inputs"))
     rows = sum(int(np.count_nonzero(~np.isnan(e))) for e in residuals)
     if lags < 1 or rows <= lags:
-        raise DataError(
-            f"{rows} residuals do not show correlations up to lag {lags}",
-            remedy="Ask for fewer lags, at least one",
-        )
+        raise DataError("too_few_residuals", rows=rows, lags=lags)
 
 
 def _centred(series: Sequence[FloatArray]) -> list[FloatArray]:
@@ -270,7 +267,7 @@ def information_criteria(
     H. Akaike 1969 and 1974, G. Schwarz 1978 (from memory).
     """
     if mean_square_um2 < 0 or rows <= 0:
-        raise DataError(f"a mean square of {mean_square_um2:g} over {rows:g} rows does not exist")
+        raise DataError("no_mean_square", mean_square_um2=mean_square_um2, rows=rows)
     logarithm = rows * float(np.log(max(mean_square_um2, np.finfo(float).tiny)))
     d = parameters
     fpe = mean_square_um2 * (1.0 + d / rows) / (1.0 - d / rows) if rows > d else float("inf")
@@ -311,7 +308,7 @@ def step_responses(result: PolynomialResult, rows: int) -> StepResponses:
         If rows is less than one.
     """
     if rows < 1:
-        raise DataError(f"a step response of {rows} rows does not exist")
+        raise DataError("not_positive", value=rows, place=Place(key="rows"))
     step = np.ones(rows)
     responses: list[FloatArray] = []
     deviations: list[FloatArray] = []

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.compensation import (
     STATED,
     CompensationModel,
@@ -56,28 +56,23 @@ def parse_gain(text: str) -> tuple[str, DiameterGain]:
     Mareš and Horejš 2021, equation (6).
     """
     name, sign, listed = text.partition("=")
-    where = f"--gain {printable(text, 60)}"
-    remedy = "Write table=0:1,1500:1.6,3000:2.2, and tcp:1 for the tool centre point"
+    place = Place(key="--gain")
     if not sign or not name.strip() or not listed.strip():
-        raise ConfigurationError("this is no gain by diameter", where=where, remedy=remedy)
+        raise ConfigurationError("no_gain_by_diameter", text=text, place=place)
     tool_gain: float | None = None
     points: dict[float, float] = {}
     for entry in listed.split(","):
-        place, colon, gain_word = entry.partition(":")
+        at, colon, gain_word = entry.partition(":")
         gain = _number(gain_word)
-        if place.strip().casefold() == TCP and gain is not None and tool_gain is None:
+        if at.strip().casefold() == TCP and gain is not None and tool_gain is None:
             tool_gain = gain
             continue
-        diameter = _number(place)
+        diameter = _number(at)
         if not colon or gain is None or diameter is None or diameter < 0 or diameter in points:
-            raise ConfigurationError(
-                f"'{printable(entry, 30)}' is no new diameter with its gain",
-                where=where,
-                remedy=remedy,
-            )
+            raise ConfigurationError("no_new_diameter", text=entry, place=place)
         points[diameter] = gain
     if not points:
-        raise ConfigurationError("no diameter is stated", where=where, remedy=remedy)
+        raise ConfigurationError("no_diameter", place=place)
     return name.strip(), DiameterGain(
         tuple(GainPoint(d, points[d]) for d in sorted(points)),
         1.0 if tool_gain is None else tool_gain,
@@ -123,7 +118,7 @@ def combine_models(
     Mareš and Horejš 2021, equations (5) to (8).
     """
     if not models:
-        raise ConfigurationError("there is no model to combine", where="models")
+        raise ConfigurationError("no_model", place=Place(key="models"))
     _check_alike(models)
     wanted = dict(gains or {})
     outputs: dict[str, Output] = {}
@@ -144,9 +139,7 @@ def combine_models(
     for name in wanted:
         if name not in used:
             raise ConfigurationError(
-                f"there is no part and no model '{printable(name, 40)}'",
-                where="gain",
-                remedy=f"Parts and models are: {', '.join(sorted(used))}",
+                "unknown_name", name=name, known=tuple(sorted(used)), place=Place(key="gain")
             )
     first = models[0][1]
     return replace(
@@ -169,9 +162,7 @@ def _with_gain(part: Part, model_name: str, gains: Mapping[str, DiameterGain]) -
         return part
     if part.gain_by_diameter:
         raise ConfigurationError(
-            f"part {part.name} has a gain by diameter already",
-            where=f"gain {model_name}",
-            remedy="Take the model without gain, or leave the new gain out",
+            "gain_stated_already", part=part.name, place=Place(key="gain", channel=model_name)
         )
     return replace(part, gain_by_diameter=gain.points, tool_gain=gain.tool_gain)
 
@@ -179,27 +170,21 @@ def _with_gain(part: Part, model_name: str, gains: Mapping[str, DiameterGain]) -
 def _check_alike(models: Sequence[tuple[str, CompensationModel]]) -> None:
     first_name, first = models[0]
     for name, model in models[1:]:
-        where = f"{first_name} and {name}"
+        place = Place(f"{first_name}, {name}")
         if model.reference != first.reference:
-            raise ConfigurationError(
-                "one model refers to its start, the other to stated temperatures",
-                where=where,
-                remedy="Identify both with the same reference",
-            )
+            raise ConfigurationError("references_differ", place=place)
         if model.input_filter_s != first.input_filter_s:
             raise ConfigurationError(
-                f"their inputs are filtered differently ({first.input_filter_s:g} s and"
-                f" {model.input_filter_s:g} s)",
-                where=where,
-                remedy="Identify both with the same filter",
+                "filters_differ",
+                first_s=first.input_filter_s,
+                other_s=model.input_filter_s,
+                place=place,
             )
         if model.reference == STATED:
             for channel, value in model.reference_c.items():
                 if first.reference_c.get(channel, value) != value:
                     raise ConfigurationError(
-                        f"they state different references of channel {printable(channel, 40)}",
-                        where=where,
-                        remedy="Identify both with the same reference",
+                        "references_differ", place=place._replace(channel=channel)
                     )
 
 
@@ -208,16 +193,14 @@ def _check_parts(name: str, known: Output, parts: tuple[Part, ...]) -> None:
         for other in known.parts:
             if (part.plus, part.minus) == (other.plus, other.minus):
                 raise ConfigurationError(
-                    f"part {part.name} of output {known.name} has the same channels as part"
-                    f" {other.name}: its heat would count twice",
-                    where=name,
-                    remedy="Estimate both in one call of identify, or leave one out",
+                    "heat_counted_twice",
+                    part=part.name,
+                    other=other.name,
+                    place=Place(name, channel=known.name),
                 )
             if part.name == other.name:
                 raise ConfigurationError(
-                    f"two parts of output {known.name} are named {part.name}",
-                    where=name,
-                    remedy="Name the inputs differently when identifying",
+                    "part_name_twice", part=part.name, place=Place(name, channel=known.name)
                 )
 
 

@@ -7,8 +7,9 @@ from typing import final
 import numpy as np
 from scipy.signal import lfilter  # pyright: ignore[reportUnknownVariableType]
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, require_sample_time, rows_of_inputs
 
 
 def _frozen(values: FloatArray) -> FloatArray:
@@ -47,23 +48,27 @@ class ModalPart:
         """Check the numbers and freeze the arrays."""
         object.__setattr__(self, "gains", _frozen(self.gains))
         object.__setattr__(self, "time_constants_s", _frozen(self.time_constants_s))
-        where = f"part {self.input_name}"
+        place = Place(channel=self.input_name)
         if self.gains.ndim != 1 or self.gains.shape != self.time_constants_s.shape:
             raise DataError(
-                f"gains have the shape {self.gains.shape}, time constants"
-                f" {self.time_constants_s.shape}",
-                where=where,
-                remedy="Every lag has one gain and one time constant",
+                "wrong_shape",
+                shape=f"{self.gains.shape}, {self.time_constants_s.shape}",
+                expected="(j,), (j,)",
+                place=place,
             )
         numbers = np.concatenate(
             [[self.direct_gain, self.delay_s], self.gains, self.time_constants_s]
         )
         if not bool(np.all(np.isfinite(numbers))):
-            raise DataError("a gain, a time constant or the delay is not finite", where=where)
+            raise DataError("not_finite", place=place)
         if bool(np.any(self.time_constants_s <= 0)):
-            raise DataError("a time constant is not positive", where=where)
+            raise DataError(
+                "not_positive",
+                value=float(np.min(self.time_constants_s)),
+                place=place._replace(key="time_constants_s"),
+            )
         if self.delay_s < 0:
-            raise DataError("the delay is negative", where=where)
+            raise DataError("negative", value=self.delay_s, place=place._replace(key="delay_s"))
 
     @property
     def dc_gain(self) -> float:
@@ -110,18 +115,10 @@ def delayed(u: FloatArray, delay_s: float, sample_time_s: float) -> FloatArray:
 
 
 def _checked_inputs(model: ThermalModel, sample_time_s: float, u: FloatArray) -> FloatArray:
-    values = np.asarray(u, dtype=np.float64)
-    if not (np.isfinite(sample_time_s) and sample_time_s > 0):
-        raise DataError(f"the sample time is {sample_time_s:g} s, not a positive time")
-    if values.ndim != 2 or values.shape[1] != len(model.parts) or values.shape[0] == 0:
-        raise DataError(
-            f"inputs have the shape {values.shape}, the model has {len(model.parts)} inputs",
-            remedy="One row per sample, one column per input, in the order of the parts",
-        )
+    require_sample_time(sample_time_s)
+    values = rows_of_inputs(u, len(model.parts))
     if not bool(np.all(np.isfinite(values))):
-        raise DataError(
-            "an input is missing or infinite", remedy="Hold or interpolate missing inputs first"
-        )
+        raise DataError("input_missing", place=Place(key="u"))
     return values
 
 
@@ -159,7 +156,12 @@ def simulate_modal(
     if initial_state is not None and [np.shape(x) for x in initial_state] != [
         part.gains.shape for part in model.parts
     ]:
-        raise DataError("the initial state does not have one number per lag of every part")
+        raise DataError(
+            "wrong_shape",
+            shape=str([np.shape(x) for x in initial_state]),
+            expected=str([part.gains.shape for part in model.parts]),
+            place=Place(key="initial_state"),
+        )
     y = np.full(values.shape[0], model.offset_um, dtype=np.float64)
     for i, part in enumerate(model.parts):
         column = delayed(np.ascontiguousarray(values[:, i]), part.delay_s, sample_time_s)

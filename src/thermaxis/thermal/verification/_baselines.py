@@ -7,8 +7,9 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError, DataError
-from thermaxis.thermal._arrays import FloatArray
+from thermaxis.thermal._arrays import FloatArray, require_sample_time, rows_of_inputs
 from thermaxis.thermal.log import Experiment, common_shape
 from thermaxis.thermal.transfer_function import (
     frozen_array,
@@ -93,9 +94,11 @@ def fit_baseline(
     """
     inputs = common_shape(experiments)
     if not (np.isfinite(ridge) and ridge >= 0):
-        raise ConfigurationError(f"a penalty of {ridge:g} is not a number from zero up")
+        raise ConfigurationError(
+            "outside_range", value=ridge, least=0.0, most=np.inf, place=Place(key="ridge")
+        )
     if any(not (np.isfinite(lag) and lag > 0) for lag in lags_s):
-        raise ConfigurationError("a lag of an average is not a positive time", where="lags")
+        raise ConfigurationError("not_positive", value=min(lags_s), place=Place(key="lags_s"))
     rows = sum(int(np.count_nonzero(~np.isnan(e.y))) for e in experiments)
     if baseline is Baseline.PERSISTENCE:
         last = experiments[-1].y
@@ -140,10 +143,7 @@ def _solved(factor: FloatArray, penalty: float, rows: int) -> tuple[float, Float
         extra = np.column_stack([np.diag(root), np.zeros(root.size)])
         about_mean = triangle([about_mean, extra])
     elif rows < factor.shape[1]:
-        raise DataError(
-            f"{rows} measured rows do not determine {factor.shape[1] - 1} numbers",
-            remedy="Use a longer log or a baseline with a penalty",
-        )
+        raise DataError("rows_not_enough", rows=rows, parameters=factor.shape[1] - 1)
     gains = solve_triangle(about_mean).parameters
     offset = float(factor[0, -1] - factor[0, 1:-1] @ gains) / float(factor[0, 0])
     return offset, gains
@@ -172,19 +172,13 @@ def simulate_baseline(model: BaselineModel, u: FloatArray, sample_time_s: float)
         If the inputs do not fit the model, one was never measured, or the sample time is not
         positive.
     """
-    values: FloatArray = np.asarray(u, dtype=np.float64)
-    if values.ndim != 2 or values.shape[1] != model.gains_um_per_k.shape[0] or not values.shape[0]:
-        raise DataError(
-            f"inputs have the shape {values.shape}, the model has"
-            f" {model.gains_um_per_k.shape[0]} inputs"
-        )
-    if not (np.isfinite(sample_time_s) and sample_time_s > 0):
-        raise DataError(f"the sample time is {sample_time_s:g} s, not a positive time")
+    values = rows_of_inputs(u, model.gains_um_per_k.shape[0])
+    require_sample_time(sample_time_s)
     y = np.full(values.shape[0], model.offset_um)
     if model.baseline is Baseline.PERSISTENCE:
         return y
     if bool(np.any(np.all(np.isnan(values), axis=0))):
-        raise DataError("an input was never measured")
+        raise DataError("never_measured", place=Place(key="u"))
     columns = _columns(values, sample_time_s, model.lags_s)
     for column, gain in zip(columns.T, model.gains_um_per_k.ravel(), strict=True):
         y += column * gain

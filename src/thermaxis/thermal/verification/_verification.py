@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import Message, Place, printable
+from thermaxis.codes import Message, Place
 from thermaxis.compensation import CompensationModel, Limits, Outcome, gain_of
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.thermal._arrays import FloatArray
@@ -209,13 +209,9 @@ def verify(
     after 60 minutes and ETVE (from memory).
     """
     if not logs:
-        raise ConfigurationError("there is no log to verify with", where="logs")
+        raise ConfigurationError("no_log", place=Place(key="logs"))
     if rows is not None and not 0 <= rows[0] < rows[1]:
-        raise ConfigurationError(
-            f"{rows[0]}:{rows[1]} is no span of rows",
-            where="rows",
-            remedy="Count rows from zero; the last one is not included",
-        )
+        raise ConfigurationError("no_span", first=rows[0], last=rows[1], place=Place(key="rows"))
     verified = tuple(
         _verify_log(
             _Comparison(model, _measured_in(model, log, measured), reference_s, rows, limits or {}),
@@ -243,18 +239,15 @@ def _measured_in(
         known = {channel.casefold() for channel in log.columns}
         found = tuple(MeasuredOutput(name, name) for name in names if name.casefold() in known)
         if not found:
-            raise ConfigurationError(
-                f"the log has no column named as an output of the model ({', '.join(names)})",
-                where=log.name,
-                remedy="Say which channel is which output: --measured CHANNEL=OUTPUT",
-            )
+            raise ConfigurationError("no_output_column", names=tuple(names), place=Place(log.name))
         return found
     for entry in measured:
         if entry.output not in names:
             raise ConfigurationError(
-                f"the model has no output {printable(entry.output, 40)}",
-                where=f"measured {printable(entry.channel, 40)}",
-                remedy=f"Its outputs are {', '.join(names)}",
+                "unknown_name",
+                name=entry.output,
+                known=tuple(names),
+                place=Place(key="measured", channel=entry.channel),
             )
     return tuple(measured)
 
@@ -346,10 +339,7 @@ def _verify_output(
     measured = np.array(log.column(entry.channel, unit="um"))
     both = ~(np.isnan(measured) | np.isnan(simulated.displacement_um))
     if not bool(np.any(both)):
-        raise DataError(
-            f"channel {entry.channel} was measured in no row in which the model runs",
-            where=log.name,
-        )
+        raise DataError("not_measured_with_model", place=Place(log.name, channel=entry.channel))
     at_start = both & (log.time_s <= reference_s)
     if not bool(np.any(at_start)):
         at_start = np.zeros_like(both)
@@ -364,8 +354,10 @@ def _verify_output(
         counted &= both
         if not bool(np.any(counted)):
             raise DataError(
-                f"channel {entry.channel} was measured in no row from {rows[0]} to {rows[1]}",
-                where=log.name,
+                "not_measured_in_rows",
+                first=rows[0],
+                last=rows[1],
+                place=Place(log.name, channel=entry.channel),
             )
     inputs = _inputs_of(model, entry.output, log)
     static = _static_of(model, entry, inputs)
