@@ -169,13 +169,13 @@ def test_the_record_names_every_start_and_the_offset_that_was_kept(tmp_path: Pat
         killed_s = machine.kill()
         machine.listen()
         assert machine.port == port
-        assert machine.ready_s - killed_s < 2.0
+        assert in_time(machine.ready_s - killed_s, 2.0)
         machine.tell(fault="exit")
         assert machine.wait_for_end() == 1
         first, second = machine.record()
     assert (first.kind, second.kind) == ("start", "start")
-    assert first.monotonic_s == pytest.approx(began_s, abs=0.1)
-    assert second.monotonic_s == pytest.approx(machine.ready_s, abs=0.1)
+    assert in_time(abs(first.monotonic_s - began_s), 0.1)
+    assert in_time(abs(second.monotonic_s - machine.ready_s), 0.1)
     assert second.accepted_um == {"Z": 0.0, "X": 0.0, "Y": 0.0}
 
 
@@ -222,7 +222,8 @@ def test_every_value_comes_with_its_status_and_a_fresh_time(machine: ForeignServ
             assert found[channel].value == pytest.approx(21.0, abs=1.5)
             age_s = found[channel].age_s
             assert age_s is not None
-            assert 0.0 <= age_s < 0.3
+            assert age_s >= 0.0
+            assert in_time(age_s, 0.3)
         assert found["Diameter"].value == 1500.0
         flags = {name: found[name].value for name in ("Referenced", "M5.0", "EmergencyStop")}
         assert flags == {"Referenced": 1.0, "M5.0": 1.0, "EmergencyStop": 0.0}
@@ -269,7 +270,7 @@ def test_a_frozen_value_grows_old_while_its_neighbours_stay_fresh(machine: Forei
         assert old.good
         other = (await link.source.read(DEADLINE_S))["Temp2"].age_s
         assert other is not None
-        assert other < 0.3
+        assert in_time(other, 0.3)
 
     within(open_settings(machine), machine, steps)
 
@@ -282,7 +283,8 @@ def test_a_machine_whose_clock_is_wrong_by_an_hour_sends_values_of_the_right_age
         assert link.session.clock_difference_s == pytest.approx(ahead_s, abs=0.5)
         age_s = (await link.source.read(DEADLINE_S))["Temp1"].age_s
         assert age_s is not None
-        assert 0.0 <= age_s < 0.3
+        assert age_s >= 0.0
+        assert in_time(age_s, 0.3)
 
     with ForeignServer(
         tmp_path / "machine",
@@ -683,7 +685,7 @@ def test_a_server_that_is_busy_for_a_while_is_not_believed_late(machine: Foreign
         await asyncio.sleep(0.1)
         asked_s = time.monotonic()
         found = await link.source.read(0.2)
-        assert time.monotonic() - asked_s < 0.3
+        assert in_time(time.monotonic() - asked_s, 0.3)
         assert not any(one.good for one in found.values())
         again = await sample(link, "Temp1", lambda s: s.good)  # an old one, and it says so
         assert again.age_s is not None

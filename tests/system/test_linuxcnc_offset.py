@@ -19,6 +19,7 @@ from typing import Self
 import numpy as np
 import pytest
 
+from tests.in_time import in_time
 from tests.system.linuxcnc.machine import missing, one_at_a_time
 from tests.system.linuxcnc.offset_machine import (
     OffsetMachine,
@@ -410,7 +411,7 @@ def test_a_linuxcnc_that_starts_again_is_found_at_zero_and_written_to_again(
 ) -> None:
     lines = [line for line in campaign.lines if line["time_s"] > campaign.ended_s]
     lost = next(line for line in lines if not line["connected"])
-    assert lost["time_s"] - campaign.ended_s < 2.0
+    assert in_time(lost["time_s"] - campaign.ended_s, 2.0)
     news = next(line for line in lines if line["found"] is not None)
     assert news["found"] == both(0.0)
     between = [line for line in lines if lost["time_s"] < line["time_s"] < news["time_s"]]
@@ -423,7 +424,9 @@ def test_a_killed_writer_leaves_no_halcmd_and_no_offset(campaign: Campaign) -> N
     assert campaign.halcmds == (1, 0)
     trace = campaign.second
     trip = int(np.flatnonzero(np.diff(trace.ok.astype(int)) < 0)[-1])
-    assert trace.clock_s[trip] - campaign.killed_s == pytest.approx(2.0, abs=0.3)
+    tripped_s = trace.clock_s[trip] - campaign.killed_s
+    assert tripped_s >= 1.7
+    assert in_time(tripped_s - 2.0, 0.3)
     assert trace.offset[-1] == 0.0
 
 

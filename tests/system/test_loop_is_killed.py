@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.in_time import in_time
 from tests.system.linuxcnc import machine as linuxcnc
 from tests.system.linuxcnc.offset_machine import running, wait_for
 from tests.system.loop_stand import (
@@ -40,7 +41,13 @@ pytestmark = [pytest.mark.system, pytest.mark.real_time, pytest.mark.timeout(300
 FROZEN_S = 5.0
 
 
-@pytest.mark.parametrize(("watchdog", "kills"), [("off", 8), ("2s", 7)])
+def assert_two_seconds(tripped_s: float) -> None:
+    """Assert that the watchdog acted when it should: a busy computer may be late, never early."""
+    assert tripped_s >= 1.6
+    assert in_time(tripped_s - 2.0, 0.4)
+
+
+@pytest.mark.parametrize(("watchdog", "kills"), [("off", 5), ("2s", 4)])
 def test_a_loop_killed_at_random_moments_moves_nothing_too_fast_and_forgets_a_second_at_most(
     tmp_path: Path, watchdog: str, kills: int
 ) -> None:
@@ -80,7 +87,7 @@ def test_a_frozen_loop_looks_before_it_writes_and_goes_on_from_where_the_watchdo
     assert found.return_um <= ROUNDED_UM
     assert gaps(cycles) == []
     tripped = next(look for look in watcher.looks if look.at_s > frozen_s and not look.alive)
-    assert tripped.at_s - frozen_s == pytest.approx(2.0, abs=0.4)
+    assert_two_seconds(tripped.at_s - frozen_s)
     first = next(look for look in watcher.looks if look.at_s > thawed_s and look.alive)
     assert abs(first.accepted_um) <= RATE_UM_PER_S * (first.at_s - thawed_s) + LATE_UM
     states = {c.output.state for c in cycles if c.monotonic_s > thawed_s}
@@ -102,7 +109,8 @@ def test_a_loop_that_is_asked_to_end_fades_at_its_rate_and_at_once_when_it_is_as
         assert watcher.last.effective_um == 0.0
         asked = next(look for look in watcher.looks if look.at_s >= asked_s - 0.1)
         shortest_s = abs(asked.effective_um) / RATE_UM_PER_S
-        assert shortest_s - 2.0 * CYCLE_S <= faded_s <= shortest_s + 3.0
+        assert faded_s >= shortest_s - 2.0 * CYCLE_S
+        assert in_time(faded_s - shortest_s, 3.0)
         with compensating(configuration) as loop:  # enabled as before
             loop.wait_for_state(SupervisorState.ACTIVE, 30.0)
             watcher.wait_until("it has gone somewhere", 20.0, at_least_um=9.0)
@@ -110,7 +118,7 @@ def test_a_loop_that_is_asked_to_end_fades_at_its_rate_and_at_once_when_it_is_as
             loop.wait_for("it is being ended", 5.0)
             asked_s = loop.signal(signal.SIGTERM)
             assert loop.wait(10.0) == 1
-            assert time.monotonic() - asked_s < 3.0
+            assert in_time(time.monotonic() - asked_s, 3.0)
             assert "stands in the machine" in loop.tail()
         time.sleep(0.2)
         left_um = watcher.last.effective_um
@@ -200,6 +208,6 @@ def test_a_frozen_loop_on_linuxcnc_is_taken_back_by_the_watchdog_and_heals_witho
     assert 1e3 * np.max(np.abs(trace.offset)) <= LARGEST_UM
     frozen = (trace.clock_s > frozen_s + 0.2) & (trace.clock_s < thawed_s)
     tripped_s = trace.clock_s[frozen & ~trace.ok][0]
-    assert tripped_s - frozen_s == pytest.approx(2.0, abs=0.4)
+    assert_two_seconds(tripped_s - frozen_s)
     assert np.all(trace.offset[frozen & (trace.clock_s > tripped_s + 3.0)] == 0.0)
     assert trace.offset[-1] == pytest.approx(0.0, abs=1e-9)
