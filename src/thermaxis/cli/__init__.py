@@ -1,6 +1,7 @@
 """The command ``thermaxis``: one module per command, each imported when it is needed."""
 
 import argparse
+import json
 import os
 import sys
 from collections.abc import Sequence
@@ -8,6 +9,7 @@ from importlib import import_module
 from typing import Protocol, cast
 
 from thermaxis import __version__
+from thermaxis.codes import message_as_json
 from thermaxis.errors import ThermaxisError
 
 GROUPS = {
@@ -149,18 +151,33 @@ def _lacking(error: ModuleNotFoundError) -> str:
     return f"this command needs the package {error.name}. Install it: {wanted}."
 
 
-def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911 - one per kind of end
-    """Run the command line."""
-    words = list(sys.argv[1:] if arguments is None else arguments)
+def execute(words: Sequence[str]) -> int:
+    """Run a command and return its exit code; what is wrong is raised as an error."""
     wanted = next((word for word in words if not word.startswith("-")), "")
+    parser = build_parser(only=wanted if wanted in COMMANDS else "")
+    namespace = parser.parse_args(words)
+    if namespace.command is None:
+        parser.print_help()
+        return 0
+    _write_as_utf8()
     try:
-        parser = build_parser(only=wanted if wanted in COMMANDS else "")
-        namespace = parser.parse_args(words)
-        if namespace.command is None:
-            parser.print_help()
-            return 0
-        _write_as_utf8()
         return _load(namespace.command).run(namespace)
+    except ThermaxisError as error:
+        if getattr(namespace, "json", None) == "-":  # where a result alone was asked for
+            _write_error(error)
+        raise
+
+
+def _write_error(error: ThermaxisError) -> None:
+    """Write an error as JSON: code, values, place, and the sentence for people."""
+    said = message_as_json(error.message) | {"code": error.code, "text": str(error)}
+    sys.stdout.write(json.dumps({"error": said}, indent=2, allow_nan=False) + "\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line."""
+    try:
+        return execute(list(sys.argv[1:] if arguments is None else arguments))
     except ThermaxisError as error:
         return _refuse(str(error))
     except ModuleNotFoundError as error:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 _DIGITS = 12
@@ -46,9 +47,7 @@ class NumberTable:
 
 def _cannot_write(path: Path, error: OSError) -> ConfigurationError:
     return ConfigurationError(
-        f"cannot be written ({error.strerror or type(error).__name__})",
-        where=str(path),
-        remedy="Choose another place, or make room and permission there",
+        "file_unwritable", place=Place(file=str(path)), cause=error.strerror or type(error).__name__
     )
 
 
@@ -81,11 +80,7 @@ def write_bytes(path: Path, content: bytes) -> Path:
         If it cannot be written.
     """
     if path.is_fifo() or path.is_socket():
-        raise ConfigurationError(
-            "this output is a pipe, which would wait for a reader",
-            where=str(path),
-            remedy="Name a file",
-        )
+        raise ConfigurationError("output_is_pipe", place=Place(file=str(path)))
     try:
         path.write_bytes(content)
     except OSError as error:

@@ -8,6 +8,7 @@ from dataclasses import astuple, dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import day_of
 from thermaxis.positioning import (
@@ -82,9 +83,7 @@ class PositioningReport:
             dt.date.fromisoformat(self.date)
         except ValueError:
             raise ConfigurationError(
-                f"{self.date} is not a date",
-                where="date of the certificate",
-                remedy="Write it as 2026-03-31",
+                "not_a_date", place=Place(key="date"), text=self.date
             ) from None
 
     @property

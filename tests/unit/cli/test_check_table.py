@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.unit.cli.refusals import code_of
 from thermaxis.cli import main
 from thermaxis.files import read_positioning
 from thermaxis.positioning import FIGURE_KEYS, evaluate_iso230_2
@@ -288,12 +289,10 @@ def test_marks_and_letters_that_a_control_may_not_read_are_findings(
     assert any("line 1 has letters outside of ASCII" in text for text in findings)
 
 
-def test_folders_and_missing_files_are_refused(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_folders_and_missing_files_are_refused(run: Path, tmp_path: Path) -> None:
     assert check(tmp_path, run) == 2
     assert check(tmp_path / "none", run) == 2
     table = comp(tmp_path / "x.comp")
-    assert check(table, run, "--json", str(table)) == 2
-    assert "overwrite the table or the run" in capsys.readouterr().err
+    words = ("check-table", table, run, "--control", "linuxcnc")
+    assert code_of(*words, "--json", table) == "output_is_input"
     np.testing.assert_equal(table.read_text().count("\n"), 5)

@@ -1,12 +1,10 @@
-import argparse
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from thermaxis.cli import main
-from thermaxis.cli.exchange import convert
-from thermaxis.errors import ConfigurationError, MeasurementFileError
+from tests.unit.cli.refusals import code_of, refusal
+from thermaxis.cli import execute, main
 from thermaxis.files import format_tidy_csv, read_positioning, write_rtl
 from thermaxis.positioning import PositioningTest
 from thermaxis.quantities import AxisKind
@@ -14,10 +12,8 @@ from thermaxis.quantities import AxisKind
 WIDE = "target_mm;1;2;3;4\n0;1,5;2;1;2\n10;2;3;2,25;3\n"
 
 
-def run(*words: str | Path) -> int:
-    parser = argparse.ArgumentParser()
-    convert.add_arguments(parser)
-    return convert.run(parser.parse_args([str(word) for word in words]))
+def run(*words: object) -> int:
+    return execute(["convert", *map(str, words)])
 
 
 @pytest.fixture
@@ -58,8 +54,7 @@ def test_the_input_is_never_overwritten(wide: Path, tmp_path: Path) -> None:
     link = tmp_path / "link.csv"
     link.hardlink_to(wide)
     for output in (wide, wide.parent / "." / wide.name, link):
-        with pytest.raises(ConfigurationError, match="replace the measurement"):
-            run(wide, "-o", output)
+        assert code_of("convert", wide, "-o", output) == "output_is_input"
     assert wide.read_text(encoding="utf-8") == WIDE
 
 
@@ -67,8 +62,7 @@ def test_an_older_output_is_replaced_only_by_a_good_one(wide: Path, tmp_path: Pa
     output = tmp_path / "tidy.csv"
     output.write_text("older", encoding="utf-8")
     wide.write_text(WIDE.replace("2,25", "nan"), encoding="utf-8")
-    with pytest.raises(MeasurementFileError, match="line 3"):
-        run(wide, "-o", output)
+    assert refusal("convert", wide, "-o", output).place.line == 3
     assert output.read_text(encoding="utf-8") == "older"
     wide.write_text(WIDE, encoding="utf-8")
     assert run(wide, "-o", output) == 0

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.plc.scl_normal import scl_normal
 from tests.unit.plc.st_interpreter import INPUT, Machine
 from thermaxis.cli import main
@@ -316,8 +317,8 @@ def test_nothing_else_in_the_folder_is_overwritten(tmp_path: Path) -> None:
     run(*order)
     (folder / "mine.c").write_text("int x;", encoding="ascii")
     before = contents(folder)
-    with pytest.raises(ConfigurationError, match=r"mine\.c lies in it"):
-        run(*order)
+    error = refusal("export", *order)
+    assert (error.code, error.values["name"]) == ("folder_holds_foreign_file", "mine.c")
     assert contents(folder) == before
     (folder / "mine.c").unlink()
     (folder / "tx_x.c").write_text("int x;", encoding="ascii")
@@ -412,8 +413,7 @@ def test_what_somebody_puts_there_during_the_swap_is_found_and_kept(
         return moved(path, target)
 
     monkeypatch.setattr(Path, "replace", late)
-    with pytest.raises(ConfigurationError, match=r"mine\.c lies in it"):
-        run(*order, "--cycle-s", "2")
+    assert code_of("export", *order, "--cycle-s", "2") == "folder_holds_foreign_file"
     assert (folder / "mine.c").read_text(encoding="ascii") == "int x;"
     assert (folder / "tx_x.c").exists()
 
@@ -446,39 +446,44 @@ def test_an_empty_folder_is_taken_and_another_name_replaces_the_older_export(
 
 
 @pytest.mark.parametrize(
-    ("options", "what"),
+    ("options", "code", "key"),
     [
-        (("--rate", "0.5", "--plausible", "5:80"), "--limit: nothing is stated of X_um"),
-        (("--limit", "50", "--plausible", "5:80"), "--rate: nothing is stated of X_um"),
-        (("--limit", "50", "--rate", "X_um=1"), "--plausible: nothing is stated of T"),
-        ((*STATED, "--limit", "Y_um=3"), "--limit: the model has no Y_um. It has X_um"),
-        ((*STATED, "--rate", "0.7"), "--rate: one name is stated twice"),
-        ((*STATED, "--at", "3"), "--at: positions belong to --dialect sinumerik-tempcomp"),
-        ((*STATED, "--positive", "away"), "--positive: positions belong"),
-        ((*STATED, "--cpu", "s7-300"), "--cpu: this belongs to SCL"),
-        ((*STATED, "--name", "öß*"), None),
-        ((*STATED, "--name", "***"), "no letter and no digit"),
-        ((*STATED, "--name", "sensor"), "tx_sensor is a name that the program needs"),
+        (("--rate", "0.5", "--plausible", "5:80"), "not_stated_for", "--limit"),
+        (("--limit", "50", "--plausible", "5:80"), "not_stated_for", "--rate"),
+        (("--limit", "50", "--rate", "X_um=1"), "not_stated_for", "--plausible"),
+        ((*STATED, "--limit", "Y_um=3"), "unknown_name", "--limit"),
+        ((*STATED, "--rate", "0.7"), "stated_twice", "--rate"),
+        ((*STATED, "--at", "3"), "option_belongs_to", "--at"),
+        ((*STATED, "--positive", "away"), "option_belongs_to", "--positive"),
+        ((*STATED, "--cpu", "s7-300"), "option_belongs_to", "--cpu"),
     ],
 )
 def test_what_is_missing_or_contradicts_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], what: str | None
+    tmp_path: Path, options: tuple[str, ...], code: str, key: str
 ) -> None:
-    model = small_model(tmp_path / "x.json")
     folder = tmp_path / "plc"
-    order = ["export", str(model), "--dialect", "c", "--cycle-s", "1", "-o", str(folder)]
-    assert main([*order, *options]) == (2 if what else 0)
-    assert (what or "") in capsys.readouterr().err
-    assert folder.exists() == (what is None)
+    model = small_model(tmp_path / "x.json")
+    order = ("export", model, "--dialect", "c", "--cycle-s", "1", "-o", folder)
+    error = refusal(*order, *options)
+    assert (error.code, error.place.key) == (code, key)
+    assert not folder.exists()
 
 
-def test_lreal_is_refused_for_an_s7_300_in_words(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_name_becomes_one_of_the_plc_or_is_refused(tmp_path: Path) -> None:
+    model = small_model(tmp_path / "x.json")
+    order = (model, "--dialect", "c", "--cycle-s", "1", "-o", tmp_path / "plc", *STATED)
+    for name in ("***", "sensor"):
+        refusal("export", *order, "--name", name)
+        assert not (tmp_path / "plc").exists()
+    run(*order, "--name", "öß*")
+    assert (tmp_path / "plc").exists()
+
+
+def test_lreal_is_refused_for_an_s7_300(tmp_path: Path) -> None:
     model = small_model(tmp_path / "x.json")
     order = ["export", str(model), "--dialect", "scl", "--cpu", "s7-300", "--real", "64"]
-    assert main([*order, "--cycle-s", "1", *STATED, "-o", str(tmp_path / "plc")]) == 2
-    assert "know no LREAL. Write --real 32" in capsys.readouterr().err
+    asked = [*order, "--cycle-s", "1", *STATED, "-o", str(tmp_path / "plc")]
+    assert code_of(*asked) == "s7_300_has_no_lreal"
 
 
 def test_rules_of_a_machine_and_stated_ones_exclude_each_other(
@@ -486,11 +491,10 @@ def test_rules_of_a_machine_and_stated_ones_exclude_each_other(
 ) -> None:
     machine = root / "examples" / "machine" / "lathe.toml"
     order = (lathe, "--dialect", "c", "--cycle-s", "1", "--machine", machine)
-    with pytest.raises(ConfigurationError, match="--limit: limits and rules are those"):
-        run(*order, "--limit", "3", "-o", tmp_path / "plc")
+    error = refusal("export", *order, "--limit", "3", "-o", tmp_path / "plc")
+    assert (error.code, error.place.key) == ("options_exclude", "--limit")
     other = small_model(tmp_path / "x.json")
-    with pytest.raises(ConfigurationError, match="of channel T"):
-        run(other, *order[1:], "-o", tmp_path / "plc")
+    assert "[input.CHANNEL]" in str(refusal("export", other, *order[1:], "-o", tmp_path / "plc"))
 
 
 def test_a_range_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
@@ -544,26 +548,27 @@ def test_outputs_of_one_model_may_be_the_positions(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "what"),
+    ("options", "code"),
     [
-        (("--at", "1", "--at", "900"), "--positive: where a positive motion"),
-        (("--at", "100", "--positive", "away"), "2 models and 1 positions"),
-        (("--at", "X_um=1", "--at", "900", "--positive", "away"), "2 models and 2 positions"),
-        (("--at", "1", "--at", "1.5", "--positive", "away"), "closer together"),
+        (("--at", "1", "--at", "900"), "direction_not_stated"),
+        (("--at", "100", "--positive", "away"), "models_and_positions_differ"),
         (
-            ("--at", "100", "--at", "100", "--positive", "away"),
-            "--at: two positions are closer together than 1 mm. Identify the models further apart",
+            ("--at", "X_um=1", "--at", "900", "--positive", "away"),
+            "models_and_positions_differ",
         ),
-        (("--at", "1", "--at", "2.5", "--positive", "away"), "more than the 0.01 of its"),
+        (("--at", "1", "--at", "1.5", "--positive", "away"), None),
+        (("--at", "100", "--at", "100", "--positive", "away"), None),
+        (("--at", "1", "--at", "2.5", "--positive", "away"), None),
     ],
 )
 def test_positions_that_are_missing_or_impossible_are_named(
-    tmp_path: Path, options: tuple[str, ...], what: str
+    tmp_path: Path, options: tuple[str, ...], code: str | None
 ) -> None:
     models = [small_model(tmp_path / f"{k}.json") for k in (1, 2)]
     order = (*models, "--dialect", "sinumerik-tempcomp", "--cycle-s", "1", *STATED)
-    with pytest.raises(ConfigurationError, match=what.replace(".", r"\.")):
-        run(*order, *options, "-o", tmp_path / "plc")
+    error = refusal("export", *order, *options, "-o", tmp_path / "plc")
+    assert code is None or error.code == code
+    assert not (tmp_path / "plc").exists()
 
 
 def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path: Path) -> None:
@@ -572,9 +577,12 @@ def test_models_that_refer_to_other_temperatures_make_no_line(tmp_path: Path) ->
     three = small_model(tmp_path / "3.json")
     places = ("--at", "0", "--at", "900", "--positive", "away", *STATED)
     order = ("--dialect", "sinumerik-tempcomp", "--cycle-s", "1", *places, "-o", tmp_path / "p")
-    for other, what in ((two, "refers to T at 21 degC"), (three, "refers to its start")):
-        with pytest.raises(ConfigurationError, match=what):
-            run(one, other, *order)
+    error = refusal("export", one, two, *order)
+    assert (error.code, error.place.file, error.place.channel) == (
+        *("reference_temperatures_differ", "2.json", "T"),
+    )
+    assert (error.values["value_c"], error.values["other_c"]) == (21.0, 20.0)
+    assert code_of("export", one, three, *order) == "models_begin_differently"
 
 
 def test_two_models_without_positions_are_refused_with_what_to_do(tmp_path: Path) -> None:

@@ -217,7 +217,7 @@ def test_an_error_that_names_a_file_or_an_option_stays_as_it_is(
     assert str(tmp_path / "none.json") in said(words, tmp_path, capsys)
     model = a_model(tmp_path / "m.json")
     error = said(f"{model} --cycle-s 1 --cpu s7-300 {STATED}", tmp_path, capsys)
-    assert error == "--cpu: this belongs to SCL. Leave it out."
+    assert error == "--cpu: This option belongs to SCL. Leave it out."
 
 
 def test_no_place_of_an_error_is_a_field_of_the_settings(

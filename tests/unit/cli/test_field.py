@@ -1,14 +1,13 @@
 """The command ``field``: tables for people, JSON for programs, one error for bad input."""
 
-import argparse
 import json
 import re
 
 import numpy as np
 import pytest
 
-from thermaxis.cli.axis import field
-from thermaxis.errors import ThermaxisError
+from tests.unit.cli.refusals import code_of, refusal
+from thermaxis.cli import execute
 from thermaxis.files import read_field_csv, read_positioning, write_field_csv
 from thermaxis.positioning import evaluate_drift
 from thermaxis.thermal import correct_emissivity
@@ -24,10 +23,8 @@ y_mm = [0.0, 240.0]
 """
 
 
-def run(*words):
-    parser = argparse.ArgumentParser()
-    field.add_arguments(parser)
-    return field.run(parser.parse_args([str(word) for word in words]))
+def run(*words: object) -> int:
+    return execute(["field", *map(str, words)])
 
 
 def as_json(capsys, *words):
@@ -103,25 +100,31 @@ def test_regions_come_from_a_file_in_pixels_and_millimetres(examples, write, cap
     assert found[1]["x_px"] == [60.0, 80.0]
 
 
-def test_a_wrong_file_of_regions_is_one_error(examples, write):
-    for text, what in [
-        ("", "0 regions"),
-        ("[region.a]\nx_px = [0, 1]\n", "unknown key region"),
-        ("regions = 3\n", "not a table"),
-        ("[regions.a]\nx_px = [0, 20]\n", "states y not at all"),
-        ("[regions.a]\nx_px = [0, 2]\ny_px = [0, 2]\ny_mm = [0, 2]\n", "states y twice"),
-        ("[regions.a]\nx_pix = [0, 2]\ny_px = [0, 2]\n", "unknown key regions.a.x_pix"),
-        ("[regions.a]\nx_px = [0, true]\ny_px = [0, 2]\n", "not a pair of numbers"),
-        ("[regions.a]\nx_px = [0, nan]\ny_px = [0, 2]\n", "not a pair of numbers"),
-        ("[regions.a]\nx_px = [0, 1, 2]\ny_px = [0, 2]\n", "not a pair of numbers"),
-        ("[regions.a]\nx_px = 'all'\ny_px = [0, 2]\n", "not a pair of numbers"),
-        ("[regions.a]\nx_px = [2, 0]\ny_px = [0, 2]\n", "do not ascend"),
-        ("[regions.a]\nx_mm = [0, 2]\ny_px = [0, 2]\n", "needs the scale"),
-        ("[regions.a]\nx_px = [0, 81]\ny_px = [0, 2]\n", "region a"),
-        ("x", "not TOML"),
-    ]:
-        with pytest.raises(ThermaxisError, match=what):
-            run(*examples, "--regions", write(text, "regions.toml"))
+@pytest.mark.parametrize(
+    ("text", "code", "key"),
+    [
+        ("", "wrong_number_of_regions", "regions"),
+        ("[regions.a]\nx_px = [0, 20]\n", "region_edges", "regions.a"),
+        ("[regions.a]\nx_px = [0, 2]\ny_px = [0, 2]\ny_mm = [0, 2]\n", "region_edges", "regions.a"),
+        ("[regions.a]\nx_px = [0, true]\ny_px = [0, 2]\n", "not_a_pair", "regions.a.x_px"),
+        ("[regions.a]\nx_px = [0, nan]\ny_px = [0, 2]\n", "not_a_pair", "regions.a.x_px"),
+        ("[regions.a]\nx_px = [0, 1, 2]\ny_px = [0, 2]\n", "not_a_pair", "regions.a.x_px"),
+        ("[regions.a]\nx_px = 'all'\ny_px = [0, 2]\n", "not_a_pair", "regions.a.x_px"),
+        ("[regions.a]\nx_px = [2, 0]\ny_px = [0, 2]\n", "not_rising", "regions.a.x_px"),
+        ("[regions.a]\nx_mm = [0, 2]\ny_px = [0, 2]\n", "scale_needed", "regions.a.x_mm"),
+    ],
+)
+def test_a_wrong_file_of_regions_is_one_error(examples, write, text, code, key):
+    error = refusal("field", *examples, "--regions", write(text, "regions.toml"))
+    assert (error.code, error.place.key) == (code, key)
+    assert error.place.file.endswith("regions.toml")
+
+
+def test_tables_keys_and_regions_that_are_none_are_refused(examples, write):
+    for text in ("[region.a]\nx_px = [0, 1]\n", "regions = 3\n", "x"):
+        refusal("field", *examples, "--regions", write(text, "regions.toml"))
+    outside = "[regions.a]\nx_px = [0, 81]\ny_px = [0, 2]\n"
+    refusal("field", *examples, "--regions", write(outside, "regions.toml"))
 
 
 def test_the_emissivity_is_corrected_and_this_is_said(examples, capsys):
@@ -190,49 +193,63 @@ def test_an_image_outside_the_run_is_left_out_of_the_relation(warming, root, cap
     assert "–" in capsys.readouterr().out
 
 
-def test_an_option_that_is_not_possible_is_one_error(examples, capsys):
-    for options, what in [
-        (("--emissivity", "0.9"), "belong together"),
-        (("--reflected-temperature", "20"), "belong together"),
-        (("--emissivity", "1.2", "--reflected-temperature", "20"), "no emissivity"),
-        (("--emissivity", "0.9", "--reflected-temperature", "nan"), "no temperature"),
-        (("--scale", "0"), "no size of a pixel"),
-        (("--times", "0"), "1 time"),
-        (("--times", "1", "0"), "do not rise"),
-        (("--times", "0", "table.csv"), "not a number of hours"),
-        (("--times", "0", "inf"), "no time"),
-        (("--regions", "nothing.toml"), "cannot be read"),
-        (("--run", "nothing.csv"), "no such file"),
-    ]:
-        with pytest.raises(ThermaxisError, match=what):
-            run(*examples, *options)
+@pytest.mark.parametrize(
+    ("options", "code", "key"),
+    [
+        (("--emissivity", "0.9"), "option_needs", "--emissivity"),
+        (("--reflected-temperature", "20"), "option_needs", "--reflected-temperature"),
+        (
+            ("--emissivity", "1.2", "--reflected-temperature", "20"),
+            "no_emissivity",
+            "--emissivity",
+        ),
+        (
+            ("--emissivity", "0.9", "--reflected-temperature", "nan"),
+            "outside_range",
+            "--reflected-temperature",
+        ),
+        (("--scale", "0"), "outside_range", "--scale"),
+        (("--times", "0", "table.csv"), "not_hours", "--times"),
+        (("--times", "0", "inf"), "not_hours", "--times"),
+    ],
+)
+def test_an_option_that_is_not_possible_is_one_error(examples, options, code, key):
+    error = refusal("field", *examples, *options)
+    assert (error.code, error.place.key) == (code, key)
+
+
+def test_times_that_do_not_fit_and_files_that_are_not_there_are_refused(examples, capsys):
+    for options in (
+        ("--times", "0"),
+        ("--times", "1", "0"),
+        ("--regions", "nothing.toml"),
+        ("--run", "nothing.csv"),
+    ):
+        refusal("field", *examples, *options)
         assert capsys.readouterr().out == ""
 
 
 def test_more_than_two_images_beside_a_run_need_times(warming, root):
-    with pytest.raises(ThermaxisError, match="needs their times"):
-        run(*warming, "--run", root / "examples" / "x_axis_100_cycles.csv")
+    error = refusal("field", *warming, "--run", root / "examples" / "x_axis_100_cycles.csv")
+    assert (error.code, error.values["needed"]) == ("option_needs", "--times")
 
 
 def test_one_image_is_an_error(examples):
-    with pytest.raises(ThermaxisError, match="one image has no difference"):
-        run(examples[0])
+    error = refusal("field", examples[0])
+    assert (error.code, error.values) == ("too_few_images", {"images": 1})
 
 
 def test_no_output_replaces_an_image_and_a_file_is_no_folder(tmp_path, examples):
     image = tmp_path / "image.csv"
     image.write_bytes(examples[0].read_bytes())
-    with pytest.raises(ThermaxisError, match="would overwrite an image"):
-        run(image, examples[1], "--json", image)
-    with pytest.raises(ThermaxisError, match="need a folder"):
-        run(*examples, "--figures", image)
+    assert code_of("field", image, examples[1], "--json", image) == "output_is_input"
+    assert code_of("field", *examples, "--figures", image) == "charts_need_folder"
 
 
 def test_a_jpeg_is_read_as_one_whatever_its_name(examples, tmp_path):
     photo = tmp_path / "photo.csv"
     photo.write_bytes(b"\xff\xd8\xff\xe0" + bytes(50))
-    with pytest.raises(ThermaxisError, match="no radiometric JPEG"):
-        run(photo, examples[1])
+    assert "JPEG" in str(refusal("field", photo, examples[1]))
 
 
 def test_the_charts_are_the_same_bytes_every_time(examples, tmp_path, capsys):

@@ -1,13 +1,12 @@
 """``thermaxis hal`` writes what the running machine is compared with."""
 
-import argparse
 from pathlib import Path
 
 import pytest
 
+from tests.unit.cli.refusals import code_of, refusal
 from tests.unit.runtime.machine_files import machine_file
-from thermaxis.cli.machine import hal
-from thermaxis.errors import ConfigurationError
+from thermaxis.cli import execute
 from thermaxis.runtime import read_machine
 from thermaxis.runtime.sinks import hal_text
 
@@ -27,10 +26,8 @@ TO_LINUXCNC = (
 )
 
 
-def run(*words: str) -> int:
-    parser = argparse.ArgumentParser()
-    hal.add_arguments(parser)
-    return hal.run(parser.parse_args(words))
+def run(*words: object) -> int:
+    return execute(["hal", *map(str, words)])
 
 
 def test_the_file_has_the_limits_of_the_configuration(
@@ -58,13 +55,12 @@ def test_without_a_file_the_lines_go_to_standard_output(
 
 
 def test_a_configuration_with_another_sink_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="the sink is not LinuxCNC"):
-        run(str(machine_file(tmp_path)))
+    error = refusal("hal", machine_file(tmp_path))
+    assert (error.code, error.place.key) == ("sink_not_linuxcnc", "sink.kind")
 
 
 def test_the_configuration_is_not_overwritten(tmp_path: Path) -> None:
     path = machine_file(tmp_path, *TO_LINUXCNC)
     before = path.read_bytes()
-    with pytest.raises(ConfigurationError, match="overwrite"):
-        run(str(path), "-o", str(path))
+    assert code_of("hal", path, "-o", path) == "output_is_input"
     assert path.read_bytes() == before

@@ -1,6 +1,5 @@
 """The command ``trend``: runs of one axis in the order of time, and what makes them unequal."""
 
-import argparse
 import csv
 import io
 import json
@@ -11,8 +10,8 @@ from datetime import UTC, datetime, timedelta, timezone
 import numpy as np
 import pytest
 
-from thermaxis.cli.axis import trend
-from thermaxis.errors import ThermaxisError
+from tests.unit.cli.refusals import code_of, refusal
+from thermaxis.cli import execute
 from thermaxis.files import read_positioning, write_tidy_csv
 from thermaxis.positioning import FIGURE_KEYS, Cycle, StartEnd, evaluate_drift, evaluate_iso230_2
 from thermaxis.quantities import AxisKind
@@ -43,10 +42,8 @@ def years(write):
     return [write(f"{year}.csv", made(7, year=year)) for year in (2022, 2023, 2025)]
 
 
-def run(*words):
-    parser = argparse.ArgumentParser()
-    trend.add_arguments(parser)
-    return trend.run(parser.parse_args([str(word) for word in words]))
+def run(*words: object) -> int:
+    return execute(["trend", *map(str, words)])
 
 
 def as_json(capsys, *words):
@@ -169,9 +166,8 @@ def test_what_makes_runs_unequal_is_said_and_never_refused(write, capsys, second
 
 def test_linear_and_rotary_axes_are_not_mixed(write):
     rotary = write("rotary.csv", other(kind=AxisKind.ROTARY))
-    with pytest.raises(ThermaxisError, match="linear and rotary") as raised:
-        run(write("linear.csv", made(1)), rotary)
-    assert "rotary.csv" in str(raised.value)
+    error = refusal("trend", write("linear.csv", made(1)), rotary)
+    assert (error.code, error.place.file) == ("runs_of_two_kinds", "rotary.csv")
 
 
 def test_rotary_axes_have_their_own_unit(write, capsys):
@@ -231,14 +227,14 @@ def test_the_csv_holds_every_figure_and_no_formula(write, capsys, tmp_path):
 
 
 def test_outputs_that_cannot_be_are_refused_before_anything_is_read(years, tmp_path, capsys):
-    with pytest.raises(ThermaxisError, match="cannot both be alone"):
-        run(*years, "--csv", "-", "--json", "-")
-    for option in ("--csv", "--json"):
-        with pytest.raises(ThermaxisError, match="would overwrite a measured run"):
-            run(*years, option, years[1])
-    with pytest.raises(ThermaxisError, match="needs a folder"):
-        run(*years, "--figures", years[0])
-    assert capsys.readouterr().out == ""
+    nothing = tmp_path / "nothing.csv"
+    for options, code in (
+        (("--csv", "-", "--json", "-"), "options_exclude"),
+        (("--csv", years[1]), "output_is_input"),
+        (("--json", years[1]), "output_is_input"),
+        (("--figures", years[0]), "charts_need_folder"),
+    ):
+        assert code_of("trend", *years, nothing, *options) == code
 
 
 def test_the_chart_is_the_same_bytes_every_time(years, write, tmp_path, capsys):

@@ -287,7 +287,7 @@ def test_the_suffix_chooses_the_format(
 def test_another_suffix_is_an_error_in_words(
     small: PositioningReport, tmp_path: Path, name: str
 ) -> None:
-    with pytest.raises(ConfigurationError, match=r"End the name in \.pdf or \.html"):
+    with pytest.raises(ConfigurationError, match=r"\.pdf or \.html"):
         write_report(small, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 

@@ -6,6 +6,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
 from thermaxis.positioning import DriftResult, FloatArray, evaluate_drift
@@ -75,17 +76,11 @@ def drift_at_images(path: Path, result: ThermalFieldsResult) -> DriftAtImages:
 def _times_in_run(drift: DriftResult, result: ThermalFieldsResult) -> tuple[FloatArray, list[str]]:
     if result.time_s is not None:
         if drift.reference_time_s is None:
-            raise ConfigurationError(
-                "the readings of the run have no times, only an order",
-                where="--times",
-                remedy="Give a run with times, or two images without --times",
-            )
+            raise ConfigurationError("run_without_times", place=Place(key="--times"))
         return result.time_s, []
     if len(result.fields) > 2:
         raise ConfigurationError(
-            "the drift at the images needs their times",
-            where="--run",
-            remedy="Give --times with one number of hours for each image",
+            "option_needs", place=Place(key="--run"), option="--run", needed="--times"
         )
     said = "the images have no times: the first is taken as the start of the run, the last as its"
     return drift.time_s[[0, -1]], [f"{said} end"]

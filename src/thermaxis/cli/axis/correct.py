@@ -8,12 +8,19 @@ control by itself, and none of them activates its table.
 import argparse
 from pathlib import Path
 
+from thermaxis.cli._arguments import add_encoding, add_json, adder, hours, number
 from thermaxis.cli._json import show
+from thermaxis.cli._outputs import (
+    check_outputs,
+    check_table_name,
+    keep_older,
+    write_ascii,
+)
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.axis._control_names import listed_controls
-from thermaxis.cli.axis._correction_result import described
-from thermaxis.cli.axis._make_table import make_table
-from thermaxis.cli.axis._table_files import check_output, keep_older, write_ascii
+from thermaxis.cli.axis.tables.control import add_control
+from thermaxis.cli.axis.tables.described import described
+from thermaxis.cli.axis.tables.make import make_table
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 
 _DESCRIPTION = """\
@@ -24,100 +31,59 @@ control and no table is activated. A wrong sign doubles the error: verify two po
 _LARGEST_REVERSAL = 1.0
 
 
-def _hours(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0.0 <= number < 1e6:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number of hours from 0 on")
-    return number
-
-
-def _reversal(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = float("nan")
-    if not abs(number) <= _LARGEST_REVERSAL:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is no reversal from -{_LARGEST_REVERSAL:g} to {_LARGEST_REVERSAL:g} mm or"
-            " degrees; write 0.009 for 9 µm"
-        )
-    return number
+_reversal = number(
+    f"reversal from -{_LARGEST_REVERSAL:g} to {_LARGEST_REVERSAL:g} mm or degrees; write 0.009 for"
+    " 9 µm",
+    -_LARGEST_REVERSAL,
+    _LARGEST_REVERSAL,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    parser.epilog = f"controls: {listed_controls()}"
-    add = parser.add_argument
-    add("run", metavar="RUN", type=Path, help="measured run: .rtl, CSV, _ISO230.dat or .xlsx")
-    add("--control", metavar="CONTROL", required=True, help="the control, one of those below")
-    add("-o", "--output", metavar="FILE", required=True, help="the control's table")
-    add("--axis", metavar="NAME", help="name of the axis on the control (default: the run's)")
+    add = adder(parser)
+    add("run RUN", "measured run: .rtl, CSV, _ISO230.dat or .xlsx", Path)
+    add_control(parser)
+    add("-o, --output FILE", "the control's table", required=True)
+    add("--axis NAME", "name of the axis on the control (default: the run's)")
+    add("--drift-free", "levels without drift, at one thermal state (default: as measured)", bool)
     add(
-        "--drift-free",
-        action="store_true",
-        help="levels without drift, at one thermal state (default: as measured)",
-    )
-    add(
-        "--reference-time",
-        metavar="H",
-        type=_hours,
-        help="thermal state of the drift-free levels, hours from the first reading (default: the"
+        "--reference-time H",
+        "thermal state of the drift-free levels, hours from the first reading (default: the"
         " mean time of the readings)",
+        hours,
     )
     add(
         "--no-drift",
-        action="store_true",
-        help="leave the drift model and the figures without drift out, which is faster",
+        "leave the drift model and the figures without drift out, which is faster",
+        bool,
     )
-    grid = parser.add_mutually_exclusive_group()
-    grid.add_argument(
-        "--points",
-        metavar="N",
-        type=int,
-        help="number of equidistant points (default: the targets where the control allows, else as"
+    grid = adder(parser.add_mutually_exclusive_group())
+    grid(
+        "--points N",
+        "number of equidistant points (default: the targets where the control allows, else as"
         " many points as targets)",
+        int,
     )
-    grid.add_argument("--spacing", metavar="MM", type=float, help="distance of the points")
+    grid("--spacing MM", "distance of the points", float)
     add(
-        "--reference",
-        metavar="POSITION",
-        type=float,
-        help="reference point of the axis, where the table is zero (default: that of the older"
+        "--reference POSITION",
+        "reference point of the axis, where the table is zero (default: that of the older"
         " table; without one 0 if it lies within the targets, else their end nearest to 0)",
+        float,
     )
+    add("--backlash", "write the mean reversal apart, on a control with one value per point", bool)
     add(
-        "--backlash",
-        action="store_true",
-        help="write the mean reversal apart, on a control with one value per point",
-    )
-    add(
-        "--backlash-in-force",
-        metavar="VALUE",
-        type=_reversal,
-        help="reversal value of the control during the run, in mm or degrees, with the sign of its"
+        "--backlash-in-force VALUE",
+        "reversal value of the control during the run, in mm or degrees, with the sign of its"
         " own parameter: MD32450, BACKLASH of the joint, 1851 times its unit (default: that of the"
         " older table, else 0 with a warning)",
+        _reversal,
     )
-    add(
-        "--merge",
-        metavar="OLD",
-        type=Path,
-        help="table that was in force during the run: the result takes its place",
-    )
-    add(
-        "--set",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="an option that only this control has; may be given more than once; an unknown NAME"
-        " lists them all, a NAME alone says what it means",
-    )
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
-    add("--encoding", metavar="NAME", default="cp1250", help="of a run that is not UTF-8")
+    add("--merge OLD", "table that was in force during the run: the result takes its place", Path)
+    add_json(parser)
+    add_encoding(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -135,36 +101,23 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check_arguments(arguments: argparse.Namespace) -> None:
     """Refuse what cannot be, before anything is read or written."""
-    output: str = arguments.output
-    check_output(output, inputs=(arguments.run,), what="the measured run")
-    inputs: list[Path] = [arguments.run]
-    if arguments.merge is not None:
-        inputs.append(arguments.merge)
-        check_output(
-            output,
-            inputs=(arguments.merge,),
-            what="the older table, which is needed to go back to it",
-        )
-    if arguments.json not in (None, "-"):
-        check_output(arguments.json, inputs=inputs, option="--json")
-        if Path(arguments.json).absolute() == Path(output).absolute():
-            raise ConfigurationError(
-                "table and result would be the same file",
-                where=output,
-                remedy="Name another file for --json",
-            )
+    check_table_name(arguments.output)
+    check_outputs(
+        [("-o", arguments.output), ("--json", arguments.json)], [arguments.run, arguments.merge]
+    )
     if arguments.drift_free and arguments.no_drift:
         raise ConfigurationError(
-            "drift-free levels come from the drift model",
-            where="--no-drift",
-            remedy="Leave --drift-free or --no-drift out",
+            "options_exclude", place=Place(key="--no-drift"), one="--drift-free", other="--no-drift"
         )
     if arguments.reference_time is not None and not arguments.drift_free:
         raise ConfigurationError(
-            "it says for which thermal state drift-free levels are wanted",
-            where="--reference-time",
-            remedy="Give --drift-free as well, or leave it out",
+            "option_needs",
+            place=Place(key="--reference-time"),
+            option="--reference-time",
+            needed="--drift-free",
         )
     place: float | None = arguments.reference
     if place is not None and not abs(place) <= 1e6:
-        raise ConfigurationError("this is no position of an axis", where="--reference")
+        raise ConfigurationError(
+            "outside_range", place=Place(key="--reference"), value=place, least=-1e6, most=1e6
+        )

@@ -3,14 +3,24 @@
 import argparse
 import sys
 from dataclasses import replace
-from datetime import date
 from pathlib import Path
 
 from thermaxis import __version__, report
+from thermaxis.cli._arguments import (
+    add_encoding,
+    add_figures,
+    add_json,
+    add_report,
+    adder,
+    count,
+    day,
+    hours,
+)
 from thermaxis.cli._json import show
+from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.codes import printable
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.codes import NOWHERE, printable
+from thermaxis.errors import DataError
 from thermaxis.files import (
     read_budget,
     read_figure_limits,
@@ -47,85 +57,48 @@ from thermaxis.report.tables import describe_evaluation
 _LONGEST_SOURCE_NAME = 200
 
 
-def _cycle_number(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is no cycle; they count from 1")
-    return int(text)
-
-
-def _hours(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0.0 <= number < 1e6:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number of hours from 0 on")
-    return number
-
-
-def _date(text: str) -> str:
-    try:
-        return date.fromisoformat(text).isoformat()
-    except ValueError:
-        raise argparse.ArgumentTypeError("a date such as 2026-03-31 is expected") from None
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
-    add("file", metavar="FILE", type=Path, help="measured run: .rtl, CSV, _ISO230.dat or .xlsx")
-    add("--json", metavar="FILE|-", help="write all results as JSON; - for standard output alone")
-    add(
-        "--report",
-        metavar="FILE",
-        type=Path,
-        action="append",
-        default=[],
-        help="write the certificate, .pdf or .html; may be given more than once",
+    add = adder(parser)
+    add("file FILE", "measured run: .rtl, CSV, _ISO230.dat or .xlsx", Path)
+    add_json(parser)
+    add_report(parser, "certificate")
+    add_figures(parser, "every chart as PNG and SVG, and its CSV")
+    add("--header FILE", "fields of the certificate's head (TOML)", Path)
+    add("--limits FILE", "limits of the figures and decision rule (TOML)", Path)
+    reference = adder(parser.add_mutually_exclusive_group())
+    reference(
+        "--reference-cycle N",
+        "cycle that anchors the deviation chart (default: the first after two hours, else 1)",
+        count("cycle", 1),
     )
-    add("--figures", metavar="DIR", type=Path, help="write every chart as PNG and SVG, and its CSV")
-    add("--header", metavar="FILE", type=Path, help="fields of the certificate's head (TOML)")
-    add(
-        "--limits", metavar="FILE", type=Path, help="limits of the figures and decision rule (TOML)"
-    )
-    reference = parser.add_mutually_exclusive_group()
-    reference.add_argument(
-        "--reference-cycle",
-        metavar="N",
-        type=_cycle_number,
-        help="cycle that anchors the deviation chart (default: the first after two hours, else 1)",
-    )
-    reference.add_argument(
-        "--reference-time",
-        metavar="H",
-        type=_hours,
-        help="after H hours: state of the drift-free levels, and cycle of the deviation chart",
+    reference(
+        "--reference-time H",
+        "after H hours: state of the drift-free levels, and cycle of the deviation chart",
+        hours,
     )
     add(
         "--cycle",
+        "kind of test cycle (default: what the file says, else standard)",
         choices=("standard", "pilgrim", "step"),
-        help="kind of test cycle (default: what the file says, else standard)",
     )
     add(
         "--edition",
+        "edition of ISO 230-2 or VDI/DGQ 3441; 1988 and vdi3441 come beside 2014, unverified",
         choices=("1988", "1997", "2006", "2014", "vdi3441"),
         default="2014",
-        help="edition of ISO 230-2 or VDI/DGQ 3441; 1988 and vdi3441 come beside 2014, unverified",
     )
-    add("--full", action="store_true", help="s, R and A also on an axis over 2000 mm")
-    add("--no-drift", action="store_true", help="leave the drift model out")
+    add("--full", "s, R and A also on an axis over 2000 mm", bool)
+    add("--no-drift", "leave the drift model out", bool)
+    add("--robust", "leave outliers out of the drift model, and name them", bool)
+    add("--budget FILE", "terms of the uncertainty budget (TOML)", Path)
+    add("--plan FILE", "compare the run with its plan (JSON)", Path)
     add(
-        "--robust", action="store_true", help="leave outliers out of the drift model, and name them"
+        "--source-name TEXT",
+        "name of the measured file in results and certificate (default: its file name)",
     )
-    add("--budget", metavar="FILE", type=Path, help="terms of the uncertainty budget (TOML)")
-    add("--plan", metavar="FILE", type=Path, help="compare the run with its plan (JSON)")
-    add(
-        "--source-name",
-        metavar="TEXT",
-        help="name of the measured file in results and certificate (default: its file name)",
-    )
-    add("--date", metavar="YYYY-MM-DD", type=_date, help="date of the certificate")
-    add("--encoding", metavar="NAME", default="cp1250", help="of a text that is not UTF-8")
+    add("--date YYYY-MM-DD", "date of the certificate", day)
+    add_encoding(parser, "a text")
 
 
 def _other_standard(
@@ -174,8 +147,7 @@ def _drift(
     try:
         result = evaluate_drift(test, reference_time_s=time_s, robust=arguments.robust)
     except DataError as error:
-        advice = f". {error.remedy}" if error.remedy else ""
-        return None, (f"no drift model: {error.what}{advice}",)
+        return None, (f"no drift model: {error.at(NOWHERE)}",)
     unit = test.kind.units.deviation
     outliers = tuple(
         f"the reading of target {o.target} {APPROACHES[o.approach]} in cycle {o.cycle} lies"
@@ -209,46 +181,6 @@ def _single_run_warning(iso230_2: Iso230_2Result, test: PositioningTest) -> tupl
     more = f" although {test.cycles} runs exist (means of all of them)" if test.cycles > 1 else ""
     rule = f"the axis is longer than 2000 mm: s, R and A are not evaluated{more}"
     return (f"{rule}; ask for them with --full",)
-
-
-def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Refuse an output that cannot be written, before anything is read or written."""
-    source: Path = arguments.file
-    reports: list[Path] = arguments.report
-    for path in reports:
-        if path.suffix.lower() not in (".pdf", ".html", ".htm"):
-            raise ConfigurationError(
-                f"a report cannot be written as '{path.suffix or path.name}'",
-                where=str(path),
-                remedy="End its name in .pdf or .html",
-            )
-    if arguments.json == "":
-        raise ConfigurationError("--json has no name", remedy="Name a file, or - for the output")
-    json_files = [] if arguments.json in (None, "-") else [Path(arguments.json)]
-    outputs = [*reports, *json_files]
-    settings = (arguments.header, arguments.limits, arguments.budget, arguments.plan)
-    inputs = [source, *(f for f in settings if f is not None)]
-    for k, path in enumerate(outputs):
-        if not path.absolute().parent.is_dir():
-            raise ConfigurationError(
-                "the folder of this output does not exist", where=str(path), remedy="Make it first"
-            )
-        if path.exists() and any(f.exists() and path.samefile(f) for f in inputs):
-            raise ConfigurationError(
-                "this output would overwrite an input of the evaluation, such as the measured run",
-                where=str(path),
-                remedy="Give it another name",
-            )
-        if path.absolute() in [other.absolute() for other in outputs[:k]]:
-            raise ConfigurationError(
-                "two outputs have the same name", where=str(path), remedy="Rename one of them"
-            )
-    if arguments.figures is not None and arguments.figures.is_file():
-        raise ConfigurationError(
-            "the charts need a folder, and this is a file",
-            where=str(arguments.figures),
-            remedy="Name a folder; it is made if it does not exist",
-        )
 
 
 def evaluate(arguments: argparse.Namespace) -> PositioningReport:
@@ -305,7 +237,11 @@ def evaluate(arguments: argparse.Namespace) -> PositioningReport:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    _check_outputs(arguments)
+    check_outputs(
+        [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
+        [arguments.file, arguments.header, arguments.limits, arguments.budget, arguments.plan],
+        charts=arguments.figures,
+    )
     quiet = arguments.json == "-"
     with Progress() as progress:
         progress("reading and evaluating", 0, 0)

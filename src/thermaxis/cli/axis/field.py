@@ -1,18 +1,30 @@
 """``thermaxis field``: thermal fields of a surface before and after, compared in plan view."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from thermaxis import report
+import numpy as np
+
+from thermaxis import __version__, report
+from thermaxis.cli._arguments import add_figures, add_json, adder
 from thermaxis.cli._json import show
-from thermaxis.cli.axis._field_drift import drift_at_images
-from thermaxis.cli.axis._field_results import described
+from thermaxis.cli._outputs import check_outputs
+from thermaxis.cli.axis._field_drift import DriftAtImages, drift_at_images
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_field_csv, read_flir, read_regions
 from thermaxis.files.images import is_jpeg
-from thermaxis.thermal import ThermalField, correct_emissivity, evaluate_thermal_fields
+from thermaxis.report.tables import Part, Section, Table, Value, rows_of
+from thermaxis.thermal import (
+    FloatArray,
+    RegionDrift,
+    ThermalField,
+    ThermalFieldsResult,
+    correct_emissivity,
+    evaluate_thermal_fields,
+)
 
 _DESCRIPTION = """\
 Read two or more images of one surface, taken from one place: matrices of degrees Celsius as CSV, or
@@ -24,37 +36,29 @@ first, the means of regions over time, and on request what they have to do with 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
+    add = adder(parser)
     add(
-        "images",
-        metavar="IMAGE",
-        type=Path,
+        "images IMAGE",
+        "two images or more, in the order of time: CSV or radiometric JPEG",
+        Path,
         nargs="+",
-        help="two images or more, in the order of time: CSV or radiometric JPEG",
     )
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
-    add("--figures", metavar="DIR", type=Path, help="write the charts as PNG and SVG, and CSV")
+    add_json(parser)
+    add_figures(parser)
     add(
-        "--emissivity",
-        metavar="E",
-        type=float,
-        help="emissivity of the surface, for images taken with an emissivity of 1",
+        "--emissivity E",
+        "emissivity of the surface, for images taken with an emissivity of 1",
+        float,
     )
     add(
-        "--reflected-temperature",
-        metavar="C",
-        type=float,
-        help="temperature of the surroundings that the surface reflects, in degrees Celsius",
+        "--reflected-temperature C",
+        "temperature of the surroundings that the surface reflects, in degrees Celsius",
+        float,
     )
-    add("--regions", metavar="FILE", type=Path, help="rectangles whose means are shown (TOML)")
-    add("--scale", metavar="MM", type=float, help="millimetres of one pixel (default: pixels)")
-    add(
-        "--times",
-        metavar="H",
-        nargs="+",
-        help="time of each image in hours; with --run, from its first reading",
-    )
-    add("--run", metavar="FILE", type=Path, help="positioning run whose drift is set beside them")
+    add("--regions FILE", "rectangles whose means are shown (TOML)", Path)
+    add("--scale MM", "millimetres of one pixel (default: pixels)", float)
+    add("--times H", "time of each image in hours; with --run, from its first reading", nargs="+")
+    add("--run FILE", "positioning run whose drift is set beside them", Path)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -82,39 +86,30 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _refused(what: str, where: str, remedy: str) -> ConfigurationError:
-    return ConfigurationError(what, where=where, remedy=remedy)
-
-
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that cannot be, before anything is read or written."""
     if len(arguments.images) < 2:
-        raise _refused("one image has no difference", "field", "Name an image before and one after")
+        raise ConfigurationError(
+            "too_few_images", place=Place(key="IMAGE"), images=len(arguments.images)
+        )
     emissivity, reflected = arguments.emissivity, arguments.reflected_temperature
     if emissivity is not None and not 0.0 < emissivity <= 1.0:
-        raise _refused(
-            f"{emissivity:g} is no emissivity", "--emissivity", "Give a number above 0, at most 1"
+        raise ConfigurationError(
+            "no_emissivity", place=Place(key="--emissivity"), emissivity=emissivity
         )
     if reflected is not None and not -273.15 <= reflected < 5000.0:
-        raise _refused(
-            f"{reflected:g} °C is no temperature", "--reflected-temperature", "Give it in °C"
+        raise ConfigurationError(
+            "outside_range",
+            place=Place(key="--reflected-temperature"),
+            value=reflected,
+            least=-273.15,
+            most=5000.0,
         )
     if arguments.scale is not None and not 1e-6 < arguments.scale < 1e6:
-        raise _refused(
-            f"{arguments.scale:g} mm is no size of a pixel",
-            "--scale",
-            "Give the millimetres of the surface that one pixel shows",
+        raise ConfigurationError(
+            "outside_range", place=Place(key="--scale"), value=arguments.scale, least=1e-6, most=1e6
         )
-    outputs = [] if arguments.json in (None, "-") else [Path(arguments.json)]
-    for path in outputs:
-        if any(path.exists() and s.exists() and path.samefile(s) for s in arguments.images):
-            raise _refused("this output would overwrite an image", str(path), "Name another file")
-    if arguments.figures is not None and arguments.figures.is_file():
-        raise _refused(
-            "the charts need a folder, and this is a file",
-            str(arguments.figures),
-            "Name a folder; it is made if it does not exist",
-        )
+    check_outputs([("--json", arguments.json)], arguments.images, charts=arguments.figures)
 
 
 def _times_s(words: Sequence[str] | None) -> list[float] | None:
@@ -125,13 +120,9 @@ def _times_s(words: Sequence[str] | None) -> list[float] | None:
         try:
             hours.append(float(word))
         except ValueError:
-            raise _refused(
-                f"'{word}' is not a number of hours",
-                "--times",
-                "Name the images first, then --times 0 3.5 7",
-            ) from None
+            raise ConfigurationError("not_hours", place=Place(key="--times"), text=word) from None
         if not abs(hours[-1]) < 1e6:
-            raise _refused(f"{word} h is no time", "--times", "Give hours from the first reading")
+            raise ConfigurationError("not_hours", place=Place(key="--times"), text=word)
     return [3600.0 * hour for hour in hours]
 
 
@@ -140,10 +131,11 @@ def _read(path: Path, arguments: argparse.Namespace) -> ThermalField:
     if _starts_as_jpeg(path):
         return read_flir(path, emissivity=emissivity, reflected_c=reflected)
     if (emissivity is None) != (reflected is None):
-        raise _refused(
-            "emissivity and reflected temperature belong together",
-            "--emissivity" if reflected is None else "--reflected-temperature",
-            "Give both, or neither if the camera's software has corrected the image",
+        raise ConfigurationError(
+            "option_needs",
+            place=Place(key="--emissivity" if reflected is None else "--reflected-temperature"),
+            option="--emissivity",
+            needed="--reflected-temperature",
         )
     field = read_field_csv(path)
     if emissivity is None or emissivity == 1.0:
@@ -176,3 +168,104 @@ def _emissivity_warnings(arguments: argparse.Namespace) -> list[str]:
             " surface: paint or tape it"
         )
     return said
+
+
+def described(
+    result: ThermalFieldsResult,
+    drift: DriftAtImages | None,
+    warnings: Sequence[str],
+    options: Mapping[str, object],
+) -> list[Part]:
+    """Return the comparison of images for terminal and JSON."""
+    down, across = result.fields[0].shape
+    return [
+        Value("version", __version__),
+        Value("rows", down),
+        Value("columns", across),
+        *(Value(key, value) for key, value in options.items()),
+        *_images(result, f"Thermal fields of {across} x {down} pixels, °C"),
+        _regions(result),
+        Value("drift", None) if drift is None else Section("drift", list(_drift(drift))),
+        Value("warnings", warnings, "warning"),
+    ]
+
+
+def _spread(values: FloatArray, unit: str, sign: str = "") -> list[Value]:
+    return [
+        Value(f"min_{unit}", np.nanmin(values), "lowest", f"{sign}.2f"),
+        Value(f"mean_{unit}", np.nanmean(values), "mean", f"{sign}.2f"),
+        Value(f"max_{unit}", np.nanmax(values), "highest", f"{sign}.2f"),
+        Value("missing", int(np.count_nonzero(np.isnan(values))), "missing"),
+    ]
+
+
+def _images(result: ThermalFieldsResult, title: str) -> Iterator[Part]:
+    rows: list[list[Value]] = []
+    for k, field in enumerate(result.fields):
+        time_s = None if result.time_s is None else float(result.time_s[k])
+        rows.append(
+            [
+                Value("", f"{k + 1}", ""),
+                Value("name", field.name, "image"),
+                Value("time_s", time_s),
+                Value("", "" if time_s is None else f"{time_s / 3600.0:.2f}", "h"),
+                *_spread(field.temperature_c, "c"),
+            ]
+        )
+    change = _spread(result.difference_k, "k", "+")
+    last = [Value("", "", ""), Value("", "last minus first, K", "image"), Value("", None)]
+    yield Table(title, [*rows, [*last, Value("", "", "h"), *change]], words=2)
+    yield Table("", [*rows], key="images")
+    yield Section("difference", [value._replace(head=None) for value in change])
+
+
+def _regions(result: ThermalFieldsResult) -> Table:
+    shown = range(len(result.fields)) if len(result.fields) <= 8 else (0, len(result.fields) - 1)
+    rows = [
+        [
+            Value("name", region.name, "region"),
+            Value("x_px", [region.left_px, region.right_px]),
+            Value("y_px", [region.top_px, region.bottom_px]),
+            Value("pixels", int(result.region_pixels[r]), "pixels"),
+            Value("mean_c", result.region_mean_c[:, r]),
+            *(Value("", result.region_mean_c[k, r], f"image {k + 1}", ".3f") for k in shown),
+            Value("change_k", result.region_change_k[r], "change, K", "+.3f"),
+        ]
+        for r, region in enumerate(result.regions)
+    ]
+    return Table("Mean temperature of regions, °C", rows, key="regions", words=1)
+
+
+def _drift(drift: DriftAtImages) -> Iterator[Part]:
+    common, slope = drift.common, drift.slope
+    places = [*(str(k + 1) for k in range(common.size)), "change"]
+    yield Table(
+        f"Drift of {drift.name[:60]} (model: {drift.model})",
+        rows_of(
+            Value("", places, "at image"),
+            Value("", [*common, common[-1] - common[0]], f"a(t), {drift.unit}", "+.2f"),
+            Value("", [*slope, slope[-1] - slope[0]], f"b(t), {drift.slope_unit}", "+.2f"),
+        ),
+        words=1,
+    )
+    yield Value("run", drift.name)
+    for key in ("model", "significant", "unit", "slope_unit", "common", "slope"):
+        yield Value(key, getattr(drift, key))
+    images = drift.relation.images
+    yield Value("images", images)
+    for key, what, unit, found in (
+        ("common", "common drift a(t)", drift.unit, drift.relation.common),
+        ("slope", "growth of the axis b(t)", drift.slope_unit, drift.relation.slope),
+    ):
+        rows = [_correlation(one, unit) for one in found]
+        title = f"Region and {what}, {images} images"
+        yield Table(title, rows, key=f"correlation_{key}", words=1)
+
+
+def _correlation(one: RegionDrift, unit: str) -> list[Value]:
+    return [
+        Value("region", one.region, "region"),
+        Value("correlation", one.correlation, "correlation", "+.3f"),
+        Value("p_value", one.p_value, "p", ".2g"),
+        Value("per_k", one.per_k, f"{unit} per K", "+.2f"),
+    ]

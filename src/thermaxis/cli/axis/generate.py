@@ -4,6 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_rtl, write_thermal_log, write_tidy_csv
 from thermaxis.virtual import LATHE_SEED, generate_lathe_test, paper_x_axis, paper_y_axis
@@ -16,22 +18,17 @@ LATHE_TESTS = ("lathe-spindle", "lathe-table", "lathe-verification")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
+    add = adder(parser)
     add(
         "axis",
-        choices=(*AXES, *LATHE_TESTS),
-        help="x-axis: 300 mm, drift, and an anomaly at position 3; y-axis: 150 mm; lathe-spindle,"
+        "x-axis: 300 mm, drift, and an anomaly at position 3; y-axis: 150 mm; lathe-spindle,"
         " lathe-table, lathe-verification: thermal tests of a virtual lathe",
+        choices=(*AXES, *LATHE_TESTS),
     )
-    add("-o", "--output", metavar="FILE", type=Path, required=True, help="tidy .csv, or .rtl")
-    add("--seed", metavar="N", type=int, help="seed of everything random (default: the example's)")
-    add("--cycles", metavar="N", type=int, help="number of cycles (default: 100 on X, 50 on Y)")
-    add(
-        "--noise-um",
-        metavar="S",
-        type=float,
-        help="standard deviation of one approach in um (default: 0.19)",
-    )
+    add("-o, --output FILE", "tidy .csv, or .rtl", Path, required=True)
+    add("--seed N", "seed of everything random (default: the example's)", int)
+    add("--cycles N", "number of cycles (default: 100 on X, 50 on Y)", int)
+    add("--noise-um S", "standard deviation of one approach in um (default: 0.19)", float)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -42,9 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     suffix = output.suffix.lower()
     if suffix not in {".csv", ".rtl"}:
         raise ConfigurationError(
-            f"'{suffix}' is no file type that a run can be written as",
-            where=f"--output {output}",
-            remedy="End the name in .csv (with the time of every reading) or .rtl",
+            "unknown_run_suffix", place=Place(file=str(output), key="--output"), suffix=suffix
         )
     measure = paper_x_axis if arguments.axis == "x-axis" else paper_y_axis
     generated = measure(arguments.seed, cycles=arguments.cycles, noise_um=arguments.noise_um)
@@ -63,15 +58,11 @@ def run(arguments: argparse.Namespace) -> int:
 def _lathe_test(arguments: argparse.Namespace) -> int:
     output: Path = arguments.output
     if output.suffix.lower() != ".csv":
-        raise ConfigurationError(
-            "a thermal log is written as CSV",
-            where=f"--output {output}",
-            remedy="End the name in .csv",
-        )
+        raise ConfigurationError("written_as_csv", place=Place(file=str(output), key="--output"))
     for option, value in (("--cycles", arguments.cycles), ("--noise-um", arguments.noise_um)):
         if value is not None:
             raise ConfigurationError(
-                "this is for a positioning run", where=option, remedy="Leave it out"
+                "option_belongs_to", place=Place(key=option), what="x-axis and y-axis"
             )
     seed = LATHE_SEED if arguments.seed is None else arguments.seed
     log = generate_lathe_test(arguments.axis.removeprefix("lathe-"), seed)

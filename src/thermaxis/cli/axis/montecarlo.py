@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from thermaxis import __version__, report
+from thermaxis.cli._arguments import add_json, adder
 from thermaxis.cli._json import show
 from thermaxis.cli._progress import Progress
 from thermaxis.positioning import DifferenceMonteCarlo, RatioEstimate, montecarlo_difference
@@ -12,37 +13,16 @@ from thermaxis.report.tables import Part, Section, Value, without_text
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
+    add = adder(parser)
+    add("--samples N", "numbers in one sequence (default: the paper's 1000)", int, default=1000)
     add(
-        "--samples",
-        metavar="N",
-        type=int,
-        default=1000,
-        help="numbers in one sequence (default: the paper's 1000)",
+        "--repetitions N", "how often the experiment is repeated (default: 2000)", int, default=2000
     )
-    add(
-        "--repetitions",
-        metavar="N",
-        type=int,
-        default=2000,
-        help="how often the experiment is repeated (default: 2000)",
-    )
-    add(
-        "--sigma-a",
-        metavar="S",
-        type=float,
-        default=1.0,
-        help="standard deviation of the first sequence (default: 1)",
-    )
-    add(
-        "--sigma-b",
-        metavar="S",
-        type=float,
-        help="standard deviation of the second sequence (default: as the first)",
-    )
-    add("--seed", metavar="N", type=int, default=2017, help="seed of the numbers (default: 2017)")
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
-    add("--figures", metavar="DIR", type=Path, help="write the two distributions as charts and CSV")
+    add("--sigma-a S", "standard deviation of the first sequence (default: 1)", float, default=1.0)
+    add("--sigma-b S", "standard deviation of the second sequence (default: as the first)", float)
+    add("--seed N", "seed of the numbers (default: 2017)", int, default=2017)
+    add_json(parser)
+    add("--figures DIR", "write the two distributions as charts and CSV", Path)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -2,8 +2,11 @@
 
 import argparse
 
+from thermaxis.cli._arguments import add_json, adder
 from thermaxis.cli._json import show
+from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli.axis._plan_result import PlanResult, described
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import write_plan
 from thermaxis.positioning import (
@@ -51,106 +54,83 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_targets(parser)
     _add_motion(parser)
     _add_uncertainty(parser)
-    add = parser.add_argument
-    add("-o", "--output", metavar="PLAN.json", help="write the plan (default: show it only)")
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
+    add = adder(parser)
+    add("-o, --output PLAN.json", "write the plan (default: show it only)")
+    add_json(parser)
 
 
 def _add_targets(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("targets").add_argument
-    add("--length", metavar="MM", type=float, required=True, help="all targets lie within it")
-    add("--targets", metavar="N", type=int, required=True, help="number of targets")
-    add("--start", metavar="MM", type=float, default=0.0, help="where it begins (default: 0)")
-    add("--axis", metavar="NAME", help="name of the axis (default: X, with --rotary C)")
-    add("--rotary", action="store_true", help="a rotary axis: deg, deg/min, arcsec")
-    add("--pitch", metavar="MM", type=float, help="pitch of the screw or period of the scale")
+    add = adder(parser.add_argument_group("targets"))
+    add("--length MM", "all targets lie within it", float, required=True)
+    add("--targets N", "number of targets", int, required=True)
+    add("--start MM", "where it begins (default: 0)", float, default=0.0)
+    add("--axis NAME", "name of the axis (default: X, with --rotary C)")
+    add("--rotary", "a rotary axis: deg, deg/min, arcsec", bool)
+    add("--pitch MM", "pitch of the screw or period of the scale", float)
     add(
-        "--random-share",
-        metavar="S",
-        type=float,
-        help="random part as a share of the interval, 0 to less than 0.5 (default: half the pitch,"
+        "--random-share S",
+        "random part as a share of the interval, 0 to less than 0.5 (default: half the pitch,"
         " at most 0.3 of the interval; without a pitch 0.3)",
+        float,
     )
-    add("--seed", metavar="N", type=int, default=1, help="seed of the random part (default: 1)")
-    add("--title", metavar="TEXT", default="", help="title of the plan")
+    add("--seed N", "seed of the random part (default: 1)", int, default=1)
+    add("--title TEXT", "title of the plan", default="")
 
 
 def _add_motion(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("motion")
-    add = group.add_argument
-    add("--feed", metavar="MM_MIN", type=float, default=300.0, help="feed (default: 300)")
-    add("--dwell", metavar="S", type=float, default=2.0, help="dwell at each stop (default: 2)")
+    add = adder(parser.add_argument_group("motion"))
+    add("--feed MM_MIN", "feed (default: 300)", float, default=300.0)
+    add("--dwell S", "dwell at each stop (default: 2)", float, default=2.0)
     add(
-        "--recording",
-        metavar="S",
-        type=float,
+        "--recording S",
+        "time in which the laser averages at each stop (default: 0)",
+        float,
         default=0.0,
-        help="time in which the laser averages at each stop (default: 0)",
     )
     add(
-        "--overrun",
-        metavar="MM",
-        type=float,
+        "--overrun MM",
+        "how far a target is passed before the axis comes back to it (default: 5)",
+        float,
         default=5.0,
-        help="how far a target is passed before the axis comes back to it (default: 5)",
     )
     add(
         "--mode",
+        "order of the visits (default: bidirectional, the standard's test cycle)",
         choices=("bidirectional", "unidirectional", "pilgrim", "step"),
         default="bidirectional",
-        help="order of the visits (default: bidirectional, the standard's test cycle)",
     )
     add(
         "--approach-side",
+        "the only approach (default: forward if unidirectional, else both)",
         choices=("forward", "backward"),
-        help="the only approach (default: forward if unidirectional, else both)",
     )
     add(
-        "--cycles",
-        metavar="N",
-        type=int,
-        help=f"number of cycles (default: {_DEFAULT_CYCLES}, or what --target-uncertainty finds)",
+        "--cycles N",
+        f"number of cycles (default: {_DEFAULT_CYCLES}, or what --target-uncertainty finds)",
+        int,
     )
 
 
 def _add_uncertainty(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("expected uncertainty").add_argument
+    add = adder(parser.add_argument_group("expected uncertainty"))
+    add("--noise UM", "standard deviation of one approach (default: 0.4, an assumption)", float)
     add(
-        "--noise",
-        metavar="UM",
-        type=float,
-        help="standard deviation of one approach (default: 0.4, an assumption)",
-    )
-    add(
-        "--drift",
-        metavar="UM",
-        type=float,
-        help="drift at mid-axis in the end; half and one and a half times as much at the axis' ends"
+        "--drift UM",
+        "drift at mid-axis in the end; half and one and a half times as much at the axis' ends"
         " (default: 10, an assumption)",
+        float,
+    )
+    add("--time-constant H", "hours until 63 %% of it (default: 1, an assumption)", float)
+    add(
+        "--target-uncertainty UM",
+        "find the smallest number of cycles with this standard uncertainty (k = 1)",
+        float,
     )
     add(
-        "--time-constant",
-        metavar="H",
-        type=float,
-        help="hours until 63 %% of it (default: 1, an assumption)",
+        "--target-figure KEY", "of what: level (default), or a figure such as B, E, R, A, E_forward"
     )
-    add(
-        "--target-uncertainty",
-        metavar="UM",
-        type=float,
-        help="find the smallest number of cycles with this standard uncertainty (k = 1)",
-    )
-    add(
-        "--target-figure",
-        metavar="KEY",
-        help="of what: level (default), or a figure such as B, E, R, A, E_forward",
-    )
-    add(
-        "--standard",
-        action="store_true",
-        help="let the search take at least the five cycles that ISO 230-2 asks for",
-    )
-    add("--longest", metavar="H", type=float, help="longest run of the search (default: 24)")
+    add("--standard", "let the search take at least the five cycles that ISO 230-2 asks for", bool)
+    add("--longest H", "longest run of the search (default: 24)", float)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -159,9 +139,10 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         result = _make(arguments)
     except ConfigurationError as error:
-        option = _FIELDS.get(error.where, error.where)
-        where = "--" + option.replace("_", "-") if hasattr(arguments, option) else error.where
-        raise ConfigurationError(error.what, where=where, remedy=error.remedy) from None
+        option = _FIELDS.get(error.place.key, error.place.key)
+        if not hasattr(arguments, option):
+            raise
+        raise error.at(Place(key="--" + option.replace("_", "-"))) from None
     if arguments.output is not None:
         write_plan(result.plan, arguments.output)
     show(described(result, arguments.output), arguments.json)
@@ -172,9 +153,10 @@ def _check_options(arguments: argparse.Namespace) -> None:
     searching = arguments.target_uncertainty is not None
     if searching and arguments.cycles is not None:
         raise ConfigurationError(
-            "both set the number of cycles",
-            where="--cycles, --target-uncertainty",
-            remedy="Give one of them",
+            "options_exclude",
+            place=Place(key="--cycles"),
+            one="--cycles",
+            other="--target-uncertainty",
         )
     alone = [
         option
@@ -187,22 +169,18 @@ def _check_options(arguments: argparse.Namespace) -> None:
     ]
     if alone and not searching:
         raise ConfigurationError(
-            "it limits a search that was not asked for",
-            where=alone[0],
-            remedy="Give --target-uncertainty as well, or leave it out",
+            "option_needs",
+            place=Place(key=alone[0]),
+            option=alone[0],
+            needed="--target-uncertainty",
         )
     if arguments.mode == "bidirectional" and arguments.approach_side is not None:
         raise ConfigurationError(
-            "a bidirectional run has both approaches",
-            where="--approach-side",
-            remedy="Say --mode unidirectional, or leave it out",
+            "option_belongs_to",
+            place=Place(key="--approach-side"),
+            what="--mode unidirectional, pilgrim and step",
         )
-    if arguments.output is not None and arguments.output == arguments.json:
-        raise ConfigurationError(
-            "plan and result would be the same file",
-            where=arguments.output,
-            remedy="Name another file for --json",
-        )
+    check_outputs([("-o", arguments.output), ("--json", arguments.json)], [])
 
 
 def _make(arguments: argparse.Namespace) -> PlanResult:
@@ -293,11 +271,13 @@ def _search(
         longest_s=longest_s,
     )
     if not found.reached:
-        unit = plan.kind.units.deviation
         raise ConfigurationError(
-            f"no run of at most {longest_s / 3600.0:g} h reaches {wanted:g} {unit}: its"
-            f" {found.plan.cycles} cycles come to {found.standard_uncertainty:.3g} {unit}",
-            where="target uncertainty",
-            remedy="Ask for less, allow a longer run, or lower the noise (a longer recording)",
+            "uncertainty_not_reached",
+            place=Place(key="--target-uncertainty"),
+            hours=longest_s / 3600.0,
+            wanted=wanted,
+            unit=plan.kind.units.deviation,
+            cycles=found.plan.cycles,
+            standard_uncertainty=found.standard_uncertainty,
         )
     return found

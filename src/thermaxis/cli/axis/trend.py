@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from thermaxis import __version__, report
+from thermaxis.cli._arguments import add_encoding, add_figures, add_json, adder
 from thermaxis.cli._json import show
+from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_positioning
 from thermaxis.positioning import FIGURE_KEYS
@@ -31,19 +34,18 @@ _UNCERTAINTY = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
+    add = adder(parser)
     add(
-        "runs",
-        metavar="RUN",
-        type=Path,
+        "runs RUN",
+        "measured runs of one axis: .rtl, CSV, _ISO230.dat or .xlsx, in any order",
+        Path,
         nargs="+",
-        help="measured runs of one axis: .rtl, CSV, _ISO230.dat or .xlsx, in any order",
     )
-    add("--figures", metavar="DIR", type=Path, help="write the chart as PNG and SVG, and its CSV")
-    add("--csv", metavar="FILE|-", help="write the table as CSV; - for standard output alone")
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
-    add("--no-drift", action="store_true", help="leave the figures without drift out")
-    add("--encoding", metavar="NAME", default="cp1250", help="of a text that is not UTF-8")
+    add_figures(parser, "the chart as PNG and SVG, and its CSV")
+    add("--csv FILE|-", "write the table as CSV; - for standard output alone")
+    add_json(parser)
+    add("--no-drift", "leave the figures without drift out", bool)
+    add_encoding(parser, "a text")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -68,26 +70,13 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, before anything is read or written."""
     if arguments.json == "-" and arguments.csv == "-":
         raise ConfigurationError(
-            "JSON and CSV cannot both be alone on standard output",
-            where="--json - --csv -",
-            remedy="Give one of them a file",
+            "options_exclude", place=Place(key="--csv"), one="--json -", other="--csv -"
         )
-    for word in (arguments.json, arguments.csv):
-        if word in (None, "-"):
-            continue
-        path = Path(word)
-        if any(path.exists() and s.exists() and path.samefile(s) for s in arguments.runs):
-            raise ConfigurationError(
-                "this output would overwrite a measured run",
-                where=word,
-                remedy="Give it another name",
-            )
-    if arguments.figures is not None and arguments.figures.is_file():
-        raise ConfigurationError(
-            "the chart needs a folder, and this is a file",
-            where=str(arguments.figures),
-            remedy="Name a folder; it is made if it does not exist",
-        )
+    check_outputs(
+        [("--json", arguments.json), ("--csv", arguments.csv)],
+        arguments.runs,
+        charts=arguments.figures,
+    )
 
 
 def _write_csv(trend: Trend, destination: str) -> None:

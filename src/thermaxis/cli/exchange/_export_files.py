@@ -8,6 +8,7 @@ from typing import NamedTuple, cast, final
 
 from thermaxis.cli.exchange._export_errors import as_typed
 from thermaxis.cli.exchange._export_settings import Exported, exported_of
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc import (
     BlockInstance,
@@ -140,16 +141,12 @@ def target_of(arguments: argparse.Namespace) -> tuple[Target, bool]:
     cpu: str | None = arguments.cpu
     flavour: str | None = arguments.flavour
     if cpu is not None and dialect not in _SCL:
-        raise ConfigurationError("this belongs to SCL", where="--cpu", remedy="Leave it out")
+        raise ConfigurationError("option_belongs_to", place=Place(key="--cpu"), what="SCL")
     if flavour is not None and dialect != "st":
-        raise ConfigurationError("this belongs to ST", where="--flavour", remedy="Leave it out")
+        raise ConfigurationError("option_belongs_to", place=Place(key="--flavour"), what="ST")
     if dialect in _SCL:
         if cpu == "s7-300" and arguments.real == "64":
-            raise ConfigurationError(
-                "CPUs of the S7-300 class, as in SINUMERIK 840D sl, know no LREAL",
-                where="--real",
-                remedy="Write --real 32; sections are compensated there, so that little is lost",
-            )
+            raise ConfigurationError("s7_300_has_no_lreal", place=Place(key="--real"))
         double = arguments.real != "32" if cpu != "s7-300" else False
         return Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
     return Target(dialect, (flavour or "iec") if dialect == "st" else ""), arguments.real != "32"
@@ -180,12 +177,7 @@ def measured_difference(settings: PlcSettings) -> Difference:
 
 def _line_of(arguments: argparse.Namespace, exported: Exported) -> LineSettings:
     if arguments.positive is None:
-        raise ConfigurationError(
-            "where a positive motion of the axis moves the tool point is not stated, and there is"
-            " no default",
-            where="--positive",
-            remedy="Write --positive away or --positive towards, seen from the workpiece",
-        )
+        raise ConfigurationError("direction_not_stated", place=Place(key="--positive"))
     return LineSettings(
         positions_mm=exported.positions_mm,
         away=arguments.positive == "away",

@@ -8,48 +8,38 @@ from hashlib import sha256
 from pathlib import Path
 from typing import cast
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc.guide import REPORT_ENDING, REPORT_FORMAT, REPORT_HASH, report_sha256
 
 _LARGEST_REPORT_BYTES = 5_000_000
-_REMEDY = "Name a new or empty folder"
 
 
 def require_folder(folder: Path) -> None:
     """Refuse a folder that holds anything but an older export that nobody has changed."""
+    place = Place(file=str(folder))
     if not folder.absolute().parent.is_dir():
-        raise ConfigurationError(
-            "its folder does not exist", where=str(folder), remedy="Make it first, or name another"
-        )
+        raise ConfigurationError("folder_missing", place=place)
     if not folder.exists() and not folder.is_symlink():
         return
     if not folder.is_dir() or folder.is_symlink():
-        raise ConfigurationError(
-            "this is no folder, or a link to one", where=str(folder), remedy=_REMEDY
-        )
+        raise ConfigurationError("not_a_folder", place=place)
     _require_own(folder, folder)
 
 
 def _require_own(lies_in: Path, folder: Path) -> None:
     """Refuse what is no older export that nobody has changed; errors name the folder."""
+    place = Place(file=str(folder))
     lying = {entry.name: entry for entry in lies_in.iterdir()}
     if not lying:
         return
     known = _own_files(lying)
     foreign = sorted(set(lying) - set(known))
     if foreign:
-        raise ConfigurationError(
-            f"{foreign[0]} lies in it, which is no part of an older export",
-            where=str(folder),
-            remedy=_REMEDY,
-        )
+        raise ConfigurationError("folder_holds_foreign_file", place=place, name=foreign[0])
     for name, digest in known.items():
         if name in lying and digest and _hash(lying[name]) != digest:
-            raise ConfigurationError(
-                f"{name} was changed since it was exported",
-                where=str(folder),
-                remedy=f"Keep it elsewhere first. {_REMEDY}",
-            )
+            raise ConfigurationError("exported_file_changed", place=place, name=name)
 
 
 def _own_files(lying: Mapping[str, Path]) -> dict[str, str]:
@@ -118,7 +108,7 @@ def write_folder(folder: Path, files: Mapping[str, str]) -> None:
 
 def _unwritten(folder: Path, error: OSError) -> ConfigurationError:
     return ConfigurationError(
-        f"cannot be written ({error.strerror or type(error).__name__})",
-        where=str(folder),
-        remedy="Choose another place, or make room and permission there",
+        "folder_unwritable",
+        place=Place(file=str(folder)),
+        cause=error.strerror or type(error).__name__,
     )

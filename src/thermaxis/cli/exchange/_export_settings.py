@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.compensation import (
     STATED,
     Compensation,
@@ -101,9 +101,9 @@ def _with_stated_references(source: ModelSource) -> ModelSource:
     lacking = [channel for channel in model.channels if channel not in model.reference_c]
     if lacking:
         raise ConfigurationError(
-            f"{source.name} states no reference of {', '.join(lacking)}",
-            where="--reference",
-            remedy="Leave it out, or state reference_c of every channel in the model",
+            "no_stated_reference",
+            place=Place(file=source.name, key="--reference"),
+            channels=", ".join(lacking),
         )
     return source._replace(model=replace(model, reference=STATED))
 
@@ -130,11 +130,12 @@ def _at_positions(
             first.input_filter_s,
         ):
             raise ConfigurationError(
-                f"it refers to its {source.model.reference} temperatures with a filter of"
-                f" {source.model.input_filter_s:g} s, the first model to its {first.reference}"
-                f" ones with {first.input_filter_s:g} s",
-                where=source.name,
-                remedy="Identify all positions in the same way",
+                "models_begin_differently",
+                place=Place(file=source.name),
+                reference=source.model.reference,
+                filter_s=source.model.input_filter_s,
+                first_reference=first.reference,
+                first_filter_s=first.input_filter_s,
             )
     model = replace(
         first,
@@ -159,16 +160,17 @@ def _placed_outputs(
     if len(sources) > 1:
         if any(name for name, _ in stated) or len(stated) != len(sources):
             raise ConfigurationError(
-                f"there are {len(sources)} models and {len(stated)} positions",
-                where="--at",
-                remedy="State --at MM once for every MODEL, in their order",
+                "models_and_positions_differ",
+                place=Place(key="--at"),
+                models=len(sources),
+                positions=len(stated),
             )
         for source in sources:
             if len(source.model.outputs) != 1:
                 raise ConfigurationError(
-                    f"this model has {len(source.model.outputs)} outputs",
-                    where=source.name,
-                    remedy="Give models with one output each, or one model with all of them",
+                    "model_has_several_outputs",
+                    place=Place(file=source.name),
+                    outputs=len(source.model.outputs),
                 )
         pairs = zip(sources, stated, strict=True)
         return [(source.model.outputs[0], at_mm) for source, (_, at_mm) in pairs]
@@ -176,10 +178,7 @@ def _placed_outputs(
     positions = dict(stated)
     if len(positions) != len(stated) or set(positions) - set(known) or len(positions) < 2:
         raise ConfigurationError(
-            "a line needs two outputs of the model or more, each with its position",
-            where="--at",
-            remedy=f"State --at OUTPUT=MM for each; the model has {', '.join(known)}. Or give"
-            " several models with --at MM for each",
+            "line_needs_two_positions", place=Place(key="--at"), known=", ".join(known)
         )
     return [(known[name], at_mm) for name, at_mm in positions.items()]
 
@@ -190,10 +189,10 @@ def _common_reference(sources: tuple[ModelSource, ...]) -> dict[str, float]:
         for channel, value_c in source.model.reference_c.items():
             if source.model.reference == STATED and reference_c.get(channel, value_c) != value_c:
                 raise ConfigurationError(
-                    f"it refers to {channel} at {value_c:g} degC, another model to"
-                    f" {reference_c[channel]:g} degC",
-                    where=source.name,
-                    remedy="Identify all positions with the same references",
+                    "reference_temperatures_differ",
+                    place=Place(file=source.name, channel=channel),
+                    value_c=value_c,
+                    other_c=reference_c[channel],
                 )
             reference_c.setdefault(channel, value_c)
     return reference_c
@@ -247,10 +246,7 @@ def exported_of(arguments: argparse.Namespace, *, line: bool) -> Exported:
 def _require_one(sources: tuple[ModelSource, ...], arguments: argparse.Namespace) -> None:
     if len(sources) > 1:
         raise ConfigurationError(
-            f"there are {len(sources)} models, and the block has one",
-            where="MODEL",
-            remedy="Combine them first with thermaxis combine; positions of an axis are for"
-            " --dialect sinumerik-tempcomp",
+            "block_has_one_model", place=Place(key="MODEL"), models=len(sources)
         )
     for option, value in (
         ("--at", arguments.at),
@@ -259,7 +255,7 @@ def _require_one(sources: tuple[ModelSource, ...], arguments: argparse.Namespace
     ):
         if value not in (None, []):
             raise ConfigurationError(
-                "positions belong to --dialect sinumerik-tempcomp only", where=option
+                "option_belongs_to", place=Place(key=option), what="--dialect sinumerik-tempcomp"
             )
 
 
@@ -267,9 +263,10 @@ def _require_nothing_stated(arguments: argparse.Namespace) -> None:
     for option in ("limit", "rate", "plausible"):
         if getattr(arguments, option):
             raise ConfigurationError(
-                "limits and rules are those of the machine already",
-                where=f"--{option}",
-                remedy="Leave it out, or leave --machine out and state everything",
+                "options_exclude",
+                place=Place(key=f"--{option}"),
+                one=f"--{option}",
+                other="--machine",
             )
 
 
@@ -284,9 +281,10 @@ def _of_machine(
     lacking = sorted(set(origins) - set(rules.limits))
     if lacking:
         raise ConfigurationError(
-            f"there are no limits of output {', '.join(lacking)}",
-            where=str(path),
-            remedy=f"The machine has {', '.join(rules.limits)}",
+            "no_limits_of_output",
+            place=Place(file=str(path)),
+            outputs=", ".join(lacking),
+            known=", ".join(rules.limits),
         )
     limits = {name: rules.limits[origin] for name, origin in zip(outputs, origins, strict=True)}
     return replace(rules, limits=limits).applied_to(model), configuration
@@ -346,21 +344,26 @@ def _by_name(
     """Return what was stated of every name; one without a name counts for all the others."""
     wanted = tuple(dict.fromkeys(wanted))
     found = dict(stated)
-    if len(found) != len(stated):
-        raise ConfigurationError("one name is stated twice", where=option)
+    names = [name for name, _ in stated]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ConfigurationError("stated_twice", place=Place(key=option), name=twice or option)
     foreign = [name for name in found if name and name not in wanted]
     if foreign:
         raise ConfigurationError(
-            f"the model has no {', '.join(foreign)}",
-            where=option,
-            remedy=f"It has {', '.join(wanted)}",
+            "unknown_name",
+            place=Place(key=option),
+            name=", ".join(foreign),
+            known=", ".join(wanted),
         )
     lacking = [name for name in wanted if name not in found and "" not in found]
     if lacking:
         raise ConfigurationError(
-            f"nothing is stated of {', '.join(lacking)}, and there is no default",
-            where=option,
-            remedy=f"Write {option} {form} for each, or one without a name for all, such as"
-            f" {option} {example}; or take all rules of a machine by --machine MACHINE.toml",
+            "not_stated_for",
+            place=Place(key=option),
+            names=", ".join(lacking),
+            option=option,
+            form=form,
+            example=example,
         )
     return {name: found[name] if name in found else found[""] for name in wanted}

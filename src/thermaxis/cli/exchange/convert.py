@@ -2,10 +2,10 @@
 
 import argparse
 import sys
-from pathlib import Path
 
+from thermaxis.cli._arguments import adder
+from thermaxis.cli._outputs import check_outputs
 from thermaxis.codes import printable
-from thermaxis.errors import ConfigurationError
 from thermaxis.files import FALLBACK_ENCODING, format_tidy_csv, read_positioning, write_tidy_csv
 
 _DESCRIPTION = """\
@@ -18,27 +18,22 @@ comment above. The format is told from the content. Remarks go to standard error
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.description = _DESCRIPTION
-    parser.add_argument(
-        "file", metavar="FILE", help="measured run: .rtl, CSV, _ISO230.dat or .xlsx"
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
+    adder(parser)("file FILE", "measured run: .rtl, CSV, _ISO230.dat or .xlsx")
+    adder(parser)(
+        "-o, --output FILE",
+        "the tidy CSV file to write, replaced if it exists; - for standard output",
         required=True,
-        help="the tidy CSV file to write, replaced if it exists; - for standard output",
     )
-    parser.add_argument(
-        "--encoding",
-        metavar="NAME",
+    adder(parser)(
+        "--encoding NAME",
+        "encoding of a text file that is not UTF-8 (default: cp1250)",
         default=None,
-        help="encoding of a text file that is not UTF-8 (default: cp1250)",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Convert one file."""
-    _check_output(arguments.file, arguments.output)
+    check_outputs([("-o", arguments.output)], [arguments.file])
     encoding = FALLBACK_ENCODING if arguments.encoding is None else arguments.encoding
     test = read_positioning(arguments.file, fallback_encoding=encoding)
     for remark in test.remarks:
@@ -50,18 +45,3 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         write_tidy_csv(test, arguments.output)
     return 0
-
-
-def _check_output(file: str, output: str) -> None:
-    if output == "-":
-        return
-    try:
-        same = Path(output).samefile(file)
-    except (OSError, ValueError):  # one of them does not exist: reading or writing says so
-        same = False
-    if same:
-        raise ConfigurationError(
-            "the output would replace the measurement itself",
-            where=output,
-            remedy="Name another file",
-        )

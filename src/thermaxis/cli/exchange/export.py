@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
 from thermaxis.cli._json import write_json
 from thermaxis.cli.exchange._export_files import Export, export_of
 from thermaxis.cli.exchange._export_folder import require_folder, write_folder
@@ -26,79 +27,60 @@ _BITS = ("32", "64")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
-    add("models", metavar="MODEL", type=Path, nargs="+", help="compensation model (JSON)")
+    add = adder(parser)
+    add("models MODEL", "compensation model (JSON)", Path, nargs="+")
     add(
         "--dialect",
+        "scl: Siemens; st: IEC 61131-3; c: C99; sinumerik-tempcomp: SCL that lays a straight"
+        " line through models at positions of an axis",
         choices=_DIALECTS,
         required=True,
-        help="scl: Siemens; st: IEC 61131-3; c: C99; sinumerik-tempcomp: SCL that lays a straight"
-        " line through models at positions of an axis",
     )
-    add(
-        "--cycle-s",
-        metavar="S",
-        type=positive_seconds,
-        required=True,
-        help="time from call to call, 0.1 to 60 [s]",
-    )
-    add(
-        "-o", "--output", metavar="DIR", type=Path, required=True, help="folder, new or empty, or"
-        " of an older export that nobody has changed"
-    )  # fmt: skip
+    add("--cycle-s S", "time from call to call, 0.1 to 60 [s]", positive_seconds, required=True)
+    add("-o, --output DIR", "folder, new or empty, or"
+        " of an older export that nobody has changed", Path, required=True)  # fmt: skip
     add(
         "--real",
+        "bits of a number: 64 LREAL, 32 REAL (default: 64; 32 for --cpu s7-300)",
         choices=_BITS,
-        help="bits of a number: 64 LREAL, 32 REAL (default: 64; 32 for --cpu s7-300)",
     )
-    add("--cpu", choices=_CPUS, help="of SCL (default: s7-1500; s7-300 with --real 32)")
-    add("--flavour", choices=_FLAVOURS, help="of ST (default: iec)")
+    add("--cpu", "of SCL (default: s7-1500; s7-300 with --real 32)", choices=_CPUS)
+    add("--flavour", "of ST (default: iec)", choices=_FLAVOURS)
     add(
-        "--name",
-        metavar="NAME",
-        help="of the block, behind tx_ (default: that of the model's file; with several models that"
+        "--name NAME",
+        "of the block, behind tx_ (default: that of the model's file; with several models that"
         " of the first one's output, without _um)",
     )
     add(
         "--reference",
-        choices=("stated",),
-        help="take the temperatures that the model states as its references, in place of those at"
+        "take the temperatures that the model states as its references, in place of those at"
         " the start (default: as the model says)",
+        choices=("stated",),
     )
-    add("--machine", metavar="MACHINE.toml", type=Path, help="take limits and rules from there")
-    for option, form, parsed, text in (
-        ("--limit", "OUTPUT=UM", named_number, "largest magnitude of a correction [um]"),
-        ("--rate", "OUTPUT=UM_PER_S", named_number, "its largest change in a second [um/s]"),
-        ("--plausible", "CHANNEL=LOW:HIGH", named_range, "range that is believed [degC]"),
+    add("--machine MACHINE.toml", "take limits and rules from there", Path)
+    for usage, text, kind in (
+        ("--limit OUTPUT=UM", "largest magnitude of a correction [um]", named_number),
+        ("--rate OUTPUT=UM_PER_S", "its largest change in a second [um/s]", named_number),
+        ("--plausible CHANNEL=LOW:HIGH", "range that is believed [degC]", named_range),
     ):
-        add(
-            option,
-            metavar=form,
-            type=parsed,
-            action="append",
-            default=[],
-            help=f"{text}; without a name for all",
-        )
+        add(usage, f"{text}; without a name for all", kind, many=True)
     add(
-        "--at",
-        metavar="MM",
-        type=named_number,
-        action="append",
-        default=[],
-        help="position of the axis, once for every MODEL; OUTPUT=MM for outputs of one [mm]",
+        "--at MM",
+        "position of the axis, once for every MODEL; OUTPUT=MM for outputs of one [mm]",
+        named_number,
+        many=True,
     )
     add(
         "--positive",
+        "where a positive motion of the axis moves the tool point, seen from the workpiece",
         choices=("away", "towards"),
-        help="where a positive motion of the axis moves the tool point, seen from the workpiece",
     )
     add(
-        "--reference-position",
-        metavar="MM",
-        type=float,
-        help="reference position of the line (default: the mean of the positions) [mm]",
+        "--reference-position MM",
+        "reference position of the line (default: the mean of the positions) [mm]",
+        float,
     )
-    add("--json", metavar="FILE|-", help="write the report here too; - for standard output alone")
+    add("--json FILE|-", "write the report here too; - for standard output alone")
 
 
 def run(arguments: argparse.Namespace) -> int:

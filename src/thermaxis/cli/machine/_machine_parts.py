@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING, final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
     DIAMETER,
@@ -213,7 +214,9 @@ def _replay(configuration: "MachineConfiguration", clock: Clock) -> tuple[Source
 
     settings = configuration.source
     if settings.log is None:
-        raise ConfigurationError("a replay needs a log", where=f"{configuration.path}, [source]")
+        raise ConfigurationError(
+            "missing_key", place=Place(file=str(configuration.path), key="source.log")
+        )
     mapping = None if settings.mapping is None else read_thermal_mapping(settings.mapping)
     log = read_thermal_log(settings.log, mapping=mapping)
     replay = ReplayClock()

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Certificate, CertificateUse
 from thermaxis.runtime.opcua import (
@@ -38,51 +40,48 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     _add_new(actions.add_parser("new", help="make a certificate and its key", allow_abbrev=False))
     show = actions.add_parser("show", help="show what certificates say", allow_abbrev=False)
-    show.add_argument("files", metavar="CERTIFICATE", nargs="+", help="certificate, DER or PEM")
+    adder(show)("files CERTIFICATE", "certificate, DER or PEM", nargs="+")
     _add_fetch(
         actions.add_parser("fetch", help="store a machine's certificate", allow_abbrev=False)
     )
 
 
 def _add_new(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument
-    add("certificate", metavar="CERTIFICATE", help="file of the certificate, such as own.der")
-    add("key", metavar="KEY", help="file of the private key, such as own.pem")
+    add = adder(parser)
+    add("certificate CERTIFICATE", "file of the certificate, such as own.der")
+    add("key KEY", "file of the private key, such as own.pem")
     add(
-        "--uri",
-        metavar="URI",
+        "--uri URI",
+        "address of the application (default: urn:thermaxis:client)",
         default="urn:thermaxis:client",
-        help="address of the application (default: urn:thermaxis:client)",
     )
     add(
-        "--host",
-        metavar="NAME",
+        "--host NAME",
+        "name or address of this computer; may be given more than once (default: its name)",
         action="append",
-        help="name or address of this computer; may be given more than once (default: its name)",
     )
-    add("--days", metavar="N", type=int, help="validity (default: 730, two years)")
-    add("--organisation", metavar="TEXT", default="", help="whose it is (default: not stated)")
+    add("--days N", "validity (default: 730, two years)", int)
+    add("--organisation TEXT", "whose it is (default: not stated)", default="")
     add(
         "--use",
+        "for connections to machines, for the status server, or both (default: client)",
         choices=("client", "server", "both"),
         default="client",
-        help="for connections to machines, for the status server, or both (default: client)",
     )
-    add("--replace", action="store_true", help="renew files that are there already")
+    add("--replace", "renew files that are there already", bool)
 
 
 def _add_fetch(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument
-    add("url", metavar="URL", help="address of the server, such as opc.tcp://192.168.214.241:4840")
-    add("-o", "--output", metavar="CERTIFICATE", required=True, help="file to store it in")
+    add = adder(parser)
+    add("url URL", "address of the server, such as opc.tcp://192.168.214.241:4840")
+    add("-o, --output CERTIFICATE", "file to store it in", required=True)
     add(
-        "--fingerprint",
-        metavar="HEX",
-        help="fingerprint that the machine shows, SHA-256 or SHA-1; stored without a question if"
+        "--fingerprint HEX",
+        "fingerprint that the machine shows, SHA-256 or SHA-1; stored without a question if"
         " it is the same, not at all if it is another",
     )
-    add("--timeout", metavar="S", type=float, default=5.0, help="longest time (default: 5)")
-    add("--replace", action="store_true", help="replace the stored certificate of a machine")
+    add("--timeout S", "longest time (default: 5)", float, default=5.0)
+    add("--replace", "replace the stored certificate of a machine", bool)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -148,46 +147,40 @@ def _fetch(arguments: argparse.Namespace) -> None:
         offers = asyncio.run(fetch_offers(arguments.url, arguments.timeout))
     finally:
         library.setLevel(level)
+    place = Place(file=arguments.url)
     offer = _chosen(offers, arguments)
     sys.stdout.write(_as_text(offer.certificate, _now(), arguments.url))
     sys.stdout.write(f"policies      {', '.join(offer.policies) or 'none that encrypts'}\n")
     sys.stdout.write(f"users         {', '.join(offer.users) or 'not stated'}\n")
     if arguments.fingerprint is None and not _confirmed():
-        raise ConfigurationError(
-            "the fingerprint was not confirmed; nothing was stored",
-            where=arguments.url,
-            remedy="Look it up on the machine itself, then answer yes or give --fingerprint",
-        )
+        raise ConfigurationError("fingerprint_not_confirmed", place=place)
     write_certificate(Path(arguments.output), offer.certificate, replace=arguments.replace)
     sys.stdout.write(f"stored        {arguments.output}\n")
 
 
 def _chosen(offers: Sequence[ServerOffer], arguments: argparse.Namespace) -> ServerOffer:
+    place = Place(file=arguments.url)
     if not offers:
-        raise ConfigurationError(
-            "the server has no certificate",
-            where=arguments.url,
-            remedy="Enable an encrypted endpoint on the machine",
-        )
+        raise ConfigurationError("no_server_certificate", place=place)
     if arguments.fingerprint is None:
         usable = [offer for offer in offers if offer.policies] or list(offers)
         if len(usable) == 1:
             return usable[0]
-        shown = ", ".join(offer.certificate.sha256 for offer in usable)
+        ", ".join(offer.certificate.sha256 for offer in usable)
         raise ConfigurationError(
-            f"the server has several certificates: {shown}",
-            where=arguments.url,
-            remedy="Say by --fingerprint which one the machine shows as its own",
+            "several_server_certificates",
+            place=place,
+            fingerprints=", ".join(offer.certificate.sha256 for offer in usable),
         )
     wanted = _digits(arguments.fingerprint)
     for offer in offers:
         if wanted in {_digits(offer.certificate.sha256), _digits(offer.certificate.sha1)}:
             return offer
-    found = ", ".join(offer.certificate.sha256 for offer in offers)
+    ", ".join(offer.certificate.sha256 for offer in offers)
     raise ConfigurationError(
-        f"the server has another fingerprint, SHA-256 {found}",
-        where=arguments.url,
-        remedy="If it is typed as the machine shows it, somebody stands between: store nothing",
+        "other_fingerprint",
+        place=place,
+        fingerprints=", ".join(offer.certificate.sha256 for offer in offers),
     )
 
 

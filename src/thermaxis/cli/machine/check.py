@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import final
 
+from thermaxis.cli._arguments import add_json, adder
 from thermaxis.cli._json import write_json
 from thermaxis.cli.machine._machine_parts import build_probe_session, build_sessions, build_sink
 from thermaxis.cli.machine._machine_words import (
@@ -18,6 +19,7 @@ from thermaxis.cli.machine._machine_words import (
     machine_as_json,
     machine_in_words,
 )
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import (
     Clock,
@@ -51,23 +53,22 @@ WRONG = 2
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
-    add("configuration", metavar="MACHINE.toml", type=Path, help="configuration of the machine")
-    add("--offline", action="store_true", help="do not connect: the configuration alone")
+    add = adder(parser)
+    add("configuration MACHINE.toml", "configuration of the machine", Path)
+    add("--offline", "do not connect: the configuration alone", bool)
     add(
         "--write",
-        action="store_true",
-        help="write the offset that stands in the machine back to it: nothing moves, and that it"
+        "write the offset that stands in the machine back to it: nothing moves, and that it"
         " can be written is proven",
+        bool,
     )
     add(
-        "--wait",
-        metavar="S",
-        type=float,
+        "--wait S",
+        "seconds in which the machine must be reached (default: 10)",
+        float,
         default=10.0,
-        help="seconds in which the machine must be reached (default: 10)",
     )
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -90,12 +91,16 @@ def run(arguments: argparse.Namespace) -> int:
 def _check_options(arguments: argparse.Namespace) -> None:
     if arguments.write and arguments.offline:
         raise ConfigurationError(
-            "nothing is written without a connection",
-            where="--write, --offline",
-            remedy="Leave one of them out",
+            "options_exclude", place=Place(key="--write"), one="--write", other="--offline"
         )
     if not 0.0 < arguments.wait <= _LONGEST_WAIT_S:
-        raise ConfigurationError(f"not a number above 0 up to {_LONGEST_WAIT_S:g}", where="--wait")
+        raise ConfigurationError(
+            "outside_range",
+            place=Place(key="--wait"),
+            value=arguments.wait,
+            least=0.0,
+            most=_LONGEST_WAIT_S,
+        )
 
 
 # ---- looking at the machine ---------------------------------------------------------------------

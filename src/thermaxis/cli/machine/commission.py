@@ -10,8 +10,9 @@ from statistics import median
 
 from asyncua.ua import DataValue
 
+from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine._machine_parts import MachineParts, build_parts
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.runtime import (
     CommissioningPlan,
@@ -33,25 +34,26 @@ Move one offset out by a small step and back, at the allowed rate, and compare w
 a probe shows. Nothing moves before you have said yes. The machine must be switched on, stand still,
 and touch nothing; the loop must not run. What was asked, accepted and measured is recorded.
 """
+_READINGS, _FEWEST_READINGS = 9, 5
 _ANSWERS_YES = {"yes", "y", "ja", "ano"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
-    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
-    add("--output", metavar="NAME", help="output to prove (default: the only one)")
-    add("--step", type=float, default=10.0, metavar="UM", help="size of the step, in um")
-    add("--probe", metavar="NODE", help="node of a probe that measures, in place of a gauge")
+    add = adder(parser)
+    add("configuration MACHINE.toml", "the machine (TOML)", Path)
+    add("--output NAME", "output to prove (default: the only one)")
+    add("--step UM", "size of the step, in um", float, default=10.0)
+    add("--probe NODE", "node of a probe that measures, in place of a gauge")
     add(
         "--probe-unit",
+        "unit of the probe; positive is away from the workpiece",
         choices=("um", "mm"),
         default="um",
-        help="unit of the probe; positive is away from the workpiece",
     )
-    add("--yes", action="store_true", help="do not ask: with a probe only")
-    add("--json", type=Path, metavar="FILE", help="write the record there as well")
+    add("--yes", "do not ask: with a probe only", bool)
+    add("--json FILE", "write the record there as well", Path)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -61,14 +63,16 @@ def run(arguments: argparse.Namespace) -> int:
     output = arguments.output or (next(iter(limits)) if len(limits) == 1 else "")
     if output not in limits:
         raise ConfigurationError(
-            f"there is no output {output or 'named'}",
-            where="--output",
-            remedy=f"Outputs are {', '.join(limits)}",
+            "unknown_name", place=Place(key="--output"), name=output, known=", ".join(limits)
         )
     if configuration.sink.kind == "dry":
-        raise ConfigurationError("a dry run has no offset to prove", where="[sink], kind")
+        raise ConfigurationError(
+            "dry_run_has_no_offset", place=Place(file=str(arguments.configuration), key="sink.kind")
+        )
     if arguments.yes and not arguments.probe:
-        raise ConfigurationError("without a probe somebody must read the gauge", where="--yes")
+        raise ConfigurationError(
+            "option_needs", place=Place(key="--yes"), option="--yes", needed="--probe"
+        )
     plan = CommissioningPlan(output=output, limits=limits[output], step_um=arguments.step)
     sys.stdout.write(_intention(configuration, plan))
     if not arguments.yes and not _asked("Shall the offset move now? Type yes: "):
@@ -113,13 +117,13 @@ async def _prove(
     await parts.source.open()
     await parts.sink.open()
     try:
-        await _wait_for_machine(parts)
+        await _wait_for_machine(parts, configuration)
         forbidden = reasons_against(await self_test(parts, configuration))
         if forbidden:
             raise DataError(
-                f"the self-test forbids it: {'; '.join(forbidden)}",
-                where=configuration.name,
-                remedy="Run thermaxis check",
+                "self_test_forbids",
+                place=Place(file=str(configuration.path)),
+                reasons="; ".join(forbidden),
             )
         measure = _probe(parts, configuration, arguments) if arguments.probe else _gauge
         probed = bool(arguments.probe)
@@ -136,7 +140,7 @@ async def _prove(
         await parts.historian.close(5.0)
 
 
-async def _wait_for_machine(parts: MachineParts) -> None:
+async def _wait_for_machine(parts: MachineParts, configuration: MachineConfiguration) -> None:
     for _ in range(100):
         await parts.source.read(0.2)
         if parts.sink.connected:
@@ -144,9 +148,7 @@ async def _wait_for_machine(parts: MachineParts) -> None:
         await asyncio.sleep(0.1)
     said = [session.last_error for session in parts.sessions.values() if session.last_error]
     raise DataError(
-        f"the machine is not there: {'; '.join(said) or 'no answer within 10 s'}",
-        where="the connection",
-        remedy="Run thermaxis check",
+        "machine_not_reached", place=Place(file=str(configuration.path)), cause="; ".join(said)
     )
 
 
@@ -157,7 +159,7 @@ async def _gauge(sentence: str) -> float:
         sys.stdout.flush()
         line = await asyncio.to_thread(sys.stdin.readline)
         if not line:
-            raise DataError("nobody answers any more: the offset goes back", where="the gauge")
+            raise DataError("no_gauge_reading")
         try:
             value = float(line.strip().replace(",", "."))
         except ValueError:
@@ -176,7 +178,7 @@ def _probe(
 
     async def measure(sentence: str) -> float:
         readings: list[float] = []
-        for _ in range(9):
+        for _ in range(_READINGS):
             found = await session.read([arguments.probe], 1.0)
             value = None if found is None or found[0].Value is None else found[0].Value.Value
             if (
@@ -187,8 +189,13 @@ def _probe(
             ):
                 readings.append(factor * float(value))
             await asyncio.sleep(0.2)
-        if len(readings) < 5:
-            raise DataError("the probe does not measure", where=arguments.probe)
+        if len(readings) < _FEWEST_READINGS:
+            raise DataError(
+                "probe_not_measuring",
+                place=Place(key=arguments.probe),
+                readings=len(readings),
+                needed=_FEWEST_READINGS,
+            )
         sys.stdout.write(f"Now {sentence}: the probe shows {median(readings):.2f} um.\n")
         return median(readings)
 

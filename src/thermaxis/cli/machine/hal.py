@@ -4,7 +4,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from thermaxis.cli.axis._table_files import check_output, write_ascii
+from thermaxis.cli._arguments import adder
+from thermaxis.cli._outputs import check_outputs, check_table_name, write_ascii
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import read_machine
 from thermaxis.runtime.sinks import LinuxCncSettings, hal_text
@@ -19,14 +21,9 @@ HAL file needs stands at the head of the result. The configuration names LinuxCN
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
-    add("configuration", metavar="MACHINE.toml", type=Path, help="configuration of the machine")
-    add(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="write the lines to this file (default: to standard output)",
-    )
+    add = adder(parser)
+    add("configuration MACHINE.toml", "configuration of the machine", Path)
+    add("-o, --output FILE", "write the lines to this file (default: to standard output)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -34,14 +31,11 @@ def run(arguments: argparse.Namespace) -> int:
     path: Path = arguments.configuration
     output: str | None = arguments.output
     if output is not None:
-        check_output(output, inputs=(path,))
+        check_table_name(output)
+        check_outputs([("-o", output)], [path])
     settings = read_machine(path).sink.linuxcnc
     if settings is None:
-        raise ConfigurationError(
-            "the sink is not LinuxCNC",
-            where=f"{path}, [sink], kind",
-            remedy='Say kind = "linuxcnc" there, and the joint of each output',
-        )
+        raise ConfigurationError("sink_not_linuxcnc", place=Place(file=str(path), key="sink.kind"))
     if output is None:
         sys.stdout.write(hal_text(settings))
         return 0

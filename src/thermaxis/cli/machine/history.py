@@ -6,10 +6,11 @@ import sys
 from datetime import datetime, timedelta
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder, count
 from thermaxis.cli._json import write_json
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import positive_seconds
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.table import parse_moment
 from thermaxis.runtime import EventRecord, read_machine
@@ -44,12 +45,6 @@ def _moment(text: str) -> datetime:
     return found.astimezone()  # a time without a zone is one of this computer's
 
 
-def _count(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text[:9]) or len(text) > 8:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number from 1 up")
-    return int(text)
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
@@ -58,35 +53,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "export", help="write a span as a thermal log, Parquet or CSV", allow_abbrev=False
     )
     _add_history(export)
-    add = export.add_argument
-    add("-o", "--output", metavar="LOG", type=Path, required=True, help=".parquet or .csv")
+    add = adder(export)
+    add("-o, --output LOG", ".parquet or .csv", Path, required=True)
     _add_span(export)
     add(
-        "--column",
-        metavar="PATTERN",
-        action="append",
-        default=[],
-        help="headings that are wanted, with * and ?; may be given more than once (default: all)",
+        "--column PATTERN",
+        "headings that are wanted, with * and ?; may be given more than once (default: all)",
+        many=True,
     )
-    add(
-        "--all",
-        action="store_true",
-        help="also values of bad status, and status, state and reasons as words",
-    )
+    add("--all", "also values of bad status, and status, state and reasons as words", bool)
     events = actions.add_parser("events", help="list what happened", allow_abbrev=False)
     _add_history(events)
     _add_span(events)
-    add = events.add_argument
+    add = adder(events)
     add(
-        "--kind",
-        metavar="KIND",
-        action="append",
-        default=[],
-        help="start, stop, state, request, connection, alarm, commission or loss; may be given"
+        "--kind KIND",
+        "start, stop, state, request, connection, alarm, commission or loss; may be given"
         " more than once (default: all)",
+        many=True,
     )
-    add("--newest", metavar="N", type=_count, help="only the newest (default: all in the span)")
-    add("--json", metavar="FILE|-", help="write them as JSON; - for standard output alone")
+    add("--newest N", "only the newest (default: all in the span)", count("number", 1))
+    add("--json FILE|-", "write them as JSON; - for standard output alone")
     check = actions.add_parser(
         "check", help="read everything and say what is there", allow_abbrev=False
     )
@@ -95,32 +82,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "copy", help="copy a file of SQLite, also while the loop writes to it", allow_abbrev=False
     )
     _add_history(copy)
-    copy.add_argument(
-        "-o", "--output", metavar="FILE", type=Path, required=True, help="the copy, a new file"
-    )
+    adder(copy)("-o, --output FILE", "the copy, a new file", Path, required=True)
 
 
 def _add_history(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("history", metavar="HISTORY", help="file, URL, or MACHINE.toml")
-    parser.add_argument(
-        "--password-file",
-        metavar="FILE",
-        type=Path,
-        help="file with the password that the database of a URL asks for",
+    adder(parser)("history HISTORY", "file, URL, or MACHINE.toml")
+    adder(parser)(
+        "--password-file FILE", "file with the password that the database of a URL asks for", Path
     )
 
 
 def _add_span(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument
+    add = adder(parser)
     zone = "without a zone it is this computer's"
-    add("--from", dest="first", metavar="TIME", type=_moment, help=f"begin; {zone}")
-    add("--to", dest="last", metavar="TIME", type=_moment, help=f"end, not included; {zone}")
+    add("--from TIME", f"begin; {zone}", _moment, dest="first")
+    add("--to TIME", f"end, not included; {zone}", _moment, dest="last")
     add(
-        "--last",
+        "--last TIME",
+        "so long before the end of the history, such as 90min or 8h",
+        positive_seconds,
         dest="length_s",
-        metavar="TIME",
-        type=positive_seconds,
-        help="so long before the end of the history, such as 90min or 8h",
     )
 
 
@@ -141,9 +122,7 @@ def _address_of(text: str, password_file: Path | None) -> tuple[str, str]:
         return text, read_secret(password_file, where="--password-file").reveal()
     if password_file is not None:
         raise ConfigurationError(
-            "a password belongs to the URL of a database",
-            where="--password-file",
-            remedy="Leave it out: a file has none, and a configuration names its own",
+            "option_belongs_to", place=Place(key="--password-file"), what="the URL of a database"
         )
     if text.casefold().endswith(".toml"):
         machine = read_machine(text)
@@ -159,15 +138,13 @@ def _span(
     if arguments.length_s is not None:
         if first is not None or last is not None:
             raise ConfigurationError(
-                "a span has either ends or a length",
-                where="--last",
-                remedy="Leave --from and --to out, or --last",
+                "options_exclude", place=Place(key="--last"), one="--last", other="--from, --to"
             )
         whole = reader.span()
         if whole is not None:
             first = whole[1] - timedelta(seconds=arguments.length_s)
     if first is not None and last is not None and first >= last:
-        raise ConfigurationError("the span ends before it begins", where="--from, --to")
+        raise ConfigurationError("span_ends_before_it_begins", place=Place(key="--from, --to"))
     return first, last
 
 
@@ -175,7 +152,7 @@ def _export(arguments: argparse.Namespace, url: str, password: str) -> None:
     output: Path = arguments.output
     if output.suffix.casefold() not in {".parquet", ".csv"}:
         raise ConfigurationError(
-            "the name tells no format", where=str(output), remedy="End it in .parquet or .csv"
+            "history_suffix", place=Place(file=str(output), key="--output"), suffix=output.suffix
         )
     with HistoryReader(url, password) as reader, Progress() as progress:
         first, last = _span(arguments, reader)

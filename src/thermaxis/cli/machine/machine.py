@@ -9,8 +9,9 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
 from thermaxis.cli._progress import Progress
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Secret, SystemClock
 from thermaxis.runtime.host import read_secret
@@ -64,40 +65,36 @@ def _watchdog(text: str) -> float:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
-    add("--list", action="store_true", help="show the scenarios and what the machine shows, end")
-    add("--scenario", metavar="NAME", help="what the machine does (default: day; see --list)")
-    add("--seed", metavar="N", type=int, default=1, help="seed of hall and noise (default: 1)")
+    add = adder(parser)
+    add("--list", "show the scenarios and what the machine shows, end", bool)
+    add("--scenario NAME", "what the machine does (default: day; see --list)")
+    add("--seed N", "seed of hall and noise (default: 1)", int, default=1)
     add(
-        "--fault",
-        metavar="SENTENCE",
-        action="append",
-        default=[],
-        help='what goes wrong, such as "stuck T_spindle_C at 2h for 10min"; may be given more than'
-        " once",
+        "--fault SENTENCE",
+        'what goes wrong, such as "stuck T_spindle_C at 2h for 10min"; may be given more than once',
+        many=True,
     )
-    log = parser.add_argument_group("write a log instead of serving").add_argument
-    log("--log", metavar="TIME|all", type=_length, help="length of the log, such as 8h")
-    log("-o", "--output", metavar="FILE", type=Path, help="the log, .csv or .parquet")
-    log("--every", metavar="TIME", type=_time, help="time between rows (default: 10s)")
-    log("--truth", action="store_true", help="the true displacements beside the measured ones")
-    serve = parser.add_argument_group("serve by OPC UA").add_argument
-    serve("--address", metavar="A", help="this computer's own address (default: 127.0.0.1)")
-    serve("--port", metavar="N", type=int, help="port; 0 for a free one (default: 4840)")
-    serve("--speed", metavar="F", type=float, help="times faster than real time (default: 1)")
-    serve("--stop-after", metavar="TIME", type=_time, help="end by itself (default: never)")
-    serve("--certificate", metavar="FILE", type=Path, help="sign and encrypt with it")
-    serve("--private-key", metavar="FILE", type=Path, help="key of the certificate")
-    serve("--user", metavar="NAME", help="the only user that is let in")
-    serve("--password-file", metavar="FILE", type=Path, help="file with the user's password")
+    log = adder(parser.add_argument_group("write a log instead of serving"))
+    log("--log TIME|all", "length of the log, such as 8h", _length)
+    log("-o, --output FILE", "the log, .csv or .parquet", Path)
+    log("--every TIME", "time between rows (default: 10s)", _time)
+    log("--truth", "the true displacements beside the measured ones", bool)
+    serve = adder(parser.add_argument_group("serve by OPC UA"))
+    serve("--address A", "this computer's own address (default: 127.0.0.1)")
+    serve("--port N", "port; 0 for a free one (default: 4840)", int)
+    serve("--speed F", "times faster than real time (default: 1)", float)
+    serve("--stop-after TIME", "end by itself (default: never)", _time)
+    serve("--certificate FILE", "sign and encrypt with it", Path)
+    serve("--private-key FILE", "key of the certificate", Path)
+    serve("--user NAME", "the only user that is let in")
+    serve("--password-file FILE", "file with the user's password", Path)
     serve(
-        "--watchdog",
-        metavar="TIME|off",
-        type=_watchdog,
-        help="without a moved heartbeat the offset goes to zero (default: 2s)",
+        "--watchdog TIME|off",
+        "without a moved heartbeat the offset goes to zero (default: 2s)",
+        _watchdog,
     )
-    serve("--rate", metavar="UM_S", type=float, help="rate of the offset in um/s (default: 2)")
-    serve("--clamp", metavar="UM", type=float, help="largest offset in um (default: 400)")
+    serve("--rate UM_S", "rate of the offset in um/s (default: 2)", float)
+    serve("--clamp UM", "largest offset in um (default: 400)", float)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -137,11 +134,12 @@ def _check_options(arguments: argparse.Namespace) -> None:
     for name, option in foreign.items():
         value = getattr(arguments, name)
         if value is not None and value is not False:
-            why = "a log is written without a server" if logging else "this belongs to --log"
-            raise ConfigurationError(why, where=option, remedy="Leave it out")
+            raise ConfigurationError(
+                "option_belongs_to", place=Place(key=option), what="serving" if logging else "--log"
+            )
     if logging and arguments.output is None:
         raise ConfigurationError(
-            "the log has no file", where="--log", remedy="Give -o log.parquet or -o log.csv"
+            "option_needs", place=Place(key="--log"), option="--log", needed="--output"
         )
     if logging:
         check_log_name(arguments.output)

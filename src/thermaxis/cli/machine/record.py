@@ -10,8 +10,9 @@ from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
 from thermaxis.cli.thermal._thermal_logs import positive_seconds
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.report.tables import text_table
 from thermaxis.runtime import (
@@ -40,21 +41,17 @@ def _duration(text: str) -> float:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
-    add("configuration", metavar="RECORD.toml", type=Path, help="servers, nodes, rates (TOML)")
-    add("-o", "--output", metavar="FOLDER", type=Path, help="where the logs are written")
+    add = adder(parser)
+    add("configuration RECORD.toml", "servers, nodes, rates (TOML)", Path)
+    add("-o, --output FOLDER", "where the logs are written", Path)
     add(
-        "--for",
+        "--for TIME",
+        "end after so long: a number of seconds, or with min or h (default: when interrupted)",
+        _duration,
         dest="duration",
-        metavar="TIME",
-        type=_duration,
-        help="end after so long: a number of seconds, or with min or h (default: when interrupted)",
     )
     add(
-        "--try",
-        dest="only_try",
-        action="store_true",
-        help="read every node once, show what it says, and write nothing",
+        "--try", "read every node once, show what it says, and write nothing", bool, dest="only_try"
     )
 
 
@@ -62,9 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Record."""
     if (arguments.output is None) != bool(arguments.only_try):
         raise ConfigurationError(
-            "nothing is written by --try" if arguments.only_try else "no folder is named",
-            where="--output",
-            remedy="Leave one of them out" if arguments.only_try else "Write -o FOLDER, or --try",
+            "either_option", place=Place(key="--output"), one="--output", other="--try"
         )
     settings = read_record(arguments.configuration)
     if arguments.only_try:
@@ -80,11 +75,7 @@ def _record(settings: RecordSettings, folder: Path, duration_s: float | None) ->
     for line in _summary(summary):
         sys.stdout.write(f"{line}\n")
     if summary.error:
-        raise DataError(
-            f"the last rows could not be written ({summary.error})",
-            where=str(folder),
-            remedy="Make room on the disk, and record again",
-        )
+        raise DataError("rows_not_written", place=Place(file=str(folder)), cause=summary.error)
     return 0
 
 

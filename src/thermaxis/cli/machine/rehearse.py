@@ -6,7 +6,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine._machine_parts import loop_settings
+from thermaxis.codes import Place
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.messages import sentence, sentence_of
@@ -49,27 +51,23 @@ MOST_HOURS = 24.0 * 14
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
-    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
-    add("--scenario", default="verification", metavar="NAME", help="what the lathe does")
-    add("--seed", type=int, default=1, metavar="N", help="seed of hall and noise")
-    add("--hours", type=float, metavar="H", help="for how long (default: the scenario's length)")
+    add = adder(parser)
+    add("configuration MACHINE.toml", "the machine (TOML)", Path)
+    add("--scenario NAME", "what the lathe does", default="verification")
+    add("--seed N", "seed of hall and noise", int, default=1)
+    add("--hours H", "for how long (default: the scenario's length)", float)
     add(
-        "--diameter",
-        metavar="MM",
-        type=float,
-        help="clamping diameter of the workpiece (default: none, the tool centre point)",
+        "--diameter MM",
+        "clamping diameter of the workpiece (default: none, the tool centre point)",
+        float,
     )
     add(
-        "--fault",
-        metavar="SENTENCE",
-        action="append",
-        default=[],
-        help='what goes wrong, such as "stuck T_spindle_C at 2h for 10min"; may be given more than'
-        " once",
+        "--fault SENTENCE",
+        'what goes wrong, such as "stuck T_spindle_C at 2h for 10min"; may be given more than once',
+        many=True,
     )
-    add("-o", "--output", metavar="FILE", type=Path, help="true displacements and states, as CSV")
-    add("--history", metavar="FILE", type=Path, help="record every cycle into this new SQLite file")
+    add("-o, --output FILE", "true displacements and states, as CSV", Path)
+    add("--history FILE", "record every cycle into this new SQLite file", Path)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -78,23 +76,23 @@ def run(arguments: argparse.Namespace) -> int:
     foreign = [c for c in configuration.compensation.model.channels if c not in SENSORS]
     if foreign or len(configuration.outputs) != 1:
         raise ConfigurationError(
-            f"the virtual lathe has no {', '.join(foreign)}"
-            if foreign
-            else "the virtual lathe has one offset; the configuration has more outputs",
-            where=str(arguments.configuration),
-            remedy=f"Its channels are {', '.join(SENSORS)}",
+            "not_the_lathes",
+            place=Place(file=str(arguments.configuration)),
+            channels=", ".join(foreign),
+            outputs=len(configuration.outputs),
+            known=", ".join(SENSORS),
         )
     faults = [parse_fault(text, FAULTY) for text in arguments.fault]
     lathe = VirtualLathe(arguments.scenario, arguments.seed, None, faults)
     endless = lathe.scenario.endless
     hours = arguments.hours or (24.0 if endless else lathe.scenario.duration_s / 3600.0)
     if not 0.0 < hours <= MOST_HOURS:
-        raise ConfigurationError(f"not from more than 0 to {MOST_HOURS:g}", where="--hours")
+        raise ConfigurationError(
+            "outside_range", place=Place(key="--hours"), value=hours, least=0.0, most=MOST_HOURS
+        )
     if arguments.history is not None and arguments.history.exists():
         raise ConfigurationError(
-            "the file is there already",
-            where=str(arguments.history),
-            remedy="Name a new one: invented cycles must not mix with measured ones",
+            "file_exists", place=Place(file=str(arguments.history), key="--history")
         )
     rehearsal = _Rehearsal(configuration, lathe, arguments.diameter, arguments.history)
     run_in_virtual_time(rehearsal.play(hours))
@@ -152,8 +150,10 @@ class _Rehearsal:
             answer = await loop.submit(request)
             if not answer.accepted:
                 running.cancel()
-                why = sentence_of(answer.message)
-                raise DataError(f"{request.kind} was refused: {why}", where="the loop")
+                sentence_of(answer.message)
+                raise DataError(
+                    "request_refused", request=str(request.kind), cause=sentence_of(answer.message)
+                )
         await running
 
     def _historian(self, clock: Clock) -> Historian:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
 from thermaxis.cli.machine._machine_parts import (
     MachineParts,
     build_metrics,
@@ -16,6 +17,7 @@ from thermaxis.cli.machine._machine_parts import (
     build_status_server,
     loop_settings,
 )
+from thermaxis.codes import Place
 from thermaxis.compensation import Request, RequestKind
 from thermaxis.errors import ConfigurationError
 from thermaxis.messages import sentence, sentence_of
@@ -44,18 +46,20 @@ at once.
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
-    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
-    add("--enable", action="store_true", help="enable it at the start, as an operator would")
-    add("--diameter", type=float, metavar="MM", help="clamping diameter of the workpiece, in mm")
-    add("--cycles", type=int, metavar="N", help="end after so many cycles (default: when told)")
-    add("--quiet", action="store_true", help="print errors only, not every change")
+    add = adder(parser)
+    add("configuration MACHINE.toml", "the machine (TOML)", Path)
+    add("--enable", "enable it at the start, as an operator would", bool)
+    add("--diameter MM", "clamping diameter of the workpiece, in mm", float)
+    add("--cycles N", "end after so many cycles (default: when told)", int)
+    add("--quiet", "print errors only, not every change", bool)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the loop."""
     if arguments.cycles is not None and arguments.cycles < 1:
-        raise ConfigurationError("at least one cycle is needed", where="--cycles")
+        raise ConfigurationError(
+            "not_positive", place=Place(key="--cycles"), value=arguments.cycles
+        )
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # at DEBUG it writes passwords
     configuration = read_machine(arguments.configuration)
     with sole_runner(configuration.state_file, configuration.name):

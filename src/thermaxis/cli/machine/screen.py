@@ -6,6 +6,7 @@ import logging
 import sys
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
 from thermaxis.runtime import SystemClock, read_machine
 from thermaxis.screen import serve
 
@@ -20,9 +21,9 @@ does not notice whether it lives. Ended by Ctrl+C or SIGTERM.
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.description = _DESCRIPTION
-    add = parser.add_argument
-    add("configuration", metavar="MACHINE.toml", type=Path, help="the machine (TOML)")
-    add("--quiet", action="store_true", help="print errors only, not the address")
+    add = adder(parser)
+    add("configuration MACHINE.toml", "the machine (TOML)", Path)
+    add("--quiet", "print errors only, not the address", bool)
 
 
 def run(arguments: argparse.Namespace) -> int:

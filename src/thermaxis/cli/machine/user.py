@@ -6,6 +6,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.runtime import Role, User, check_name, hash_password, read_users, write_users
 
@@ -26,19 +28,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = actions.add_parser(
         "add", help="add a user, or give one another password or role", allow_abbrev=False
     )
-    add.add_argument("file", metavar="USERS.toml", help="file of users; made if it is not there")
-    add.add_argument("name", metavar="NAME", help="name that is given at log-in")
-    add.add_argument("--role", choices=_ROLES, required=True, help="what the user may do")
-    add.add_argument(
+    adder(add)("file USERS.toml", "file of users; made if it is not there")
+    adder(add)("name NAME", "name that is given at log-in")
+    adder(add)("--role", "what the user may do", choices=_ROLES, required=True)
+    adder(add)(
         "--stdin",
-        action="store_true",
-        help="read the password from the first line of standard input instead of asking for it",
+        "read the password from the first line of standard input instead of asking for it",
+        bool,
     )
     remove = actions.add_parser("remove", help="remove a user", allow_abbrev=False)
-    remove.add_argument("file", metavar="USERS.toml", help="file of users")
-    remove.add_argument("name", metavar="NAME", help="name of the user")
+    adder(remove)("file USERS.toml", "file of users")
+    adder(remove)("name NAME", "name of the user")
     listed = actions.add_parser("list", help="show names and roles", allow_abbrev=False)
-    listed.add_argument("file", metavar="USERS.toml", help="file of users")
+    adder(listed)("file USERS.toml", "file of users")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -79,9 +81,10 @@ def _remove(path: Path, name: str) -> None:
     kept = [user for user in users if user.name != name]
     if len(kept) == len(users):
         raise ConfigurationError(
-            f"there is no user {name}",
-            where=str(path),
-            remedy="thermaxis user list shows the names",
+            "unknown_name",
+            place=Place(file=str(path)),
+            name=name,
+            known=", ".join(user.name for user in users),
         )
     write_users(kept, path)
 
@@ -91,12 +94,8 @@ def _password(*, stdin: bool) -> str:
     if stdin:
         return sys.stdin.readline(_LONGEST_LINE).rstrip("\r\n")
     if not sys.stdin.isatty():
-        raise ConfigurationError(
-            "there is no terminal to ask for the password",
-            where="password",
-            remedy="Say --stdin to read it from standard input",
-        )
+        raise ConfigurationError("no_terminal", place=Place(key="--stdin"))
     first = getpass.getpass("Password: ")
     if getpass.getpass("Once more: ") != first:
-        raise ConfigurationError("the two passwords differ", where="password")
+        raise ConfigurationError("passwords_differ")
     return first

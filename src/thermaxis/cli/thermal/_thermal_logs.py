@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
+from thermaxis.cli._arguments import add_mapping, adder, diameter
+from thermaxis.codes import Place
 from thermaxis.compensation import TrainingLog
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_thermal_log
@@ -67,19 +69,13 @@ def positive_seconds(text: str) -> float:
 
 def add_log_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of reading logs."""
-    parser.add_argument(
-        "--mapping",
-        metavar="FILE",
-        type=Path,
-        help="names, units and factors of the columns (TOML); default: the ends of their names",
-    )
-    parser.add_argument(
-        "--reference",
-        metavar="TIME",
-        type=positive_seconds,
-        default=60.0,
-        help="temperatures and displacements count from their mean over this first time of each"
+    add_mapping(parser)
+    adder(parser)(
+        "--reference TIME",
+        "temperatures and displacements count from their mean over this first time of each"
         " log (default: 60 s)",
+        positive_seconds,
+        default=60.0,
     )
 
 
@@ -149,56 +145,11 @@ def measured_output(text: str) -> MeasuredOutput:
     return MeasuredOutput(channel, output, diameter(diameter_word))
 
 
-def diameter(text: str) -> float:
-    """Return a workpiece diameter as it is written on the command line."""
-    try:
-        found = float(text)
-    except ValueError:
-        found = -1.0
-    if not 0.0 <= found <= 1e6:
-        raise argparse.ArgumentTypeError(f"'{text}' is no diameter in mm, such as 1500")
-    return found
-
-
-def check_written(
-    written: Sequence[tuple[str, Path | str | None]], read: Sequence[Path | None]
-) -> None:
-    """Check that no output overwrites what is read, or another output."""
-    files = [(option, Path(name)) for option, name in written if name is not None and name != "-"]
-    for number, (option, path) in enumerate(files):
-        if any(other is not None and _same(path, other) for other in read):
-            raise ConfigurationError(
-                "this would overwrite a file that is read",
-                where=f"{option} {path}",
-                remedy="Name another file",
-            )
-        if any(_same(path, other) for _, other in files[:number]):
-            raise ConfigurationError(
-                "two outputs have one name",
-                where=f"{option} {path}",
-                remedy="Give every output a name of its own",
-            )
-
-
-def check_csv_name(path: Path) -> None:
-    """Check that a log that is written as CSV is not named as another format."""
-    if path.suffix.lower() in {".parquet", ".xlsx", ".mat", ".tdms", ".json"}:
-        raise ConfigurationError(
-            "a thermal log is written as CSV", where=str(path), remedy="End the name in .csv"
-        )
-
-
-def _same(one: Path, other: Path) -> bool:
-    if one.exists() and other.exists():
-        return one.samefile(other)
-    return one.absolute() == other.absolute()
-
-
 def rows_of_span(logs: Sequence[ThermalLog], part: Span) -> tuple[int, int]:
     """Return a span as rows of the only log."""
     if len(logs) > 1:
         raise ConfigurationError(
-            "a span is of one log, and there are several", where=f"--span {part.text}"
+            "span_of_several_logs", place=Place(key=f"--span {part.text}"), logs=len(logs)
         )
     log = logs[0]
     if part.in_seconds:
@@ -209,7 +160,7 @@ def rows_of_span(logs: Sequence[ThermalLog], part: Span) -> tuple[int, int]:
         first, last, _ = slice(int(part.first or 0), last_row).indices(log.rows)
     if first >= last:
         raise ConfigurationError(
-            f"no row lies in the span: the log has {log.rows} rows", where=f"--span {part.text}"
+            "span_without_rows", place=Place(key=f"--span {part.text}"), rows=log.rows
         )
     return first, last
 

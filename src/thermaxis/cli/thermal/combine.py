@@ -4,8 +4,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from thermaxis.cli.thermal._thermal_logs import check_written
-from thermaxis.codes import printable
+from thermaxis.cli._arguments import adder
+from thermaxis.cli._outputs import check_outputs
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import read_model, write_model
 from thermaxis.thermal import combine_models, parse_gain
@@ -13,27 +14,25 @@ from thermaxis.thermal import combine_models, parse_gain
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
-    add("models", metavar="MODEL", type=Path, nargs="+", help="compensation models (JSON)")
+    add = adder(parser)
+    add("models MODEL", "compensation models (JSON)", Path, nargs="+")
     add(
-        "--gain",
-        metavar="NAME=MM:G,...",
-        action="append",
-        default=[],
-        help="gain of a part, or of all parts of a model named by its file, by clamping diameter:"
+        "--gain NAME=MM:G,...",
+        "gain of a part, or of all parts of a model named by its file, by clamping diameter:"
         " table=0:1,1500:1.6,3000:2.2; tcp:1 states it for the tool centre point (default 1)",
+        many=True,
     )
-    add("-o", "--output", metavar="M.json", type=Path, required=True, help="the superposed model")
+    add("-o, --output M.json", "the superposed model", Path, required=True)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Combine and write."""
     paths: list[Path] = arguments.models
     output: Path = arguments.output
-    check_written([("--output", output)], paths)
+    check_outputs([("--output", output)], paths)
     gains = dict(parse_gain(text) for text in arguments.gain)
     if len(gains) < len(arguments.gain):
-        raise ConfigurationError("two gains name the same part", where="--gain")
+        raise ConfigurationError("two_gains_of_one_part", place=Place(key="--gain"))
     model = combine_models([(path.stem, read_model(path)) for path in paths], gains)
     write_model(model, output)
     for entry in model.outputs:

@@ -5,11 +5,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from thermaxis import __version__
+from thermaxis.cli._arguments import add_json, adder
 from thermaxis.cli._json import show
+from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
-    check_written,
     measured_output,
     read_logs,
     remarks_of,
@@ -24,24 +25,23 @@ from thermaxis.thermal import ThermalLog, Verification, verify
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
-    add("files", metavar="MODEL", type=Path, nargs="+", help="compensation models (JSON)")
-    add("log", metavar="LOG", type=Path, help="a test that none of them was made from")
+    add = adder(parser)
+    add("files MODEL", "compensation models (JSON)", Path, nargs="+")
+    add("log LOG", "a test that none of them was made from", Path)
     add(
-        "--measured",
-        metavar="CHANNEL[=OUTPUT[@MM]]",
-        type=measured_output,
-        action="append",
-        help="measured channel, the models' output it is compared with, and the workpiece diameter"
+        "--measured CHANNEL[=OUTPUT[@MM]]",
+        "measured channel, the models' output it is compared with, and the workpiece diameter"
         " (default: channels named as the outputs)",
+        measured_output,
+        action="append",
     )
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
+    add_json(parser)
     add_log_options(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Compare and show."""
-    check_written(
+    check_outputs(
         [("--json", arguments.json)], [*arguments.files, arguments.log, arguments.mapping]
     )
     with Progress() as progress:

@@ -2,13 +2,14 @@
 
 import argparse
 from collections.abc import Sequence
-from datetime import date
 from pathlib import Path
 
 import numpy as np
 
 from thermaxis import __version__, report
+from thermaxis.cli._arguments import add_json, add_report, adder, day
 from thermaxis.cli._json import show
+from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._identification_result import (
     described,
@@ -16,13 +17,12 @@ from thermaxis.cli.thermal._identification_result import (
 from thermaxis.cli.thermal._thermal_logs import (
     ReadLog,
     add_log_options,
-    check_written,
     positive_seconds,
     read_logs,
     remarks_of,
     span,
 )
-from thermaxis.codes import printable
+from thermaxis.codes import Place
 from thermaxis.compensation import Provenance
 from thermaxis.errors import ConfigurationError, DataError
 from thermaxis.files import write_model
@@ -74,89 +74,57 @@ def _joint(text: str) -> tuple[str, dict[str, float | None]]:
     return part.strip(), found
 
 
-def _date(text: str) -> str:
-    try:
-        return date.fromisoformat(text).isoformat()
-    except ValueError:
-        raise argparse.ArgumentTypeError("a date such as 2026-03-31 is expected") from None
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
+    add = adder(parser)
     add(
-        "logs",
-        metavar="LOG",
-        type=Path,
+        "logs LOG",
+        "calibration tests, each an experiment of its own: CSV, Parquet, .xlsx, .mat or .tdms",
+        Path,
         nargs="+",
-        help="calibration tests, each an experiment of its own: CSV, Parquet, .xlsx, .mat or .tdms",
     )
     add(
-        "--output",
-        metavar="CHANNEL",
+        "--output CHANNEL",
+        "measured displacement, such as Z_um; may be given more than once",
         action="append",
         required=True,
-        help="measured displacement, such as Z_um; may be given more than once",
     )
     add(
-        "--input",
-        metavar="NAME=CHANNEL[-CHANNEL]",
-        action="append",
-        default=[],
-        help="an input: a channel or the difference of two, such as"
+        "--input NAME=CHANNEL[-CHANNEL]",
+        "an input: a channel or the difference of two, such as"
         " spindle=T_spindle_c-T_column_c; may be given more than once",
+        many=True,
     )
     add(
-        "--candidates",
-        metavar="PATTERN",
-        action="append",
-        default=[],
-        help='channels among which the selection chooses, such as "t*_C"',
+        "--candidates PATTERN",
+        'channels among which the selection chooses, such as "t*_C"',
+        many=True,
     )
+    add("--span A:B", "rows (0:6669, the last one not included) or times (0:8h) of each log", span)
     add(
-        "--span",
-        metavar="A:B",
-        type=span,
-        help="rows (0:6669, the last one not included) or times (0:8h) of each log",
-    )
-    add(
-        "--sample-time",
-        metavar="S",
-        type=positive_seconds,
-        help="take means over so much time first (default: the logs' own step)",
+        "--sample-time S",
+        "take means over so much time first (default: the logs' own step)",
+        positive_seconds,
     )
     add(
         "--method",
+        "estimator: gains and lags that are always stable (default), or the paper's output"
+        " error or ARX",
         choices=("modal", "oe", "arx"),
         default="modal",
-        help="estimator: gains and lags that are always stable (default), or the paper's output"
-        " error or ARX",
     )
+    add("--orders NA,NB,NK", "orders of oe and arx (default: searched up to four)", _orders)
     add(
-        "--orders",
-        metavar="NA,NB,NK",
-        type=_orders,
-        help="orders of oe and arx (default: searched up to four)",
-    )
-    add(
-        "--joint",
-        metavar="PART=CHANNEL@MM,...",
-        type=_joint,
-        help="estimate the gain of a part by workpiece diameter together with the parts, from"
+        "--joint PART=CHANNEL@MM,...",
+        "estimate the gain of a part by workpiece diameter together with the parts, from"
         " displacements at several diameters: table=Z_D0_um@0,Z_D3000_um@3000; --output then names"
         " the model's output",
+        _joint,
     )
-    add("--model", metavar="OUT.json", type=Path, help="write the compensation model")
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
-    add(
-        "--report",
-        metavar="FILE",
-        type=Path,
-        action="append",
-        default=[],
-        help="write the report, .pdf or .html; may be given more than once",
-    )
-    add("--date", metavar="YYYY-MM-DD", type=_date, help="date, kept in the model")
+    add("--model OUT.json", "write the compensation model", Path)
+    add_json(parser)
+    add_report(parser)
+    add("--date YYYY-MM-DD", "date, kept in the model", day)
     add_log_options(parser)
 
 
@@ -220,9 +188,7 @@ def _identified(
     """Call the estimator that was asked for."""
     if not arguments.candidates and not (records.highest_k > records.lowest_k).any():
         raise DataError(
-            "no input ever changes",
-            where=", ".join(log.where for log in logs[:3]),
-            remedy="Check the sensors, or name other channels",
+            "no_input_changes", place=Place(file=", ".join(log.where for log in logs[:3]))
         )
     if arguments.joint is not None:
         return identify_joint(records, arguments.output[0], *arguments.joint)
@@ -236,12 +202,8 @@ def _identified(
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
     if not arguments.input and not arguments.candidates:
-        raise ConfigurationError(
-            "no input is named",
-            where="--input, --candidates",
-            remedy='Write --input spindle=T_spindle_c-T_column_c, or --candidates "T*_c"',
-        )
-    check_written(
+        raise ConfigurationError("no_input_named", place=Place(key="--input"))
+    check_outputs(
         [
             ("--model", arguments.model),
             ("--json", arguments.json),
@@ -251,11 +213,10 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     )
     alone = len(arguments.output) == 1 and arguments.method == "modal" and not arguments.candidates
     if arguments.joint is not None and not alone:
-        raise ConfigurationError(
-            "joint gains are for one output, the method modal and named inputs", where="--joint"
-        )
-    if len(set(arguments.output)) < len(arguments.output):
-        raise ConfigurationError("an output is named twice", where="--output")
+        raise ConfigurationError("joint_gains_need_one_output", place=Place(key="--joint"))
+    twice = next((n for n in arguments.output if arguments.output.count(n) > 1), None)
+    if twice is not None:
+        raise ConfigurationError("stated_twice", place=Place(key="--output"), name=twice)
 
 
 def _check_logs(
@@ -268,25 +229,21 @@ def _check_logs(
     for log in logs:
         if log.rows < _FEWEST_ROWS:
             raise DataError(
-                "the log has a single row, or a single mean",
-                where=log.where,
-                remedy="Give a test of some hours, a longer span, or a shorter sample time",
+                "too_few_rows", place=Place(file=log.where), rows=log.rows, needed=_FEWEST_ROWS
             )
         step_s = _step_of_values(log)
         if arguments.sample_time is not None and arguments.sample_time < _SHORTEST_STEP * step_s:
             raise ConfigurationError(
-                f"{arguments.sample_time:g} s is shorter than the time between the rows of"
-                f" {log.where}, {step_s:g} s",
-                where="--sample-time",
-                remedy="Leave it out, or give a longer time",
+                "sample_time_too_short",
+                place=Place(file=log.where, key="--sample-time"),
+                sample_time_s=arguments.sample_time,
+                step_s=step_s,
             )
     measured = {name.casefold() for name in outputs}
     for definition in inputs:
         if any(channel.casefold() in measured for channel in definition.channels):
             raise ConfigurationError(
-                f"the input {printable(definition.name, 40)} is made of a measured displacement",
-                where="--input",
-                remedy="Name temperatures: displacements are not there when the machine works",
+                "input_is_displacement", place=Place(key="--input"), name=definition.name
             )
 
 
@@ -305,11 +262,7 @@ def _check_twice(entries: Sequence[ReadLog]) -> None:
     for entry in entries:
         key = (entry.training.sha256, entry.training.first_row, entry.training.rows)
         if key in seen:
-            raise ConfigurationError(
-                "the same log is given twice: it would count as two experiments",
-                where=entry.training.name,
-                remedy="Give it once",
-            )
+            raise ConfigurationError("same_log_twice", place=Place(file=entry.training.name))
         seen.add(key)
 
 
@@ -345,9 +298,10 @@ def _inputs(
         ]
         if not names:
             raise ConfigurationError(
-                "no channel fits the pattern",
-                where=f"--candidates {printable(pattern, 60)}",
-                remedy=f"Channels are {', '.join(list(logs[0].columns)[:12])}",
+                "no_channel_fits",
+                place=Place(key="--candidates"),
+                pattern=pattern,
+                known=", ".join(list(logs[0].columns)[:12]),
             )
         known = {definition.name for definition in found}
         found += [InputDefinition(name, name) for name in names if name not in known]

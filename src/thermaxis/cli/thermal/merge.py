@@ -4,8 +4,10 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli._arguments import add_mapping, adder
+from thermaxis.cli._outputs import check_csv_name, check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.thermal._thermal_logs import check_csv_name, check_written, read_logs
+from thermaxis.cli.thermal._thermal_logs import read_logs
 from thermaxis.codes import printable
 from thermaxis.files import write_thermal_log
 from thermaxis.thermal import merge_logs
@@ -21,38 +23,30 @@ def _common(text: str) -> tuple[str, str]:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
-    add("first", metavar="A", type=Path, help="log whose clock holds")
-    add("second", metavar="B", type=Path, help="log of the other recorder")
-    add("-o", "--output", metavar="LOG.csv", type=Path, required=True, help="the joined log")
+    add = adder(parser)
+    add("first A", "log whose clock holds", Path)
+    add("second B", "log of the other recorder", Path)
+    add("-o, --output LOG.csv", "the joined log", Path, required=True)
     add(
-        "--shift",
-        metavar="S",
-        type=float,
-        help="seconds that are added to B's clock (default: found from channels in both logs; else"
+        "--shift S",
+        "seconds that are added to B's clock (default: found from channels in both logs; else"
         " the times of day)",
+        float,
     )
     add(
-        "--common",
-        metavar="CHANNEL[=CHANNEL]",
-        type=_common,
-        action="append",
-        default=[],
-        help="channels of A and B that measure the same, for the search of the shift",
+        "--common CHANNEL[=CHANNEL]",
+        "channels of A and B that measure the same, for the search of the shift",
+        _common,
+        many=True,
     )
-    add(
-        "--mapping",
-        metavar="FILE",
-        type=Path,
-        help="names, units and factors of the columns (TOML); default: the ends of their names",
-    )
+    add_mapping(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Join and write."""
     output: Path = arguments.output
     check_csv_name(output)
-    check_written([("--output", output)], [arguments.first, arguments.second, arguments.mapping])
+    check_outputs([("--output", output)], [arguments.first, arguments.second, arguments.mapping])
     with Progress() as progress:
         progress("reading", 0, 0)
         a, b = read_logs([arguments.first, arguments.second], mapping=arguments.mapping)

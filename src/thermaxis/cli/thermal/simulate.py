@@ -4,15 +4,10 @@ import argparse
 import sys
 from pathlib import Path
 
+from thermaxis.cli._arguments import adder, diameter
+from thermaxis.cli._outputs import check_csv_name, check_outputs
 from thermaxis.cli._progress import Progress
-from thermaxis.cli.thermal._thermal_logs import (
-    add_log_options,
-    check_csv_name,
-    check_written,
-    diameter,
-    read_logs,
-    remarks_of,
-)
+from thermaxis.cli.thermal._thermal_logs import add_log_options, read_logs, remarks_of
 from thermaxis.codes import printable
 from thermaxis.compensation import Outcome
 from thermaxis.files import read_model, write_thermal_log
@@ -24,17 +19,12 @@ _LEAST_BEYOND = 0.01  # of the width of the training range: less is noise of the
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
-    add("model", metavar="MODEL", type=Path, help="compensation model (JSON)")
-    add("log", metavar="LOG", type=Path, help="thermal log: CSV, Parquet, .xlsx, .mat or .tdms")
-    add("-o", "--output", metavar="OUT.csv", type=Path, required=True, help="the simulated log")
-    add(
-        "--diameter",
-        metavar="MM",
-        type=diameter,
-        help="clamping diameter (default: the tool centre)",
-    )
-    add("--contributions", action="store_true", help="a column for every part as well")
+    add = adder(parser)
+    add("model MODEL", "compensation model (JSON)", Path)
+    add("log LOG", "thermal log: CSV, Parquet, .xlsx, .mat or .tdms", Path)
+    add("-o, --output OUT.csv", "the simulated log", Path, required=True)
+    add("--diameter MM", "clamping diameter (default: the tool centre)", diameter)
+    add("--contributions", "a column for every part as well", bool)
     add_log_options(parser)
 
 
@@ -42,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Simulate and write."""
     output: Path = arguments.output
     check_csv_name(output)
-    check_written([("--output", output)], [arguments.model, arguments.log, arguments.mapping])
+    check_outputs([("--output", output)], [arguments.model, arguments.log, arguments.mapping])
     with Progress() as progress:
         progress("reading", 0, 0)
         model = read_model(arguments.model)

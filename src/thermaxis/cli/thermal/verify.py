@@ -4,11 +4,12 @@ import argparse
 from pathlib import Path
 
 from thermaxis import report
+from thermaxis.cli._arguments import add_json, add_report, adder
 from thermaxis.cli._json import show
+from thermaxis.cli._outputs import check_outputs
 from thermaxis.cli._progress import Progress
 from thermaxis.cli.thermal._thermal_logs import (
     add_log_options,
-    check_written,
     measured_output,
     read_logs,
     remarks_of,
@@ -17,7 +18,7 @@ from thermaxis.cli.thermal._thermal_logs import (
     span,
 )
 from thermaxis.cli.thermal._verification_result import described
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.compensation import Limits
 from thermaxis.errors import ConfigurationError
 from thermaxis.files import model_sha256, read_correction_limits, read_model
@@ -26,51 +27,35 @@ from thermaxis.thermal import ThermalLog, verify
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
-    add = parser.add_argument
-    add("model", metavar="MODEL", type=Path, help="compensation model (JSON)")
+    add = adder(parser)
+    add("model MODEL", "compensation model (JSON)", Path)
+    add("logs LOG", "independent tests: CSV, Parquet, .xlsx, .mat or .tdms", Path, nargs="+")
     add(
-        "logs",
-        metavar="LOG",
-        type=Path,
-        nargs="+",
-        help="independent tests: CSV, Parquet, .xlsx, .mat or .tdms",
-    )
-    add(
-        "--measured",
-        metavar="CHANNEL[=OUTPUT[@MM]]",
-        type=measured_output,
-        action="append",
-        help="measured channel, the model's output it is compared with, and the workpiece diameter"
+        "--measured CHANNEL[=OUTPUT[@MM]]",
+        "measured channel, the model's output it is compared with, and the workpiece diameter"
         " (default: channels named as the outputs)",
-    )
-    add(
-        "--span",
-        metavar="A:B",
-        type=span,
-        help="rows (0:6669) or times (0:8h) that count in the figures; the free run begins at the"
-        " first row all the same",
-    )
-    add(
-        "--limits",
-        metavar="FILE",
-        type=Path,
-        help="limits of the correction (TOML): adds the figures with the limited correction",
-    )
-    add("--json", metavar="FILE|-", help="write the result as JSON; - for standard output alone")
-    add(
-        "--report",
-        metavar="FILE",
-        type=Path,
+        measured_output,
         action="append",
-        default=[],
-        help="write the report, .pdf or .html; may be given more than once",
     )
+    add(
+        "--span A:B",
+        "rows (0:6669) or times (0:8h) that count in the figures; the free run begins at the"
+        " first row all the same",
+        span,
+    )
+    add(
+        "--limits FILE",
+        "limits of the correction (TOML): adds the figures with the limited correction",
+        Path,
+    )
+    add_json(parser)
+    add_report(parser)
     add_log_options(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Verify, show and write."""
-    check_written(
+    check_outputs(
         [("--json", arguments.json), *(("--report", path) for path in arguments.report)],
         [arguments.model, *arguments.logs, arguments.mapping, arguments.limits],
     )
@@ -111,8 +96,9 @@ def _limits(path: Path | None, outputs: list[str]) -> dict[str, Limits]:
     for name in limits:
         if name not in outputs:
             raise ConfigurationError(
-                f"the model has no output {printable(name, 40)}",
-                where=str(path),
-                remedy=f"Its outputs are {', '.join(outputs)}",
+                "unknown_name",
+                place=Place(file=str(path), key=name),
+                name=name,
+                known=", ".join(outputs),
             )
     return limits

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.positioning import UncertaintyBudget
@@ -55,9 +56,10 @@ def _check_name(path: Path, table: str, key: str | None, kind: AxisKind) -> None
     if table in other and (key is None or key in other[table]):
         there = AxisKind.ROTARY if kind is AxisKind.LINEAR else AxisKind.LINEAR
         raise ConfigurationError(
-            f"{name} belongs to a {there} axis, and this axis is {kind}",
-            where=str(path),
-            remedy="Leave it out, or give the budget of this axis",
+            "key_of_other_axis",
+            place=Place(file=str(path), key=name),
+            kind=str(there),
+            axis=str(kind),
         )
     listed = known if key is None else [f"{table}.{k}" for k in known[table]]
     raise unknown_key(path, name, listed)
@@ -67,9 +69,7 @@ def _number(path: Path, name: str, value: object) -> float:
     number = value if isinstance(value, int | float) and not isinstance(value, bool) else -1.0
     if not 0.0 <= number < _LARGEST:
         raise ConfigurationError(
-            f"{name} is not a number from zero",
-            where=str(path),
-            remedy=f"Write it in the unit that the key names, such as {name.split('.')[1]} = 0.5",
+            "not_a_number_from_zero", place=Place(file=str(path), key=name), text=str(value)
         )
     return float(number)
 
@@ -105,11 +105,9 @@ def read_budget(path: Path, kind: AxisKind) -> UncertaintyBudget:
     if not values.keys() - {"expansion_coefficient_ppm_per_k", "largest_difference_to_20_c_k"}:
         example = "expanded_uncertainty_" + kind.units.deviation_suffix
         raise ConfigurationError(
-            "no term of the uncertainty is stated",
-            where=str(path),
-            remedy=f"Write a table [device] with a line such as {example} = 0.5",
+            "budget_without_terms", place=Place(file=str(path)), example=example
         )
     try:
         return UncertaintyBudget(**values)
     except ConfigurationError as error:
-        raise ConfigurationError(error.what, where=str(path), remedy=error.remedy) from None
+        raise error.at(Place(file=str(path))) from None

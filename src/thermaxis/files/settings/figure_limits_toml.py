@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.positioning import FIGURE_KEYS
@@ -66,9 +67,7 @@ def _numbers(
         number = value if isinstance(value, int | float) and not isinstance(value, bool) else 0.0
         if not 0.0 < number < _LARGEST:
             raise ConfigurationError(
-                f"{table}.{key} is not a positive number",
-                where=str(path),
-                remedy=f"Write it in {kind.units.deviation}, such as {key} = 12.0",
+                "not_positive", place=Place(file=str(path), key=f"{table}.{key}"), value=str(value)
             )
         numbers[known[key]] = float(number)
     return MappingProxyType({key: numbers[key] for key in FIGURE_KEYS if key in numbers})
@@ -78,9 +77,10 @@ def _decision_rule(path: Path, value: object) -> DecisionRule:
     choices = [str(rule) for rule in DecisionRule]
     if not isinstance(value, str) or value not in choices:
         raise ConfigurationError(
-            "limits.decision_rule is not a known rule",
-            where=str(path),
-            remedy=f"Choose one of {', '.join(choices)}",
+            "unknown_choice",
+            place=Place(file=str(path), key="limits.decision_rule"),
+            name=str(value),
+            known=", ".join(choices),
         )
     return DecisionRule(value)
 
@@ -120,16 +120,15 @@ def read_figure_limits(path: Path, kind: AxisKind) -> FigureLimits:
     uncertainty = _numbers(path, "expanded_uncertainty", stated, kind)
     if not limit:
         raise ConfigurationError(
-            "no figure has a limit",
-            where=str(path),
-            remedy=f"Write a table [limits] with lines such as A_{suffix} = 12.0",
+            "no_limit_stated",
+            place=Place(file=str(path), key="limits"),
+            example=f"A_{suffix} = 12.0",
         )
     without = [key for key in limit if key not in uncertainty]
     if rule is DecisionRule.ISO14253_1 and without:
         raise ConfigurationError(
-            f"the rule iso14253-1 needs the expanded uncertainty of {', '.join(without)}",
-            where=str(path),
-            remedy=f"Write [expanded_uncertainty] with {without[0]}_{suffix} = ..., or choose the"
-            " rule simple",
+            "rule_needs_uncertainty",
+            place=Place(file=str(path), key="expanded_uncertainty"),
+            figures=", ".join(without),
         )
     return FigureLimits(limit, rule, uncertainty, path.name)

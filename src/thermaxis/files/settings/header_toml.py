@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.files.settings._moments import day_of, duration_of, moment_of
@@ -257,7 +258,7 @@ HEADER_FIELDS: Mapping[str, HeaderField] = MappingProxyType(
 """All fields by their key."""
 
 
-def _text_of(path: Path, place: str, value: object, field: HeaderField) -> str:
+def _text_of(place: Place, value: object, field: HeaderField) -> str:
     """Return a value as text; the kinds that TOML knows and a field takes."""
     match value:
         case bool() if not field.unit:
@@ -271,46 +272,27 @@ def _text_of(path: Path, place: str, value: object, field: HeaderField) -> str:
         case str():
             text = value.strip()
         case _:
-            example = "1.5" if field.unit else '"text"'
-            raise ConfigurationError(
-                f"{place} is not {'a number' if field.unit else 'a text, number, date or yes/no'}",
-                where=str(path),
-                remedy=f"Write {field.label}{f' in {field.unit}' if field.unit else ''} there,"
-                f" such as {field.name} = {example}",
-            )
+            if field.unit:
+                raise ConfigurationError(
+                    "number_needed", place=place, label=field.label, unit=field.unit
+                )
+            raise ConfigurationError("header_value_needed", place=place, label=field.label)
     longest = LONGEST_COMMENT if field.key == "comments" else LONGEST_TEXT
     if len(text) > longest:
-        raise ConfigurationError(
-            f"{place} has {len(text)} characters",
-            where=str(path),
-            remedy=f"Shorten it to {longest}",
-        )
+        raise ConfigurationError("text_too_long", place=place, characters=len(text), most=longest)
     if text:
-        _check_sense(path, place, text, field)
+        _check_sense(place, text, field)
     return text
 
 
-def _check_sense(path: Path, place: str, text: str, field: HeaderField) -> None:
+def _check_sense(place: Place, text: str, field: HeaderField) -> None:
     """Refuse a value that its field cannot have."""
     if field.takes is Takes.SIZE and (number_of(text) or 0.0) < 0.0:
-        raise ConfigurationError(
-            f"{place} is negative",
-            where=str(path),
-            remedy=f"Write {field.label} in {field.unit} without a sign",
-        )
+        raise ConfigurationError("negative", place=place, value=number_of(text))
     if field.takes is Takes.DAY and not _is_day(text):
-        raise ConfigurationError(
-            f"{place} is not a date",
-            where=str(path),
-            remedy=f"Write it as {field.name} = 2026-03-31",
-        )
+        raise ConfigurationError("not_a_date", place=place, text=text)
     if field.takes is Takes.MOMENT and not _is_day(text) and moment_of(text) is None:
-        raise ConfigurationError(
-            f"{place} is not a date with or without a time",
-            where=str(path),
-            remedy=f"Write it as {field.name} = 2026-03-31T07:30:00 or with its zone behind, such"
-            " as +01:00",
-        )
+        raise ConfigurationError("not_a_moment", place=place, text=text)
 
 
 def number_of(text: str) -> float | None:
@@ -334,26 +316,15 @@ def _check_order(path: Path, header: Mapping[str, str]) -> None:
     else:
         before = days[0] is not None and days[1] is not None and days[1] < days[0]
     if before:
+        raise ConfigurationError("end_before_start", place=Place(file=str(path), key="time.end"))
+
+
+def _check_kind(place: Place, field: HeaderField, kind: AxisKind | None) -> None:
+    """Refuse a field that only the other kind of axis has."""
+    if kind is not None and field.only not in (None, kind):
         raise ConfigurationError(
-            "time.end lies before time.start",
-            where=str(path),
-            remedy="Correct one of the two",
+            "key_of_other_axis", place=place, kind=str(field.only), axis=str(kind)
         )
-
-
-def _check_kind(
-    path: Path, place: str, field: HeaderField, group: HeaderGroup, kind: AxisKind | None
-) -> None:
-    """Refuse a field that only the other kind of axis has, and name the one to use."""
-    if kind is None or field.only in (None, kind):
-        return
-    right = next((f for f in group.fields if f.only is kind and f.label == field.label), None)
-    use = f"Write {right.name} in {right.unit}" if right else "Leave it out"
-    raise ConfigurationError(
-        f"{place} belongs to a {field.only} axis, and the run is of a {kind} one",
-        where=str(path),
-        remedy=use,
-    )
 
 
 def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str]:
@@ -391,8 +362,9 @@ def read_header(path: Path, *, kind: AxisKind | None = None) -> Mapping[str, str
         for key, entry in as_table(path, name, value).items():
             if key not in fields:
                 raise unknown_key(path, f"{name}.{key}", known)
-            _check_kind(path, f"{name}.{key}", fields[key], group, kind)
-            text = _text_of(path, f"{name}.{key}", entry, fields[key])
+            place = Place(file=str(path), key=f"{name}.{key}")
+            _check_kind(place, fields[key], kind)
+            text = _text_of(place, entry, fields[key])
             if text:
                 header[fields[key].key] = text
     _check_order(path, header)

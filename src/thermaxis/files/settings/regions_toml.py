@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import ConfigurationError
 from thermaxis.files.settings import as_table, read_toml, unknown_key
 from thermaxis.thermal import Region
@@ -43,9 +43,10 @@ def read_regions(path: Path, *, mm_per_pixel: float | None) -> tuple[Region, ...
     tables = as_table(path, "regions", content.get("regions", {}))
     if not 0 < len(tables) <= MOST_REGIONS:
         raise ConfigurationError(
-            f"the file has {len(tables)} regions, not 1 to {MOST_REGIONS}",
-            where=str(path),
-            remedy="Write a table such as [regions.left] with x_px = [0, 20] and y_px = [0, 60]",
+            "wrong_number_of_regions",
+            place=Place(file=str(path), key="regions"),
+            regions=len(tables),
+            most=MOST_REGIONS,
         )
     return tuple(_region(path, name, table, mm_per_pixel) for name, table in tables.items())
 
@@ -67,21 +68,13 @@ def _edges(
     """Return the edges along one axis in pixels."""
     stated = [key for key in (f"{axis}_px", f"{axis}_mm") if key in table]
     if len(stated) != 1:
-        raise ConfigurationError(
-            f"{shown} states {axis} {'twice' if stated else 'not at all'}",
-            where=str(path),
-            remedy=f"Write either {axis}_px = [from, to] or {axis}_mm = [from, to]",
-        )
+        raise ConfigurationError("region_edges", place=Place(file=str(path), key=shown), axis=axis)
     key = stated[0]
     low, high = _pair(path, f"{shown}.{key}", table[key])
     if key.endswith("_px"):
         return low, high
     if mm_per_pixel is None:
-        raise ConfigurationError(
-            f"{shown}.{key} needs the scale of the image",
-            where=str(path),
-            remedy="Give --scale with the millimetres of one pixel, or state the region in pixels",
-        )
+        raise ConfigurationError("scale_needed", place=Place(file=str(path), key=f"{shown}.{key}"))
     return low / mm_per_pixel, high / mm_per_pixel
 
 
@@ -92,15 +85,7 @@ def _pair(path: Path, shown: str, value: object) -> tuple[float, float]:
         if isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < 1e9
     ]
     if not isinstance(value, list) or len(value) != 2 or len(numbers) != 2:  # pyright: ignore[reportUnknownArgumentType] - TOML
-        raise ConfigurationError(
-            f"{shown} is not a pair of numbers",
-            where=str(path),
-            remedy="Write it as [from, to], such as [0, 20]",
-        )
+        raise ConfigurationError("not_a_pair", place=Place(file=str(path), key=shown))
     if not numbers[0] < numbers[1]:
-        raise ConfigurationError(
-            f"the edges of {shown} do not ascend",
-            where=str(path),
-            remedy="Write the smaller edge first; x counts from the left, y from the top",
-        )
+        raise ConfigurationError("not_rising", place=Place(file=str(path), key=shown))
     return numbers[0], numbers[1]

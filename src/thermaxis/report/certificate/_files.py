@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.report._output import write_bytes
 from thermaxis.report._positioning_report import PositioningReport
@@ -80,7 +81,5 @@ def write_report(
             write_certificate_html(report, path, progress=progress)
         case _:
             raise ConfigurationError(
-                f"a certificate cannot be written as '{path.suffix}'",
-                where=str(path),
-                remedy="End the name in .pdf or .html",
+                "report_suffix", place=Place(file=str(path)), suffix=path.suffix
             )

@@ -4,6 +4,7 @@ import datetime as dt
 from collections.abc import Sequence
 from pathlib import Path
 
+from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, Provenance
 from thermaxis.errors import ConfigurationError
 from thermaxis.report._document import Document
@@ -22,11 +23,7 @@ def _check_suffix(path: Path) -> bool:
     """Return whether the file is to be a PDF."""
     suffix = path.suffix.lower()
     if suffix not in {".pdf", ".html", ".htm"}:
-        raise ConfigurationError(
-            f"a report cannot be written as '{path.suffix}'",
-            where=str(path),
-            remedy="End the name in .pdf or .html",
-        )
+        raise ConfigurationError("report_suffix", place=Place(file=str(path)), suffix=path.suffix)
     return suffix == ".pdf"
 
 
@@ -34,11 +31,7 @@ def _check_same(logs: Sequence[ThermalLog], result: Verification) -> None:
     if len(logs) != len(result.logs) or any(
         log.rows != found.time_s.size for log, found in zip(logs, result.logs, strict=True)
     ):
-        raise ConfigurationError(
-            "the logs are not those that were verified",
-            where="logs",
-            remedy="Give the logs of the verification in their order",
-        )
+        raise ConfigurationError("other_logs_than_verified", place=Place(key="logs"))
 
 
 def write_verification_report(

@@ -9,7 +9,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from thermaxis.codes import printable
+from thermaxis.codes import Place, printable
 from thermaxis.errors import DataError
 from thermaxis.files.table import protected
 from thermaxis.positioning import (
@@ -146,11 +146,7 @@ def evaluate_trend(
     kinds = {test.kind for _, test in tests}
     if len(kinds) > 1:
         odd = next(name for name, test in tests if test.kind is not tests[0][1].kind)
-        raise DataError(
-            "linear and rotary axes have no figures in common",
-            where=odd,
-            remedy="Give runs of one axis",
-        )
+        raise DataError("runs_of_two_kinds", place=Place(file=odd))
     said: list[str] = []
     runs: list[TrendRun] = []
     for done, (name, test) in enumerate(tests):

@@ -29,10 +29,15 @@ def doubts_about_size(table: CompensationTable, what: str) -> tuple[str, ...]:
     where = f"from {low:.9g} to {high:.9g} {units.position}"
     if slope >= _REFUSED_SLOPE * per:
         raise DataError(
-            f"{what} changes by {slope:.3g} {unit} {where}: {100.0 * slope / per:.3g} % of the way,"
-            " which no axis does; nothing was written",
-            remedy=f"Check that the deviations of the run are in {units.deviation} and its targets"
-            f" in {units.position}",
+            "table_too_steep",
+            subject=what,
+            slope=slope,
+            unit=unit,
+            low=low,
+            high=high,
+            position_unit=units.position,
+            percent=100.0 * slope / per,
+            deviation_unit=units.deviation,
         )
     largest = float(np.max(np.abs(table.deviation)))
     said: list[str] = []

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.cli.axis._axis_run import (
+from thermaxis.cli.axis.tables.make import MadeTable, OlderTable
+from thermaxis.cli.axis.tables.run import (
     EDITION,
     absent_in_words,
     axis_warning,
@@ -15,7 +16,6 @@ from thermaxis.cli.axis._axis_run import (
     systematic_range,
     temperature_in_words,
 )
-from thermaxis.cli.axis._make_table import MadeTable, OlderTable
 from thermaxis.positioning import (
     APPROACHES,
     BACKWARD,

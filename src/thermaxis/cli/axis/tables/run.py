@@ -6,8 +6,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.cli.axis._control_names import axis_name, is_axis_name
-from thermaxis.codes import printable
+from thermaxis.cli.axis.tables.control import axis_name, is_axis_name
+from thermaxis.codes import NOWHERE, printable
 from thermaxis.errors import DataError
 from thermaxis.files import read_positioning_with_sha256
 from thermaxis.positioning import (
@@ -69,8 +69,7 @@ def with_drift(run: AxisRun, *, reference_time_s: float | None = None) -> AxisRu
     try:
         drift = evaluate_drift(run.test, reference_time_s=reference_time_s)
     except DataError as error:
-        why = f"{error.what}. {error.remedy}" if error.remedy else error.what
-        return replace(run, drift=None, why_no_drift=why)
+        return replace(run, drift=None, why_no_drift=str(error.at(NOWHERE)))
     return replace(run, drift=drift, why_no_drift="")
 
 

@@ -9,16 +9,17 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
-from thermaxis.cli.axis._axis_run import (
+from thermaxis.cli.axis.tables.in_force import InForce, what_was_in_force
+from thermaxis.cli.axis.tables.plausible import doubts_about_size
+from thermaxis.cli.axis.tables.reference import ReferencePoint, reference_point
+from thermaxis.cli.axis.tables.run import (
     AxisRun,
     read_run,
     simulated_without_drift,
     temperature_in_words,
     with_drift,
 )
-from thermaxis.cli.axis._in_force import InForce, what_was_in_force
-from thermaxis.cli.axis._plausible import doubts_about_size
-from thermaxis.cli.axis._reference_point import ReferencePoint, reference_point
+from thermaxis.codes import Place
 from thermaxis.controls import (
     Control,
     GridRule,
@@ -255,34 +256,18 @@ def _levels(run: AxisRun, *, drift_free: bool) -> AxisLevels:
     if not drift_free:
         return measured_levels(run.test)
     if run.drift is None:
-        raise DataError(
-            f"there are no drift-free levels: {run.why_no_drift}",
-            where=run.name,
-            remedy="Leave --drift-free out, or measure at least two cycles with times",
-        )
+        raise DataError("no_drift_free_levels", place=Place(file=run.name), cause=run.why_no_drift)
     return axis_levels(run.test.target, run.drift.level)
 
 
 def _check_backlash(control: Control, rule: GridRule, levels: AxisLevels) -> None:
+    place = Place(key="--backlash")
     if rule.per_direction:
-        raise ConfigurationError(
-            f"{control.title} has a value for each direction: reversal is in its points already",
-            where="--backlash",
-            remedy="Leave it out",
-        )
+        raise ConfigurationError("reversal_in_points", place=place, control=control.title)
     if not rule.backlash_apart:
-        raise ConfigurationError(
-            f"the table of {control.title} has no place for the reversal",
-            where="--backlash",
-            remedy="Leave it out: the summary says which reversal remains, to be set on the"
-            " control by hand",
-        )
+        raise ConfigurationError("no_place_for_reversal", place=place, control=control.title)
     if not levels.bidirectional:
-        raise ConfigurationError(
-            "only one approach was measured: the reversal is not known",
-            where="--backlash",
-            remedy="Leave it out, or measure both directions",
-        )
+        raise ConfigurationError("reversal_not_measured", place=place)
 
 
 def _with_what_was_in_force(
@@ -299,7 +284,7 @@ def _with_what_was_in_force(
     if rule.per_direction:
         return _reversal_in_points(wanted)
     if wanted.per_direction:
-        raise DataError(f"{control.title} has one value per point; the older table has two")
+        raise DataError("older_table_has_two_values", control=control.title)
     return wanted
 
 
@@ -445,9 +430,7 @@ def _check_read_back(
     unit = wanted.kind.units.deviation
     if again.table.position.size != wanted.position.size:
         raise ConfigurationError(
-            f"the control would read {again.table.position.size} points of"
-            f" {wanted.position.size}: nothing was written",
-            remedy="This is a defect of the program: report it with the run",
+            "read_back_points_differ", points=again.table.position.size, meant=wanted.position.size
         )
     meant = -wanted.deviation_at(wanted.position)
     found = control.correction(again.table, wanted.position)
@@ -459,10 +442,7 @@ def _check_read_back(
         allowed += 0.25 * step  # half of the rounding of the reversal
     if difference > allowed + _ROUND_OFF * max(1.0, float(np.max(np.abs(meant)))):
         raise ConfigurationError(
-            f"the control would read values that differ by {difference:.4g} {unit} from those"
-            f" that were meant, more than the {allowed:.4g} {unit} of rounding: nothing was"
-            " written",
-            remedy="This is a defect of the program: report it with the run",
+            "read_back_values_differ", difference=difference, allowed=allowed, unit=unit
         )
     return difference
 

@@ -8,12 +8,13 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.cli.axis._axis_run import AxisRun
-from thermaxis.cli.axis._table_files import read_table_text
-from thermaxis.controls import Control, GridRule, ReadTable
+from thermaxis.cli.axis.tables.run import AxisRun
+from thermaxis.codes import Place
+from thermaxis.controls import LARGEST_TABLE_BYTES, Control, GridRule, ReadTable, check_size
 from thermaxis.errors import ConfigurationError, DataError, MeasurementFileError
 from thermaxis.positioning import CompensationTable, FloatArray
 
+_BYTE_ORDER_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _LARGEST = 1e9
 """Largest position or value of a table that is looked at. [mm, µm; deg, arcsec]"""
 
@@ -76,30 +77,51 @@ def what_was_in_force(
 
 def read_older(control: Control, path: Path, run: AxisRun, options: Mapping[str, str]) -> ReadTable:
     """Read a table of a control from its file."""
-    text, unusual = read_table_text(path)
+    text, unusual = _read_table_text(path)
     try:
         read = control.read_table(text, str(path), run.test.kind, options)
     except DataError as error:
-        raise MeasurementFileError(
-            error.what, path=str(path), remedy=error.remedy or "Look for a wrong number in it"
-        ) from None
+        raise error.at(Place(file=str(path))) from None
     largest = max(float(np.max(np.abs(v))) for v in (read.table.position, read.table.deviation))
     if largest > _LARGEST:
         raise MeasurementFileError(
-            "a position or value is larger than any axis has",
-            path=str(path),
-            remedy="Look for a missing decimal point",
+            "table_value_too_large", place=Place(file=str(path)), most=_LARGEST
         )
     return replace(read, findings=(*unusual, *read.findings))
+
+
+def _read_table_text(path: Path) -> tuple[str, tuple[str, ...]]:
+    """Return the text of a control's table, and what is unusual in it."""
+    place = Place(file=str(path))
+    try:
+        if path.exists() and not path.is_file():
+            raise MeasurementFileError("no_regular_file", place=place)
+        with path.open("rb") as stream:
+            content = stream.read(LARGEST_TABLE_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL character in the name
+        cause = getattr(error, "strerror", None) or type(error).__name__
+        raise MeasurementFileError("file_unreadable", place=place, cause=cause) from None
+    check_size(content, str(path))
+    if content.startswith(_BYTE_ORDER_MARKS) or b"\0" in content:
+        raise MeasurementFileError("not_plain_text", place=place)
+    findings: list[str] = []
+    marked = content.startswith(b"\xef\xbb\xbf")
+    if marked:
+        findings.append("the file begins with a byte order mark, which a control may not skip")
+    strange = next(
+        (k for k, byte in enumerate(content) if byte > 127 and (k > 2 or not marked)), None
+    )
+    if strange is not None:
+        line = content.count(b"\n", 0, strange) + 1
+        findings.append(f"line {line} has letters outside of ASCII, which a control may not read")
+    return content.decode("latin-1"), tuple(findings)
 
 
 def _check_same_axis(read: ReadTable, run: AxisRun, name: str) -> None:
     stated = read.table.axis
     if stated and stated.casefold() != run.axis.casefold():
         raise ConfigurationError(
-            f"the older table is of axis {stated}, the new one would be of {run.axis}",
-            where=name,
-            remedy=f"Say --axis {stated} if the run was measured on that axis",
+            "table_of_another_axis", place=Place(file=name), stated=stated, wanted=run.axis
         )
 
 
@@ -107,25 +129,11 @@ def _check_stated(
     control: Control, rule: GridRule, read: ReadTable | None, *, replaced: bool
 ) -> None:
     """Refuse a reversal value that stays in force, or did not act, whatever the new file holds."""
-    where = "--backlash-in-force"
+    place = Place(key="--backlash-in-force")
     if rule.per_direction:
         if read is not None:
-            raise ConfigurationError(
-                "the older table has a value for each direction: beside it the control's own"
-                " reversal value counts as 0, or as the older file states it",
-                where=where,
-                remedy="Leave it out",
-            )
+            raise ConfigurationError("reversal_in_points", place=place, control=control.title)
     elif not rule.backlash_apart:
-        raise ConfigurationError(
-            f"the table of {control.title} has no place for the reversal: the control's own value"
-            " stays in force",
-            where=where,
-            remedy="Leave it out",
-        )
+        raise ConfigurationError("no_place_for_reversal", place=place, control=control.title)
     elif not replaced:
-        raise ConfigurationError(
-            "the file does not write the control's reversal value, which stays in force",
-            where=where,
-            remedy="Give --backlash as well, or leave it out",
-        )
+        raise ConfigurationError("reversal_stays_in_force", place=place)

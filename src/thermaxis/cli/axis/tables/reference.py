@@ -9,6 +9,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.controls import GridRule, ReadTable
 from thermaxis.errors import ConfigurationError
 from thermaxis.positioning import CompensationTable, FloatArray
@@ -65,11 +66,11 @@ def _beside(read: ReadTable, known: float, stated: float | None, rule: GridRule)
         return ReferencePoint(known, "as in the older table", known)
     if rule.through_reference:
         raise ConfigurationError(
-            f"the older table counts its points from its reference point, {known:.9g} {unit};"
-            f" from {stated:.9g} {unit} they would act elsewhere",
-            where="--reference",
-            remedy="Leave it out; or state --set reference_coordinate if that of the older"
-            " table is not the one of the control",
+            "points_count_from_reference",
+            place=Place(key="--reference"),
+            known=known,
+            stated=stated,
+            unit=unit,
         )
     return ReferencePoint(stated, "as stated", known, (_moved(read, stated),))
 

@@ -1,0 +1,112 @@
+"""Arguments of commands, declared as their usage reads, and kinds that several commands take."""
+
+import argparse
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+Kind: TypeAlias = Callable[[str], object]
+
+
+class AddsArguments(Protocol):
+    """A parser, or a group of one."""
+
+    def add_argument(self, *names: str, **options: Any) -> argparse.Action:
+        """Declare one argument."""
+        ...
+
+
+def adder(to: AddsArguments) -> Callable[..., None]:
+    """Return what declares arguments: ``add("-o, --output FILE", "the table", Path)``.
+
+    An option without a value is a flag; one of which there are `many` is a list.
+    """
+
+    def add(usage: str, text: str, kind: Kind = str, *, many: bool = False, **more: object) -> None:
+        words = usage.split(" ")
+        count = max(1, sum(word.startswith("-") for word in words))
+        names, metavar = [word.rstrip(",") for word in words[:count]], " ".join(words[count:])
+        if kind is bool:
+            more["action"] = "store_true"
+        else:
+            more["type"] = kind
+        if metavar:
+            more["metavar"] = metavar
+        if many:
+            more |= {"action": "append", "default": []}
+        to.add_argument(*names, help=text, **more)
+
+    return add
+
+
+# ---- options of several commands ----------------------------------------------------------------
+
+
+def add_json(to: AddsArguments) -> None:
+    """Declare ``--json``."""
+    adder(to)("--json FILE|-", "write the result as JSON; - for standard output alone")
+
+
+def add_report(to: AddsArguments, what: str = "report") -> None:
+    """Declare ``--report``."""
+    text = f"write the {what}, .pdf or .html; may be given more than once"
+    adder(to)("--report FILE", text, Path, many=True)
+
+
+def add_figures(to: AddsArguments, what: str = "the charts as PNG and SVG, and CSV") -> None:
+    """Declare ``--figures``."""
+    adder(to)("--figures DIR", f"write {what}", Path)
+
+
+def add_encoding(to: AddsArguments, what: str = "a run") -> None:
+    """Declare ``--encoding``."""
+    adder(to)("--encoding NAME", f"of {what} that is not UTF-8 (default: cp1250)", default="cp1250")
+
+
+def add_mapping(to: AddsArguments) -> None:
+    """Declare ``--mapping``."""
+    text = "names, units and factors of the columns (TOML); default: the ends of their names"
+    adder(to)("--mapping FILE", text, Path)
+
+
+# ---- kinds of values ----------------------------------------------------------------------------
+
+
+def number(what: str, least: float, most: float) -> Callable[[str], float]:
+    """Return the kind of a number from `least` to `most`; `what` completes "is no ..."."""
+
+    def kind(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"'{text}' is no {what}")
+        return value
+
+    return kind
+
+
+def count(what: str, least: int) -> Callable[[str], int]:
+    """Return the kind of a whole number from `least` up, of at most seven digits."""
+
+    def kind(text: str) -> int:
+        digits = text.isdecimal() and text.isascii() and len(text) <= 7
+        if not digits or int(text) < least:
+            raise argparse.ArgumentTypeError(f"'{text}' is no {what} from {least} on")
+        return int(text)
+
+    return kind
+
+
+hours = number("number of hours from 0 on", 0.0, 1e6)
+diameter = number("diameter in mm, such as 1500", 0.0, 1e6)
+
+
+def day(text: str) -> str:
+    """Return a date as it is written on the command line."""
+    try:
+        return date.fromisoformat(text).isoformat()
+    except ValueError:
+        raise argparse.ArgumentTypeError("a date such as 2026-03-31 is expected") from None

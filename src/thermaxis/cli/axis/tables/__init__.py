@@ -1,0 +1,1 @@
+"""Compensation tables of controls: made from a run, read back, checked."""
