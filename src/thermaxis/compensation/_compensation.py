@@ -8,15 +8,15 @@ from typing import final
 from thermaxis.codes import Place
 from thermaxis.compensation._limits import Limits
 from thermaxis.compensation._model import CompensationModel
-from thermaxis.compensation._ranges import (
+from thermaxis.compensation._sensors import SensorRules
+from thermaxis.compensation._supervisor import SupervisorRules
+from thermaxis.errors import (
+    ConfigurationError,
     require_count,
     require_positive,
     require_range,
     require_unique,
 )
-from thermaxis.compensation._sensors import SensorRules
-from thermaxis.compensation._supervisor import SupervisorRules
-from thermaxis.errors import ConfigurationError
 
 LONGEST_CYCLE_S = 60.0
 """Longest cycle. [s]"""

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from thermaxis.compensation._ranges import require_positive, require_range
+from thermaxis.errors import require_positive, require_range
 
 LARGEST_LIMIT_UM = 1e4
 """Largest output limit and total limit: ten millimetres. [µm]"""

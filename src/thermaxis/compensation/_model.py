@@ -8,13 +8,13 @@ from types import MappingProxyType
 from typing import final
 
 from thermaxis.codes import Place
-from thermaxis.compensation._ranges import (
+from thermaxis.errors import (
+    ConfigurationError,
     require_count,
     require_positive,
     require_range,
     require_unique,
 )
-from thermaxis.errors import ConfigurationError
 
 LARGEST_GAIN_UM_PER_K = 1e5
 """Largest magnitude of a gain; a machine ten metres long grows by 120 µm/K. [µm/K]"""

@@ -6,8 +6,7 @@ from enum import StrEnum
 from typing import NamedTuple, final
 
 from thermaxis.codes import Place
-from thermaxis.compensation._ranges import require_positive, require_range
-from thermaxis.errors import ConfigurationError
+from thermaxis.errors import ConfigurationError, require_positive, require_range
 
 LARGEST_RULE = 1e6
 """Largest number in a rule: eleven days, or a million kelvin."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import NamedTuple, final
 
-from thermaxis.compensation._ranges import require_positive, require_range
+from thermaxis.errors import require_positive, require_range
 
 LONGEST_RULE_S = 86_400.0
 """Longest time in a rule: a day. [s]"""

@@ -9,7 +9,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError, DataError, require_count, require_positive
 from thermaxis.positioning.run import (
     BACKWARD,
     FORWARD,
@@ -63,16 +64,32 @@ class CompensationTable:
         position = np.array(self.position, dtype=np.float64)
         deviation = np.array(self.deviation, dtype=np.float64)
         if position.ndim != 1 or position.size < 1:
-            raise DataError("a compensation table has no points")
+            raise DataError(
+                "wrong_shape",
+                shape=str(position.shape),
+                expected="(k,)",
+                place=Place(key="position"),
+            )
         if position.size > MOST_POINTS:
-            raise DataError(f"{position.size} points are more than {MOST_POINTS}")
+            raise DataError(
+                "outside_count",
+                count=position.size,
+                least=1,
+                most=MOST_POINTS,
+                place=Place(key="position"),
+            )
         if deviation.shape != (position.size, 2):
-            raise DataError(f"deviations have the shape {deviation.shape}, not (k, 2)")
+            raise DataError(
+                "wrong_shape",
+                shape=str(deviation.shape),
+                expected=f"({position.size}, 2)",
+                place=Place(key="deviation"),
+            )
         if not bool(np.all(np.isfinite(position))) or bool(np.any(np.diff(position) <= 0)):
-            raise DataError("the points of the table are not finite and strictly increasing")
+            raise DataError("not_rising", place=Place(key="position"))
         finite = self.backlash is None or bool(np.isfinite(self.backlash))
         if not bool(np.all(np.isfinite(deviation))) or not finite:
-            raise DataError("a value of the compensation table is not finite")
+            raise DataError("not_finite", place=Place(key="deviation, backlash"))
         object.__setattr__(self, "position", position)
         object.__setattr__(self, "deviation", deviation)
         freeze_arrays(self)
@@ -183,7 +200,7 @@ def axis_levels(target: FloatArray, level: FloatArray) -> AxisLevels:
         numbers = ", ".join(str(i + 1) for i in np.flatnonzero(~keep).tolist())
         remarks.append(f"targets without readings were left out: {numbers}")
     if int(np.sum(keep)) < 2:
-        raise DataError("a compensation table needs at least two targets with readings")
+        raise DataError("too_few_targets", targets=int(np.sum(keep)), needed=2)
     return AxisLevels(target[keep], filled[keep], bool(np.all(measured)), tuple(remarks))
 
 
@@ -252,27 +269,21 @@ def table_points(
     """
     if points is not None and spacing is not None:
         raise ConfigurationError(
-            "both fix the points of the table", where="points, spacing", remedy="Give one of them"
+            "only_one_of", names=("points", "spacing"), place=Place(key="points, spacing")
         )
     first, last = float(target[0]), float(target[-1])
     if spacing is None:
         points = target.size if points is None else points
-        if not 2 <= points <= MOST_POINTS:
-            raise ConfigurationError(f"not from 2 to {MOST_POINTS} points", where="points")
+        require_count("points", points, 2, MOST_POINTS)
         spacing = (last - first) / (points - 1)
         if through is not None:
             spacing = _spacing_through(first, last, through, points)
             # rounded down, the last of so many points would end short of the last target
             spacing = float(np.ceil(spacing * 10.0**decimals - 1e-6)) / 10.0**decimals
-    if not 0 < spacing <= 1e6:
-        raise ConfigurationError("the spacing is not positive", where="spacing")
+    require_positive("spacing", spacing, 1e6)
     step = round(spacing, decimals)
     if step <= 0:
-        raise ConfigurationError(
-            f"the points lie nearer than the {decimals} decimals that the control reads",
-            where="spacing",
-            remedy="Take fewer points or a wider spacing",
-        )
+        raise ConfigurationError("points_too_near", decimals=decimals, place=Place(key="spacing"))
     start = round(first, decimals)
     if through is not None:
         start = round(through + step * np.floor((first - through) / step + 1e-9), decimals)
@@ -283,9 +294,7 @@ def table_points(
         count = int(np.ceil((last - start - rounding) / step)) + 1
     if count > MOST_POINTS:
         raise ConfigurationError(
-            f"{count} points are more than {MOST_POINTS}",
-            where="spacing",
-            remedy="Take a wider spacing",
+            "too_many_points", count=count, most=MOST_POINTS, place=Place(key="spacing")
         )
     position: FloatArray = start + step * np.arange(max(count, 2), dtype=np.float64)
     return np.round(position, decimals + 2)
@@ -444,9 +453,7 @@ def merge_tables(old: CompensationTable, residual: CompensationTable) -> Compens
         If one of them is of a linear and the other of a rotary axis.
     """
     if old.kind is not residual.kind:
-        raise DataError(
-            f"the older table is of a {old.kind} axis, the run of a {residual.kind} one"
-        )
+        raise DataError("axes_differ", older=str(old.kind), kind=str(residual.kind))
     apart = replace(old, backlash=None).deviation_at(residual.position)
     value = apart + residual.deviation
     if residual.reference_position is not None:
@@ -560,7 +567,10 @@ def evaluate_correction(test: PositioningTest, correction: FloatArray) -> Correc
     """
     if correction.shape != (test.target.size, 2):
         raise DataError(
-            f"corrections have the shape {correction.shape}, not ({test.target.size}, 2)"
+            "wrong_shape",
+            shape=str(correction.shape),
+            expected=f"({test.target.size}, 2)",
+            place=Place(key="correction"),
         )
     corrected = test.deviation + correction[:, np.newaxis, :]
     before = mean_and_s(test.deviation)[0]

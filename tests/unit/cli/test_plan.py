@@ -190,7 +190,7 @@ def test_an_order_of_visits_that_hides_drift_is_warned_of(
 def test_one_cycle_promises_no_uncertainty(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(*SMALL, "--cycles", "1") == 0
     printed = capsys.readouterr().out
-    assert "Expected uncertainty: none, 12 readings of 12 levels cannot tell drift" in printed
+    assert "Expected uncertainty: none. 12 readings of 12 levels cannot tell drift" in printed
     assert result(capsys, *SMALL, "--cycles", "1")["expected"] is None
 
 

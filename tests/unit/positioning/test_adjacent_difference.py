@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
+from tests.refusals import refused
 from tests.unit.positioning.builders import run, stop_times
-from thermaxis.errors import DataError
+from thermaxis.codes import Place
 from thermaxis.positioning import (
     evaluate_adjacent_difference,
     evaluate_against_cycles,
@@ -156,19 +157,19 @@ def test_a_reference_that_does_not_exist_is_an_error() -> None:
     x = RNG.normal(size=(4, 10, 2))
     time_s = stop_times(4, 10)
     x[0, 4, 0] = np.nan
-    with pytest.raises(DataError, match="no cycle 11; the run has 10"):
+    with refused("outside_range", Place(key="reference cycle")):
         evaluate_adjacent_difference(run(x), reference_cycle=11)
-    with pytest.raises(DataError, match="cycle 5 has no reading at position 1"):
+    with refused("cycle_without_reference", Place(key="reference cycle")):
         evaluate_adjacent_difference(run(x), reference_cycle=5)
-    with pytest.raises(DataError, match="no times"):
+    with refused("readings_without_times", Place(key="reference time")):
         evaluate_adjacent_difference(run(x), reference_time_s=10.0)
-    with pytest.raises(DataError, match="starts after"):
+    with refused("no_cycle_after", Place(key="reference time")):
         evaluate_adjacent_difference(run(x, time_s=time_s), reference_time_s=1e6)
-    with pytest.raises(DataError, match="exclude each other"):
+    with refused("only_one_of", Place(key="reference")):
         evaluate_adjacent_difference(run(x), reference_cycle=1, reference_time_s=0.0)
-    with pytest.raises(DataError, match="no position 5"):
+    with refused("outside_range", Place(key="reference position")):
         evaluate_adjacent_difference(run(x), reference_position=5)
-    with pytest.raises(DataError, match="at least two targets"):
+    with refused("too_few_targets"):
         evaluate_adjacent_difference(run(x[:1]))
 
 
@@ -189,7 +190,7 @@ def test_a_pair_without_a_complete_cycle_is_an_error_that_names_it() -> None:
     x = RNG.normal(size=(4, 4, 2))
     x[1, :2, 0] = np.nan
     x[2, 2:, 0] = np.nan
-    with pytest.raises(DataError, match="positions 2 and 3"):
+    with refused("no_pair", position=2, next=3):
         evaluate_adjacent_difference(run(x))
 
 

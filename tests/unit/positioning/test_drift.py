@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import f as f_distribution, kstest
 
-from thermaxis.errors import DataError
+from tests.refusals import refused
 from thermaxis.files import read_positioning
 from thermaxis.positioning import (
     DriftModel,
@@ -284,21 +284,21 @@ def test_a_run_that_tells_no_drift_is_refused_with_its_reason() -> None:
     untimed = replace(test, time_source=TimeSource.ORDER, time_s=None)
     long_s = 2.0 * TARGETS * CYCLES * STEP_S
     for words, own, reference_time_s in (
-        ("order in which the readings were taken", run(np.zeros((5, 5, 2))), None),
+        ("no_order", run(np.zeros((5, 5, 2))), None),
         (
-            "(?s)cannot be told apart.*two cycles",
+            "single_reading",
             run(np.zeros((5, 1, 2)), time_s=stop_times(5, 1)),
             None,
         ),
-        ("too few", run(np.zeros((1, 5, 2)), time_s=stop_times(1, 5)), None),
-        ("too few", run(one_way, time_s=stop_times(3, 2)), None),
-        ("same time", run(np.zeros((5, 5, 2)), time_s=np.zeros((5, 5, 2))), None),
-        ("outside the run", test, -1.0),
-        ("outside the run", test, long_s),
-        ("outside the run", test, float("nan")),
-        ("no times", untimed, 10.0),
+        ("too_few_readings", run(np.zeros((1, 5, 2)), time_s=stop_times(1, 5)), None),
+        ("too_few_readings", run(one_way, time_s=stop_times(3, 2)), None),
+        ("one_time", run(np.zeros((5, 5, 2)), time_s=np.zeros((5, 5, 2))), None),
+        ("reference_outside_run", test, -1.0),
+        ("reference_outside_run", test, long_s),
+        ("reference_outside_run", test, float("nan")),
+        ("readings_without_times", untimed, 10.0),
     ):
-        with pytest.raises(DataError, match=words):
+        with refused(words):
             evaluate_drift(own, reference_time_s=reference_time_s)
 
 

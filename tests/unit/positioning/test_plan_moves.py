@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from thermaxis.errors import ConfigurationError
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,
@@ -133,13 +134,13 @@ def test_the_warm_up_goes_from_end_to_end_before_the_first_stop_and_stops_nowher
 
 @pytest.mark.parametrize("warm_up", [-1, 1_000_001])
 def test_a_number_of_warm_up_travels_that_cannot_be_is_refused(warm_up: int) -> None:
-    with pytest.raises(ConfigurationError, match="warm-up"):
+    with refused("outside_range", Place(key="warm_up")):
         moves_of_plan(plan([0.0, 10.0]), warm_up=warm_up)
 
 
 def test_a_program_that_would_fill_the_memory_of_a_control_is_refused() -> None:
     long = plan(list(np.arange(10.0)), cycles=20_000, cycle=Cycle.PILGRIM)
-    with pytest.raises(ConfigurationError, match="more than 200000"):
+    with refused("too_many_moves", Place(key="cycles")):
         moves_of_plan(long)
     assert len(moves_of_plan(plan(list(np.arange(10.0)), cycles=20_000))) == 1
 

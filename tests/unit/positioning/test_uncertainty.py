@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tests.refusals import refused
 from tests.unit.positioning.builders import closed_form, run, stop_times
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.codes import Place
 from thermaxis.positioning import (
     FIGURE_KEYS,
     DriftResult,
@@ -382,10 +383,10 @@ def test_coefficient_and_temperatures_of_the_run_serve_where_the_budget_has_none
     budget = UncertaintyBudget(
         material_temperature_interval_k=1.0, expansion_coefficient_interval_ppm_per_k=2.0
     )
-    with pytest.raises(DataError, match="expansion coefficient is stated neither"):
+    with refused("no_expansion_coefficient"):
         evaluate_uncertainty(metre(), None, budget=budget)
     environment = {"expansion_coefficient_ppm_per_k": StartEnd(12.0, None)}
-    with pytest.raises(DataError, match="material's temperature is stated neither"):
+    with refused("no_material_temperature"):
         evaluate_uncertainty(replace(metre(), environment=environment), None, budget=budget)
     environment["material_temperature_1_c"] = StartEnd(21.0, 17.0)
     test = replace(metre(), environment=environment)
@@ -398,18 +399,22 @@ def test_a_rotary_axis_has_no_terms_of_length() -> None:
     stated = evaluate_uncertainty(test, None, budget=UncertaintyBudget(device=0.5)).measured
     assert [term.key for term in stated.terms] == ["device"]
     assert not any("expansion" in words or "misalignment" in words for words in stated.left_out)
-    with pytest.raises(ConfigurationError, match="misalignment_mm does not exist on a rotary axis"):
+    with refused("linear_axis_only", Place(key="misalignment_mm")):
         evaluate_uncertainty(test, None, budget=UncertaintyBudget(misalignment_mm=1.0))
 
 
 def test_an_instrument_stated_twice_and_impossible_numbers_are_refused() -> None:
-    with pytest.raises(ConfigurationError, match="State one of them"):
+    with refused("instrument_twice"):
         UncertaintyBudget(device=0.1, device_range_um_per_m=1.0)
     for value in (-1.0, np.nan, np.inf):
-        with pytest.raises(ConfigurationError, match="misalignment_mm is not a finite number"):
+        with refused("outside_range", Place(key="misalignment_mm")):
             UncertaintyBudget(misalignment_mm=value)
-    for options in ({"samples": 99}, {"samples": 10**7}, {"seed": -1}):
-        with pytest.raises(ConfigurationError, match="not possible"):
+    for code, options in (
+        ("outside_range", {"samples": 99}),
+        ("outside_range", {"samples": 10**7}),
+        ("negative", {"seed": -1}),
+    ):
+        with refused(code, Place(key=next(iter(options)))):
             evaluate_uncertainty(metre(), None, **options)
 
 

@@ -7,7 +7,9 @@ from typing import final
 import numpy as np
 
 from thermaxis import __version__
+from thermaxis.codes import Message
 from thermaxis.files import plan_as_json, plan_sha256
+from thermaxis.messages import sentence_of
 from thermaxis.positioning import (
     BACKWARD,
     FORWARD,
@@ -49,8 +51,8 @@ class PlanResult:
     """What uncertainty it will reach, None if that cannot be foretold."""
     simulated: SimulatedUncertainty | None
     """The same from simulated runs, None if none were made."""
-    reason: str | None
-    """Why nothing can be foretold, in words."""
+    reason: Message | None
+    """Why nothing can be foretold."""
     search: ShortestPlan | None
     """The search for the number of cycles, None if they were stated."""
     target_uncertainty: float | None
@@ -238,7 +240,8 @@ def _uncertainty(result: PlanResult) -> Iterator[Part]:
     expected, simulated = result.expected, result.simulated
     if expected is None:
         yield Value("expected", None)
-        yield Section("", [f"Expected uncertainty: none, {result.reason}"])
+        reason = "" if result.reason is None else sentence_of(result.reason)
+        yield Section("", [f"Expected uncertainty: none. {reason}"])
         return
     unit = result.plan.kind.units.deviation
     rows = [_row("level, largest", expected.largest_level_std, "")]

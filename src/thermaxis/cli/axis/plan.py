@@ -42,8 +42,6 @@ _FIELDS = {
     "recording_s": "recording",
     "target": "targets",
     "time_constant_s": "time_constant",
-    "target uncertainty": "target_uncertainty",
-    "target figure": "target_figure",
 }
 """Options that are not named as the field that they set."""
 
@@ -198,7 +196,7 @@ def _make(arguments: argparse.Namespace) -> PlanResult:
     if arguments.target_uncertainty is not None:
         search = _search(arguments, plan, assumptions)
         plan = search.plan
-    reason = why_nothing_is_expected(plan)
+    refused = why_nothing_is_expected(plan)
     return PlanResult(
         plan=plan,
         remarks=choice.remarks,
@@ -206,9 +204,9 @@ def _make(arguments: argparse.Namespace) -> PlanResult:
         duration=evaluate_duration(plan),
         assumptions=assumptions,
         assumed=assumed,
-        expected=None if reason is not None else expected_uncertainty(plan, assumptions),
+        expected=None if refused is not None else expected_uncertainty(plan, assumptions),
         simulated=simulate_uncertainty(plan, assumptions),
-        reason=reason,
+        reason=None if refused is None else refused.message,
         search=search,
         target_uncertainty=arguments.target_uncertainty,
         target_figure=_target_figure(arguments),

@@ -36,11 +36,15 @@ error-unknown_name = There is no '{ $name }'.
     .remedy = There are { $known }.
 error-stated_twice = '{ $name }' is stated twice.
 
+error-only_one_of = Only one of { $names } can be given.
+
 ## Numbers
 
 error-not_finite = The number is not finite.
 error-not_positive = { $value } is not above zero.
 error-negative = { $value } is negative.
+error-not_positive_up_to = { $value } is not above 0 and at most { $most }.
+error-outside_count = There are { $count } entries; from { $least } to { $most } are allowed.
 error-outside_range = { $value } is not from { $least } to { $most }.
 error-wrong_shape = The shape is { $shape }; { $expected } is needed.
 error-not_rising = The values do not rise.

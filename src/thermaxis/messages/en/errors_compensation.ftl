@@ -1,7 +1,5 @@
 ### Errors of the compensation's model, rules and limits
 
-error-not_positive_up_to = { $value } is not above 0 and at most { $most }.
-error-outside_count = There are { $count } entries; from { $least } to { $most } are allowed.
 error-no_range = { $lowest } to { $highest } is no range.
 error-entries_missing = There is no entry for { $names }.
 error-no_channel = The part has no name or no channel.

@@ -17,6 +17,7 @@ from typing import final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.drift._drift_tests import SIGNIFICANCE, DriftTests, FTest
 from thermaxis.positioning.drift._smooth_terms import (
@@ -236,29 +237,28 @@ def _check_readings(test: PositioningTest) -> None:
         if short.size:
             i = int(short[0])
             raise DataError(
-                f"{int(readings[i, approach])} reading(s) {APPROACHES[approach]}: what a target"
-                " and what the time did to a single reading cannot be told apart",
-                where=f"drift, target {i + 1} at {test.target[i]:g} {test.kind.units.position}",
-                remedy="Measure at least two cycles",
+                "single_reading",
+                readings=int(readings[i, approach]),
+                approach=APPROACHES[approach],
+                target=i + 1,
+                position=float(test.target[i]),
+                unit=test.kind.units.position,
+                place=Place(key="drift"),
             )
     left_over = int(np.sum(readings)) - test.target.size * sum(test.measured_approaches)
     if test.target.size < 2 or left_over < FEWEST_LEFT_OVER:
         raise DataError(
-            f"{int(np.sum(readings))} readings at {test.target.size} target(s) are too few to"
-            " tell drift from noise",
-            where="drift",
-            remedy="Measure more targets or more cycles",
+            "too_few_readings",
+            readings=int(np.sum(readings)),
+            targets=test.target.size,
+            place=Place(key="drift"),
         )
 
 
 def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
     time = test.time_s if test.time_s is not None else test.order
     if time is None:
-        raise DataError(
-            "the order in which the readings were taken is not known",
-            where="drift",
-            remedy="Give the file a column 'time_s', 'time' or 'order'",
-        )
+        raise DataError("no_order", place=Place(key="drift"))
     _check_readings(test)
     approaches = tuple(a for a, measured in enumerate(test.measured_approaches) if measured)
     i, j, a = np.nonzero(~np.isnan(test.deviation))
@@ -268,11 +268,7 @@ def _flatten(test: PositioningTest, *, bow: bool) -> _Run:
     at = time[i, j, a]
     start, duration = float(np.min(at)), float(np.ptp(at))
     if not duration > 0.0:
-        raise DataError(
-            "all readings have the same time",
-            where="drift",
-            remedy="Correct the times of the file",
-        )
+        raise DataError("one_time", place=Place(key="drift"))
     scale = float(np.std(test.target))
     shape = _shapes(test.target, scale, bow=bow)
     value = test.deviation[i, j, a]
@@ -420,17 +416,13 @@ def _reference(run: _Run, reference_time_s: float | None, *, seconds: bool) -> f
     if reference_time_s is None:
         return run.start + run.duration * float(np.mean(run.readings.time))
     if not seconds:
-        raise DataError(
-            "the readings have no times",
-            where="reference time",
-            remedy="Leave the reference time out; the mean of the order is taken",
-        )
+        raise DataError("readings_without_times", place=Place(key="reference time"))
     if not min(run.start, 0.0) <= reference_time_s <= end:
         raise DataError(
-            f"{reference_time_s / 3600.0:g} h lies outside the run, which ends at"
-            f" {end / 3600.0:.3g} h",
-            where="reference time",
-            remedy="Choose a time within the run; a drift is not extrapolated",
+            "reference_outside_run",
+            reference_h=reference_time_s / 3600.0,
+            end_h=end / 3600.0,
+            place=Place(key="reference time"),
         )
     return max(reference_time_s, run.start)
 

@@ -7,7 +7,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.positioning.plan._plan import TestPlan, order_of_visits
 from thermaxis.positioning.run import FORWARD, Cycle
 
@@ -84,10 +85,7 @@ def moves_of_plan(plan: TestPlan, *, warm_up: int = 0) -> tuple[MoveBlock, ...]:
     ----------
     ISO 230-2:2014, clause 5.3 and Annex B.
     """
-    if not 0 <= warm_up <= 1_000_000:
-        raise ConfigurationError(
-            "the number of warm-up travels is not from 0 to 1,000,000", where="warm_up"
-        )
+    require_range("warm_up", warm_up, 0, 1_000_000)
     blocks: list[MoveBlock] = []
     if warm_up:
         ends = (Move(plan.lowest, None, None), Move(plan.highest, None, None))
@@ -96,9 +94,7 @@ def moves_of_plan(plan: TestPlan, *, warm_up: int = 0) -> tuple[MoveBlock, ...]:
     spelt = sum(len(block.moves) for block in blocks)
     if spelt > MOST_MOVES:
         raise ConfigurationError(
-            f"the program would spell out {spelt} moves, more than {MOST_MOVES}",
-            where="cycles",
-            remedy="Ask for fewer cycles or targets, or for the standard cycle",
+            "too_many_moves", moves=spelt, most=MOST_MOVES, place=Place(key="cycles")
         )
     return tuple(blocks)
 

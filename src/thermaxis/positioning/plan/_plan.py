@@ -7,8 +7,8 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from thermaxis.codes import printable
-from thermaxis.errors import ConfigurationError
+from thermaxis.codes import Place, printable
+from thermaxis.errors import ConfigurationError, require_count, require_positive, require_range
 from thermaxis.positioning.run import (
     APPROACHES,
     BACKWARD,
@@ -53,11 +53,6 @@ _DECIMALS = 3
 _LARGEST = 1e6
 _MEASURES = ("feed", "dwell_s", "recording_s", "overrun", "pitch", "interval", "random_part")
 _AXIS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,15}")
-
-
-def _require(condition: bool, what: str, where: str, remedy: str = "") -> None:  # noqa: FBT001 - reads as a sentence
-    if not condition:
-        raise ConfigurationError(what, where=where, remedy=remedy)
 
 
 @final
@@ -126,81 +121,56 @@ class TestPlan:
 
     def _check_targets(self) -> None:
         m = self.target.size
-        _require(self.target.ndim == 1 and m >= 2, "a run needs at least two targets", "target")
-        _require(m <= MOST_TARGETS, f"{m} targets are more than {MOST_TARGETS}", "target")
-        _require(
-            bool(np.all(np.abs(self.target) <= _LARGEST)),
-            f"a target is not a number of at most {_LARGEST:g} in magnitude",
-            "target",
-        )
-        _require(
-            bool(np.all(np.diff(self.target) > 0)),
-            "the targets are not strictly increasing at three decimals",
-            "target",
-            "Take a wider interval or a smaller random part",
-        )
-        _require(self.cycles >= 1, "a run needs at least one cycle", "cycles")
-        _require(
-            self.approaches in {(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)},
-            "the approaches are not forward, backward, or both in this order",
-            "approaches",
-        )
+        if self.target.ndim != 1:
+            shape = str(self.target.shape)
+            raise ConfigurationError(
+                "wrong_shape", shape=shape, expected="(m,)", place=Place(key="target")
+            )
+        require_count("target", m, 2, MOST_TARGETS)
+        for value in self.target.tolist():
+            require_range("target", value, -_LARGEST, _LARGEST)
+        if not bool(np.all(np.diff(self.target) > 0)):
+            raise ConfigurationError("targets_not_rising", place=Place(key="target"))
+        require_count("cycles", self.cycles, 1, MOST_STOPS)
+        if self.approaches not in {(FORWARD, BACKWARD), (FORWARD,), (BACKWARD,)}:
+            raise ConfigurationError("no_approaches", place=Place(key="approaches"))
         stops = m * self.cycles * len(self.approaches)
-        _require(
-            stops <= MOST_STOPS,
-            f"the run would have {stops} stops, more than {MOST_STOPS}",
-            "cycles",
-            "Ask for fewer cycles or targets",
-        )
+        if stops > MOST_STOPS:
+            raise ConfigurationError(
+                "too_many_stops", stops=stops, most=MOST_STOPS, place=Place(key="cycles")
+            )
 
     def _check_motion(self) -> None:
-        for name in _MEASURES:
-            value: float | None = getattr(self, name)
-            _require(
-                value is None or abs(value) <= _LARGEST,  # false for NaN
-                f"not a number of at most {_LARGEST:g} in magnitude",
-                name,
-            )
-        _require(self.feed > 0, "the feed is not positive", "feed")
-        _require(
-            self.overrun > 0,
-            "the overrun is not positive",
-            "overrun",
-            "Without it a target is not approached from the planned side",
-        )
-        _require(self.dwell_s >= 0, "a time is negative", "dwell_s")
-        _require(self.recording_s >= 0, "a time is negative", "recording_s")
-        _require(self.pitch is None or self.pitch > 0, "the pitch is not positive", "pitch")
-        _require(
-            self.interval is None or self.interval > 0, "the interval is not positive", "interval"
-        )
-        _require(
-            self.random_part is None or self.random_part >= 0,
-            "the random part is negative",
-            "random_part",
-        )
-        _require(self.seed is None or self.seed >= 0, "the seed is negative", "seed")
+        for name in ("feed", "overrun"):
+            require_positive(name, getattr(self, name), _LARGEST)
+        for name in ("dwell_s", "recording_s"):
+            require_range(name, getattr(self, name), 0.0, _LARGEST)
+        for name in ("pitch", "interval"):
+            if getattr(self, name) is not None:
+                require_positive(name, getattr(self, name), _LARGEST)
+        if self.random_part is not None:
+            require_range("random_part", self.random_part, 0.0, _LARGEST)
+        if self.seed is not None and self.seed < 0:
+            raise ConfigurationError("negative", value=self.seed, place=Place(key="seed"))
 
     def _check_words(self) -> None:
-        _require(
-            _AXIS_NAME.fullmatch(self.axis) is not None,
-            f"'{printable(self.axis, 40)}' is no name of an axis",
-            "axis",
-            "Write a letter and up to 15 letters, digits or underscores, such as X or B1",
-        )
-        _require(
-            len(self.title) <= LONGEST_TITLE,
-            f"the title has {len(self.title)} characters, more than {LONGEST_TITLE}",
-            "title",
-        )
-        odd = next((c for c in self.title if not c.isprintable()), "")
-        _require(
-            not odd,
-            f"character {self.title.index(odd) + 1} of the title, {_code_point(odd)}, is none"
-            " that prints",
-            "title",
-            "Write letters, digits, signs and plain spaces in one line",
-        )
+        if _AXIS_NAME.fullmatch(self.axis) is None:
+            raise ConfigurationError("no_axis_name", name=self.axis, place=Place(key="axis"))
+        if len(self.title) > LONGEST_TITLE:
+            raise ConfigurationError(
+                "title_too_long",
+                characters=len(self.title),
+                most=LONGEST_TITLE,
+                place=Place(key="title"),
+            )
+        for k, character in enumerate(self.title):
+            if not character.isprintable():
+                raise ConfigurationError(
+                    "title_not_printable",
+                    at=k + 1,
+                    character=f"U+{ord(character):04X}",
+                    place=Place(key="title"),
+                )
 
     @property
     def stops(self) -> int:
@@ -216,11 +186,6 @@ class TestPlan:
     def highest(self) -> float:
         """Highest position that the axis reaches. [mm or deg]"""
         return float(self.target[-1]) + self.overrun
-
-
-def _code_point(character: str) -> str:
-    """Return the name by which a character is looked up, such as U+00A0."""
-    return f"U+{ord(character):04X}" if character else ""
 
 
 # ---- targets ------------------------------------------------------------------------------------
@@ -287,17 +252,16 @@ def choose_targets(
     Stejskal et al. 2017, equation (1); ISO 230-2:2014 for the share (from memory); Agilent 5530
     measurements reference guide, p. 1-4, for the rule of the pitch.
     """
-    _require(abs(start) <= _LARGEST, f"not a number of at most {_LARGEST:g} in magnitude", "start")
-    _require(0 < length <= _LARGEST, f"not a length of at most {_LARGEST:g}", "length")
-    _require(2 <= targets <= MOST_TARGETS, f"not from 2 to {MOST_TARGETS} targets", "targets")
-    _require(pitch is None or 0 < pitch <= _LARGEST, "the pitch is not positive", "pitch")
-    _require(
-        random_share is None or 0 <= random_share < 0.5,
-        "the random part is not from 0 to less than half the interval",
-        "random_share",
-        "Neighbouring targets must not change places",
-    )
-    _require(seed >= 0, "the seed is negative", "seed")
+    require_range("start", start, -_LARGEST, _LARGEST)
+    require_positive("length", length, _LARGEST)
+    require_count("targets", targets, 2, MOST_TARGETS)
+    if pitch is not None:
+        require_positive("pitch", pitch, _LARGEST)
+    if random_share is not None and not 0 <= random_share < 0.5:
+        place = Place(key="random_share")
+        raise ConfigurationError("random_share_outside", share=random_share, place=place)
+    if seed < 0:
+        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
     interval, amplitude = _equal_steps(length, targets, pitch, random_share)
     remarks: list[str] = []
     if pitch is None:
@@ -323,12 +287,10 @@ def choose_targets(
     offset = random.uniform(-amplitude, amplitude, targets)
     position = start + amplitude + interval * np.arange(targets) + offset
     target = np.round(np.clip(position, start, start + length), _DECIMALS) + 0.0
-    _require(
-        bool(np.all(np.diff(target) > 0)),
-        f"{targets} targets do not keep their order within {length:g}",
-        "targets",
-        "Take fewer targets or a smaller random part",
-    )
+    if not bool(np.all(np.diff(target) > 0)):
+        raise ConfigurationError(
+            "targets_change_places", targets=targets, length=length, place=Place(key="targets")
+        )
     return TargetChoice(target, interval, amplitude, tuple(remarks))
 
 

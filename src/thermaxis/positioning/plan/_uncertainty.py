@@ -12,7 +12,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError, require_positive, require_range
 from thermaxis.positioning.drift import (
     Fit,
     Readings,
@@ -77,11 +78,7 @@ class RunAssumptions:
         for entry in fields(self):
             value: float = getattr(self, entry.name)
             least = 0.0 if entry.name in {"drift", "systematic", "reversal"} else 1e-9
-            if not least <= value <= 1e9:
-                raise ConfigurationError(
-                    f"{value:g} is not a {'positive ' if least else ''}number of at most 1e9",
-                    where=entry.name,
-                )
+            require_range(entry.name, value, least, 1e9)
 
 
 @final
@@ -140,8 +137,8 @@ class ExpectedUncertainty:
         return None if expected is None else expected.standard_uncertainty
 
 
-def why_nothing_is_expected(plan: TestPlan) -> str | None:
-    """Say why the uncertainty of a plan cannot be foretold.
+def why_nothing_is_expected(plan: TestPlan) -> ConfigurationError | None:
+    """Return why the uncertainty of a plan cannot be foretold.
 
     Parameters
     ----------
@@ -150,17 +147,16 @@ def why_nothing_is_expected(plan: TestPlan) -> str | None:
 
     Returns
     -------
-    str or None
-        The reason in words, None if the uncertainty can be foretold.
+    ConfigurationError or None
+        The reason, not raised; None if the uncertainty can be foretold.
     """
-    levels = plan.target.size * len(plan.approaches)
+    levels, place = plan.target.size * len(plan.approaches), Place(key="expected uncertainty")
     if plan.cycles < FEWEST_CYCLES or plan.stops - levels < _FEWEST_FREE:
-        return (
-            f"{plan.stops} readings of {levels} levels cannot tell drift from the levels:"
-            " plan more cycles"
+        return ConfigurationError(
+            "drift_and_levels_alike", readings=plan.stops, levels=levels, place=place
         )
     if levels > MOST_LEVELS:
-        return f"the covariance of {levels} levels is too large to be worked out"
+        return ConfigurationError("too_many_levels", levels=levels, most=MOST_LEVELS, place=place)
     return None
 
 
@@ -336,7 +332,7 @@ def expected_uncertainty(
     """
     reason = why_nothing_is_expected(plan)
     if reason is not None:
-        raise ConfigurationError(reason, where="expected uncertainty")
+        raise reason
     assumptions = RunAssumptions() if assumptions is None else assumptions
     if samples is None:
         levels = plan.target.size * len(plan.approaches)
@@ -448,11 +444,7 @@ def _reaches(plan: TestPlan, assumptions: RunAssumptions, key: str) -> float:
         return float(np.sqrt(np.max(np.diag(covariance))))
     value = expected_uncertainty(plan, assumptions).of(key)
     if value is None:
-        raise ConfigurationError(
-            f"this plan gives no figure {key}",
-            where="target figure",
-            remedy="B, M, E, R and A without a direction need both approaches",
-        )
+        raise ConfigurationError("figure_not_given", figure=key, place=Place(key="target_figure"))
     return value
 
 
@@ -465,9 +457,10 @@ def _most_cycles(plan: TestPlan, fewest: int, longest_s: float) -> int:
 
     if fewest > most or not fits(fewest):
         raise ConfigurationError(
-            f"{fewest} cycles already take longer than {longest_s / 3600.0:g} h",
-            where="longest",
-            remedy="Allow more time, or plan fewer targets or a shorter dwell",
+            "cycles_take_longer",
+            cycles=fewest,
+            longest_h=longest_s / 3600.0,
+            place=Place(key="longest"),
         )
     low, high = fewest, fewest
     while high < most and fits(min(2 * high, most)):
@@ -518,13 +511,13 @@ def shortest_plan(
         If the uncertainty is not positive, the plan gives no such figure, or the smallest number
         of cycles takes longer than the longest run or has too many stops or levels.
     """
-    if not 0 < target_uncertainty <= 1e9:
-        raise ConfigurationError("the uncertainty is not positive", where="target uncertainty")
+    require_positive("target_uncertainty", target_uncertainty, 1e9)
     if key != LEVEL_KEY and key not in FIGURE_KEYS:
         raise ConfigurationError(
-            f"there is no figure {key}",
-            where="target figure",
-            remedy=f"Name {LEVEL_KEY} or one of {', '.join(FIGURE_KEYS)}",
+            "unknown_choice",
+            name=key,
+            known=(LEVEL_KEY, *FIGURE_KEYS),
+            place=Place(key="target_figure"),
         )
     assumptions = RunAssumptions() if assumptions is None else assumptions
     smallest = replace(plan, cycles=max(fewest_cycles, FEWEST_CYCLES))
@@ -532,7 +525,7 @@ def shortest_plan(
         smallest = replace(smallest, cycles=smallest.cycles + 1)
     reason = why_nothing_is_expected(smallest)
     if reason is not None:
-        raise ConfigurationError(reason, where="expected uncertainty")
+        raise reason
     most = _most_cycles(plan, smallest.cycles, longest_s)
     tried: dict[int, float] = {}
 

@@ -10,6 +10,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.quantities import AxisKind
 
@@ -153,23 +154,33 @@ class PositioningTest:
 
     def _check_readings(self) -> None:
         if self.target.ndim != 1 or self.target.size == 0:
-            raise DataError(f"targets have the shape {self.target.shape}, not (m,)")
+            raise DataError(
+                "wrong_shape",
+                shape=str(self.target.shape),
+                expected="(m,)",
+                place=Place(key="target"),
+            )
         m = self.target.size
         if self.deviation.ndim != 3 or self.deviation.shape[0] != m or self.deviation.shape[2] != 2:
             raise DataError(
-                f"deviations have the shape {self.deviation.shape}, not ({m}, n, 2)",
-                remedy="The axes are target, cycle, approach (0 forward, 1 backward)",
+                "wrong_shape",
+                shape=str(self.deviation.shape),
+                expected=f"({m}, n, 2)",
+                place=Place(key="deviation"),
             )
         if self.deviation.shape[1] == 0 or bool(np.all(np.isnan(self.deviation))):
-            raise DataError("the run has no readings")
+            raise DataError("no_readings")
         if not bool(np.all(np.isfinite(self.target))) or bool(np.any(np.diff(self.target) <= 0)):
-            raise DataError("target positions are not finite and strictly increasing")
+            raise DataError("not_rising", place=Place(key="target"))
         if bool(np.any(np.isinf(self.deviation))):
-            raise DataError("a deviation is infinite")
+            raise DataError("not_finite", place=Place(key="deviation"))
         for name, values in self.channels.items():
             if values.shape != self.deviation.shape:
                 raise DataError(
-                    f"channel {name} has the shape {values.shape}, not {self.deviation.shape}"
+                    "wrong_shape",
+                    shape=str(values.shape),
+                    expected=str(self.deviation.shape),
+                    place=Place(channel=name),
                 )
 
     def _check_times(self) -> None:
@@ -178,9 +189,14 @@ class PositioningTest:
             if values is None:
                 continue
             if values.shape != self.deviation.shape:
-                raise DataError(f"{name} has the shape {values.shape}, not {self.deviation.shape}")
+                raise DataError(
+                    "wrong_shape",
+                    shape=str(values.shape),
+                    expected=str(self.deviation.shape),
+                    place=Place(key=name),
+                )
             if not bool(np.all(np.isfinite(values[measured]))):
-                raise DataError(f"{name} is missing for a reading that was measured")
+                raise DataError("value_missing_for_reading", place=Place(key=name))
         known = (self.time_s is not None, self.order is not None)
         expected = {
             TimeSource.FILE: (True, True),
@@ -189,7 +205,7 @@ class PositioningTest:
             TimeSource.NONE: (False, False),
         }[self.time_source]
         if known != expected:
-            raise DataError(f"times and order do not fit the time source '{self.time_source}'")
+            raise DataError("time_source_unfit", time_source=str(self.time_source))
 
     @property
     def cycles(self) -> int:

@@ -6,6 +6,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.run import (
     APPROACHES,
@@ -155,7 +156,12 @@ def adjacent_differences(deviation: FloatArray) -> tuple[FloatArray, FloatArray,
     Stejskal et al. 2017, equations (4) and (6).
     """
     if deviation.ndim != 2:
-        raise DataError(f"deviations have the shape {deviation.shape}, not (m, n)")
+        raise DataError(
+            "wrong_shape",
+            shape=str(deviation.shape),
+            expected="(m, n)",
+            place=Place(key="deviation"),
+        )
     difference = deviation[:-1] - deviation[1:]
     mean, s = mean_and_s(difference[..., None])
     n = np.asarray(np.sum(~np.isnan(difference), axis=1), dtype=np.float64)
@@ -233,34 +239,34 @@ def _choose_reference_cycle(
     if cycle is not None:
         if not 1 <= cycle <= test.cycles:
             raise DataError(
-                f"there is no cycle {cycle}; the run has {test.cycles}",
-                where="reference cycle",
-                remedy=f"Choose a cycle from 1 to {test.cycles}",
+                "outside_range",
+                value=cycle,
+                least=1,
+                most=test.cycles,
+                place=Place(key="reference cycle"),
             )
         if not usable[cycle - 1]:
             raise DataError(
-                f"cycle {cycle} has no reading at position {position + 1} in every approach",
-                where="reference cycle",
-                remedy="Choose another cycle",
+                "cycle_without_reference",
+                cycle=cycle,
+                position=position + 1,
+                place=Place(key="reference cycle"),
             )
         return cycle - 1
     if time_s is not None:
         if test.time_s is None:
-            raise DataError(
-                "the readings have no times",
-                where="reference time",
-                remedy="Choose the reference by its cycle number",
-            )
+            raise DataError("readings_without_times", place=Place(key="reference time"))
         chosen = _first_cycle_from(test, time_s, usable)
         if chosen is None and time_s <= float(np.nanmax(test.time_s)) and np.any(usable):
             return int(np.flatnonzero(usable)[-1])
         if chosen is None:
             duration_h = float(np.nanmax(test.time_s)) / 3600.0
             raise DataError(
-                f"no cycle with a reading at position {position + 1} starts after"
-                f" {time_s / 3600.0:g} h",
-                where="reference time",
-                remedy=f"The run lasts {duration_h:.2f} h; choose an earlier time",
+                "no_cycle_after",
+                position=position + 1,
+                time_h=time_s / 3600.0,
+                duration_h=duration_h,
+                place=Place(key="reference time"),
             )
         return chosen
     after_two_hours = _first_cycle_from(test, REFERENCE_TIME_S, usable)
@@ -268,9 +274,9 @@ def _choose_reference_cycle(
         return after_two_hours
     if not np.any(usable):
         raise DataError(
-            f"position {position + 1} was never read in every approach of one cycle",
-            where="reference of the deviation chart",
-            remedy="The chart cannot be anchored; measure the missing stops",
+            "reference_never_read",
+            position=position + 1,
+            place=Place(key="reference of the deviation chart"),
         )
     return int(np.flatnonzero(usable)[0])
 
@@ -323,11 +329,7 @@ def _complete_cycles_of_pairs(
         pairs = np.sum(read[:-1] & read[1:], axis=1).astype(np.float64)
         if np.min(pairs) == 0:
             i = int(np.argmin(pairs)) + 1
-            raise DataError(
-                f"no cycle has both readings {APPROACHES[approach]}",
-                where=f"positions {i} and {i + 1}",
-                remedy="The adjacent differences cannot be formed; measure the missing stops",
-            )
+            raise DataError("no_pair", approach=APPROACHES[approach], position=i, next=i + 1)
         if test.cycles > 1:
             single += [
                 f"positions {i + 1} and {i + 2} {APPROACHES[approach]} have one complete cycle"
@@ -389,15 +391,18 @@ def evaluate_adjacent_difference(
     """
     m = test.target.size
     if m < 2:
-        raise DataError("adjacent differences need at least two targets; the run has one")
+        raise DataError("too_few_targets", targets=m, needed=2)
     if not 1 <= reference_position <= m:
         raise DataError(
-            f"there is no position {reference_position}; the run has {m}",
-            where="reference position",
+            "outside_range",
+            value=reference_position,
+            least=1,
+            most=m,
+            place=Place(key="reference position"),
         )
     if reference_cycle is not None and reference_time_s is not None:
         raise DataError(
-            "a reference cycle and a reference time exclude each other", remedy="Give one of them"
+            "only_one_of", names=("reference cycle", "reference time"), place=Place(key="reference")
         )
     position = reference_position - 1
     cycle = _choose_reference_cycle(test, position, reference_cycle, reference_time_s)

@@ -66,7 +66,7 @@ def evaluate_against_cycles(test: PositioningTest) -> FiguresAgainstCycles:
     depends on the duration of the measurement and the number of repetitions.
     """
     if test.cycles < 2:
-        raise DataError("figures against the number of cycles need at least two cycles")
+        raise DataError("too_few_cycles", cycles=test.cycles, needed=2)
     points = min(test.cycles - 1, MOST_EVALUATIONS)
     counts = np.unique(np.round(np.linspace(2, test.cycles, points)).astype(np.intp)).tolist()
     rows: list[list[float]] = []

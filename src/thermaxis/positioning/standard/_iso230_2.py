@@ -6,6 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
+from thermaxis.codes import Place
 from thermaxis.errors import DataError
 from thermaxis.positioning.run import (
     APPROACHES,
@@ -214,8 +215,10 @@ def iso230_2_figures(deviation: FloatArray, *, coverage_factor: float = 2.0) -> 
     """
     if deviation.ndim < 3 or deviation.shape[-1] != 2:
         raise DataError(
-            f"deviations have the shape {deviation.shape}, not (..., m, n, 2)",
-            remedy="The last axes are target, cycle, approach",
+            "wrong_shape",
+            shape=str(deviation.shape),
+            expected="(..., m, n, 2)",
+            place=Place(key="deviation"),
         )
     return figures_of(*mean_and_s(deviation), coverage_factor=coverage_factor)
 
@@ -284,10 +287,13 @@ def _check_enough_readings(test: PositioningTest, *, needed: int) -> None:
             i = int(short[0])
             unit = test.kind.units.position
             raise DataError(
-                f"{int(readings[i, approach])} reading(s) {APPROACHES[approach]} where"
-                f" {needed} are needed",
-                where=f"target {i + 1} at {test.target[i]:g} {unit}",
-                remedy="Measure the missing stops, or leave this target or approach out",
+                "too_few_at_target",
+                readings=int(readings[i, approach]),
+                approach=APPROACHES[approach],
+                needed=needed,
+                target=i + 1,
+                position=float(test.target[i]),
+                unit=unit,
             )
 
 

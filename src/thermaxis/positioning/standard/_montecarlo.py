@@ -7,7 +7,8 @@ from typing import final
 
 import numpy as np
 
-from thermaxis.errors import ConfigurationError
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError, require_range
 from thermaxis.positioning.run import FloatArray, freeze_arrays
 
 PAPER_RATIO = 1.4076
@@ -108,38 +109,14 @@ class DifferenceMonteCarlo:
         freeze_arrays(self)
 
 
-def _require(what: str, option: str, remedy: str, *, holds: bool) -> None:
-    if not holds:
-        raise ConfigurationError(what, where=f"Monte Carlo, {option}", remedy=remedy)
-
-
 def _check(samples: int, repetitions: int, sigmas: tuple[float, float], seed: int) -> None:
-    _require(
-        f"{samples} numbers are not possible",
-        "samples",
-        f"Ask for {_FEWEST_SAMPLES} to {_MOST_SAMPLES} numbers",
-        holds=_FEWEST_SAMPLES <= samples <= _MOST_SAMPLES,
-    )
-    _require(
-        f"{repetitions} repetitions cannot show an interval of 95 %",
-        "repetitions",
-        f"Ask for {_FEWEST_REPETITIONS} or more",
-        holds=repetitions >= _FEWEST_REPETITIONS,
-    )
-    _require(
-        "numbers times repetitions are too many",
-        "repetitions",
-        f"Stay below {_MOST_NUMBERS} in all",
-        holds=samples * repetitions <= _MOST_NUMBERS,
-    )
+    require_range("samples", samples, _FEWEST_SAMPLES, _MOST_SAMPLES)
+    # fewer cannot show an interval of 95 %
+    require_range("repetitions", repetitions, _FEWEST_REPETITIONS, _MOST_NUMBERS / samples)
     for name, sigma in zip(("sigma_a", "sigma_b"), sigmas, strict=True):
-        _require(
-            f"the standard deviation {sigma} is not possible",
-            name,
-            f"Give a number from {_SMALLEST_SIGMA:g} to {_LARGEST_SIGMA:g}",
-            holds=_SMALLEST_SIGMA <= sigma <= _LARGEST_SIGMA,
-        )
-    _require("the seed is negative", "seed", "Give 0 or more", holds=seed >= 0)
+        require_range(name, sigma, _SMALLEST_SIGMA, _LARGEST_SIGMA)
+    if seed < 0:
+        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
 
 
 def _estimate(ratios: FloatArray, theory: float, bias: float) -> RatioEstimate:

@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from thermaxis.errors import ConfigurationError, DataError
+from thermaxis.codes import Place
+from thermaxis.errors import ConfigurationError, DataError, require_range
 from thermaxis.positioning.run import FloatArray, PositioningTest
 from thermaxis.positioning.standard import (
     FIGURE_KEYS,
@@ -98,16 +99,12 @@ class UncertaintyBudget:
             value: float | None = getattr(self, name)
             if value is not None and not 0.0 <= value < 1e9:
                 raise ConfigurationError(
-                    f"{name} is not a finite number from zero", where="uncertainty budget"
+                    "outside_range", value=value, least=0.0, most=1e9, place=Place(key=name)
                 )
         certified = (self.device, self.device_um_per_m)
         ranges = (self.device_range, self.device_range_um_per_m)
         if any(v is not None for v in certified) and any(v is not None for v in ranges):
-            raise ConfigurationError(
-                "the instrument is stated by its expanded uncertainty and by its range of errors",
-                where="uncertainty budget",
-                remedy="State one of them, else it counts twice",
-            )
+            raise ConfigurationError("instrument_twice")
 
 
 @final
@@ -220,11 +217,7 @@ def _expansion_coefficient_ppm_per_k(test: PositioningTest, budget: UncertaintyB
         return budget.expansion_coefficient_ppm_per_k
     stated = _stated_in_run(test, "expansion_coefficient_ppm_per_k")
     if not stated:
-        raise DataError(
-            "the expansion coefficient is stated neither in the budget nor in the run",
-            where="uncertainty budget",
-            remedy="State it beside the interval of the material's temperature",
-        )
+        raise DataError("no_expansion_coefficient")
     return max(stated)
 
 
@@ -233,12 +226,7 @@ def _difference_to_20_c_k(test: PositioningTest, budget: UncertaintyBudget) -> f
         return budget.largest_difference_to_20_c_k
     stated = _stated_in_run(test, "material_temperature_")
     if not stated:
-        raise DataError(
-            "the material's temperature is stated neither in the budget nor in the run",
-            where="uncertainty budget",
-            remedy="State the largest difference to 20 °C beside the interval of the expansion"
-            " coefficient",
-        )
+        raise DataError("no_material_temperature")
     return max(abs(value - 20.0) for value in stated)
 
 
@@ -315,11 +303,7 @@ def _terms(test: PositioningTest, budget: UncertaintyBudget) -> _Terms:
     if test.kind is AxisKind.ROTARY:
         stated = [name for name in _LINEAR_ONLY if getattr(budget, name) is not None]
         if stated:
-            raise ConfigurationError(
-                f"{stated[0]} does not exist on a rotary axis",
-                where="uncertainty budget",
-                remedy="Leave it out: angles neither expand nor have a length",
-            )
+            raise ConfigurationError("linear_axis_only", place=Place(key=stated[0]))
         found = [_device(budget, 0.0)]
         names = {"device": names["device"]}
     else:
@@ -653,12 +637,9 @@ def evaluate_uncertainty(
     annex on uncertainty, terms from memory. G. K. Smyth 2004 (moderated variances) and A. Gelman
     2006 (prior of a scatter), from memory.
     """
-    if not _FEWEST_SAMPLES <= samples <= _MOST_SAMPLES or seed < 0:
-        raise ConfigurationError(
-            f"{samples} samples with the seed {seed} are not possible",
-            where="uncertainty",
-            remedy=f"Ask for {_FEWEST_SAMPLES} to {_MOST_SAMPLES} samples and a seed from zero",
-        )
+    require_range("samples", samples, _FEWEST_SAMPLES, _MOST_SAMPLES)
+    if seed < 0:
+        raise ConfigurationError("negative", value=seed, place=Place(key="seed"))
     terms = _terms(test, budget or UncertaintyBudget())
     estimate = _estimate_without_drift(test) if drift is None else _estimate_with_drift(test, drift)
     noise_known = estimate is not None
