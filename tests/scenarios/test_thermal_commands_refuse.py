@@ -60,7 +60,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: object) -> str:
     except ThermaxisError as error:
         said = f"{error.code}: {error}"
     except SystemExit as stopped:
-        assert stopped.code == 2
+        assert stopped.code == 2  # noqa: PT017 - beside errors of another kind
         said = capsys.readouterr().err.splitlines()[-1]
     else:
         raise AssertionError

@@ -21,7 +21,9 @@ from thermaxis.positioning import (
 )
 from thermaxis.quantities import AxisKind
 from thermaxis.report import PositioningReport, check_limits
+from thermaxis.report.charts import _figures
 from thermaxis.report.charts._figures import Chart
+from thermaxis.report.thermal import _panels
 from thermaxis.report.thermal._panels import ThermalChart
 
 DrawnOnce = Callable[[], AbstractContextManager[None]]
@@ -142,6 +144,25 @@ def remembered_charts() -> Iterator[None]:
 
             patch.setattr(kind, "svg", svg)
         yield
+
+
+_PICTURE = b"""<?xml version="1.0"?>
+<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>"""
+    b'<?xml version="1.0"?><svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
+)
+
+
+@pytest.fixture
+def not_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let charts be drawn but neither laid out nor saved, where something else is the subject."""
+    for kind in (_figures, _panels):
+        monkeypatch.setattr(kind, "svg_bytes", lambda _: _PICTURE)
+
+
+@pytest.fixture
+def no_charts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no chart be drawn: a certificate has its place alone."""
+    monkeypatch.setattr(Chart, "svg", lambda *_: _PICTURE)
 
 
 @pytest.fixture(scope="session")

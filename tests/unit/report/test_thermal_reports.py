@@ -173,12 +173,6 @@ class PageReader(HTMLParser):
         self.text += data
 
 
-@pytest.fixture
-def not_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let charts be drawn but neither laid out nor saved, where the words are the subject."""
-    monkeypatch.setattr("thermaxis.report.thermal._panels.svg_bytes", lambda _: b"<svg/>")
-
-
 @pytest.fixture(scope="module")
 def log() -> ThermalLog:
     return make_log()
@@ -196,7 +190,9 @@ def charts(log: ThermalLog, result: Verification) -> dict[str, ThermalChart]:
 
 @pytest.fixture(scope="module")
 def document(log: ThermalLog, result: Verification) -> Document:
-    return verification_document(MODEL, [log], result)
+    with pytest.MonkeyPatch.context() as patch:  # its words are the subject
+        patch.setattr("thermaxis.report.thermal._panels.svg_bytes", lambda _: b"<svg/>")
+        return verification_document(MODEL, [log], result)
 
 
 @pytest.fixture(scope="module")
@@ -280,6 +276,7 @@ def test_inputs_are_drawn_relative_to_their_start_in_kelvin(
     assert ("Speeds", "n_spindle_rpm") in points
 
 
+@pytest.mark.usefixtures("not_laid_out")
 def test_a_log_without_speeds_says_so(log: ThermalLog) -> None:
     quiet = log.select([name for name in log.columns if not name.endswith("rpm")])
     document = verification_document(MODEL, [quiet], verify(MODEL, [quiet], MEASURED))
@@ -381,10 +378,10 @@ def test_many_outputs_and_parts_stay_readable(log: ThermalLog) -> None:
 def test_logs_that_were_not_verified_are_refused(
     log: ThermalLog, result: Verification, tmp_path: Path
 ) -> None:
-    with pytest.raises(ConfigurationError, match="not those that were verified"):
-        write_verification_report(MODEL, [log, log], result, tmp_path / "r.html")
-    with pytest.raises(ConfigurationError, match="not those that were verified"):
-        write_verification_report(MODEL, [make_log(rows=100)], result, tmp_path / "r.html")
+    for logs in ([log, log], [make_log(rows=100)]):
+        with pytest.raises(ConfigurationError) as caught:
+            write_verification_report(MODEL, logs, result, tmp_path / "r.html")
+        assert caught.value.code == "other_logs_than_verified"
 
 
 # ---- identification -----------------------------------------------------------------------------
@@ -426,6 +423,7 @@ def test_the_step_response_that_is_drawn_ends_near_the_dc_gain(
         assert drawn[-1, 1] == pytest.approx(part.dc_gain, rel=0.05)
 
 
+@pytest.mark.usefixtures("not_laid_out")
 @pytest.mark.parametrize("method", [Method.ARX, Method.OE])
 def test_polynomials_are_printed_with_their_poles(
     records: Records, log: ThermalLog, method: Method
@@ -453,6 +451,7 @@ def test_faults_of_the_sensors_are_named(found: Identification, records: Records
     assert not any("no fault was found" in text for text in texts_of(document))
 
 
+@pytest.mark.usefixtures("not_laid_out")
 def test_an_unstable_model_is_reported_as_such(
     found: Identification, records: Records, log: ThermalLog
 ) -> None:
@@ -465,6 +464,7 @@ def test_an_unstable_model_is_reported_as_such(
     assert any("nothing was simulated" in text for text in texts)
 
 
+@pytest.mark.usefixtures("not_laid_out")
 def test_a_choice_among_candidates_shows_its_curve(log: ThermalLog) -> None:
     inputs = [InputDefinition(n, n) for n in ("T_spindle_C", "T_table_C", "T_column_C")]
     records = records_of([log], inputs, ["Z_um"])
@@ -484,10 +484,9 @@ def test_the_same_result_gives_the_same_bytes(
     log: ThermalLog, drawn_once: DrawnOnce, tmp_path: Path
 ) -> None:
     result = verify(MODEL, [log], MEASURED[1:])
-    for k in range(2):
-        with drawn_once():
-            for suffix in (".pdf", ".html"):
-                write_verification_report(MODEL, [log], result, tmp_path / f"{k}{suffix}")
+    with drawn_once():  # their bytes are compared below
+        for name in ("0.pdf", "0.html", "1.pdf", "1.html"):
+            write_verification_report(MODEL, [log], result, tmp_path / name)
     for suffix in (".pdf", ".html"):
         assert (tmp_path / f"0{suffix}").read_bytes() == (tmp_path / f"1{suffix}").read_bytes()
     pdf = pypdfium2.PdfDocument(tmp_path / "0.pdf")
@@ -572,11 +571,11 @@ def test_hostile_names_show_themselves_and_are_never_obeyed(
 def test_figures_are_written_as_png_svg_and_csv_and_repeat(log: ThermalLog, tmp_path: Path) -> None:
     result = verify(MODEL, [log], MEASURED[:1])
     write_verification_figures(MODEL, [log], result, tmp_path / "a")
-    again = write_charts(verification_charts(MODEL, (log,), result)[:2], tmp_path / "b")
+    again = write_charts(verification_charts(MODEL, (log,), result)[:1], tmp_path / "b")
     written = sorted((tmp_path / "a").iterdir())
     assert {path.suffix for path in written} == {".png", ".svg", ".csv"}
     assert len(written) == 3 * 5
-    assert len(again) == 6
+    assert len(again) == 3
     for path in again:
         assert path.read_bytes() == (tmp_path / "a" / path.name).read_bytes()
 
@@ -602,6 +601,7 @@ def test_the_shortest_logs_are_shown(log: ThermalLog, rows: int) -> None:
     assert len(captions_of(document)) == 5
 
 
+@pytest.mark.usefixtures("not_laid_out")
 @pytest.mark.real_data
 def test_the_public_log_of_five_probes_is_shown(real_data: Path, tmp_path: Path) -> None:
     path = real_data / "thermal" / "fl_thermal" / "fl_thermal_15s_rows_0_8891.csv"
