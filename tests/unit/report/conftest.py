@@ -148,8 +148,6 @@ def remembered_charts() -> Iterator[None]:
 
 _PICTURE = b"""<?xml version="1.0"?>
 <svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>"""
-    b'<?xml version="1.0"?><svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
-)
 
 
 @pytest.fixture
