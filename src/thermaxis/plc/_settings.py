@@ -6,6 +6,7 @@ from itertools import pairwise
 from math import expm1, frexp
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.compensation import Compensation, CompensationModel, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc.tree import REMARK, PlcNames, names_of, noted, remark_text, stored
@@ -74,34 +75,22 @@ class PlcSettings:
         compensation = self.compensation
         model = compensation.model
         if compensation.redundant:
-            raise ConfigurationError(
-                "the block has no redundant sensors",
-                where="redundant",
-                remedy="Choose the better one before the block, and clear its ok where they differ",
-            )
+            raise ConfigurationError("no_redundant_in_block", place=Place(key="redundant"))
         if compensation.interlocks != (INTERLOCK,):
             raise ConfigurationError(
-                f"the block has the one interlock {INTERLOCK}",
-                where="interlocks",
-                remedy="Combine the conditions before the block",
+                "one_interlock_in_block", interlock=INTERLOCK, place=Place(key="interlocks")
             )
         _require_size(model)
         for part in model.layout.parts:
             _require_delay(part, compensation.cycle_s)
         if model.longest_gap_s < self.longest_cycle_s:
             raise ConfigurationError(
-                f"the model starts anew after {model.longest_gap_s:g} s, within a cycle",
-                where="longest_gap_s",
-                remedy="Export it with a shorter cycle",
+                "gap_within_cycle", gap_s=model.longest_gap_s, place=Place(key="longest_gap_s")
             )
         if self.model_sha256 and not _HASH.fullmatch(self.model_sha256):
-            raise ConfigurationError("not 64 hexadecimal digits", where="model_sha256")
+            raise ConfigurationError("no_sha256", place=Place(key="model_sha256"))
         if not all(REMARK.fullmatch(text) for text in self.notes):
-            raise ConfigurationError(
-                "a note has signs that no remark may have",
-                where="notes",
-                remedy="Let what people have written pass remark_text",
-            )
+            raise ConfigurationError("remark_signs", place=Place(key="notes"))
         object.__setattr__(self, "names", names_of(model, self.name))
         _require_numbers(self)
 
@@ -219,26 +208,20 @@ def _require_size(model: CompensationModel) -> None:
     ):
         if number > most:
             raise ConfigurationError(
-                f"the model has {number} {what}, of which a block takes {most}",
-                where=what,
-                remedy="Export its outputs one by one",
+                "outside_count", count=number, least=1, most=most, place=Place(key=what)
             )
 
 
 def _require_delay(part: Part, cycle_s: float) -> None:
     cycles = part.delay_s / cycle_s
-    where = f"part {part.name}"
+    place = Place(key="parts", channel=part.name)
     if cycles > LONGEST_DELAY_CYCLES:
         raise ConfigurationError(
-            f"its delay is {cycles:.0f} cycles, longer than {LONGEST_DELAY_CYCLES}",
-            where=where,
-            remedy="Export it with a longer cycle",
+            "delay_too_long", cycles=round(cycles), most=LONGEST_DELAY_CYCLES, place=place
         )
     if part.delay_s != round(cycles) * cycle_s:
         raise ConfigurationError(
-            f"its delay of {part.delay_s:g} s is no whole number of cycles",
-            where=where,
-            remedy="Round it, as the export does",
+            "delay_no_whole_cycles", delay_s=part.delay_s, cycle_s=cycle_s, place=place
         )
 
 
@@ -252,21 +235,17 @@ def compensated_stall(alpha: float) -> float:
     return 2.0**-48 / alpha
 
 
-def require_no_stall(alpha: float, *, where: str) -> None:
+def require_no_stall(alpha: float, *, place: Place) -> None:
     """Refuse a section that would come to rest too early in REAL."""
     if not alpha > 0.0 or compensated_stall(alpha) > LARGEST_STALL:
-        raise ConfigurationError(
-            "the section is too slow for its cycle in REAL",
-            where=where,
-            remedy="Export it with a longer cycle, or with LREAL",
-        )
+        raise ConfigurationError("section_too_slow", place=place)
 
 
-def _require_lag(settings: PlcSettings, tau_s: float, where: str) -> None:
+def _require_lag(settings: PlcSettings, tau_s: float, place: Place) -> None:
     alpha = -expm1(-settings.cycle_s / tau_s)
-    stored(alpha, double=settings.double, where=where)
+    stored(alpha, double=settings.double, place=place)
     if not settings.double:
-        require_no_stall(alpha, where=where)
+        require_no_stall(alpha, place=place)
 
 
 def _require_counted(settings: PlcSettings) -> None:
@@ -275,28 +254,28 @@ def _require_counted(settings: PlcSettings) -> None:
     nearest_s = max(1, round(cycle_s * COUNTED_PER_S)) / COUNTED_PER_S
     if cycle_s != nearest_s:
         raise ConfigurationError(
-            f"in REAL times are not counted exactly with a cycle of {cycle_s:g} s",
-            where="cycle_s",
-            remedy=f"Choose a multiple of 1/{COUNTED_PER_S} s, such as {nearest_s!r}, or LREAL",
+            "cycle_not_counted",
+            cycle_s=cycle_s,
+            parts=COUNTED_PER_S,
+            nearest_s=nearest_s,
+            place=Place(key="cycle_s"),
         )
     whole, parts = cycle_s.as_integer_ratio()
     longest_s = 2**24 * (whole & -whole) / parts
     compensation = settings.compensation
     rules = compensation.supervisor
-    for where, seconds in (
-        ("supervisor", rules.max_hold_s),
-        ("supervisor", rules.input_timeout_s + rules.hold_input_s),
-        ("longest_hold_s", compensation.model.longest_hold_s),
+    for place, seconds in (
+        (Place(key="supervisor"), rules.max_hold_s),
+        (Place(key="supervisor"), rules.input_timeout_s + rules.hold_input_s),
+        (Place(key="longest_hold_s"), compensation.model.longest_hold_s),
         *(
-            (f"frozen_s of {channel}", sensor.frozen_s)
+            (Place(key="frozen_s", channel=channel), sensor.frozen_s)
             for channel, sensor in compensation.sensors.items()
         ),
     ):
         if seconds + cycle_s > longest_s:
             raise ConfigurationError(
-                f"{seconds:g} s are more than the {longest_s:g} s that REAL counts exactly",
-                where=where,
-                remedy="Choose shorter times or a cycle of whole seconds, or LREAL",
+                "time_not_counted", seconds=seconds, longest_s=longest_s, place=place
             )
 
 
@@ -308,13 +287,11 @@ def _require_rates(settings: PlcSettings) -> None:
         ulp_um = 2.0 ** (frexp(bounds.total_um)[1] - 24)
         if step_um < LEAST_STEP_ULPS * ulp_um:
             raise ConfigurationError(
-                f"in REAL its rate is lost in rounding: {step_um:g} um in a cycle, of a total of"
-                f" {bounds.total_um:g} um",
-                where=f"rate of {output.name}",
-                remedy=(
-                    f"Allow {LEAST_STEP_ULPS * ulp_um:.3g} um in a cycle or more: a longer cycle,"
-                    " a higher rate or a smaller total; or LREAL"
-                ),
+                "rate_lost_in_real",
+                step_um=step_um,
+                total_um=bounds.total_um,
+                least_um=LEAST_STEP_ULPS * ulp_um,
+                place=Place(key="largest_rate_um_per_s", channel=output.name),
             )
 
 
@@ -324,20 +301,16 @@ def _require_numbers(settings: PlcSettings) -> None:
         _require_counted(settings)
         _require_rates(settings)
     if model.input_filter_s > 0.0:
-        _require_lag(settings, model.input_filter_s, "input_filter_s")
+        _require_lag(settings, model.input_filter_s, Place(key="input_filter_s"))
     for part in model.layout.parts:
-        where = f"part {part.name}"
+        place = Place(key="parts", channel=part.name)
         numbers = [part.direct_gain_um_per_k, part.tool_gain]
         numbers += [section.gain_um_per_k for section in part.sections]
         numbers += [x for p in part.gain_by_diameter for x in (p.diameter_mm, p.gain)]
         for value in numbers:
-            stored(value, double=double, where=where)
+            stored(value, double=double, place=place)
         for section in part.sections:
-            _require_lag(settings, section.time_constant_s, where)
-        held = [stored(p.diameter_mm, double=double, where=where) for p in part.gain_by_diameter]
+            _require_lag(settings, section.time_constant_s, place)
+        held = [stored(p.diameter_mm, double=double, place=place) for p in part.gain_by_diameter]
         if any(a >= b for a, b in pairwise(held)):
-            raise ConfigurationError(
-                "two diameters of its gains are one number in REAL",
-                where=where,
-                remedy="Export it with LREAL",
-            )
+            raise ConfigurationError("diameters_equal_in_real", place=place)

@@ -5,6 +5,8 @@ import re
 import pytest
 from hypothesis import given, strategies as st
 
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel, Output, Part
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc.tree import (
@@ -26,23 +28,23 @@ def a_model(*parts: tuple[str, str], outputs: tuple[str, ...] = ("Z_um",)) -> Co
 
 
 def test_a_name_becomes_lower_case_with_single_underscores() -> None:
-    assert legal_stem("Spindle  front-bearing", 30, where="x") == "spindle_front_bearing"
-    assert legal_stem("__T1__(°C)", 30, where="x") == "t1_degc"
-    assert legal_stem("Lůžko řady 3", 30, where="x") == "luzko_rady_3"
-    assert legal_stem("Weg µm", 30, where="x") == "weg_um"
-    assert legal_stem("front bearing", 6, where="x") == "front"
+    assert legal_stem("Spindle  front-bearing", 30, place=Place(key="x")) == "spindle_front_bearing"
+    assert legal_stem("__T1__(°C)", 30, place=Place(key="x")) == "t1_degc"
+    assert legal_stem("Lůžko řady 3", 30, place=Place(key="x")) == "luzko_rady_3"
+    assert legal_stem("Weg µm", 30, place=Place(key="x")) == "weg_um"
+    assert legal_stem("front bearing", 6, place=Place(key="x")) == "front"
 
 
 @pytest.mark.parametrize("text", ["", "   ", "---", "温度", "*()", "_"])
 def test_a_name_without_a_letter_is_refused(text: str) -> None:
-    with pytest.raises(ConfigurationError, match="no letter and no digit"):
-        legal_stem(text, 20, where="channel")
+    with refused("name_without_letters", Place(key="channel")):
+        legal_stem(text, 20, place=Place(key="channel"))
 
 
 @given(st.text(max_size=40))
 def test_every_name_is_legal_behind_its_prefix_or_refused(text: str) -> None:
     try:
-        stem = legal_stem(text, 13, where="output")
+        stem = legal_stem(text, 13, place=Place(key="output"))
     except ConfigurationError:
         assert not re.search("[A-Za-z0-9]", text)
         return
@@ -98,7 +100,7 @@ def test_parts_of_two_outputs_have_names_of_their_own() -> None:
 def test_the_block_never_takes_a_name_that_the_program_needs(name: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         names_of(a_model(("p", "t")), name)
-    assert caught.value.where == "name"
+    assert caught.value.place.key == "name"
 
 
 @pytest.mark.parametrize("name", ["limit", "at", "to", "step", "ok", "int", "function_block"])

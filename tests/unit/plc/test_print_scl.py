@@ -6,10 +6,10 @@ from typing import Literal
 
 import pytest
 
+from tests.refusals import refused
 from tests.unit.plc.scl_normal import scl_normal
 from tests.unit.plc.small_programs import asked, let, said, small
 from tests.unit.plc.st_interpreter import Machine, first_difference
-from thermaxis.errors import ConfigurationError
 from thermaxis.plc import Program, print_scl, print_st
 
 Cpu = Literal["s7-1500", "s7-300"]
@@ -103,7 +103,7 @@ def test_the_older_class_has_neither_and_its_constants_are_in_the_code() -> None
 
 
 def test_the_older_class_refuses_lreal_and_offers_real() -> None:
-    with pytest.raises(ConfigurationError, match=r"S7-300 class know no LREAL.*--real 32"):
+    with refused("no_lreal_in_cpu"):
         print_scl(small(), "s7-300")
 
 

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.refusals import refused
+from thermaxis.codes import Place
 from thermaxis.compensation import (
     Compensation,
     CompensationModel,
@@ -16,7 +18,6 @@ from thermaxis.compensation import (
     SensorRules,
     SupervisorRules,
 )
-from thermaxis.errors import ConfigurationError
 from thermaxis.plc import PlcSettings, build_program, export_settings
 from thermaxis.plc._settings import compensated_stall, require_no_stall
 from thermaxis.plc.tree import executable, stored
@@ -68,31 +69,38 @@ def test_the_cycle_may_differ_by_a_tenth() -> None:
 
 @pytest.mark.parametrize("cycle_s", [0.0, 0.09, 61.0, float("nan")])
 def test_a_cycle_outside_a_tenth_of_a_second_to_a_minute_is_refused(cycle_s: float) -> None:
-    with pytest.raises(ConfigurationError, match="cycle"):
+    with refused("outside_range"):
         exported(a_compensation(), cycle_s=cycle_s)
 
 
-def refusal(compensation: Compensation, **traits: object) -> str:
-    with pytest.raises(ConfigurationError) as caught:
-        exported(compensation, **traits)
-    return str(caught.value)
-
-
-def test_too_large_models_are_refused_in_words() -> None:
-    assert "9 outputs, of which a block takes 8" in refusal(a_compensation(outputs=9))
-    parts = tuple(Part(f"p{k}", "t", "", 1.0) for k in range(51))
-    assert "51 parts, of which a block takes 50" in refusal(a_compensation(*parts))
-    slow = tuple(Section(1.0, 60.0 + k) for k in range(101))
-    assert "101 sections" in refusal(a_compensation(Part("p", "t", "", 1.0, slow)))
-    many = tuple(Part(f"p{k}", f"t{k}", "", 1.0) for k in range(33))
-    assert "33 channels" in refusal(a_compensation(*many))
+@pytest.mark.parametrize(
+    ("parts", "outputs", "key", "count", "most"),
+    [
+        ((), 9, "outputs", 9, 8),
+        (tuple(Part(f"p{k}", "t", "", 1.0) for k in range(51)), 1, "parts", 51, 50),
+        (
+            (Part("p", "t", "", 1.0, tuple(Section(1.0, 60.0 + k) for k in range(101))),),
+            1,
+            "sections",
+            101,
+            100,
+        ),
+        (tuple(Part(f"p{k}", f"t{k}", "", 1.0) for k in range(33)), 1, "channels", 33, 32),
+    ],
+)
+def test_too_large_models_are_refused(
+    parts: tuple[Part, ...], outputs: int, key: str, count: int, most: int
+) -> None:
+    with refused("outside_count", Place(key=key), count=count, most=most):
+        exported(a_compensation(*parts, outputs=outputs))
 
 
 def test_too_long_a_delay_is_refused_and_the_longest_is_not() -> None:
     def part(delay_s: float) -> Part:
         return Part("p", "t", "", 1.0, delay_s=delay_s)
 
-    assert "longer than 10000" in refusal(a_compensation(part(10_001.0)))
+    with refused("delay_too_long", Place(key="parts", channel="p"), cycles=10_001):
+        exported(a_compensation(part(10_001.0)))
     assert exported(a_compensation(part(10_000.0))).notes == ()
     assert exported(a_compensation(part(10_001.0)), cycle_s=2.0).notes
 
@@ -101,40 +109,44 @@ def test_settings_that_were_not_made_by_the_export_are_checked_too() -> None:
     plain = a_compensation(interlocks=("plc",))
     PlcSettings(compensation=plain)
     late = a_compensation(Part("p", "t", "", 1.0, delay_s=0.7), interlocks=("plc",))
-    for compensation, words in (
-        (late, "no whole number of cycles"),
-        (a_compensation(), "one interlock"),
-        (a_compensation(redundant=frozenset({"t"}), interlocks=("plc",)), "no redundant sensors"),
+    for compensation, code in (
+        (late, "delay_no_whole_cycles"),
+        (a_compensation(), "one_interlock_in_block"),
+        (a_compensation(redundant=frozenset({"t"}), interlocks=("plc",)), "no_redundant_in_block"),
     ):
-        with pytest.raises(ConfigurationError, match=words):
+        with refused(code):
             PlcSettings(compensation=compensation)
-    with pytest.raises(ConfigurationError, match="64 hexadecimal"):
+    with refused("no_sha256"):
         PlcSettings(compensation=plain, model_sha256="xyz")
     for note in ("delay of *)", "delay of a; b", "a\nb"):
-        with pytest.raises(ConfigurationError, match="signs that no remark may have"):
+        with refused("remark_signs"):
             PlcSettings(compensation=plain, notes=(note,))
 
 
 def test_a_gap_within_a_cycle_is_refused() -> None:
     plain = a_compensation()
     short = replace(plain, model=replace(plain.model, longest_gap_s=5.0))
-    assert "starts anew after 5 s" in refusal(short, cycle_s=10.0)
+    with refused("gap_within_cycle", Place(key="longest_gap_s"), gap_s=5.0):
+        exported(short, cycle_s=10.0)
     assert exported(short, cycle_s=4.0).cycle_s == 4.0
 
 
 def test_numbers_that_binary32_cannot_hold_are_refused_in_real_only() -> None:
     tiny = a_compensation(Part("p", "t", "", 1e-40))
-    assert "REAL" in refusal(tiny, double=False)
+    with refused("too_small_for_plc", Place(key="parts", channel="p"), kind="REAL"):
+        exported(tiny, double=False)
     assert exported(tiny).double
     narrow = (GainPoint(100.0, 1.0), GainPoint(100.000001, 2.0))
     close = a_compensation(Part("p", "t", "", 1.0, gain_by_diameter=narrow))
-    assert "one number in REAL" in refusal(close, double=False)
+    with refused("diameters_equal_in_real", Place(key="parts", channel="p")):
+        exported(close, double=False)
     assert exported(close).double
-    with pytest.raises(ConfigurationError, match="LREAL"):
-        stored(5e-324, double=True, where="x")
-    for value, words in ((float("nan"), "no number"), (float("inf"), "infinite"), (1e39, "REAL")):
-        with pytest.raises(ConfigurationError, match=words):
-            stored(value, double=False, where="x")
+    with refused("too_small_for_plc", kind="LREAL"):
+        stored(5e-324, double=True, place=Place(key="x"))
+    wrong = {float("nan"): "not_finite", float("inf"): "not_finite", 1e39: "too_large_for_plc"}
+    for value, code in wrong.items():
+        with refused(code, Place(key="x")):
+            stored(value, double=False, place=Place(key="x"))
 
 
 def test_a_constant_that_only_the_build_computes_is_refused_too() -> None:
@@ -142,7 +154,7 @@ def test_a_constant_that_only_the_build_computes_is_refused_too() -> None:
     faint = replace(plain, validity_margin_k=1e-42)
     ranged = Part("p", "t", "", 1.0, lowest_k=-1.0, highest_k=1.0)
     faint = replace(faint, model=replace(plain.model, outputs=(Output("o0", (ranged,)),)))
-    with pytest.raises(ConfigurationError, match="margin_k"):
+    with refused("too_small_for_plc"):
         build_program(exported(faint, double=False))
     assert build_program(exported(faint)).double
 
@@ -150,10 +162,10 @@ def test_a_constant_that_only_the_build_computes_is_refused_too() -> None:
 def test_the_stall_of_a_compensated_increment_matters_only_beyond_every_legal_section() -> None:
     """The slowest legal section at the fastest legal cycle: alpha is 1e-9."""
     assert compensated_stall(1e-9) == pytest.approx(3.55e-6, rel=1e-3)
-    require_no_stall(1e-9, where="section")
+    require_no_stall(1e-9, place=Place(key="section"))
     for alpha in (1e-12, 0.0):
-        with pytest.raises(ConfigurationError, match="too slow for its cycle in REAL"):
-            require_no_stall(alpha, where="section")
+        with refused("section_too_slow"):
+            require_no_stall(alpha, place=Place(key="section"))
 
 
 def test_the_filter_of_the_inputs_is_checked_as_a_section_is(
@@ -166,9 +178,8 @@ def test_the_filter_of_the_inputs_is_checked_as_a_section_is(
     monkeypatch.setattr("thermaxis.plc._settings.LARGEST_STALL", compensated_stall(1.0 / 1e4))
     assert not exported(plain, double=False).double
     assert exported(slow).double
-    said = refusal(slow, double=False)
-    assert "input_filter_s" in said
-    assert "too slow for its cycle in REAL" in said
+    with refused("section_too_slow", Place(key="input_filter_s")):
+        exported(slow, double=False)
 
 
 def test_a_number_in_the_target_is_rounded_once() -> None:
@@ -183,11 +194,12 @@ def test_a_number_in_the_target_is_rounded_once() -> None:
 def test_a_cycle_in_real_that_is_no_multiple_of_a_128th_of_a_second_is_refused(
     cycle_s: float,
 ) -> None:
-    said = refusal(a_compensation(), cycle_s=cycle_s, double=False)
-    assert "not counted exactly" in said
-    nearest = said.split("such as ")[1].split(",")[0]
-    assert not exported(a_compensation(), cycle_s=float(nearest), double=False).double
-    assert abs(float(nearest) - cycle_s) <= 1.0 / 256.0
+    with refused("cycle_not_counted", Place(key="cycle_s")) as caught:
+        exported(a_compensation(), cycle_s=cycle_s, double=False)
+    nearest_s = caught.value.values["nearest_s"]
+    assert isinstance(nearest_s, float)
+    assert not exported(a_compensation(), cycle_s=nearest_s, double=False).double
+    assert abs(nearest_s - cycle_s) <= 1.0 / 256.0
     assert exported(a_compensation(), cycle_s=cycle_s).double
 
 
@@ -208,8 +220,8 @@ def test_a_tenth_of_a_second_in_real_would_be_minutes_off_after_a_day() -> None:
 
 def test_times_together_that_real_does_not_count_exactly_are_refused() -> None:
     long = SupervisorRules(settle_s=60_000.0, hold_operator_s=86_400.0)
-    said = refusal(a_compensation(supervisor=long), cycle_s=0.1015625, double=False)
-    assert "131072 s that REAL counts exactly" in said
+    with refused("time_not_counted", Place(key="supervisor"), longest_s=131_072.0):
+        exported(a_compensation(supervisor=long), cycle_s=0.1015625, double=False)
     assert not exported(a_compensation(supervisor=long), cycle_s=1.0, double=False).double
     assert exported(a_compensation(supervisor=long), cycle_s=0.1015625).double
 
@@ -223,9 +235,8 @@ def at_the_border(share: float) -> Compensation:
 
 
 def test_a_rate_that_real_would_lose_in_the_rounding_of_its_total_is_refused() -> None:
-    said = refusal(at_the_border(0.999), double=False)
-    assert "rate of o0" in said
-    assert "lost in rounding" in said
+    with refused("rate_lost_in_real", Place(key="largest_rate_um_per_s", channel="o0")):
+        exported(at_the_border(0.999), double=False)
     assert not exported(at_the_border(1.0), double=False).double
     assert not exported(at_the_border(0.999), cycle_s=2.0, double=False).double
     assert exported(at_the_border(0.999)).double

@@ -6,7 +6,7 @@ from dataclasses import replace
 from hashlib import sha256
 from typing import NamedTuple, cast, final
 
-from thermaxis.cli.exchange._export_errors import as_typed
+from thermaxis.cli.exchange._export_places import typed_place
 from thermaxis.cli.exchange._export_settings import Exported, exported_of
 from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
@@ -68,7 +68,7 @@ def export_of(arguments: argparse.Namespace) -> Export:
     try:
         return _export_of(arguments)
     except ConfigurationError as error:
-        raise as_typed(error, arguments) from error
+        raise error.at(typed_place(error.place, arguments)) from error
 
 
 def _export_of(arguments: argparse.Namespace) -> Export:
@@ -146,7 +146,7 @@ def target_of(arguments: argparse.Namespace) -> tuple[Target, bool]:
         raise ConfigurationError("option_belongs_to", place=Place(key="--flavour"), what="ST")
     if dialect in _SCL:
         if cpu == "s7-300" and arguments.real == "64":
-            raise ConfigurationError("s7_300_has_no_lreal", place=Place(key="--real"))
+            raise ConfigurationError("no_lreal_in_cpu", place=Place(key="--real"))
         double = arguments.real != "32" if cpu != "s7-300" else False
         return Target(dialect, cpu or ("s7-1500" if double else "s7-300")), double
     return Target(dialect, (flavour or "iec") if dialect == "st" else ""), arguments.real != "32"

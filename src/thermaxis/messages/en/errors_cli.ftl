@@ -128,8 +128,6 @@ error-passwords_differ = The two passwords differ.
 
 ## Export to a PLC
 
-error-s7_300_has_no_lreal = CPUs of the S7-300 class, as in SINUMERIK 840D sl, have no LREAL.
-    .remedy = Write --real 32; sections are compensated there, so that little is lost.
 error-direction_not_stated = Where a positive motion of the axis moves the tool point is not stated, and there is no default.
     .remedy = Write --positive away or --positive towards, seen from the workpiece.
 error-not_a_folder = This is no folder, or a link to one.

@@ -8,6 +8,7 @@ from enum import StrEnum
 from functools import reduce
 from typing import Final, TypeAlias, final
 
+from thermaxis.codes import Place
 from thermaxis.compensation import Outcome, Quality, Reason, SampleQuality, SupervisorState
 from thermaxis.plc.tree import (
     Assign,
@@ -96,9 +97,12 @@ class Draft:
         """Declare a variable that is computed anew in every call."""
         return _declared(self._temporaries, Variable(name, kind, text, _none_of(kind)))
 
-    def constant(self, name: str, text: str, value: float) -> str:
-        """Declare a number that never changes; one that the target cannot hold is refused."""
-        stored(value, double=self.double, where=f"{self.name}, {name}: {text}")
+    def constant(self, name: str, text: str, value: float, key: str = "", channel: str = "") -> str:
+        """Declare a number that never changes; one that the target cannot hold is refused.
+
+        The error names key and channel that the number follows from, else the constant.
+        """
+        stored(value, double=self.double, place=Place(key=key or name, channel=channel))
         return _declared(self._constants, Variable(name, Kind.NUMBER, text, value))
 
     def instance(self, name: str, block: str) -> str:

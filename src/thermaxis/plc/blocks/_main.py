@@ -54,6 +54,7 @@ class _Main:
         self.settings = settings
         self.compensation = settings.compensation
         self.outputs = list(enumerate(output_texts(settings), 1))
+        self.names = [output.name for output in self.compensation.model.outputs]
         self.text = ""
         self.draft = Draft(
             settings.names.block,
@@ -164,6 +165,8 @@ class _Main:
                 f"total{k}_um",
                 f"{text}: largest magnitude with the trim [um]",
                 self.compensation.bounds[k - 1].total_um,
+                "total_um",
+                self.names[k - 1],
             )
             self.add(
                 f"""
@@ -246,6 +249,8 @@ class _Main:
                 f"largest_trim{k}_um",
                 f"{text}: largest trim [um]",
                 self.compensation.bounds[k - 1].largest_trim_um,
+                "largest_trim_um",
+                self.names[k - 1],
             )
             self.add(
                 f"""
@@ -278,15 +283,26 @@ class _Main:
             self.flag(f"usable{k}", f"{text}: whether it may be used")
             rules = self.compensation.rules[k - 1]
             rate_step_k = rules.largest_rate_k_per_s * self.settings.cycle_s
-            for name, meaning, value in (
-                ("lowest_c", "lowest plausible value [degC]", rules.lowest_c),
-                ("highest_c", "highest plausible value [degC]", rules.highest_c),
-                ("step_k", "jump that is believed at any rate [K]", rules.step_k),
-                ("two_steps_k", "twice that [K]", 2.0 * rules.step_k),
-                ("rate_step_k", "fastest plausible change in a cycle [K]", rate_step_k),
-                ("frozen_s", "longest time without a change, 0 for any [s]", rules.frozen_s),
+            channel = self.compensation.model.channels[k - 1]
+            for name, key, meaning, value in (
+                ("lowest_c", "lowest_c", "lowest plausible value [degC]", rules.lowest_c),
+                ("highest_c", "highest_c", "highest plausible value [degC]", rules.highest_c),
+                ("step_k", "step_k", "jump that is believed at any rate [K]", rules.step_k),
+                ("two_steps_k", "step_k", "twice that [K]", 2.0 * rules.step_k),
+                (
+                    "rate_step_k",
+                    "largest_rate_k_per_s",
+                    "fastest plausible change in a cycle [K]",
+                    rate_step_k,
+                ),
+                (
+                    "frozen_s",
+                    "frozen_s",
+                    "longest time without a change, 0 for any [s]",
+                    rules.frozen_s,
+                ),
             ):
-                self.draft.constant(f"{name}_{k}", f"{text}: {meaning}", value)
+                self.draft.constant(f"{name}_{k}", f"{text}: {meaning}", value, key, channel)
             self.add(
                 f"""
                 fb_sensor{k}(
@@ -354,6 +370,8 @@ class _Main:
                 f"largest{k}_um",
                 f"{text}: largest magnitude of the correction [um]",
                 self.compensation.bounds[k - 1].largest_um,
+                "largest_um",
+                self.names[k - 1],
             )
             self.add(
                 f"""
@@ -423,11 +441,19 @@ class _Main:
             bounds, draft = self.compensation.bounds[k - 1], self.draft
             draft.instance(f"fb_limit{k}", LIMIT)
             draft.temporary(f"asked{k}_um", f"{text}: where it is to go [um]")
-            draft.constant(f"deadband{k}_um", f"{text}: deadband [um]", bounds.deadband_um)
+            draft.constant(
+                f"deadband{k}_um",
+                f"{text}: deadband [um]",
+                bounds.deadband_um,
+                "deadband_um",
+                self.names[k - 1],
+            )
             draft.constant(
                 f"rate_step{k}_um",
                 f"{text}: largest change in a cycle [um]",
                 self.settings.steps_um[k - 1],
+                "largest_rate_um_per_s",
+                self.names[k - 1],
             )
             self.add(
                 f"""

@@ -281,7 +281,7 @@ def _declare_times(draft: Draft, settings: PlcSettings) -> None:
         ("first_differs", "what the first cycle counts of it", min(cycle_s, rules.read_back_s)),
         ("first_at_limit", "what the first cycle counts of it", min(cycle_s, rules.at_limit_s)),
     ):
-        draft.constant(f"{name}_s", f"{text} [s]", value_s)
+        draft.constant(f"{name}_s", f"{text} [s]", value_s, "supervisor")
 
 
 def _up_to(seconds: str, longest: str, condition: str) -> str:

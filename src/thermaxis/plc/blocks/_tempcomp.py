@@ -14,6 +14,7 @@ from itertools import pairwise
 from math import isfinite, nextafter
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._settings import PlcSettings
 from thermaxis.plc.blocks._build import build_program
@@ -77,22 +78,27 @@ class LineSettings:
         """Check the positions."""
         positions = self.positions_mm
         if len(positions) < _LEAST_POSITIONS:
-            raise ConfigurationError(
-                "a line needs corrections at two positions or more",
-                where="--at",
-                remedy="Give a model and a position for each",
-            )
+            raise ConfigurationError("too_few_positions", place=Place(key="--at"))
         stated = [("--at", position) for position in positions]
         if self.reference_mm is not None:
             stated.append(("--reference-position", self.reference_mm))
-        for where, position in stated:
+        for key, position in stated:
             if not (isfinite(position) and abs(position) <= LARGEST_POSITION_MM):
                 raise ConfigurationError(
-                    f"a position is no number of at most {LARGEST_POSITION_MM:g} mm", where=where
+                    "outside_range",
+                    value=position,
+                    least=-LARGEST_POSITION_MM,
+                    most=LARGEST_POSITION_MM,
+                    place=Place(key=key),
                 )
         require_apart(positions)
         if not 0.0 < self.velocity_factor <= 1.0:
-            raise ConfigurationError("not a number above 0 up to 1", where="--velocity-factor")
+            raise ConfigurationError(
+                "not_positive_up_to",
+                value=self.velocity_factor,
+                most=1,
+                place=Place(key="--velocity-factor"),
+            )
         mean = sum(map(Fraction, positions)) / len(positions)
         origin = float(mean) if self.reference_mm is None else self.reference_mm
         object.__setattr__(self, "origin_mm", origin)
@@ -174,10 +180,10 @@ class LineSettings:
         k0_mm, slope = self.reach(totals_um)
         if slope > self.velocity_factor:
             raise ConfigurationError(
-                f"the limits allow a slope of {slope:.3g} mm/mm, more than the"
-                f" {self.velocity_factor:g} of its velocity that the control adds",
-                where="slope",
-                remedy="State narrower limits, or take positions that lie further apart",
+                "slope_too_large",
+                slope=slope,
+                largest=self.velocity_factor,
+                place=Place(key="slope"),
             )
         return k0_mm, slope
 
@@ -186,9 +192,7 @@ def require_apart(positions_mm: Sequence[float]) -> None:
     """Refuse positions that are too close together for a line."""
     if any(b - a < CLOSEST_MM for a, b in pairwise(sorted(positions_mm))):
         raise ConfigurationError(
-            f"two positions are closer together than {CLOSEST_MM:g} mm",
-            where="--at",
-            remedy="Identify the models further apart",
+            "positions_too_close", closest_mm=CLOSEST_MM, place=Place(key="--at")
         )
 
 
@@ -239,12 +243,10 @@ def build_line_program(settings: PlcSettings, line: LineSettings) -> Program:
     SD43910 and SD43920.
     """
     if len(line.positions_mm) != len(settings.compensation.bounds):
-        raise ConfigurationError("there is not one position for every output", where="--at")
+        raise ConfigurationError("one_position_per_output", place=Place(key="--at"))
     if settings.names.block in {LINE, LINE_BACK}:
         raise ConfigurationError(
-            f"{settings.names.block} is a name that the program needs itself",
-            where="name",
-            remedy="Name it after its axis",
+            "block_name_taken", name=settings.names.block, place=Place(key="name")
         )
     program = build_program(settings)
     main = _joined(settings, line, program.blocks[-1])
@@ -300,13 +302,13 @@ def _line_block(settings: PlcSettings, line: LineSettings) -> Block:
     draft.constant("zero", "nothing", 0.0)
     draft.constant("um_per_mm", "correction per line [um/mm]", line.um_per_mm)
     for k, k0, slope in zip(numbers, *line.weights(), strict=True):
-        draft.constant(f"k0_{k}", f"to K0 of position {k} [mm/um]", k0)
-        draft.constant(f"slope_{k}", f"to the slope of position {k} [1/um]", slope)
+        draft.constant(f"k0_{k}", f"to K0 of position {k} [mm/um]", k0, "--at")
+        draft.constant(f"slope_{k}", f"to the slope of position {k} [1/um]", slope, "--at")
     k0_bound_mm, slope_bound = line.bounds(totals_um)
-    draft.constant("largest_k0_mm", "largest magnitude of K0 [mm]", k0_bound_mm)
-    draft.constant("largest_slope", "largest magnitude of the slope [1]", slope_bound)
+    draft.constant("largest_k0_mm", "largest magnitude of K0 [mm]", k0_bound_mm, "slope")
+    draft.constant("largest_slope", "largest magnitude of the slope [1]", slope_bound, "slope")
     for k, way_mm in zip(numbers, _target_offsets(settings, line), strict=True):
-        draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way_mm)
+        draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way_mm, "--at")
     sums = "".join(
         f"""
         term = k0_{k} * c{k}_um
@@ -368,8 +370,8 @@ def _line_back_block(settings: PlcSettings, line: LineSettings) -> Block:
     for k, (position_mm, way_mm) in enumerate(
         zip(line.positions_mm, _target_offsets(settings, line), strict=True), 1
     ):
-        draft.constant(f"position{k}_mm", f"position {k} [mm]", position_mm)
-        draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way_mm)
+        draft.constant(f"position{k}_mm", f"position {k} [mm]", position_mm, "--at")
+        draft.constant(f"way{k}_mm", f"position {k} less the reference [mm]", way_mm, "--at")
         draft.output(f"apart{k}_um", f"distance at position {k} [um]")
         distances += f"""
             own_mm = written_slope * way{k}_mm

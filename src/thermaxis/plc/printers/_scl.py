@@ -2,6 +2,7 @@
 
 from typing import Literal, TypeAlias
 
+from thermaxis.codes import Place
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc.printers._blocks import REMARK, Dialect, block_lines
 from thermaxis.plc.printers._text import joined, remark_lines
@@ -56,11 +57,7 @@ def print_scl(program: Program, cpu: SclCpu = "s7-1500") -> str:
     S7-SCL V5.3 for S7-300/400, A5E00290611-01, chapters 7 and 9: elementary types, constants.
     """
     if cpu == "s7-300" and program.double:
-        raise ConfigurationError(
-            "CPUs of the S7-300 class know no LREAL",
-            where="--real",
-            remedy="Export with --real 32",
-        )
+        raise ConfigurationError("no_lreal_in_cpu", place=Place(key="--real"))
     check_program(program)
     classic = cpu == "s7-300"
     head = (*program.head, *NOT_CHECKED, *(_CLASSIC if classic else ()))

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.plc.tree import (
     Count,
     Element,
@@ -78,7 +79,7 @@ def start_text(variable: Variable, *, double: bool, truths: tuple[str, str]) -> 
         return truths[bool(variable.start)]
     if variable.kind is Kind.INT:
         return str(int(variable.start))
-    return number_text(float(variable.start), double=double, where=variable.name)
+    return number_text(float(variable.start), double=double, place=Place(key=variable.name))
 
 
 def broken(line: str) -> list[str]:

@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Mapping
 
+from thermaxis.codes import Place
 from thermaxis.plc.tree._check_flow import check_flow
 from thermaxis.plc.tree._check_ranges import LARGEST_INT, SMALLEST_INT, check_ranges
 from thermaxis.plc.tree._names import REMARK, is_legal
@@ -77,7 +78,7 @@ def check_program(program: Program) -> None:
             _check_statement(scope, statement, where)
         check_flow(scope)
     if not program.blocks or program.blocks[-1].name != program.name:
-        raise ProgramError("the last block is not the one that a user calls", where=program.name)
+        raise ProgramError("last_block_not_main", place=Place(key=program.name))
     check_ranges(tuple(scopes))
 
 
@@ -100,12 +101,12 @@ def unused(program: Program) -> tuple[str, ...]:
 def _check_block_name(name: str, known: Mapping[str, Block]) -> None:
     where = f"block {name}"
     if not is_legal(name) or not name.startswith(BLOCK_PREFIX):
-        raise ProgramError("the name of the block is not legal in every target", where=where)
+        raise ProgramError("block_name_illegal", place=Place(key=where))
     if name in known:
-        raise ProgramError("two blocks have this name", where=where)
+        raise ProgramError("stated_twice", name=name, place=Place(key=where))
     taken = {other + ending for other in known for ending in _ENDINGS}
     if name in _TAKEN or name in taken or any(name + e in known for e in _ENDINGS):
-        raise ProgramError("in C another type or function has this name", where=where)
+        raise ProgramError("block_name_taken_in_c", place=Place(key=where))
 
 
 def _scope(block: Block, known: Mapping[str, Block], *, double: bool) -> Scope:
@@ -120,21 +121,23 @@ def _scope(block: Block, known: Mapping[str, Block], *, double: bool) -> Scope:
     ):
         _check_variable(variable, f"{where}, {variable.name}", double=double)
         if variable.name in variables:
-            raise ProgramError("it is declared twice", where=f"{where}, {variable.name}")
+            raise ProgramError("stated_twice", name=variable.name, place=Place(key=where))
         if variable.length and variable not in block.states:
-            raise ProgramError("only a state is an array", where=f"{where}, {variable.name}")
+            raise ProgramError("array_no_state", name=variable.name, place=Place(key=where))
         variables[variable.name] = variable
     if not block.outputs:
-        raise ProgramError("the block has no output", where=where)
+        raise ProgramError("block_without_output", place=Place(key=where))
     blocks: dict[str, Block] = {}
     for instance in block.instances:
-        place = f"{where}, {instance.name}"
-        _check_name(instance.name, place)
+        _check_name(instance.name, f"{where}, {instance.name}")
         if instance.name in variables or instance.name in blocks:
-            raise ProgramError("it is declared twice", where=place)
+            raise ProgramError("stated_twice", name=instance.name, place=Place(key=where))
         if instance.block not in known:
             raise ProgramError(
-                f"it is an instance of {instance.block}, which does not stand before", where=place
+                "instance_of_later_block",
+                name=instance.name,
+                block=instance.block,
+                place=Place(key=where),
             )
         blocks[instance.name] = known[instance.block]
     for remark in block.remarks:
@@ -150,18 +153,24 @@ def _scope(block: Block, known: Mapping[str, Block], *, double: bool) -> Scope:
 
 def _check_name(name: str, where: str) -> None:
     if not is_legal(name) or name.startswith(BLOCK_PREFIX):
-        raise ProgramError("the name is not legal in every target", where=where)
+        raise ProgramError("name_illegal", place=Place(key=where))
 
 
 def _check_variable(variable: Variable, where: str, *, double: bool) -> None:
     _check_name(variable.name, where)
     _require_text(_TEXT, variable.text, where)
     if not 0 <= variable.length <= LONGEST_ARRAY:
-        raise ProgramError(f"an array has 1 to {LONGEST_ARRAY} elements", where=where)
+        raise ProgramError(
+            "outside_count",
+            count=variable.length,
+            least=1,
+            most=LONGEST_ARRAY,
+            place=Place(key=where),
+        )
     start = variable.start
     if variable.length:
         if start != 0:
-            raise ProgramError("an array has no start", where=where)
+            raise ProgramError("array_with_start", place=Place(key=where))
         return
     if variable.kind is Kind.BOOL:
         legal = isinstance(start, bool) or start == 0
@@ -171,14 +180,16 @@ def _check_variable(variable: Variable, where: str, *, double: bool) -> None:
     else:
         legal = not isinstance(start, bool) and math.isfinite(start)
         if legal:
-            stored(float(start), double=double, where=where)
+            stored(float(start), double=double, place=Place(key=where))
     if not legal:
-        raise ProgramError(f"{start!r} is no {variable.kind.value}", where=where)
+        raise ProgramError(
+            "wrong_start", start=str(start), kind=variable.kind.value, place=Place(key=where)
+        )
 
 
 def _require_text(pattern: re.Pattern[str], text: str, where: str) -> None:
     if pattern.fullmatch(text) is None:
-        raise ProgramError(f"a remark has other signs than it may have: {text!r}", where=where)
+        raise ProgramError("remark_signs", place=Place(key=where))
 
 
 # ---- statements ---------------------------------------------------------------------------------
@@ -190,12 +201,12 @@ def _check_statement(scope: Scope, statement: Statement, where: str) -> None:
             _check_assign(scope, statement, where)
         case If(branches):
             if not branches:
-                raise ProgramError("there is no branch", where=where)
+                raise ProgramError("if_without_branch", place=Place(key=where))
             for condition, _ in branches:
                 _require_kind(scope, condition, Kind.BOOL, where)
             for body, place in branches_of(statement, where):
                 if all(isinstance(inner, Remark) for inner in body):
-                    raise ProgramError("a branch does nothing", where=place)
+                    raise ProgramError("branch_empty", place=Place(key=place))
         case Call():
             _check_call(scope, statement, where)
         case Remark(text):
@@ -207,7 +218,7 @@ def _check_assign(scope: Scope, statement: Assign, where: str) -> None:
     name = target.name if isinstance(target, Name) else target.array
     kind = kind_of(scope, target, where)
     if name in scope.readonly:
-        raise ProgramError(f"{name} is an input or a constant and never written", where=where)
+        raise ProgramError("written_though_constant", name=name, place=Place(key=where))
     if kind is Kind.NUMBER and isinstance(value, Two) and value.operation in ARITHMETIC:
         _check_computation(scope, value, where)
     else:
@@ -218,27 +229,25 @@ def _check_computation(scope: Scope, value: Two, where: str) -> None:
     """Check the one operation on numbers that a statement may have."""
     for side in (value.left, value.right):
         if not isinstance(side, Name | OutputOf | Element | Minus):
-            raise ProgramError("more than one operation on numbers in a statement", where=where)
+            raise ProgramError("two_computations", place=Place(key=where))
         _require_kind(scope, side, Kind.NUMBER, where)
     if value.operation is Operation.DIVIDE:
         divisor = value.right
         constants = {c.name: c.start for c in scope.block.constants}
         if not isinstance(divisor, Name) or constants.get(divisor.name, 0) == 0:
-            raise ProgramError("only a constant that is not zero divides", where=where)
+            raise ProgramError("divisor_not_constant", place=Place(key=where))
 
 
 def _check_call(scope: Scope, statement: Call, where: str) -> None:
     if statement.instance not in scope.blocks:
-        raise ProgramError(f"{statement.instance} is no instance of the block", where=where)
+        raise ProgramError("unknown_instance", name=statement.instance, place=Place(key=where))
     wanted = scope.blocks[statement.instance].inputs
     given = tuple(name for name, _ in statement.inputs)
     if given != tuple(variable.name for variable in wanted):
-        raise ProgramError(
-            f"the inputs of {statement.instance} are not all there, in their order", where=where
-        )
+        raise ProgramError("call_inputs_differ", name=statement.instance, place=Place(key=where))
     for (_, value), variable in zip(statement.inputs, wanted, strict=True):
         if not isinstance(value, Name | Truth | Count):
-            raise ProgramError("an input gets a name, a truth or a count only", where=where)
+            raise ProgramError("call_input_computed", place=Place(key=where))
         _require_kind(scope, value, variable.kind, where)
 
 
@@ -248,7 +257,9 @@ def _check_call(scope: Scope, statement: Call, where: str) -> None:
 def _require_kind(scope: Scope, expression: Expression, kind: Kind, where: str) -> None:
     found = kind_of(scope, expression, where)
     if found is not kind:
-        raise ProgramError(f"a {found.value} stands where a {kind.value} belongs", where=where)
+        raise ProgramError(
+            "wrong_kind", kind=found.value, expected=kind.value, place=Place(key=where)
+        )
 
 
 def kind_of(scope: Scope, expression: Expression, where: str) -> Kind:
@@ -260,7 +271,9 @@ def kind_of(scope: Scope, expression: Expression, where: str) -> Kind:
             return Kind.BOOL
         case Count(value):
             if not SMALLEST_INT <= value <= LARGEST_INT:
-                raise ProgramError(f"{value} is no INT", where=where)
+                raise ProgramError(
+                    "wrong_start", start=str(value), kind=Kind.INT.value, place=Place(key=where)
+                )
             return Kind.INT
         case Minus(of):
             _require_kind(scope, of, Kind.NUMBER, where)
@@ -277,28 +290,30 @@ def _kind_of_term(scope: Scope, term: Name | OutputOf | Element, where: str) -> 
         case Name(name):
             variable = _variable(scope, name, where)
             if variable.length:
-                raise ProgramError(f"{name} is an array and needs an index", where=where)
+                raise ProgramError("array_without_index", name=name, place=Place(key=where))
             return variable.kind
         case Element(array, index):
             variable = _variable(scope, array, where)
             if not variable.length:
-                raise ProgramError(f"{array} is no array", where=where)
+                raise ProgramError("index_without_array", name=array, place=Place(key=where))
             _require_kind(scope, Name(index), Kind.INT, where)
             return variable.kind
         case OutputOf(instance, output):
             block = scope.blocks.get(instance)
             if block is None:
-                raise ProgramError(f"{instance} is no instance of the block", where=where)
+                raise ProgramError("unknown_instance", name=instance, place=Place(key=where))
             kinds = [variable.kind for variable in block.outputs if variable.name == output]
             if not kinds:
-                raise ProgramError(f"{instance} has no output {output}", where=where)
+                raise ProgramError(
+                    "unknown_output", name=instance, output=output, place=Place(key=where)
+                )
             return kinds[0]
 
 
 def _variable(scope: Scope, name: str, where: str) -> Variable:
     variable = scope.variables.get(name)
     if variable is None:
-        raise ProgramError(f"{name} is not declared", where=where)
+        raise ProgramError("undeclared", name=name, place=Place(key=where))
     return variable
 
 
@@ -309,19 +324,17 @@ def _kind_of_two(scope: Scope, two: Two, where: str) -> Kind:
     if operation in {Operation.AND, Operation.OR}:
         if left is not Kind.BOOL:
             raise ProgramError(
-                f"a {left.value} stands where a {Kind.BOOL.value} belongs", where=where
+                "wrong_kind", kind=left.value, expected=Kind.BOOL.value, place=Place(key=where)
             )
         return Kind.BOOL
     if left is Kind.BOOL:
-        raise ProgramError(f"{operation.value} is no operation on BOOL", where=where)
+        raise ProgramError("bool_computed", operation=operation.value, place=Place(key=where))
     if operation in ARITHMETIC:
         if left is Kind.NUMBER:
-            raise ProgramError(
-                "an operation on numbers stands alone behind := and nowhere else", where=where
-            )
+            raise ProgramError("computation_not_alone", place=Place(key=where))
         if operation is Operation.DIVIDE:
-            raise ProgramError("whole numbers are not divided", where=where)
+            raise ProgramError("whole_numbers_divided", place=Place(key=where))
         return Kind.INT
     if operation is Operation.EQUAL and any(isinstance(s, Minus) for s in (two.left, two.right)):
-        raise ProgramError("only numbers that were copied are compared with =", where=where)
+        raise ProgramError("computed_number_compared", place=Place(key=where))
     return Kind.BOOL

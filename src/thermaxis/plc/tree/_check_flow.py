@@ -1,5 +1,6 @@
 """Check that everything is written before it is read, on every path through a block."""
 
+from thermaxis.codes import Place
 from thermaxis.plc.tree._tree import Assign, Element, If, Name, Statement
 from thermaxis.plc.tree._walk import (
     ProgramError,
@@ -22,7 +23,7 @@ def check_flow(scope: Scope) -> None:
     written = _written(scope, scope.block.body, frozenset(), where)
     for output in scope.block.outputs:
         if output.name not in written:
-            raise ProgramError(f"{output.name} is not written on every path", where=where)
+            raise ProgramError("output_not_written", name=output.name, place=Place(key=where))
 
 
 def _written(
@@ -63,4 +64,4 @@ def _check_reads(scope: Scope, statement: Statement, written: set[str], where: s
         names.append(statement.target.index)
     for name in names:
         if name in scope.fresh and name not in written:
-            raise ProgramError(f"{name} may be read before it is written", where=where)
+            raise ProgramError("read_before_written", name=name, place=Place(key=where))

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias, final
 
+from thermaxis.codes import Place
 from thermaxis.plc.tree._tree import (
     Assign,
     Count,
@@ -194,9 +195,9 @@ class _Ranges:
         low, high = min(ends), max(ends)
         if self.strict and (low < SMALLEST_INT or high > LARGEST_INT):
             raise ProgramError(
-                f"a whole number may become {high if high > LARGEST_INT else low}",
-                where=where,
-                remedy="Set it back or hold it where a comparison with a whole number says so",
+                "whole_number_overflow",
+                value=high if high > LARGEST_INT else low,
+                place=Place(key=where),
             )
         return max(low, SMALLEST_INT), min(high, LARGEST_INT)
 
@@ -205,9 +206,13 @@ class _Ranges:
         length = self.scope.variables[element.array].length
         if self.strict and (low < 0 or high >= length):
             raise ProgramError(
-                f"{element.index} may be {low} to {high}, {element.array} has 0 to {length - 1}",
-                where=where,
-                remedy="Compare the index with the length, as a whole number, and set it back",
+                "index_outside_array",
+                index=element.index,
+                lowest=low,
+                highest=high,
+                array=element.array,
+                last=length - 1,
+                place=Place(key=where),
             )
 
     def _narrowed(self, condition: Expression, spans: _Spans, *, truth: bool) -> _Spans | None:

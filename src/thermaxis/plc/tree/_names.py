@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import final
 
+from thermaxis.codes import Place
 from thermaxis.compensation import CompensationModel
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc.tree._tree import LONGEST_NAME
@@ -80,29 +81,25 @@ class PlcNames:
 
 def names_of(model: CompensationModel, name: str) -> PlcNames:
     """Return the names of a program."""
-    outputs = _stems([o.name for o in model.outputs], "output", _LONGEST_OUTPUT, _TAKEN_STEMS)
+    outputs = _stems([o.name for o in model.outputs], "outputs", _LONGEST_OUTPUT, _TAKEN_STEMS)
     parts = [part.name for output in model.outputs for part in output.parts]
     return PlcNames(
         _block_name(name),
-        _stems(model.channels, "channel", _LONGEST_CHANNEL, ()),
+        _stems(model.channels, "channels", _LONGEST_CHANNEL, ()),
         outputs,
-        _stems(parts, "part", _LONGEST_PART, ()),
+        _stems(parts, "parts", _LONGEST_PART, ()),
     )
 
 
 def _block_name(name: str) -> str:
-    stem = legal_stem(name, _LONGEST_BLOCK, where="name")
+    stem = legal_stem(name, _LONGEST_BLOCK, place=Place(key="name"))
     if stem in OWN_BLOCKS or stem == "number" or _NUMBERED.fullmatch(stem):
         raise ConfigurationError(
-            f"{PREFIX}{stem} is a name that the program needs itself",
-            where="name",
-            remedy="Name it after its axis",
+            "block_name_taken", name=f"{PREFIX}{stem}", place=Place(key="name")
         )
     if stem.endswith(_TAKEN_ENDINGS):
         raise ConfigurationError(
-            f"a name may not end in {', '.join(_TAKEN_ENDINGS)}",
-            where="name",
-            remedy="Name it after its axis",
+            "block_name_ending", endings=_TAKEN_ENDINGS, place=Place(key="name")
         )
     return PREFIX + stem
 
@@ -110,7 +107,9 @@ def _block_name(name: str) -> str:
 def _stems(texts: Iterable[str], what: str, longest: int, taken: Iterable[str]) -> tuple[str, ...]:
     """Return a stem for every text; a text that needs no change keeps its own."""
     used = set(taken)
-    wanted = [(text, legal_stem(text, longest, where=f"{what} {text}")) for text in texts]
+    wanted = [
+        (text, legal_stem(text, longest, place=Place(key=what, channel=text))) for text in texts
+    ]
     stems: dict[int, str] = {}
     for changed in (False, True):
         for place, (text, stem) in enumerate(wanted):
@@ -132,16 +131,12 @@ def unique(stem: str, used: Iterable[str], longest: int) -> str:
     return tried
 
 
-def legal_stem(text: str, longest: int, *, where: str) -> str:
+def legal_stem(text: str, longest: int, *, place: Place) -> str:
     """Return a text as a name behind a prefix: lower case, digits and single underscores."""
     plain = unicodedata.normalize("NFKD", _ascii_units(text)).encode("ascii", "ignore").decode()
     stem = re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_")[:longest].rstrip("_")
     if not stem:
-        raise ConfigurationError(
-            "the name has no letter and no digit that every control knows",
-            where=where,
-            remedy="Name it with the letters a to z",
-        )
+        raise ConfigurationError("name_without_letters", place=place)
     return stem
 
 

@@ -5,6 +5,7 @@ import struct
 import sys
 from decimal import ROUND_CEILING, Context, Decimal
 
+from thermaxis.codes import NOWHERE, Place
 from thermaxis.errors import ConfigurationError
 
 DIGITS = {True: 17, False: 9}
@@ -25,26 +26,23 @@ def noted(value: float, digits: int = 6) -> str:
     return figure(value, digits).replace("+", "")
 
 
-def stored(value: float, *, double: bool, where: str = "") -> float:
+def stored(value: float, *, double: bool, place: Place = NOWHERE) -> float:
     """Return a number as the target keeps it."""
     kind = "LREAL" if double else "REAL"
     if not math.isfinite(value):
-        raise ConfigurationError("the number is infinite or no number at all", where=where)
-    remedy = "" if double else "Export it with LREAL, or choose a unit that suits it"
+        raise ConfigurationError("not_finite", place=place)
     try:
         kept = float(value) if double else struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
-        raise ConfigurationError(
-            f"{value:g} is too large for {kind}", where=where, remedy=remedy
-        ) from None
+        raise ConfigurationError("too_large_for_plc", value=value, kind=kind, place=place) from None
     if value != 0.0 and abs(kept) < SMALLEST[double]:
-        raise ConfigurationError(f"{value:g} is too small for {kind}", where=where, remedy=remedy)
+        raise ConfigurationError("too_small_for_plc", value=value, kind=kind, place=place)
     return kept
 
 
-def number_text(value: float, *, double: bool, where: str = "") -> str:
+def number_text(value: float, *, double: bool, place: Place = NOWHERE) -> str:
     """Return a number as text: a point in the mantissa, an exponent as in ``1.0E-06``."""
-    kept = stored(value, double=double, where=where)
+    kept = stored(value, double=double, place=place)
     sign = "-" if math.copysign(1.0, kept) < 0.0 else ""
     if kept == 0.0:
         return sign + "0.0"

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple, final
 
+from thermaxis.codes import Place
 from thermaxis.compensation import Outcome, Reason, SampleQuality, SupervisorState
 from thermaxis.errors import ConfigurationError
 from thermaxis.plc._settings import PlcSettings
@@ -95,7 +96,13 @@ def vectors_of(
         If `most_rows` is not from 1 to a million.
     """
     if not 1 <= most_rows <= _LARGEST_ROWS:
-        raise ConfigurationError(f"not from 1 to {_LARGEST_ROWS}", where="most_rows")
+        raise ConfigurationError(
+            "outside_range",
+            value=most_rows,
+            least=1,
+            most=_LARGEST_ROWS,
+            place=Place(key="most_rows"),
+        )
     block = BlockInstance(settings, line)
     course = Course(
         settings,
