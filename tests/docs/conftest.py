@@ -1,6 +1,5 @@
 """The Markdown pages and the tracked files, as the tests of the documentation see them."""
 
-import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -48,11 +47,3 @@ def pages(tracked_files: list[Path]) -> dict[Path, str]:
 def documentation(root: Path, pages: dict[Path, str]) -> str:
     """Return all pages in docs/ as one text."""
     return "\n".join(text for path, text in pages.items() if (root / "docs") in path.parents)
-
-
-@pytest.fixture(scope="session")
-def section_of(root: Path) -> dict[str, str]:
-    """Return the sections of the page of commands, by the heading without its backticks."""
-    page = (root / "docs" / "commands.md").read_text(encoding="utf-8")
-    parts = re.split(r"^## (.*)$", page, flags=re.MULTILINE)
-    return {title.strip("` "): body for title, body in zip(parts[1::2], parts[2::2], strict=True)}

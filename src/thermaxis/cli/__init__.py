@@ -53,7 +53,7 @@ GROUPS = {
 """Commands with their summaries, by the folder they stand in, in the order of the work."""
 COMMANDS = {name: summary for group in GROUPS.values() for name, summary in group.items()}
 """Summary of every command."""
-_TITLES = {
+TITLES = {
     "axis": "measure an axis",
     "thermal": "identify thermal models",
     "machine": "at the machine",
@@ -105,7 +105,7 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     parser.usage = "thermaxis [-h] [--version] COMMAND ..."
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "\n\n".join(
-        "\n".join([f"{_TITLES[group]}:", *(f"  {n:<12} {s}" for n, s in commands.items())])
+        "\n".join([f"{TITLES[group]}:", *(f"  {n:<12} {s}" for n, s in commands.items())])
         for group, commands in GROUPS.items()
     )
     commands = parser.add_subparsers(

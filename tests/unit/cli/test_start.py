@@ -1,5 +1,6 @@
 """What a start of the command line imports, and what it says when a package is missing."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -61,3 +62,17 @@ def test_unknown_words_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
         main(["evaluat"])
     assert stopped.value.code == 2
     assert "invalid choice" in capsys.readouterr().err
+
+
+def test_an_error_where_json_alone_was_asked_for_is_json_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["plan", "--length", "100", "--targets", "6", "--standard", "--json"]
+    assert main([*asked, "-"]) == 2
+    printed = capsys.readouterr()
+    error = json.loads(printed.out)["error"]
+    assert (error["code"], error["place"]) == ("option_needs", {"key": "--standard"})
+    assert error["values"] == {"option": "--standard", "needed": "--target-uncertainty"}
+    assert printed.err == f"thermaxis: error: {error['text']}\n"
+    assert main([*asked, str(tmp_path / "r.json")]) == 2
+    assert list(tmp_path.iterdir()) == []

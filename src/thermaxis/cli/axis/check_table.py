@@ -50,10 +50,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("table TABLE", "compensation table of the control", Path)
     add("run RUN", "measured run: .rtl, CSV, _ISO230.dat or .xlsx", Path)
     add_control(parser)
-    add("--axis NAME", "axis that the table must be of (default: the run's)")
+    add(
+        "--axis NAME",
+        "axis that the table must be of; another one is a finding (default: that of the run;"
+        " where file or run name none, that is said)",
+    )
     add(
         "--no-drift",
-        "leave the drift model and the figures without drift out, which is faster",
+        "leave the drift model and the figures without drift out: faster by far for thousands"
+        " of readings (default: the drift model is fitted)",
         bool,
     )
     add_json(parser)

@@ -45,8 +45,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = adder(parser)
     add("run RUN", "measured run: .rtl, CSV, _ISO230.dat or .xlsx", Path)
     add_control(parser)
-    add("-o, --output FILE", "the control's table", required=True)
-    add("--axis NAME", "name of the axis on the control (default: the run's)")
+    add(
+        "-o, --output FILE",
+        "the table. It must be neither the run nor the older table. What stands there with"
+        " another content is kept beside it as FILE.old-1, FILE.old-2, ... and the summary"
+        " says so",
+        required=True,
+    )
+    add(
+        "--axis NAME",
+        "name of the axis on the control (default: what the run states, else X, on a rotary"
+        " axis C, with a warning)",
+    )
     add("--drift-free", "levels without drift, at one thermal state (default: as measured)", bool)
     add(
         "--reference-time H",
@@ -56,24 +66,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--no-drift",
-        "leave the drift model and the figures without drift out, which is faster",
+        "leave the drift model and the figures without drift out; not where drift-free levels"
+        " are asked for. It is faster by far for thousands of readings (default: the drift"
+        " model is fitted)",
         bool,
     )
     grid = adder(parser.add_mutually_exclusive_group())
     grid(
         "--points N",
-        "number of equidistant points (default: the targets where the control allows, else as"
-        " many points as targets)",
+        "number of equidistant points from the first to the last target, and over the range"
+        " of an older table. Where one must lie at the reference point (Fanuc), the largest"
+        " number (default: the targets themselves where the control allows, else as many"
+        " points as targets; with an older table its points)",
         int,
     )
-    grid("--spacing MM", "distance of the points", float)
+    grid(
+        "--spacing MM",
+        "distance of equidistant points, in mm or degrees; not together with the option above",
+        float,
+    )
     add(
         "--reference POSITION",
         "reference point of the axis, where the table is zero (default: that of the older"
         " table; without one 0 if it lies within the targets, else their end nearest to 0)",
         float,
     )
-    add("--backlash", "write the mean reversal apart, on a control with one value per point", bool)
+    add(
+        "--backlash",
+        "write the mean reversal apart; only on a control with one value per point and a"
+        " place for it (default: the summary says which reversal remains)",
+        bool,
+    )
     add(
         "--backlash-in-force VALUE",
         "reversal value of the control during the run, in mm or degrees, with the sign of its"
@@ -81,7 +104,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " older table, else 0 with a warning)",
         _reversal,
     )
-    add("--merge OLD", "table that was in force during the run: the result takes its place", Path)
+    add(
+        "--merge OLD",
+        "table that was in force during the run, of the same control, read with the same"
+        " options of the control: the result is their sum and takes its place; old, new and"
+        " change are printed for each point (default: the run counts as measured without a"
+        " table)",
+        Path,
+    )
     add_json(parser)
     add_encoding(parser)
 

@@ -64,8 +64,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     add_report(parser, "certificate")
     add_figures(parser, "every chart as PNG and SVG, and its CSV")
-    add("--header FILE", "fields of the certificate's head (TOML)", Path)
-    add("--limits FILE", "limits of the figures and decision rule (TOML)", Path)
+    add(
+        "--header FILE",
+        "fields of the certificate's head, TOML (default: what the run's file states)",
+        Path,
+    )
+    add(
+        "--limits FILE",
+        "limits of the figures and the decision rule, TOML (default: no verdict)",
+        Path,
+    )
     reference = adder(parser.add_mutually_exclusive_group())
     reference(
         "--reference-cycle N",
@@ -74,7 +82,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     reference(
         "--reference-time H",
-        "after H hours: state of the drift-free levels, and cycle of the deviation chart",
+        "hours from the first reading, within the run. The drift-free levels are those of the"
+        " thermal state then, and the deviation chart is anchored at the first cycle that"
+        " starts then or later; needs times; not together with the option above (default:"
+        " levels: mean time of the readings; chart: as above)",
         hours,
     )
     add(
@@ -84,15 +95,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--edition",
-        "edition of ISO 230-2 or VDI/DGQ 3441; 1988 and vdi3441 come beside 2014, unverified",
+        "1997, 2006 or 2014: names on the certificate. 1988 and vdi3441: those figures beside"
+        " the ones of 2014, unverified (default: 2014)",
         choices=("1988", "1997", "2006", "2014", "vdi3441"),
         default="2014",
     )
     add("--full", "s, R and A also on an axis over 2000 mm", bool)
-    add("--no-drift", "leave the drift model out", bool)
+    add(
+        "--no-drift",
+        "leave the drift model and the diagnosis out, and the uncertainties unless a budget"
+        " is given",
+        bool,
+    )
     add("--robust", "leave outliers out of the drift model, and name them", bool)
-    add("--budget FILE", "terms of the uncertainty budget (TOML)", Path)
-    add("--plan FILE", "compare the run with its plan (JSON)", Path)
+    add(
+        "--budget FILE",
+        "what is known of instrument and environment, TOML (default: noise and drift alone)",
+        Path,
+    )
+    add(
+        "--plan FILE",
+        "compare the run with its plan, JSON of thermaxis plan; differences become warnings",
+        Path,
+    )
     add(
         "--source-name TEXT",
         "name of the measured file in results and certificate (default: its file name)",

@@ -47,7 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_figures(parser)
     add(
         "--emissivity E",
-        "emissivity of the surface, for images taken with an emissivity of 1",
+        "emissivity of the surface, above 0, at most 1; for CSV of a camera that was set to 1"
+        " (default: no correction; JPEG: what the camera was set to)",
         float,
     )
     add(
@@ -55,10 +56,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "temperature of the surroundings that the surface reflects, in degrees Celsius",
         float,
     )
-    add("--regions FILE", "rectangles whose means are shown (TOML)", Path)
+    add(
+        "--regions FILE",
+        "rectangles whose means are shown, TOML (default: the whole image and its quarters)",
+        Path,
+    )
     add("--scale MM", "millimetres of one pixel (default: pixels)", float)
-    add("--times H", "time of each image in hours; with --run, from its first reading", nargs="+")
-    add("--run FILE", "positioning run whose drift is set beside them", Path)
+    add(
+        "--times H",
+        "one number of hours for each image, named after the images; from the first reading"
+        " of the run if one is given",
+        nargs="+",
+    )
+    add(
+        "--run FILE",
+        "positioning run whose drift is set beside the images; with three images or more"
+        " within the run, correlations",
+        Path,
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -25,7 +25,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " lathe-table, lathe-verification: thermal tests of a virtual lathe",
         choices=(*AXES, *LATHE_TESTS),
     )
-    add("-o, --output FILE", "tidy .csv, or .rtl", Path, required=True)
+    add(
+        "-o, --output FILE",
+        ".csv (tidy, with the time of every reading) or .rtl; a thermal log .csv",
+        Path,
+        required=True,
+    )
     add("--seed N", "seed of everything random (default: the example's)", int)
     add("--cycles N", "number of cycles (default: 100 on X, 50 on Y)", int)
     add("--noise-um S", "standard deviation of one approach in um (default: 0.19)", float)

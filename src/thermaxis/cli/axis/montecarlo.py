@@ -22,7 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--sigma-b S", "standard deviation of the second sequence (default: as the first)", float)
     add("--seed N", "seed of the numbers (default: 2017)", int, default=2017)
     add_json(parser)
-    add("--figures DIR", "write the two distributions as charts and CSV", Path)
+    add(
+        "--figures DIR",
+        "write the two distributions as figure_01_montecarlo (the paper's figure 1), PNG, SVG"
+        " and CSV",
+        Path,
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:

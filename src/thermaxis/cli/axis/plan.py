@@ -64,7 +64,11 @@ def _add_targets(parser: argparse.ArgumentParser) -> None:
     add("--start MM", "where it begins (default: 0)", float, default=0.0)
     add("--axis NAME", "name of the axis (default: X, with --rotary C)")
     add("--rotary", "a rotary axis: deg, deg/min, arcsec", bool)
-    add("--pitch MM", "pitch of the screw or period of the scale", float)
+    add(
+        "--pitch MM",
+        "pitch of the screw or period of the scale; the interval then is no multiple of it",
+        float,
+    )
     add(
         "--random-share S",
         "random part as a share of the interval, 0 to less than 0.5 (default: half the pitch,"
@@ -93,7 +97,8 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--mode",
-        "order of the visits (default: bidirectional, the standard's test cycle)",
+        "order of the visits: bidirectional (the standard's test cycle), unidirectional,"
+        " pilgrim or step (default: bidirectional)",
         choices=("bidirectional", "unidirectional", "pilgrim", "step"),
         default="bidirectional",
     )
@@ -121,7 +126,8 @@ def _add_uncertainty(parser: argparse.ArgumentParser) -> None:
     add("--time-constant H", "hours until 63 %% of it (default: 1, an assumption)", float)
     add(
         "--target-uncertainty UM",
-        "find the smallest number of cycles with this standard uncertainty (k = 1)",
+        "find the smallest number of cycles with this standard uncertainty (k = 1); not"
+        " together with a stated number of cycles",
         float,
     )
     add(

@@ -79,11 +79,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("plan PLAN", "plan that thermaxis plan -o has written (JSON)")
     add_control(parser)
     add("-o, --output FILE", "the NC program", required=True)
-    add("--axis NAME", "name of the axis on the control (default: the plan's)")
+    add(
+        "--axis NAME",
+        "name of the axis on the control, a letter and up to 15 letters, digits or"
+        " underscores (default: the plan's)",
+    )
     add(
         "--travel LOW:HIGH",
-        "lowest and highest position that the axis may reach, such as -10:510 (default: not"
-        " checked, with a warning)",
+        "lowest and highest position that the axis may reach, such as -10:510, in mm or"
+        " degrees. A program that leaves it is an error that says which end and by how much,"
+        " and is not written (default: not checked; screen and head of the program warn)",
         _travel,
     )
     add(

@@ -36,15 +36,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=_DIALECTS,
         required=True,
     )
-    add("--cycle-s S", "time from call to call, 0.1 to 60 [s]", positive_seconds, required=True)
-    add("-o, --output DIR", "folder, new or empty, or"
-        " of an older export that nobody has changed", Path, required=True)  # fmt: skip
+    add(
+        "--cycle-s S",
+        "time from call to call, 0.1 to 60; in REAL a multiple of 1/128 s [s]",
+        positive_seconds,
+        required=True,
+    )
+    add(
+        "-o, --output DIR",
+        "folder: new, empty, or with an older export that was not changed; written whole or not"
+        " at all",
+        Path,
+        required=True,
+    )
     add(
         "--real",
         "bits of a number: 64 LREAL, 32 REAL (default: 64; 32 for --cpu s7-300)",
         choices=_BITS,
     )
-    add("--cpu", "of SCL (default: s7-1500; s7-300 with --real 32)", choices=_CPUS)
+    add(
+        "--cpu",
+        "of SCL: s7-1500 (also SINUMERIK ONE) or s7-300 (also 840D sl; REAL only) (default:"
+        " s7-1500; s7-300 with 32 bits)",
+        choices=_CPUS,
+    )
     add("--flavour", "of ST (default: iec)", choices=_FLAVOURS)
     add(
         "--name NAME",
@@ -57,22 +72,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " the start (default: as the model says)",
         choices=("stated",),
     )
-    add("--machine MACHINE.toml", "take limits and rules from there", Path)
+    add(
+        "--machine MACHINE.toml",
+        "take limits, sensor rules, supervisor and validity from there",
+        Path,
+    )
     for usage, text, kind in (
         ("--limit OUTPUT=UM", "largest magnitude of a correction [um]", named_number),
         ("--rate OUTPUT=UM_PER_S", "its largest change in a second [um/s]", named_number),
         ("--plausible CHANNEL=LOW:HIGH", "range that is believed [degC]", named_range),
     ):
-        add(usage, f"{text}; without a name for all", kind, many=True)
+        add(usage, f"{text}; without a name for all the others", kind, many=True)
     add(
         "--at MM",
-        "position of the axis, once for every MODEL; OUTPUT=MM for outputs of one [mm]",
+        "position of the axis, once for every MODEL in their order; --at OUTPUT=MM for"
+        " outputs of one model [mm] (default: must be stated for sinumerik-tempcomp)",
         named_number,
         many=True,
     )
     add(
         "--positive",
-        "where a positive motion of the axis moves the tool point, seen from the workpiece",
+        "where a positive motion of the axis moves the tool point, seen from the workpiece:"
+        " away or towards (default: must be stated for sinumerik-tempcomp)",
         choices=("away", "towards"),
     )
     add(

@@ -59,7 +59,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--write",
         "write the offset that stands in the machine back to it: nothing moves, and that it"
-        " can be written is proven",
+        " can be written is proven; refused while another program runs the machine; not with"
+        " the option above (default: the access level is believed)",
         bool,
     )
     add(

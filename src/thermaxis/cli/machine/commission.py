@@ -44,8 +44,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = adder(parser)
     add("configuration MACHINE.toml", "the machine (TOML)", Path)
     add("--output NAME", "output to prove (default: the only one)")
-    add("--step UM", "size of the step, in um", float, default=10.0)
-    add("--probe NODE", "node of a probe that measures, in place of a gauge")
+    add(
+        "--step UM",
+        "size of the step in µm; negative goes towards the workpiece first (default: 10)",
+        float,
+        default=10.0,
+    )
+    add(
+        "--probe NODE",
+        "node of a probe that measures, in place of a person with a gauge (default: a person"
+        " is asked for each reading)",
+    )
     add(
         "--probe-unit",
         "unit of the probe; positive is away from the workpiece",

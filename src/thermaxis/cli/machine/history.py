@@ -88,14 +88,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_history(parser: argparse.ArgumentParser) -> None:
     adder(parser)("history HISTORY", "file, URL, or MACHINE.toml")
     adder(parser)(
-        "--password-file FILE", "file with the password that the database of a URL asks for", Path
+        "--password-file FILE",
+        "file with the password that the database of a URL asks for, readable by its owner"
+        " only (default: MACHINE.toml names its own; else what the database's library finds)",
+        Path,
     )
 
 
 def _add_span(parser: argparse.ArgumentParser) -> None:
     add = adder(parser)
     zone = "without a zone it is this computer's"
-    add("--from TIME", f"begin; {zone}", _moment, dest="first")
+    add(
+        "--from TIME",
+        "begin: 2026-11-20, 2026-11-20T14:03 or with a zone 2026-11-20T14:03:05+01:00"
+        " (default: the begin of the history)",
+        _moment,
+        dest="first",
+    )
     add("--to TIME", f"end, not included; {zone}", _moment, dest="last")
     add(
         "--last TIME",

@@ -75,7 +75,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         many=True,
     )
     log = adder(parser.add_argument_group("write a log instead of serving"))
-    log("--log TIME|all", "length of the log, such as 8h", _length)
+    log(
+        "--log TIME|all",
+        "write a log of this length, or of the whole scenario, instead of serving",
+        _length,
+    )
     log("-o, --output FILE", "the log, .csv or .parquet", Path)
     log("--every TIME", "time between rows (default: 10s)", _time)
     log("--truth", "the true displacements beside the measured ones", bool)
@@ -87,7 +91,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     serve("--certificate FILE", "sign and encrypt with it", Path)
     serve("--private-key FILE", "key of the certificate", Path)
     serve("--user NAME", "the only user that is let in")
-    serve("--password-file FILE", "file with the user's password", Path)
+    serve(
+        "--password-file FILE",
+        "file with the user's password, readable by its owner only (chmod 600)",
+        Path,
+    )
     serve(
         "--watchdog TIME|off",
         "without a moved heartbeat the offset goes to zero (default: 2s)",

@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration MACHINE.toml", "the machine (TOML)", Path)
-    add("--scenario NAME", "what the lathe does", default="verification")
+    add("--scenario NAME", "what the lathe does (default: verification)", default="verification")
     add("--seed N", "seed of hall and noise", int, default=1)
     add("--hours H", "for how long (default: the scenario's length)", float)
     add(
@@ -66,7 +66,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         'what goes wrong, such as "stuck T_spindle_C at 2h for 10min"; may be given more than once',
         many=True,
     )
-    add("-o, --output FILE", "true displacements and states, as CSV", Path)
+    add(
+        "-o, --output FILE",
+        "every cycle as a row of CSV: true displacements with and without, correction, state",
+        Path,
+    )
     add("--history FILE", "record every cycle into this new SQLite file", Path)
 
 

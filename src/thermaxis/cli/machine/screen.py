@@ -23,7 +23,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = _DESCRIPTION
     add = adder(parser)
     add("configuration MACHINE.toml", "the machine (TOML)", Path)
-    add("--quiet", "print errors only, not the address", bool)
+    add(
+        "--quiet",
+        "print errors only, not the address (default: the address is printed once the pages"
+        " can be opened)",
+        bool,
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:

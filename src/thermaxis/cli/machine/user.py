@@ -30,7 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     adder(add)("file USERS.toml", "file of users; made if it is not there")
     adder(add)("name NAME", "name that is given at log-in")
-    adder(add)("--role", "what the user may do", choices=_ROLES, required=True)
+    adder(add)(
+        "--role",
+        "viewer looks; operator enables, disables, holds, trims, acknowledges as well;"
+        " engineer chooses a model as well",
+        choices=_ROLES,
+        required=True,
+    )
     adder(add)(
         "--stdin",
         "read the password from the first line of standard input instead of asking for it",

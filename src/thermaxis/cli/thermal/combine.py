@@ -18,8 +18,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("models MODEL", "compensation models (JSON)", Path, nargs="+")
     add(
         "--gain NAME=MM:G,...",
-        "gain of a part, or of all parts of a model named by its file, by clamping diameter:"
-        " table=0:1,1500:1.6,3000:2.2; tcp:1 states it for the tool centre point (default 1)",
+        "gain g of a part, or of all parts of a model named by its file, by clamping"
+        " diameter: table=0:1,1500:1.6,3000:2.2; tcp:1 states it for the tool centre point;"
+        " linear in between, the end value outside, which is said; may be given more than"
+        " once (default: 1 everywhere; at the tool centre point 1)",
         many=True,
     )
     add("-o, --output M.json", "the superposed model", Path, required=True)

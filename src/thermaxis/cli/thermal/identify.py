@@ -97,10 +97,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--candidates PATTERN",
-        'channels among which the selection chooses, such as "t*_C"',
+        'channels among which the selection chooses, with * and ?, such as "t*_C";'
+        " displacements are never among them; where a candidate is slower than the rows,"
+        " means over its step are taken unless a sample time is given; may be given more than"
+        " once; modal only",
         many=True,
     )
-    add("--span A:B", "rows (0:6669, the last one not included) or times (0:8h) of each log", span)
+    add(
+        "--span A:B",
+        "part of each log: rows from zero, the last one not included (0:6669), or times"
+        " (0:8h, 30min:90min) (default: the whole log)",
+        span,
+    )
     add(
         "--sample-time S",
         "take means over so much time first (default: the logs' own step)",
@@ -108,23 +116,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--method",
-        "estimator: gains and lags that are always stable (default), or the paper's output"
-        " error or ARX",
+        "modal: direct gain and lags, always stable; oe, arx: output error and ARX of the"
+        " paper (default: modal)",
         choices=("modal", "oe", "arx"),
         default="modal",
     )
-    add("--orders NA,NB,NK", "orders of oe and arx (default: searched up to four)", _orders)
+    add(
+        "--orders NA,NB,NK",
+        "order of the denominator, number of numerator coefficients, delay in rows; of oe and"
+        " arx only (default: searched up to four)",
+        _orders,
+    )
     add(
         "--joint PART=CHANNEL@MM,...",
         "estimate the gain of a part by workpiece diameter together with the parts, from"
-        " displacements at several diameters: table=Z_D0_um@0,Z_D3000_um@3000; --output then names"
-        " the model's output",
+        " displacements at several diameters: table=Z_D0_um@0,Z_D3000_um@3000, with @tcp for"
+        " the tool centre point; the stated output is then the name of the model's (default:"
+        " gains 1)",
         _joint,
     )
     add("--model OUT.json", "write the compensation model", Path)
     add_json(parser)
     add_report(parser)
-    add("--date YYYY-MM-DD", "date, kept in the model", day)
+    add(
+        "--date YYYY-MM-DD",
+        "date, kept in the model: the program reads no clock, so that same input gives same bytes",
+        day,
+    )
     add_log_options(parser)
 
 

@@ -35,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--common CHANNEL[=CHANNEL]",
-        "channels of A and B that measure the same, for the search of the shift",
+        "channels of A and B that measure the same, for the search of the shift; may be given"
+        " more than once (default: channels of the same name)",
         _common,
         many=True,
     )

@@ -32,8 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("logs LOG", "independent tests: CSV, Parquet, .xlsx, .mat or .tdms", Path, nargs="+")
     add(
         "--measured CHANNEL[=OUTPUT[@MM]]",
-        "measured channel, the model's output it is compared with, and the workpiece diameter"
-        " (default: channels named as the outputs)",
+        "measured channel, the model's output it is compared with, and the workpiece"
+        " diameter: Z_D3000_um=Z_um@3000; may be given more than once (default: channels"
+        " named as the outputs, at the tool centre point)",
         measured_output,
         action="append",
     )
@@ -45,7 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--limits FILE",
-        "limits of the correction (TOML): adds the figures with the limited correction",
+        "limits of the correction by output (TOML: [Z_um] with largest_um and"
+        " largest_rate_um_per_s); the figures with the correction within them stand beside"
+        " the others",
         Path,
     )
     add_json(parser)
